@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from .errors import BadInput
 from .instruments import linkage
 from .model import Model
-from .simulate import KINDS, ClosedLoop, closed_loop, initial_state, inputs_of, setting_of, substeps
+from .simulate import KINDS, ClosedLoop, closed_loop, initial_state, inputs_of, setting_of, substeps, variant
 
 Array = NDArray[np.float64]
 
@@ -36,20 +36,26 @@ def width(model: Model) -> int:
 
 
 def open_loops(model: Model, coefficients: ArrayLike, inputs: ArrayLike, dt: float, x0: ArrayLike) -> Array:
-    """States (B, N+1, n) of B runs: coefficients (B, p), inputs (B, N+1, nu), linear between samples, x0 (B, n)."""
+    """States (B, N+1, n) of B runs: coefficients (B, p), inputs (B, N+1, nu), linear between samples, x0 (B, n).
+
+    coefficients : or all numbers (B, p + c), where the runs differ in the model's constants too.
+    inputs : or with the 7 columns of the environment variant behind the model's own.
+    """
     from . import lane_drivers
 
     u, start, sets = _runs(inputs, 3), _runs(x0, 2), _runs(coefficients, 2)
     lanes, count, samples = width(model), substeps(model, dt), u.shape[1]
+    kernels, whole = variant(model, u.shape[2], model.theta)
+    outside = np.repeat(whole[model.theta.size :], lanes)
     states = np.empty((len(u), samples, start.shape[1]))
     for first in range(0, len(u), lanes):
         pick = slice(first, first + lanes)
         if first + lanes > len(u):
             pick = np.minimum(np.arange(first, first + lanes), len(u) - 1)
         series = np.ascontiguousarray(u[pick].transpose(1, 2, 0).reshape(samples, -1))
-        theta, begin = _theta(model, sets[pick]), start[pick].T.ravel()
-        found = states[first : first + lanes]
-        lane_drivers.open_loop(model.kernels.rhs_lanes, begin, series, theta, dt, count, found)
+        theta, begin = np.concatenate([_theta(model, sets[pick]), outside]), start[pick].T.ravel()
+        block = states[first : first + lanes]
+        lane_drivers.open_loop(kernels.rhs_lanes, begin, series, theta, dt, count, block)
     return states
 
 
@@ -122,7 +128,9 @@ def _one_by_one(
 
 
 def _theta(model: Model, sets: Array) -> Array:
-    """Coefficients (W, p) and the model's constants as the kernels take them."""
+    """Coefficients (W, p) and the model's constants, or all numbers (W, p + c), as the kernels take them."""
+    if sets.shape[1] == model.theta.size:
+        return sets.T.ravel()
     return np.hstack([sets, np.tile(model.constants, (len(sets), 1))]).T.ravel()
 
 

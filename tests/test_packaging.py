@@ -32,7 +32,18 @@ LAYERS = (
     "reproduction",
 )  # each may import those to its left
 ESTIMATION = (
-    *("numerics", "records", "observers", "simulation", "regression", "results", "run", "likelihood", "filters"),
+    *(
+        "numerics",
+        "records",
+        "observers",
+        "simulation",
+        "regression",
+        "results",
+        "run",
+        "likelihood",
+        "filters",
+        "selection",
+    ),
     *("diagnosis_only", "information", "estimates", "validation", "methods_only", "judgement", "indices"),
 )  # so may these
 NOT_FOR = {

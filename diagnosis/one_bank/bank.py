@@ -1,0 +1,222 @@
+"""The bank: every cause, number and term that may explain free runs, as data.
+
+    place      what a number moves
+    model      a number of the model, or of a term that it lacks (`models.coefficient_groups`)
+    steering   a number of the rudder's linkage (`models.instruments`), or the inverse of a limit
+    flow       a steady current or wind, or a steady force in body axes, of all records or of one
+    term       a force in body axes along the measured motion, with the parameter of a model extension as its size
+    sensor     numbers of instruments that show the motion
+
+Standard deviations and trial values are in natural units: s in ship lengths sailed (L/U), m/s in the ship's speed,
+rad/s in U/L, forces in rho/2 L^2 U^2 and moments in rho/2 L^3 U^2.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...estimation.selection.number import Candidate, Number
+from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups
+from ..calibration.calibrate import causes_of
+from ..causes.base import Cause
+from ..causes.base_coefficients import BaseCoefficients
+from ..causes.registry import causes
+
+if TYPE_CHECKING:
+    from ...models.model import Model
+
+DEGREE = np.pi / 180.0
+INPUT, HULL = 0, 1
+"""Ranks: faults of input and sensor go before numbers and terms of the hull."""
+
+
+class Place(NamedTuple):
+    """What a number moves.
+
+    kind : see above.  entries : names of instruments; of a term, its own.  column : of the environment's inputs
+    (current, wind, forces), or of the model's numbers.  record : the one that it belongs to, None: all.
+    """
+
+    kind: str
+    entries: tuple[str, ...] = ()
+    column: int = -1
+    record: int | None = None
+    inverse: bool = False
+
+
+class Row(NamedTuple):
+    """A cause of one number: its prior standard deviation and trial values in the natural unit."""
+
+    cause: str
+    name: str
+    kind: str
+    entries: tuple[str, ...]
+    unit: str
+    sd: float
+    trials: tuple[float, ...] = ()
+    low: float = -np.inf
+    needs: tuple[str, ...] = ()
+    commanded: bool = False
+    inverse: bool = False
+
+
+ROWS = (
+    Row("rudder_delay", "rudder_delay", "steering", ("rudder_delay",), "s", 0.5, (0.02, 0.05, 0.15), low=0.0),
+    Row("rudder_rate_limit", "rudder_slowness", "steering", ("rudder_rate_limit",), "s", 40.0,
+        (4.1, 1.9, 0.95, 0.48, 0.24), low=0.0, commanded=True, inverse=True),
+    Row("rudder_saturation", "rudder_stop", "steering", ("rudder_saturation",), "1", 20.0,
+        (1 / (8 * DEGREE), 1 / (15 * DEGREE), 1 / (25 * DEGREE)), low=0.0, commanded=True, inverse=True),
+    Row("rudder_backlash", "rudder_backlash", "steering", ("rudder_backlash",), "1", 5 * DEGREE,
+        (0.5 * DEGREE, 2.0 * DEGREE), low=0.0),
+    Row("rudder_effectiveness", "rudder_effectiveness", "steering", ("rudder_effectiveness",), "1", 0.3, low=-0.95),
+    Row("rudder_offset", "rudder_offset", "steering", ("rudder_offset",), "1", 2.0 * DEGREE),
+    Row("yaw_rate_bias", "yaw_rate_bias", "sensor", ("yaw_rate_bias",), "rad/s", 0.05, needs=("r",)),
+    Row("yaw_rate_scale", "yaw_rate_scale", "sensor", ("yaw_rate_scale",), "1", 0.2, needs=("r",)),
+    Row("yaw_rate_delay", "yaw_rate_delay", "sensor", ("yaw_rate_delay",), "s", 0.3, low=0.0, needs=("r", "psi")),
+    Row("heading_delay", "heading_delay", "sensor", ("heading_delay",), "s", 0.3, low=0.0, needs=("r", "psi")),
+    Row("speed_scale", "speed_scale", "sensor", ("surge_scale", "sway_scale"), "1", 0.2, needs=("u",)),
+    Row("velocity_delay", "velocity_delay", "sensor", ("surge_delay", "sway_delay"), "s", 0.3, low=0.0,
+        needs=("u", "v")),
+    Row("sway_offset", "sway_bias", "sensor", ("sway_bias",), "m/s", 0.05, needs=("v",)),
+    Row("axis_misalignment", "axis_misalignment", "sensor", ("axis_misalignment",), "1", 5.0 * DEGREE,
+        needs=("u", "v")),
+)  # fmt: skip
+"""Causes of rudder and sensors."""
+FLOWS = {"current": (("north", "east"), 0, 0.1), "wind": (("north", "east"), 2, 1.5)}
+"""Cause -> names of its numbers, column of the first, standard deviation in the ship's speed."""
+FORCES = (("constant_X", 4, 2e-3), ("constant_Y", 5, 2e-3), ("constant_N", 6, 5e-4))
+TERMS = {
+    "yaw_damping_quadratic": (("added_Nr_absr", 6, 0.02),),
+    "yaw_damping_cubic": (("added_Nrrr", 6, 0.02),),
+    "sway_damping_quadratic": (("added_Yv_absv", 5, 0.5),),
+    "crossflow_coupling": (("added_Yr_absv", 5, 0.3), ("added_Yv_absr", 5, 0.3), ("added_Nv_absr", 6, 0.1),
+                           ("added_Nr_absv", 6, 0.1)),
+}  # fmt: skip
+"""Cause -> parameters of its extension, with the column of the force and the prior standard deviation."""
+
+
+@dataclass(frozen=True)
+class Bank:
+    """All candidates for a model.
+
+    model : with the terms that it lacks, at zero.  own : its own numbers under their priors.  places : number -> what
+    it moves.  causes : id of a candidate's `of` -> cause that it is told as.  titles : the same -> words.
+    """
+
+    model: Model
+    candidates: tuple[Candidate, ...]
+    own: tuple[Number, ...]
+    places: Mapping[str, Place]
+    causes: Mapping[str, str]
+    titles: Mapping[str, str] = field(default_factory=dict)
+
+    def cause_of(self, candidate: Candidate) -> str:
+        """The cause of the taxonomy that a candidate is told as."""
+        return self.causes.get(candidate.of, BaseCoefficients.id)
+
+
+class Facts(NamedTuple):
+    """What the records offer: states that they measure, whether the rudder's angle is unknown, and their number; and
+    whether the model's own numbers were identified from them, so that they are hardly restricted."""
+
+    measured: Collection[str]
+    commanded: bool
+    records: int
+    identified: bool = False
+    exact: bool = False
+
+
+def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] | None) -> Bank:
+    """The bank of a model with coefficients; only : causes (ids) that it is restricted to."""
+    groups = [g for g in stated_groups(model) if g.extension != "rudder_offset"]
+    whole = grown(model, groups) if groups else model
+    pairs = [*_inputs(whole, facts, length_s), *_terms(whole, facts)]
+    candidates, places = [c for c, _ in pairs], {n: p for _, own in pairs for n, p in own.items()}
+    told = {c.of: c.of for c in candidates} | causes_of(model)
+    names = (*whole.coordinates, *whole.constant_names)
+    numbers = dict(zip(names, whole.theta.tolist(), strict=True))
+    candidates += [c for g in groups for c in _of_group(g, numbers)]
+    places |= {name: Place("model", column=i) for i, name in enumerate(names)}
+    own = {n.name: n for g in groups if g.extension is None for n in _numbers(g, g.sd, numbers)}
+    if facts.identified:
+        barely = every_own_number(groups)
+        own = {n.name: n for n in _numbers(barely, barely.sd, numbers)}
+    kept = [c for c in candidates if only is None or told.get(c.of, BaseCoefficients.id) in only]
+    return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups})
+
+
+def _of_group(group: Group, values: Mapping[str, float]) -> Iterator[Candidate]:
+    """A group, and each of its numbers alone."""
+    if group.sd:
+        yield Candidate(group.id, tuple(_numbers(group, group.sd, values)), HULL)
+    for part in parts_of(group):
+        yield Candidate(part.id, tuple(_numbers(part, part.sd, values)), HULL, of=group.id)
+
+
+def _numbers(group: Group, sd: Mapping[str, float], values: Mapping[str, float]) -> list[Number]:
+    return [Number(name, one, low=group.low.get(name, -np.inf) - values[name]) for name, one in sd.items()]
+
+
+def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+    """Candidates of rudder, sensors and weather with the places of their numbers."""
+    speed = model.speed_m_s if np.isfinite(model.speed_m_s) else 1.0
+    unit = {"1": 1.0, "s": length_s, "m/s": speed, "rad/s": 1.0 / length_s}
+    for row in ROWS:
+        if not {*row.needs} <= {*facts.measured} or (row.commanded and not facts.commanded):
+            continue
+        cause = causes()[row.cause]
+        if isinstance(cause, Cause) and not (facts.exact or cause.stands_beside_numbers(model.is_3dof)):
+            continue
+        place = {row.name: Place(row.kind, row.entries, inverse=row.inverse)}
+        for trial in [unit[row.unit] * t for t in row.trials] or [None]:
+            number = Number(row.name, unit[row.unit] * row.sd, low=unit[row.unit] * row.low, trial=trial)
+            yield Candidate(row.cause, (number,), INPUT), place
+    if model.is_3dof:
+        yield from _flows(model, facts, speed)
+        yield from _forces(model)
+
+
+def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+    """Steady current and wind: the same in all records, or each record's own."""
+    for cause, (sides, first, sd) in FLOWS.items():
+        if cause == "wind" and model.windage is None:
+            continue
+        for records in ((None,), range(facts.records)) if facts.records > 1 else ((None,),):
+            places = {
+                flow_name(cause, side, r): Place("flow", column=first + i, record=r)
+                for r in records
+                for i, side in enumerate(sides)
+            }
+            yield Candidate(cause, tuple(Number(name, sd * speed) for name in places), INPUT), places
+
+
+def flow_name(cause: str, side: str, record: int | None) -> str:
+    """Name of a component of a flow, of all records or of one."""
+    return f"{cause}_towards_{side}" if record is None else f"{cause}_towards_{side}:{record}"
+
+
+def _forces(model: Model) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+    """Steady forces in body axes, each alone and all together."""
+    numbers = model.environment_numbers()
+    length = numbers.get("L", numbers["wind_L"])
+    unit = 0.5 * numbers["rho"] * length**2 * model.speed_m_s**2
+    places = {name: Place("flow", column=column) for name, column, _ in FORCES}
+    whole = tuple(Number(name, sd * unit * (length if name.endswith("N") else 1.0)) for name, _, sd in FORCES)
+    for numbers_of in (*((n,) for n in whole), whole):
+        yield Candidate("constant_force", numbers_of, INPUT), places
+
+
+def _terms(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+    """Terms that the model lacks, as forces along the measured motion."""
+    known = {*model.coordinates}
+    for cause, entries in TERMS.items() if model.is_3dof else ():
+        own = [e for e in entries if "v" not in e[0] or "v" in facts.measured]
+        places = {name: Place("term", (name,), column) for name, column, _ in own if name not in known}
+        numbers = tuple(Number(name, sd) for name, _, sd in own if name in places)
+        sets: Sequence[tuple[Number, ...]] = [(n,) for n in numbers]
+        for chosen in (*sets, *([numbers] if len(numbers) > 1 else [])):
+            yield Candidate(cause, chosen, HULL), places

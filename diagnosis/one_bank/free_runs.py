@@ -1,0 +1,272 @@
+"""Errors of free runs of pieces of the records, and their linearisation in any numbers of the bank.
+
+All perturbed runs are lanes of one simulation (`models.lanes`): a column is the difference of two runs over the step of
+its number.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...estimation.diagnosis_only.mixed_effects.problem import CORRELATION, FLOOR
+from ...estimation.records.series import MEASURED
+from ...estimation.selection.quadratic import Quadratic
+from ...models.instruments import SENSORS
+from ...models.lanes import open_loops
+from ...models.model import CHANNELS
+from .scales import coarsely_integrated, own_sd, units
+from .terms import term_series
+from .units import Rudder
+
+if TYPE_CHECKING:
+    from ...estimation.selection.number import Number
+    from .bank import Bank
+    from .units import Unit
+
+STEP, OWN_STEP = 0.05, 0.3
+"""Steps of the differences, in prior standard deviations of numbers and of own effects."""
+LIMIT = 1e3
+"""Error, in floors, beyond which a run counts as lost; larger ones count as this."""
+LANES = 1024
+"""Runs that are simulated at once, about: more only need memory."""
+SENSOR = {symbol: short for short, (column, _) in SENSORS.items() for symbol in MEASURED if column == CHANNELS[symbol]}
+"""State -> short name of the sensor that shows it."""
+SMOOTH = 0.3
+"""Ship lengths that the measured motion is smoothed over where a force follows it."""
+OUTSIDE = 7
+"""Inputs of the environment variant behind the model's own."""
+
+
+class Lane(NamedTuple):
+    """One run: number of its unit, values of the numbers by name, own effects (m,) of the unit."""
+
+    unit: int
+    values: Mapping[str, float]
+    own: np.ndarray
+
+
+class FreeRuns:
+    """The problem of a selection (`estimation.selection.minimiser.Problem`): units are pieces of records.
+
+    length_s : time of one ship length, s.
+    """
+
+    def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float) -> None:
+        self.bank, self.length_s = bank, length_s
+        self.units, self.places = list(units_), bank.places
+        self.model = coarsely_integrated(bank.model, length_s)
+        measured = {s for u in self.units for s in _known(u)}
+        self.symbols = [s for s in MEASURED if s in measured]
+        unit, own = units(bank.model, length_s), own_sd(bank.model, length_s)
+        self._columns = [bank.model.states.index(s) for s in self.symbols]
+        self.floor = np.array([FLOOR[s] * unit[s] for s in self.symbols])
+        self._own_places = [bank.model.states.index(s) if s != "delta" else -1 for s in own]
+        self.own_sd = np.array(list(own.values()))
+        self.measured = [u.measured(self.symbols) for u in self.units]
+        self.counts = np.array([np.isfinite(m).sum(axis=0) for m in self.measured], float)
+        spans = [u.stretch.series.dt * len(u.grid_s) for u in self.units]
+        self.weight = np.array([
+            min(1.0, span / (CORRELATION * length_s) / max(n, 1.0))
+            for span, n in zip(spans, self.counts.max(axis=1), strict=True)
+        ])  # fmt: skip
+        self.rudders = {u.number: Rudder(u.record) for u in self.units}
+
+    @property
+    def record_names(self) -> dict[int, str]:
+        """Number of a record -> its name."""
+        return {u.number: u.record.name for u in self.units}
+
+    @property
+    def no_own(self) -> np.ndarray:
+        """Own effects (K, m) of units that have none."""
+        return np.zeros((len(self.units), self.own_sd.size))
+
+    @cached_property
+    def motion(self) -> np.ndarray:
+        """Root mean square (C,) of each channel about its mean in a unit, SI."""
+        squares = [np.nansum((m - np.nanmean(m, axis=0)) ** 2, axis=0) for m in self.measured]
+        return np.sqrt(np.sum(squares, axis=0) / np.maximum(self.counts.sum(axis=0), 1.0))
+
+    # ---- the problem
+    def squares(self, values: Sequence[Mapping[str, float]], own: np.ndarray) -> np.ndarray:
+        """Sums of squared errors (K, C)."""
+        lanes = [Lane(k, v, o) for k, (v, o) in enumerate(zip(values, own, strict=True))]
+        return np.array([np.sum(e[0] ** 2, axis=0) for e in self.errors(lanes)])
+
+    def quadratic(self, values: Mapping[str, float], own: np.ndarray, numbers: Sequence[Number]) -> Quadratic:
+        """Linearisation about a point."""
+        steps = np.array([_step(n, values.get(n.name, 0.0)) for n in numbers])
+        steps = np.concatenate([steps, OWN_STEP * self.own_sd])
+        count = max(1, LANES // (steps.size + 1))
+        parts = [range(len(self.units))[i : i + count] for i in range(0, len(self.units), count)]
+        grams = [g for part in parts for g in self._grams(part, values, own, numbers, steps)]
+        return Quadratic(np.array(grams), self.weight, own, self.own_sd)
+
+    def _grams(
+        self,
+        part: Sequence[int],
+        values: Mapping[str, float],
+        own: np.ndarray,
+        numbers: Sequence[Number],
+        steps: np.ndarray,
+    ) -> list[np.ndarray]:
+        """Products (C, q, q) of the columns and errors of some units; steps (q - 1,) of the columns."""
+        moved = [{**values, n.name: values.get(n.name, 0.0) + h} for n, h in zip(numbers, steps.tolist(), strict=False)]
+        own_moves = np.diag(steps[len(numbers) :])
+        lanes = [
+            Lane(k, *one)
+            for k in part
+            for one in (*((v, own[k]) for v in moved), *((values, own[k] + row) for row in own_moves), (values, own[k]))
+        ]
+        grams = []
+        for block in self.errors(lanes):
+            block[:-1] = (block[:-1] - block[-1]) / steps[:, None, None]
+            by_channel = np.ascontiguousarray(block.transpose(2, 0, 1))
+            grams.append(by_channel @ by_channel.transpose(0, 2, 1))
+        return grams
+
+    # ---- runs
+    def errors(self, lanes: Sequence[Lane]) -> list[np.ndarray]:
+        """Measured less shown states (B, N, C) of the lanes of each unit, 0 where nothing is measured.
+
+        lanes : those of a unit follow each other.
+        """
+        by_unit: dict[int, list[Lane]] = {}
+        for lane in lanes:
+            by_unit.setdefault(lane.unit, []).append(lane)
+        by_step: dict[float, list[int]] = {}
+        for k in by_unit:
+            by_step.setdefault(round(self.units[k].stretch.series.dt, 9), []).append(k)
+        out: dict[int, np.ndarray] = {}
+        for units_ in by_step.values():
+            states, first = self._states([lane for k in units_ for lane in by_unit[k]]), 0
+            for k in units_:
+                last = first + len(by_unit[k])
+                out[k] = self._errors(by_unit[k], states[first:last])
+                first = last
+        return [out[k] for k in by_unit]
+
+    def _states(self, lanes: Sequence[Lane]) -> np.ndarray:
+        """States (B, M + 1, n) of lanes of one time step; shorter ones go on with their last input."""
+        driven = [self._inputs(lane) for lane in lanes]
+        longest, width = max(len(u) for u in driven), max(u.shape[1] for u in driven)
+        inputs = np.zeros((len(lanes), longest, width))
+        for row, u in zip(inputs, driven, strict=True):
+            row[: len(u), : u.shape[1]], row[len(u) :, : u.shape[1]] = u, u[-1]
+        theta = np.tile(self.model.theta, (len(lanes), 1))
+        for row, lane in zip(theta, lanes, strict=True):
+            for name, value in lane.values.items():
+                place = self.places[name]
+                if place.kind == "model":
+                    row[place.column] += value
+        start = np.array([self._start(lane) for lane in lanes])
+        effects = np.array([lane.own for lane in lanes])
+        for place, column in zip(self._own_places, effects.T, strict=True):
+            if place >= 0:
+                start[:, place] += column
+        gain = self.model.kernels.RATE_GAIN
+        if gain is not None:  # the smoothed yaw acceleration stands in the place of the hidden state
+            start[:, 0] -= theta[:, gain] * inputs[:, 0, 0]
+        dt = self.units[lanes[0].unit].stretch.series.dt
+        with np.errstate(all="ignore"):
+            return open_loops(self.model, theta, inputs, dt, start)
+
+    def _start(self, lane: Lane) -> np.ndarray:
+        """The state (n,) that a lane starts from: the smoothed one, without what its sensors add to it."""
+        start, own = self.units[lane.unit].start, self._sensors(lane)
+        if not own:
+            return start
+        start = start.copy()
+        for c, symbol in zip(self._columns, self.symbols, strict=True):
+            short = SENSOR[symbol]
+            start[c] = (start[c] - own.get(f"{short}_bias", 0.0)) / (1.0 + own.get(f"{short}_scale", 0.0))
+        if "axis_misalignment" in own:
+            surge, sway = self.bank.model.states.index("u"), self.bank.model.states.index("v")
+            _turn(start[None, :], surge, sway, -own["axis_misalignment"])
+        return start
+
+    def _sensors(self, lane: Lane) -> dict[str, float]:
+        """Instruments of a lane's sensors that are not ideal."""
+        moved = {n: x for n, x in lane.values.items() if x and self.places[n].kind == "sensor"}
+        return {entry: x for n, x in moved.items() for entry in self.places[n].entries}
+
+    def _inputs(self, lane: Lane) -> np.ndarray:
+        """Inputs (M + 1, nu) of a lane, with those of the environment where it or the record has some."""
+        unit = self.units[lane.unit]
+        inputs, nu = unit.stretch.series.inputs.copy(), len(self.model.inputs)
+        linkage: dict[str, float] = {}
+        for name, x in lane.values.items():
+            place = self.places[name]
+            if x == 0.0 or place.kind in ("model", "sensor") or place.record not in (None, unit.number):
+                continue
+            if place.kind == "steering":
+                linkage[place.entries[0]] = 1.0 / x if place.inverse else x
+                continue
+            if inputs.shape[1] == nu:
+                inputs = np.hstack([inputs, np.zeros((len(inputs), OUTSIDE))])
+            inputs[:, nu + place.column] += x * (1.0 if place.kind == "flow" else self._term(lane.unit, name))
+        if linkage:
+            inputs[:, 0] += self._change(lane.unit, tuple(sorted(linkage.items())))
+        if -1 in self._own_places:
+            inputs[:, 0] += lane.own[self._own_places.index(-1)]
+        return inputs
+
+    @lru_cache(maxsize=4096)  # noqa: B019 (lives as long as one diagnosis)
+    def _change(self, k: int, linkage: tuple[tuple[str, float], ...]) -> np.ndarray:
+        return self.rudders[self.units[k].number].change(dict(linkage), self.units[k].grid_s)
+
+    @lru_cache(maxsize=4096)  # noqa: B019
+    def _term(self, k: int, name: str) -> np.ndarray:
+        return term_series(self.model, self.units[k], name, SMOOTH * self.length_s)
+
+    def _errors(self, lanes: Sequence[Lane], states: np.ndarray) -> np.ndarray:
+        """Errors (B, N, C) of the lanes of one unit from their states (B, M, n)."""
+        k = lanes[0].unit
+        series = self.units[k].stretch.series
+        shown = states[:, : len(series.inputs), self._columns]
+        for row, lane in zip(shown, lanes, strict=True):
+            own = {
+                e: x for n, x in lane.values.items() if x and (p := self.places[n]).kind == "sensor" for e in p.entries
+            }
+            if own:
+                self._show(row, own, series.dt)
+        error = self.measured[k] - np.moveaxis(series.observe(np.moveaxis(shown, 0, 1)), 1, 0)
+        limit = LIMIT * self.floor
+        error = np.where(np.isfinite(error), np.clip(error, -limit, limit), limit)
+        return np.where(np.isfinite(self.measured[k]), error, 0.0)
+
+    def _show(self, states: np.ndarray, own: Mapping[str, float], dt: float) -> None:
+        """Turn states (M, C) into what the instruments show of them."""
+        time_s, place = dt * np.arange(len(states)), {s: c for c, s in enumerate(self.symbols)}
+        for symbol, c in place.items():
+            if f"{SENSOR[symbol]}_delay" in own:
+                states[:, c] = np.interp(time_s - own[f"{SENSOR[symbol]}_delay"], time_s, states[:, c].copy())
+        if "axis_misalignment" in own:
+            _turn(states, place["u"], place["v"], own["axis_misalignment"])
+        for symbol, c in place.items():
+            states[:, c] *= 1.0 + own.get(f"{SENSOR[symbol]}_scale", 0.0)
+            states[:, c] += own.get(f"{SENSOR[symbol]}_bias", 0.0)
+
+
+def _step(number: Number, value: float) -> float:
+    """Step of the difference for a number: of a size that is not negative (slowness, play) a share of it at most."""
+    if number.trial is not None:
+        return number.trial - value
+    return STEP * (min(number.sd, value) if number.low == 0.0 < value else number.sd)
+
+
+def _known(unit: Unit) -> list[str]:
+    """States that a unit measures."""
+    series = unit.stretch.series
+    return [unit.stretch.model.states[c] for c in series.columns.tolist()]
+
+
+def _turn(states: np.ndarray, u: int, v: int, angle: float) -> None:
+    """Turn the velocities in columns u and v of states (M, .) into axes at an angle."""
+    along, across = states[:, u].copy(), states[:, v].copy()
+    states[:, u] = along * np.cos(angle) + across * np.sin(angle)
+    states[:, v] = across * np.cos(angle) - along * np.sin(angle)

@@ -1,0 +1,95 @@
+"""The choice: few candidates alone, or faults of input and sensors beside the model's own numbers under their priors.
+
+A base model is exact or not.  Where it is not known to be, all its own numbers are also tried as random effects: free
+under their priors in every fit.  They stay where left-out pieces are predicted clearly better with them than by the
+few numbers that explain the records alone.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...estimation.selection.minimiser import minimise
+from ...estimation.selection.selection import Rules, Selection, clearly_worse, select
+from .bank import INPUT
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ...estimation.selection.number import Candidate
+    from ..options import Options
+    from .bank import Bank
+    from .free_runs import FreeRuns
+
+EXACT = Rules(least=0.004, level=0.999)
+"""Of a base model that is known to be exact: what is sure counts, however little it matters."""
+MATTERS, BESIDE = (0.05, 0.95), (0.02, 0.99)
+"""Least fall of the score for each channel, and level: of few numbers alone, and beside the model's own numbers."""
+ENOUGH = 0.05
+"""Error of left-out pieces, as a share of the motion, that is no matter where the base model may be inexact."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What was selected, and whether it is beside the model's own numbers."""
+
+    runs: FreeRuns
+    selection: Selection
+    beside: bool = False
+
+    @property
+    def bank(self) -> Bank:
+        """All candidates."""
+        return self.runs.bank
+
+
+def withdrawn(choice: Choice) -> Choice | None:
+    """The choice without what entered last, else without the model's own numbers; None where there is nothing left."""
+    runs, selection = choice.runs, choice.selection
+    if not selection.entered:
+        return Choice(runs, Selection(selection.base, (), selection.base)) if choice.beside else None
+    kept = selection.entered[:-1]
+    every = [*(runs.bank.own if choice.beside else ()), *(n for one in kept for n in one.candidate.numbers)]
+    numbers = tuple({n.name: replace(n, trial=None) for n in every}.values())
+    point = selection.final.point
+    values = {n.name: point.values.get(n.name, 0.0) for n in numbers}
+    return replace(choice, selection=Selection(selection.base, kept, minimise(runs, numbers, values, point.own)))
+
+
+def chosen(runs: FreeRuns, options: Options) -> Choice:
+    """The choice for records."""
+    bank = runs.bank
+    candidates = bank.candidates
+    base = minimise(runs, (), {}, runs.no_own)
+    if options.base_parameters == "identify":
+        return _of_identified(runs, candidates)
+    if options.coefficient_sd == 0.0:
+        return Choice(runs, select(runs, candidates, EXACT, base))
+    least, level = MATTERS
+    alone = select(runs, candidates, Rules(least, level, np.maximum(ENOUGH * runs.motion, runs.floor)), base)
+    if not bank.own or not _explains(runs, alone):
+        return Choice(runs, alone)
+    whole = minimise(runs, bank.own, {}, base.point.own)
+    if len(alone.entered) < 2 and clearly_worse(runs, whole, alone.final, least):
+        return Choice(runs, alone)
+    inputs = [c for c in candidates if c.rank == INPUT]
+    beside = select(runs, inputs, Rules(*BESIDE), whole, bank.own)
+    better = clearly_worse(runs, alone.final, beside.final, least)
+    return Choice(runs, replace(beside, base=base), beside=True) if better else Choice(runs, alone)
+
+
+def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
+    """The choice beside a model's own numbers that come from these records, and are hardly restricted."""
+    names = {n.name for n in runs.bank.own}
+    others = [c for c in candidates if not names & {*c.names}]
+    whole = minimise(runs, runs.bank.own, {}, runs.no_own)
+    return Choice(runs, select(runs, others, Rules(*BESIDE), whole, runs.bank.own), beside=True)
+
+
+def _explains(runs: FreeRuns, alone: Selection) -> bool:
+    """Whether something is left to explain by the model's own numbers."""
+    mean = alone.final.left_out.sum(axis=0) / np.maximum(runs.counts.sum(axis=0), 1.0)
+    return bool(np.any(np.sqrt(mean) > np.maximum(ENOUGH * runs.motion, runs.floor)))

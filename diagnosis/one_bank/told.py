@@ -1,0 +1,216 @@
+"""What the choice says: findings with sizes, the lines of the bank, the extended model, the verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...checks.result import Size
+from ...checks.statistics.tails import student_quantile, student_tail
+from ...models.coefficient_groups import grown, stated_groups
+from ...models.extend import extended
+from ...models.families.extensions import extension_of
+from ...models.instruments import combined
+from ..causes.base import Cause
+from ..causes.base_coefficients import BaseCoefficients
+from ..causes.registry import causes
+from ..report.bank import lines
+from ..report.findings import BY_FREE_RUNS
+from ..report.verdict import NAMED, PARTLY
+from ..result import Entry, Finding
+from .bank import FLOWS, TERMS, flow_name
+
+if TYPE_CHECKING:
+    from ...checks.base import Check
+    from ...estimation.selection.selection import Entered
+    from ...models.model import Model
+    from .search import Choice
+
+INTERVAL = 0.95
+"""Quantile of Student's t over pieces that a 90 % interval ends at."""
+LARGE = 0.3
+"""Error, as a share of the motion, from which a model without a finding is not adequate."""
+SAID = {
+    "constant_X": "X", "constant_Y": "Y", "constant_N": "N", "added_Nr_absr": "Nrr", "added_Nrrr": "Nrrr",
+    "added_Yv_absv": "Yvv", "added_Yr_absv": "Yrv", "added_Yv_absr": "Yvr", "added_Nv_absr": "Nvr",
+    "added_Nr_absv": "Nrv",
+}  # fmt: skip
+"""Parameter of an extension -> its name as a size."""
+UNITS = {"constant_X": "N", "constant_Y": "N", "constant_N": "N m"}
+
+
+def findings(choice: Choice, identified: bool) -> list[Finding]:
+    """A finding for every cause, in the order in which candidates entered; all groups of numbers in one.
+
+    identified : the records have decided on the model's own numbers, which are no finding then.
+    """
+    by_cause: dict[str, list[Entered]] = {}
+    for one in choice.selection.entered:
+        by_cause.setdefault(choice.bank.cause_of(one.candidate), []).append(one)
+    out = [_finding(choice, cause, own) for cause, own in by_cause.items()]
+    if choice.beside and not identified:
+        said = "all of the model's own numbers, uncertain under their priors, are needed to predict left-out pieces"
+        out.append(Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), evidence=said))
+    return out
+
+
+def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
+    fall = max((one.fall for one in own), key=lambda f: f.gain / max(f.error, 1e-12))
+    strength, units = fall.gain / max(fall.error, 1e-12), len(choice.runs.units)
+    p = min(1.0, len(choice.bank.candidates) * student_tail(strength, max(units - 1, 1)))
+    rivals = [c for one in own for c in one.tied_with]
+    named = {choice.bank.cause_of(c) for c in rivals} - {cause}
+    details: dict[str, Any] = {}
+    if cause == BaseCoefficients.id:
+        details["groups"] = list(dict.fromkeys(_title(choice, one.candidate.of) for one in own))
+    hull = [c.of for c in rivals if choice.bank.cause_of(c) == BaseCoefficients.id]
+    if hull:
+        details["would do as well"] = sorted({_title(choice, of) for of in hull})
+    if cause in ("constant_force", *TERMS):
+        details["components"] = [SAID[name] for one in own for name in one.candidate.names]
+    said = "; ".join(
+        f"score of left-out pieces falls by {one.fall.gain:.2f} (standard error {one.fall.error:.2f}, {units} pieces)"
+        for one in own
+    )
+    sizes = tuple(size for one in own for size in _sizes(choice, cause, one))
+    separate = getattr(causes().get(cause), "separate_by", None) if named or hull else None
+    return Finding(cause, tuple(sorted(named)), BY_FREE_RUNS, strength, p, sizes, details=details, evidence=said,
+                   separate_by=separate)  # fmt: skip
+
+
+def _title(choice: Choice, of: str) -> str:
+    return choice.bank.titles.get(of, of)
+
+
+# ---- sizes
+def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
+    """Sizes of the numbers of a candidate with 90 % intervals."""
+    fitted, factor = choice.selection.final, student_quantile(INTERVAL, max(len(choice.runs.units) - 1, 1))
+    sd = {n.name: float(x) for n, x in zip(fitted.numbers, fitted.sd, strict=True)}
+    if cause in FLOWS:
+        yield from _flow_sizes(choice, cause, one, {name: factor * x for name, x in sd.items()})
+        return
+    values = _model_values(choice)
+    entry = causes().get(cause)
+    for name in one.candidate.names:
+        place, value, half = choice.bank.places[name], fitted.value(name), factor * sd.get(name, 0.0)
+        if place.kind == "model":
+            yield Size(name, values[name], values[name] - half, values[name] + half, "1")
+            continue
+        ends = (value - half, value + half)
+        if place.inverse:
+            value, *ends = (1.0 / x if x > 0.0 else np.inf for x in (value, ends[1], ends[0]))
+        number = entry.number if isinstance(entry, Cause) else None
+        said = SAID.get(name) or (number.name if number is not None else "tau")
+        unit = UNITS.get(name) or ("1" if cause in TERMS else entry.unit.partition(",")[0] if entry else "1")
+        yield Size(said, float(value), float(ends[0]), float(ends[1]), unit)
+
+
+def _model_values(choice: Choice) -> dict[str, float]:
+    """Number of the model -> its value after the fit."""
+    model = choice.bank.model
+    names = (*model.coordinates, *model.constant_names)
+    return {n: x + choice.selection.final.value(n) for n, x in zip(names, model.theta.tolist(), strict=True)}
+
+
+def _flow_sizes(choice: Choice, cause: str, one: Entered, half: Mapping[str, float]) -> Iterator[Size]:
+    """Speed and direction of a steady flow, of all records or of each."""
+    sides, _, _ = FLOWS[cause]
+    fitted, names = choice.selection.final, choice.runs.record_names
+    for record in dict.fromkeys(choice.bank.places[name].record for name in one.candidate.names):
+        north, east = (flow_name(cause, side, record) for side in sides)
+        pair = np.array([fitted.value(north), fitted.value(east)])
+        spread = float(np.hypot(half.get(north, 0.0), half.get(east, 0.0))) / np.sqrt(2.0)
+        speed = float(np.hypot(*pair))
+        direction = float(np.arctan2(*(pair[::-1] if cause == "current" else -pair[::-1])))
+        turn = min(spread / max(speed, 1e-12), np.pi)
+        where = None if record is None else names[record]
+        yield Size("speed", speed, max(speed - spread, 0.0), speed + spread, "m/s", where)
+        said = "towards" if cause == "current" else "from"
+        yield Size(said, direction, direction - turn, direction + turn, "rad", where)
+
+
+# ---- bank and verdict
+def bank_lines(choice: Choice, found: Sequence[Finding]) -> tuple[Entry, ...]:
+    """One line for every cause of the taxonomy."""
+    tried = {choice.bank.cause_of(c) for c in choice.bank.candidates}
+
+    def otherwise(check: Check) -> Entry:
+        if check.id in tried:
+            why = "free runs of left-out pieces are predicted no better with it"
+            return Entry(check.id, "not_significant", None, None, None, why)
+        why = check.stage if not isinstance(check, Cause) else "no candidate for this model and these channels"
+        return Entry(check.id, "not_testable", None, None, None, why)
+
+    return lines(found, otherwise)
+
+
+def verdict(choice: Choice, found: Sequence[Finding], exact: bool) -> tuple[str, str]:
+    """The verdict by what is named and by the errors of left-out pieces, and the sentence that supports it."""
+    runs = choice.runs
+    before, after = (_mean(choice, f.left_out) for f in (choice.selection.base, choice.selection.final))
+    worst = float(np.max(np.sqrt(after) / runs.motion))
+    said = f"free runs of left-out pieces err by {100.0 * worst:.2g} % of the motion in the worst channel"
+    if not found:
+        return ("unexplained", f"{said}, and nothing in the bank explains it") if worst > LARGE else ("adequate", said)
+    taken = float(np.sum((before - after) / runs.motion**2))
+    share = taken / max(float(np.sum(np.maximum(before - runs.floor**2, 0.0) / runs.motion**2)), 1e-12)
+    said = f"what is named takes {100.0 * min(max(share, 0.0), 1.0):.0f} % off the squared error of free runs"
+    if not exact and worst > LARGE and share < NAMED:
+        return ("partly_named" if share > PARTLY else "unexplained"), said
+    ties = [f for f in found if f.tied_with or "would do as well" in f.details]
+    return ("tied" if ties else "named"), said
+
+
+def _mean(choice: Choice, squares: np.ndarray) -> np.ndarray:
+    """Mean squared errors (C,) of units (K, C)."""
+    return squares.sum(axis=0) / np.maximum(choice.runs.counts.sum(axis=0), 1.0)
+
+
+# ---- the extended model
+def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float]) -> Model:
+    """The model with all that was chosen, as extensions of its family and as instruments.
+
+    corrected : instruments that were corrected in the records before.
+    """
+    values = {name: x for name, x in choice.selection.final.point.values.items() if x != 0.0}
+    places = choice.bank.places
+    moved = {name for name in values if places[name].kind == "model"}
+    groups = [g for g in stated_groups(model) if g.extension is not None and moved & {*g.sd}]
+    whole = _model_values(choice)
+    out = grown(model, groups) if groups else model
+    out = replace(
+        out,
+        coefficients=np.array([whole[n] for n in out.coordinates]),
+        constants=np.array([whole.get(n, x) for n, x in zip(out.constant_names, out.constants.tolist(), strict=True)]),
+    )
+    for cause, own in _outside(choice, values).items():
+        known = {n: own.get(n, 0.0) for n in extension_of(cause).units}
+        out = extended(out, cause, known)
+    numbers = {
+        entry: 1.0 / x if places[name].inverse else x
+        for name, x in values.items()
+        if places[name].kind in ("steering", "sensor")
+        for entry in places[name].entries
+    }
+    instruments = combined(combined(model.instruments, numbers), corrected)
+    ids = [choice.bank.cause_of(c) for c in choice.selection.candidates]
+    name = "+".join([model.id.partition("+")[0], *dict.fromkeys(ids)])
+    return replace(out, id=name, instruments=instruments)
+
+
+def _outside(choice: Choice, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
+    """Cause of a flow, force or term -> parameters of its extension; of flows of single records their mean."""
+    out: dict[str, dict[str, float]] = {}
+    for candidate in choice.selection.candidates:
+        own = [n for n in candidate.names if choice.bank.places[n].kind in ("flow", "term")]
+        if candidate.of in FLOWS:
+            for side in FLOWS[candidate.of][0]:
+                mean = np.mean([values.get(n, 0.0) for n in own if f"towards_{side}" in n])
+                out.setdefault(candidate.of, {})[flow_name(candidate.of, side, None)] = float(mean)
+        elif own:
+            out.setdefault(candidate.of, {}).update({n: values.get(n, 0.0) for n in own})
+    return out

@@ -1,0 +1,106 @@
+"""What is left out: pieces of the records of some eight ship lengths, each a free run with a start of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.instruments import felt_rudder
+from ...datasets.signals import bridged
+from ...estimation.records.gaps import SHORTEST, clock_of, stretches
+from ...estimation.run.stretch import Stretch
+from ...models.errors import CannotFit
+from ...models.time_scale import time_scale_s
+from .scales import REFERENCE_S, coarse
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.model import Model
+
+LENGTHS = 8.0
+"""Ship lengths sailed in a piece."""
+FEWEST, MOST = 3, 24
+"""Pieces of all records together, at least and (but for one a record) at most."""
+
+
+def length_s(model: Model, records: Sequence[Record]) -> float:
+    """Time of one ship length, s; of a model without a time scale that of a ship, by the records' duration."""
+    try:
+        return time_scale_s(model)
+    except CannotFit:
+        return REFERENCE_S * clock_of(model, records)
+
+
+@dataclass(frozen=True)
+class Unit:
+    """A piece of a record that is left out as a whole.
+
+    number : of its record.  stretch : the model and the piece, thinned.  record : the whole record.
+    """
+
+    number: int
+    stretch: Stretch
+    record: Record
+
+    @property
+    def grid_s(self) -> np.ndarray:
+        """Times (M + 1,) of the grid, s."""
+        return self.stretch.grid_s
+
+    @cached_property
+    def start(self) -> np.ndarray:
+        """State (n,) that its run starts from."""
+        return self.stretch.state_at(0)
+
+    def measured(self, symbols: Sequence[str]) -> np.ndarray:
+        """Samples (N, C) of some states, nan where there are none."""
+        series, states = self.stretch.series, self.stretch.model.states
+        own = {states[c]: series.outputs[:, i] for i, c in enumerate(series.columns.tolist())}
+        gap = np.full(len(series.index), np.nan)
+        return np.column_stack([own.get(s, gap) for s in symbols])
+
+
+@dataclass(frozen=True)
+class Rudder:
+    """The rudder of a whole record: what is recorded, and what acts behind a linkage."""
+
+    record: Record
+
+    @cached_property
+    def _recorded(self) -> np.ndarray:
+        return bridged(self.record.rudder(), self.record.time_s)
+
+    def change(self, linkage: Mapping[str, float], grid_s: np.ndarray) -> np.ndarray:
+        """Acting less recorded angle (M,) at some times."""
+        acting = felt_rudder(self.record.time_s, self._recorded, linkage)
+        return np.interp(grid_s, self.record.time_s, acting - self._recorded)
+
+
+def units_of(model: Model, records: Sequence[Record], length: float) -> list[Unit]:
+    """The pieces of records behind the model's instruments, in its sign of the rudder.
+
+    length : time of one ship length, s.
+
+    Raises
+    ------
+    CannotFit : no record has a stretch without long gaps, or none measures a state of the model.
+    """
+    whole = [(i, a, b) for i, r in enumerate(records) for a, b in stretches(r, clock_of(model, records))]
+    seconds = [float(records[i].time_s[b - 1] - records[i].time_s[a]) for i, a, b in whole]
+    if not whole:
+        raise CannotFit(f"no {SHORTEST} samples in turn with a rudder angle")
+    piece = max(LENGTHS * length, sum(seconds) / MOST)
+    counts = [max(1, int(s / piece)) for s in seconds]
+    if sum(counts) < FEWEST:
+        counts = [-(-FEWEST // len(whole))] * len(whole)
+    units = []
+    for (i, a, b), count in zip(whole, counts, strict=True):
+        edges = np.linspace(a, b, count + 1).astype(int)
+        pieces = [records[i].slice(first, last) for first, last in pairwise(edges.tolist())]
+        units += [Unit(i, Stretch.of(model, coarse(p, length)), records[i]) for p in pieces if p.n >= SHORTEST]
+    return units

@@ -1,0 +1,1 @@
+"""Which numbers explain records: normal equations by unit, left-out scores, and the smallest set that is not worse."""

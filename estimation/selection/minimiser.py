@@ -1,0 +1,156 @@
+"""Damped Gauss-Newton steps on the concentrated likelihood of numbers and own effects of units.
+
+    cost = sum_c n_c / 2 log(sigma_c^2) + 1/2 sum_j (x_j / sd_j)^2 + 1/2 sum_km (z_km / S_m)^2
+    sigma_c^2 = sum_k w_k s_kc / n_c + floor_c^2,      n_c = sum_k w_k N_kc
+
+The sizes sigma_c of the channels follow the fit, so that a prior never outweighs errors that are gone; the floor is an
+error that counts as none.  The gradient of the cost is that of least squares weighted by these sizes, so that each step
+solves the normal equations at them.
+Source: Seber and Wild 1989, sections 2.2 and 5.1; damping as Marquardt 1963.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple, Protocol
+
+import numpy as np
+
+from .number import Number
+from .quadratic import Prior, Quadratic, bounded_solve, joint, left_out_steps, own_step
+from .score import jackknife
+
+STEPS, TRIALS = 20, 6
+FIRST_GROWTH, GROWTH = 1e-2, 5.0
+ENOUGH = 0.02
+"""Fall of the cost for each number that ends the steps."""
+
+
+class Problem(Protocol):
+    """Units with errors: K units, C channels, m own effects each."""
+
+    @property
+    def counts(self) -> np.ndarray:
+        """Samples (K, C) that are measured."""
+        ...
+
+    @property
+    def weight(self) -> np.ndarray:
+        """Independent values (K,) that a sample counts as."""
+        ...
+
+    @property
+    def floor(self) -> np.ndarray:
+        """Error (C,) that counts as none."""
+        ...
+
+    @property
+    def own_sd(self) -> np.ndarray:
+        """Prior standard deviations (m,) of the own effects."""
+        ...
+
+    def squares(self, values: Sequence[dict[str, float]], own: np.ndarray) -> np.ndarray:
+        """Sums of squared errors (K, C) of each unit at its values of the numbers by name, and own effects (K, m)."""
+        ...
+
+    def quadratic(self, values: dict[str, float], own: np.ndarray, numbers: Sequence[Number]) -> Quadratic:
+        """Linearisation about a point in some numbers."""
+        ...
+
+
+class Point(NamedTuple):
+    """Values of the numbers by name, own effects (K, m), squares (K, C), sizes (C,) of the channels, and the cost."""
+
+    values: dict[str, float]
+    own: np.ndarray
+    squares: np.ndarray
+    size: np.ndarray
+    cost: float
+
+
+@dataclass(frozen=True)
+class Fitted:
+    """Where the cost is least.
+
+    left_out : sums of squared errors (K, C) of each unit, run with the numbers of the fit without it.
+    sd : standard deviations (p,) of the numbers, not less than the jackknife's over units.
+    """
+
+    numbers: tuple[Number, ...]
+    point: Point
+    left_out: np.ndarray
+    sd: np.ndarray
+
+    def value(self, name: str) -> float:
+        """Value of a number, 0 where it is none of the fit."""
+        return self.point.values.get(name, 0.0)
+
+
+def prior_of(numbers: Sequence[Number], values: dict[str, float]) -> Prior:
+    """Priors of numbers at their values by name."""
+    rows = [(values.get(n.name, 0.0), n.sd, n.low, n.high) for n in numbers]
+    return Prior(*np.array(rows, float).reshape(-1, 4).T)
+
+
+def point_at(problem: Problem, numbers: Sequence[Number], values: dict[str, float], own: np.ndarray) -> Point:
+    """The cost at values of the numbers and own effects (K, m)."""
+    squares = problem.squares([values] * len(own), own)
+    total = np.maximum(problem.weight @ problem.counts, 1e-9)
+    size = np.sqrt(problem.weight @ squares / total + problem.floor**2)
+    prior = prior_of(numbers, values)
+    known = problem.counts.sum(axis=0) > 0
+    cost = float(np.sum((total * np.log(size))[known]))
+    cost += 0.5 * float(np.sum((prior.values / prior.sd) ** 2) + np.sum((own / problem.own_sd) ** 2))
+    return Point(values, own, squares, size, cost)
+
+
+def minimise(
+    problem: Problem,
+    numbers: Sequence[Number],
+    values: dict[str, float],
+    own: np.ndarray,
+    steps: int = STEPS,
+) -> Fitted:
+    """The fit of some numbers from a point; other numbers keep their values there."""
+    here, damping = point_at(problem, numbers, dict(values), own), 0.0
+    for _ in range(steps):
+        found = _stepped(problem, numbers, here, damping)
+        if found is None:
+            break
+        before, (here, damping) = here, found
+        if before.cost - here.cost < ENOUGH * max(len(numbers), 1):
+            break
+    return _concluded(problem, tuple(numbers), here)
+
+
+def _stepped(problem: Problem, numbers: Sequence[Number], here: Point, damping: float) -> tuple[Point, float] | None:
+    """The next point of lower cost, and the damping after it; None where there is none."""
+    quadratic, prior = problem.quadratic(here.values, here.own, numbers), prior_of(numbers, here.values)
+    normal = quadratic.normal(here.size)
+    matrix, slope = joint(normal, prior)
+    low, high = prior.low - prior.values, prior.high - prior.values
+    for _ in range(TRIALS):
+        step = bounded_solve(matrix + damping * np.diag(np.diag(matrix)), slope, low, high)
+        moved = (prior.values + step).tolist()
+        values = here.values | {n.name: x for n, x in zip(numbers, moved, strict=True)}
+        own = here.own + own_step(normal, np.tile(step, (len(here.own), 1))) / (1.0 + damping)
+        there = point_at(problem, numbers, values, own)
+        if there.cost < here.cost:
+            return there, damping / GROWTH
+        damping = max(GROWTH * damping, FIRST_GROWTH)
+    return None
+
+
+def _concluded(problem: Problem, numbers: tuple[Number, ...], here: Point) -> Fitted:
+    """The point with its left-out units, each run once with the numbers and own effects that follow without it."""
+    quadratic, prior = problem.quadratic(here.values, here.own, numbers), prior_of(numbers, here.values)
+    normal = quadratic.normal(here.size)
+    if not numbers:
+        return Fitted((), here, here.squares, np.zeros(0))
+    steps = left_out_steps(normal, prior)
+    names = [n.name for n in numbers]
+    each = [here.values | dict(zip(names, (prior.values + step).tolist(), strict=True)) for step in steps]
+    left_out = problem.squares(each, here.own + own_step(normal, steps))
+    sd = np.sqrt(np.diag(np.linalg.inv(joint(normal, prior)[0])))
+    return Fitted(numbers, here, left_out, np.maximum(sd, np.nan_to_num(jackknife(steps), posinf=0.0)))

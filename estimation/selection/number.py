@@ -1,0 +1,46 @@
+"""A number that may differ from what a model says, and a candidate: numbers that enter an explanation together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Number:
+    """One number, as its difference from what the model says; 0: the model is right.
+
+    sd : prior standard deviation, in the unit of the number.  low, high : bounds.
+    trial : value at which it is linearised by a secant instead of a tangent, where the tangent at 0 is zero or stands
+    for nothing (a rudder that is infinitely fast); None: a tangent.
+    """
+
+    name: str
+    sd: float
+    low: float = -np.inf
+    high: float = np.inf
+    trial: float | None = None
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Numbers that enter together.
+
+    rank : candidates of a lower rank are preferred where they are not clearly worse.  of : id of the candidate that
+    this one is a part of, else its own.
+    Several candidates may have the same id: ways in which one cause may act.
+    """
+
+    id: str
+    numbers: tuple[Number, ...]
+    rank: int = 0
+    of: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "of", self.of or self.id)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of its numbers."""
+        return tuple(number.name for number in self.numbers)

@@ -1,0 +1,259 @@
+"""The smallest set of candidates that predicts units which took no part in the fit: screen, refit, enter, delete.
+
+One linearisation of all numbers says what a fit with each candidate would leave of left-out units; the leaders are
+refitted.  A candidate enters where the score falls by more than matters (`least` for each channel) and by more than is
+chance (`level` of Student's t over units).  Of those that enter, the first by rank and by the count of its numbers that
+is not clearly worse than the best.  At the end candidates leave again, as long as that costs less.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from ...checks.statistics.tails import student_quantile
+from .minimiser import Fitted, Problem, minimise, prior_of
+from .number import Candidate, Number
+from .quadratic import Normal, Quadratic, own_information
+from .score import Fall, fall
+
+CLEAR = 1.0
+"""Standard errors from which one of two fits is clearly worse (the rule of one standard error, Breiman et al. 1984)."""
+TAKEN = 0.01
+"""Share of the information on a candidate that is left beside the numbers in every fit, below which it is not tried."""
+IN_BOUNDS = 1.5
+"""A predicted fit goes so far at most beyond the trial value that it was linearised at, as a factor on that."""
+
+
+@dataclass(frozen=True)
+class Rules:
+    """What matters, what is sure, and how many are tried.
+
+    least : fall of the score for each channel that matters.  level : probability of Student's t for what enters.
+    enough : root mean square errors (C,) of left-out units below which nothing more is looked for.
+    most : candidates that may enter.  leaders, of_each : candidates that are refitted in a step, of all and of each
+    rank.
+    """
+
+    least: float = 0.05
+    level: float = 0.95
+    enough: np.ndarray | None = None
+    most: int = 5
+    leaders: int = 6
+    of_each: int = 3
+
+
+@dataclass(frozen=True)
+class Entered:
+    """A candidate that entered: by how much the score fell, and candidates that would have done as well."""
+
+    candidate: Candidate
+    fall: Fall
+    tied_with: tuple[Candidate, ...] = ()
+
+
+@dataclass(frozen=True)
+class Selection:
+    """The fit without any candidate, the candidates in the order in which they entered, and the fit with them."""
+
+    base: Fitted
+    entered: tuple[Entered, ...]
+    final: Fitted
+
+    @property
+    def candidates(self) -> tuple[Candidate, ...]:
+        """Candidates that are in."""
+        return tuple(one.candidate for one in self.entered)
+
+
+Column = tuple[str, float | None]
+"""A number, and the value that it is linearised at."""
+
+
+class Trial(NamedTuple):
+    """A refitted candidate and the fall of the score with it."""
+
+    candidate: Candidate
+    fitted: Fitted
+    fall: Fall
+
+
+def select(
+    problem: Problem, bank: Sequence[Candidate], rules: Rules, start: Fitted, always: Sequence[Number] = ()
+) -> Selection:
+    """Candidates in the order in which they enter beside numbers that are always free.
+
+    start : the fit of the numbers `always`.
+    """
+    search = _Search(problem, rules, tuple(always))
+    now = Selection(start, (), start)
+    for _ in range(rules.most):
+        if search.is_enough(now.final):
+            break
+        following = search.entered(now, bank)
+        if following is None:
+            break
+        now = following
+    return search.without_needless(now)
+
+
+def clearly_worse(problem: Problem, one: Fitted, other: Fitted, least: float) -> bool:
+    """Whether the first fit predicts left-out units clearly worse than the other one."""
+    between = fall(one.left_out, other.left_out, floor_squares(problem))
+    return between.gain > max(CLEAR * between.error, least)
+
+
+def floor_squares(problem: Problem) -> np.ndarray:
+    """Sums of squares (K, C) of errors that count as none."""
+    return problem.counts * problem.floor**2
+
+
+def quantile(problem: Problem, level: float) -> float:
+    """Quantile of Student's t over units."""
+    return student_quantile(level, max(len(problem.counts) - 1, 1))
+
+
+@dataclass(frozen=True)
+class _Search:
+    problem: Problem
+    rules: Rules
+    always: tuple[Number, ...]
+
+    def is_enough(self, fitted: Fitted) -> bool:
+        """Whether left-out units are predicted as well as needed."""
+        if self.rules.enough is None:
+            return False
+        mean = fitted.left_out.sum(axis=0) / np.maximum(self.problem.counts.sum(axis=0), 1)
+        return bool(np.all(np.sqrt(mean) < self.rules.enough))
+
+    def numbers_of(self, candidates: Sequence[Candidate]) -> tuple[Number, ...]:
+        """Numbers of candidates behind those that are always free, each once, without their trial values."""
+        every = (*self.always, *(n for c in candidates for n in c.numbers))
+        return tuple({n.name: replace(n, trial=None) for n in every}.values())
+
+    # ---- one step
+    def entered(self, now: Selection, bank: Sequence[Candidate]) -> Selection | None:
+        """With the candidate that enters; None where none does."""
+        leaders = self.leaders(now, [c for c in bank if not _in(c, now.candidates)])
+        good = [t for c in leaders if (t := self.refitted(now, c)) is not None and self.enters(t)]
+        if not good:
+            return None
+        best = max(good, key=lambda t: t.fall.gain)
+        order = sorted(good, key=lambda t: (t.candidate.rank, len(t.candidate.numbers), -t.fall.gain))
+        first = next(t for t in order if t is best or not self._worse(t, best))
+        rivals = (t.candidate for t in good if self._rivals(t, first))
+        one = Entered(first.candidate, first.fall, tuple({c.of: c for c in rivals}.values()))
+        return Selection(now.base, (*now.entered, one), first.fitted)
+
+    def enters(self, trial: Trial) -> bool:
+        """Whether the fall of the score matters and is no chance."""
+        least = self.rules.least * int((self.problem.counts.sum(axis=0) > 0).sum())
+        sure = quantile(self.problem, self.rules.level) * trial.fall.error
+        return trial.fall.gain > max(least, sure)
+
+    def refitted(self, now: Selection, candidate: Candidate) -> Trial | None:
+        """The fit with a candidate beside what has entered; None where its equations cannot be solved."""
+        start = {n.name: n.trial for n in candidate.numbers if n.trial is not None}
+        numbers = self.numbers_of([*now.candidates, candidate])
+        try:
+            fitted = minimise(self.problem, numbers, now.final.point.values | start, now.final.point.own)
+        except np.linalg.LinAlgError:
+            return None
+        return Trial(candidate, fitted, self._fall(now.final, fitted))
+
+    def _fall(self, before: Fitted, after: Fitted) -> Fall:
+        return fall(before.left_out, after.left_out, floor_squares(self.problem))
+
+    def _worse(self, one: Trial, other: Trial) -> bool:
+        return clearly_worse(self.problem, one.fitted, other.fitted, self.rules.least)
+
+    def _rivals(self, other: Trial, chosen: Trial) -> bool:
+        """Whether another candidate would have done as well with no more numbers."""
+        if other.candidate.of == chosen.candidate.of or len(other.candidate.numbers) > len(chosen.candidate.numbers):
+            return False
+        between = self._fall(other.fitted, chosen.fitted)
+        return between.gain < max(between.error, self.rules.least)
+
+    # ---- screen
+    def leaders(self, now: Selection, bank: Sequence[Candidate]) -> list[Candidate]:
+        """The candidates of the largest predicted falls of the score: of all, of each rank, and of single numbers."""
+        point, held = now.final.point, self.numbers_of(now.candidates)
+        columns = {_column(n): n for n in (*held, *(n for c in reversed(bank) for n in c.numbers))}
+        screen = _Screen(self.problem.quadratic(point.values, point.own, list(columns.values())), held, list(columns))
+        normal = screen.quadratic.normal(point.size)
+        predicted = [(self._predicted(now.final, c, screen, normal), c) for c in bank]
+        predicted.sort(key=lambda pair: -pair[0])
+        ways = {(c.id, c.names): c for _, c in reversed(predicted)}  # of several trial values the best
+        ordered = [c for gain, c in predicted if ways[c.id, c.names] is c and gain > -np.inf]
+        kinds: list[Callable[[Candidate], bool]] = [lambda c, r=r: c.rank == r for r in {c.rank for c in bank}]
+        kinds.append(lambda c: len(c.numbers) == 1)
+        chosen = ordered[: self.rules.leaders]
+        for kind in kinds:
+            chosen += [c for c in ordered if kind(c)][: self.rules.of_each]
+        return list(dict.fromkeys(chosen))
+
+    def _predicted(self, fitted: Fitted, candidate: Candidate, screen: _Screen, normal: Normal) -> float:
+        """The fall of the score that the linearisation predicts; -inf where its equations cannot be solved, or where
+        the numbers that are in take its place."""
+        numbers = [*screen.held, *map(_reached, candidate.numbers)]
+        places, prior = screen.places(numbers), prior_of(numbers, fitted.point.values)
+        try:
+            if own_information(normal.of(places), prior, len(screen.held)) < TAKEN:
+                return -np.inf
+            left = screen.quadratic.left_out(normal, places, prior)
+        except np.linalg.LinAlgError:
+            return -np.inf
+        return fall(fitted.left_out, left, floor_squares(self.problem)).gain
+
+    # ---- the end
+    def without_needless(self, now: Selection) -> Selection:
+        """The selection without candidates that the others make needless."""
+        while len(now.entered) > 1:
+            trials = [self._without(now, one) for one in now.entered]
+            needless = min(trials, key=lambda t: t.fall.gain)
+            if self.enters(needless):
+                return now
+            kept = tuple(one for one in now.entered if one.candidate is not needless.candidate)
+            now = Selection(now.base, kept, needless.fitted)
+        return now
+
+    def _without(self, now: Selection, one: Entered) -> Trial:
+        """The fit without a candidate, and by how much the score falls with it."""
+        kept = [c for c in now.candidates if c is not one.candidate]
+        numbers = self.numbers_of(kept)
+        gone = {*one.candidate.names} - {n.name for n in numbers}
+        values = {name: x for name, x in now.final.point.values.items() if name not in gone}
+        fitted = minimise(self.problem, numbers, values, now.final.point.own)
+        return Trial(one.candidate, fitted, self._fall(fitted, now.final))
+
+
+class _Screen(NamedTuple):
+    """A linearisation of all numbers, those that are in every fit, and the column (`_column`) of each number."""
+
+    quadratic: Quadratic
+    held: tuple[Number, ...]
+    columns: list[Column]
+
+    def places(self, numbers: Sequence[Number]) -> list[int]:
+        """Places of numbers among the columns."""
+        return [self.columns.index(_column(n)) for n in numbers]
+
+
+def _column(number: Number) -> Column:
+    return number.name, number.trial
+
+
+def _in(candidate: Candidate, entered: Sequence[Candidate]) -> bool:
+    """Whether a candidate has entered already, by itself or as a part of another one."""
+    return any(c.id in (candidate.id, candidate.of) for c in entered)
+
+
+def _reached(number: Number) -> Number:
+    """A number that is linearised by a secant, no further than this reaches."""
+    if number.trial is None:
+        return number
+    ends = sorted((0.0, IN_BOUNDS * number.trial))
+    return replace(number, low=max(number.low, ends[0]), high=min(number.high, ends[1]))

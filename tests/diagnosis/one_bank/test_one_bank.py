@@ -1,0 +1,200 @@
+"""The diagnoser `free-runs`: columns against differences of simulations, names and sizes where they are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.bench.faults import Case, Effect, inject
+from helmbench.checks.result import CheckFinding
+from helmbench.datasets.generator import Case as Manoeuvre
+from helmbench.datasets.generator import generate
+from helmbench.datasets.instruments import felt_rudder
+from helmbench.datasets.record import Record
+from helmbench.diagnosis.causes.registry import causes
+from helmbench.diagnosis.one_bank.bank import ROWS, TERMS, Facts, bank_of
+from helmbench.diagnosis.one_bank.diagnose import diagnose, of_training, runs_of
+from helmbench.diagnosis.one_bank.free_runs import STEP, Lane
+from helmbench.diagnosis.one_bank.terms import FORMULAS
+from helmbench.diagnosis.one_bank.told import SAID
+from helmbench.diagnosis.one_bank.units import length_s, units_of
+from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.registry import find
+from helmbench.estimation.run.run import run_along
+from helmbench.models.extend import extended
+from helmbench.models.families.extensions import extension_of
+from helmbench.models.instruments import INSTRUMENTS
+from helmbench.models.model import resolve
+from helmbench.models.simulate import simulate
+
+RATE = np.deg2rad(2.0)
+
+
+@pytest.fixture(scope="module")
+def ship():
+    """A response model, and records of it whose column is the command of a gear that turns at RATE."""
+    nomoto = resolve("nomoto-1")
+    model = nomoto.with_coefficients(nomoto.from_parameters({"T": 8.0, "K": 0.12}))
+    return model, [commanded(model, amplitude, seed) for seed, amplitude in enumerate((20.0, 10.0))]
+
+
+def commanded(model, amplitude, seed):
+    """A record under commands that reverse every 20 to 35 s."""
+    rng = np.random.default_rng(seed)
+    time = np.arange(0.0, 240.0, 0.5)
+    turns = np.searchsorted(np.cumsum(rng.uniform(20.0, 35.0, 20)), time)
+    command = np.deg2rad(amplitude) * (-1.0) ** turns
+    felt = felt_rudder(time, command, {"rudder_rate_limit": RATE})
+    states = simulate(model, felt[:, None], 0.5, np.zeros(len(model.states)))
+    r, psi = (states[:, model.states.index(s)] for s in ("r", "psi"))
+    noise = rng.standard_normal((2, time.size))
+    r, psi = r + 5e-4 * noise[0], psi + 1e-3 * noise[1]
+    return Record(time, {"rudder_command_rad": command, "yaw_rate_rad_s": r, "heading_rad": psi}, f"commands-{seed}")
+
+
+def test_a_slow_gear_behind_commands_is_named_with_its_rate(ship):
+    model, records = ship
+    found = diagnose(model, records[:1], records[1:], Options())
+    assert [f.cause for f in found.causes] == ["rudder_rate_limit"] and found.verdict == "named"
+    (size,) = found.causes[0].sizes
+    assert size.low < RATE < size.high and size.value == pytest.approx(RATE, rel=0.1)
+    assert found.gain["heading_rad"].rmse_after < 0.2 * found.gain["heading_rad"].rmse_before
+    assert found.extended.instruments["rudder_rate_limit"] == pytest.approx(size.value)
+    assert np.array_equal(found.extended.coefficients, model.coefficients)
+
+
+def test_nothing_is_named_where_the_gear_is_known(ship):
+    model, records = ship
+    exact = replace(model, instruments={"rudder_rate_limit": RATE})
+    found = diagnose(exact, records[:1], records[1:], Options())
+    assert not found.causes and found.verdict == "adequate"
+    assert all(g.rmse_after == pytest.approx(g.rmse_before) for g in found.gain.values())
+
+
+def test_every_number_of_the_bank_is_known_elsewhere():
+    assert {row.cause for row in ROWS} | {*TERMS} <= {*causes()}
+    assert all(entry in INSTRUMENTS for row in ROWS for entry in row.entries)
+    for cause, entries in TERMS.items():
+        assert {name for name, *_ in entries} == {*extension_of(cause).units}
+        assert all(name in FORMULAS and name in SAID for name, *_ in entries)
+
+
+def test_limits_are_candidates_behind_commands_only(ship):
+    model, _ = ship
+    for commands in (True, False):
+        bank = bank_of(model, Facts({"r", "psi"}, commands, 1), 8.0, None)
+        assert ("rudder_rate_limit" in {c.id for c in bank.candidates}) == commands
+    bank = bank_of(model, Facts({"psi"}, True, 1), 8.0, None)
+    assert "yaw_rate_bias" not in {c.id for c in bank.candidates}
+    assert {c.id for c in bank_of(model, Facts({"r"}, True, 1), 8.0, ("rudder_delay",)).candidates} == {"rudder_delay"}
+
+
+def test_pieces_cover_the_records_and_are_three_at_least(ship):
+    model, records = ship
+    units = units_of(model, records, length_s(model, records))
+    assert {u.number for u in units} == {0, 1} and len(units) >= 3
+    spans = sum(u.grid_s[-1] - u.grid_s[0] for u in units)
+    assert spans == pytest.approx(sum(r.time_s[-1] - r.time_s[0] for r in records), rel=0.05)
+    assert len(units_of(model, records[:1], 1e3)) == 3
+
+
+@pytest.fixture(scope="module")
+def mariner():
+    model = resolve("mariner")
+    return model, [generate(Manoeuvre("mariner", "zigzag:20/20", "low", seed=3, duration_s=200.0))]
+
+
+def lane(runs, **values):
+    """Errors (N, C) of the first unit at values of numbers."""
+    (errors,) = runs.errors([Lane(0, values, runs.no_own[0])])
+    return errors[0]
+
+
+def predicted(runs, **values):
+    return runs.measured[0] - lane(runs, **values)
+
+
+def run_of_hull(model, unit, states):
+    """States (N, C) of a run along a unit by the free run of every command."""
+    run = run_along(replace(model, max_step_s=0.5), unit.stretch.record)
+    names = {"u": "surge_m_s", "v": "sway_m_s", "r": "yaw_rate_rad_s", "psi": "heading_rad"}
+    return np.column_stack([run.predicted[names[s]] for s in states])
+
+
+@pytest.mark.parametrize(
+    ("cause", "values"),
+    [
+        ("current", {"current_towards_north": 0.3, "current_towards_east": -0.2}),
+        ("constant_force", {"constant_X": 2e4, "constant_Y": -3e4, "constant_N": 1e6}),
+        ("yaw_damping_cubic", {"added_Nrrr": -0.002}),
+        ("sway_damping_quadratic", {"added_Yv_absv": -0.01}),
+    ],
+)
+def test_what_acts_from_outside_is_the_extension_of_its_cause(mariner, cause, values):
+    """Terms act along the measured motion, which differs from the run's own by the term's effect."""
+    model, records = mariner
+    runs = runs_of(model, records, Options().checked(model))
+    unit = runs.units[0]
+    base, direct = (
+        run_of_hull(model, unit, runs.symbols),
+        run_of_hull(extended(model, cause, values), unit, runs.symbols),
+    )
+    own = predicted(runs, **values)
+    scale = np.abs(direct - base).max(axis=0)
+    assert np.all(np.abs(predicted(runs) - base).max(axis=0) <= 1e-3 * np.abs(base).max(axis=0))
+    assert np.all(np.abs(own - direct).max(axis=0) <= 0.25 * scale + 1e-3 * np.abs(base).max(axis=0))
+
+
+def test_sensors_show_the_run_and_are_taken_off_its_start(mariner):
+    model, records = mariner
+    runs = runs_of(model, records, Options().checked(model))
+    true, r, u = predicted(runs), runs.symbols.index("r"), runs.symbols.index("u")
+    shown = predicted(runs, yaw_rate_bias=1e-3)
+    assert shown[0, r] == pytest.approx(true[0, r], abs=1e-6)  # the start is what the sensor shows less its bias
+    assert predicted(runs, speed_scale=0.1)[0, u] == pytest.approx(true[0, u], abs=1e-6)
+    late, samples = predicted(runs, velocity_delay=3.0)[:, u], np.arange(len(true))
+    step_s = runs.units[0].stretch.series.dt
+    assert np.allclose(late, np.interp(samples - 3.0 / step_s, samples, true[:, u]), atol=1e-9)
+
+
+def test_a_column_is_the_difference_of_two_runs(mariner):
+    model, records = mariner
+    runs = runs_of(model, records, Options().checked(model))
+    (number,) = next(c.numbers for c in runs.bank.candidates if c.id == "hull_yaw_linear.Nr")
+    step = STEP * number.sd
+    by_algebra = runs.quadratic({}, runs.no_own, [number]).squares(
+        np.full((len(runs.units), 1), step), runs.no_own, [0]
+    )
+    assert np.allclose(by_algebra, runs.squares([{number.name: step}] * len(runs.units), runs.no_own), rtol=1e-6)
+
+
+def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):
+    ship = resolve("mariner")
+    wrong = ship.parameters["Nr"]
+    model = ship.with_coefficients(ship.from_parameters(ship.parameters | {"Nr": 0.7 * wrong}))
+    case = inject(Case("mariner", train=("zigzag:20/20", "turn:25:port"), held_out=("zigzag:10/10:port",)), rng)
+    found = find("free-runs")().diagnose(model, case.train, case.held_out, Options())
+    (finding,) = found.causes
+    assert finding.cause == "base_coefficients" and finding.details["groups"] == ["linear yaw moment of the hull"]
+    assert [s.parameter for s in finding.sizes] == ["Nr"]
+    assert finding.sizes[0].value == pytest.approx(wrong, rel=0.03)
+    assert found.gain["heading_rad"].rmse_after < 0.2 * found.gain["heading_rad"].rmse_before
+
+
+def test_a_delay_beside_wrong_numbers_is_named_with_its_size(rng):
+    ship = resolve("mariner")
+    model = ship.with_coefficients(ship.coefficients * (1.0 + 0.1 * rng.standard_normal(ship.coefficients.size)))
+    late = Effect("rudder_delay", {"tau": 2.5})
+    case = inject(Case("mariner", effects=(late,)), rng)
+    found = find("free-runs")().diagnose(model, case.train, (), Options())
+    sizes = {f.cause: f.sizes for f in found.causes}
+    assert sizes["rudder_delay"][0].value == pytest.approx(2.5, abs=0.5)
+    assert {*sizes} <= {"rudder_delay", "base_coefficients"}
+
+
+def test_a_doubt_about_held_out_records_does_not_stand_in_the_way(mariner):
+    _, records = mariner
+    doubt = CheckFinding("time_stamps", "file", ("held",), (), (), "rows are missing", standing=True)
+    own = replace(doubt, records=(records[0].name,))
+    kept = of_training((doubt, own), records)
+    assert [f.standing for f in kept] == [False, True]
