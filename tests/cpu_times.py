@@ -13,6 +13,7 @@ REASONS = {
     "tests/datasets/importing/bank/test_bank.py::test_nothing_goes_in_wrong_without_a_word": "imports the bank of logs",
     "tests/diagnosis/test_imperfect_base.py::test_the_numbers_are_named_with_shares": "makes a shared diagnosis",
     "tests/test_readme.py::test_the_blocks_write_what_is_said": "runs the README",
+    "tests/helmbench/open/test_in_browser.py::test_from_a_dropped_log_to_the_diagnosis": "a browser and its end",
 }
 """Test -> why it takes more than LIMIT_S of CPU time."""
 MARK = pytest.StashKey[float]()

@@ -54,6 +54,7 @@ def test_a_number_that_is_wrong_everywhere_has_no_regime(rng):
     assert found.causes and not any("regime" in f.details for f in found.causes)
 
 
+@pytest.mark.nightly
 def test_a_sensor_that_is_cut_off_is_told_and_its_samples_left_out(rng):
     effect = Effect("yaw_rate_saturation", {"limit": 0.008})
     case, found = diagnosed("cargo", effect, rng)

@@ -59,6 +59,7 @@ def test_intervals_and_fixed_parameters_are_printed(call):
     assert status == 0 and "fixed" in lines["K"] and "[" in lines["T"] and "+-" in lines["alpha"]
 
 
+@pytest.mark.nightly
 def test_a_black_box_has_no_model_file(call, tmp_path):
     status, _, err = call("sklearn:Ridge", "--identifiability", model="nomoto-1")
     assert status == 0 and "a black box has no coefficients" in err and not (tmp_path / "m.json").exists()
