@@ -103,25 +103,29 @@ const Drawing = (function () {
     const front = points.filter(function (p) { return p.front && isFinite(p.y); }).sort(function (a, b) { return a.x - b.x; });
     line(plot, front.map(function (p) { return p.x; }), front.map(function (p) { return Math.max(p.y, 1e-6); }), "front");
     if (lost) draw("text", { class: "tick", x: plot.left + 4, y: plot.top + 24, text: "▲ infinite: most problems without an error" }, plot.svg);
-    const boxes = points.filter(function (p) { return isFinite(p.y) && (p.front || p.strong); }).map(function (p) {
+    const around = function (p) {
       const cx = plot.x(p.x), cy = plot.y(Math.max(p.y, 1e-6));
       return [cx - 5, cy - 5, cx + 5, cy + 5];
-    });
-    points.slice().sort(function (a, b) { return (b.front || b.strong ? 1 : 0) - (a.front || a.strong ? 1 : 0); }).forEach(function (p) {
+    };
+    const named = function (p) { return p.front || p.strong; }, boxes = finite.filter(named).map(around);
+    const others = finite.filter(function (p) { return !named(p); }).map(around);
+    points.slice().sort(function (a, b) { return (named(b) ? 1 : 0) - (named(a) ? 1 : 0); }).forEach(function (p) {
       const cx = plot.x(p.x), inf = !isFinite(p.y), cy = inf ? plot.top + 6 : plot.y(Math.max(p.y, 1e-6));
       const kind = p.strong ? "dot strong" : p.front ? "dot on" : "dot";
       const shape = inf ? draw("path", { class: kind, d: "M" + (cx - 5) + " " + (cy + 4) + "h10l-5 -9z" }, plot.svg)
         : p.y <= 1e-6 ? draw("rect", { class: kind, x: cx - 4, y: cy - 4, width: 8, height: 8 }, plot.svg)
         : draw("circle", { class: kind, cx: cx, cy: cy, r: p.strong ? 6 : 4.5 }, plot.svg);
       draw("title", { text: p.name + ": error " + (inf ? "infinite" : Ranking.number(p.y)) + (p.y <= 1e-6 ? " or less (square: exact)" : "") + ", " + Ranking.number(p.x) + " s" }, shape);
-      if (inf || !(p.front || p.strong)) return;
-      const wide = p.name.length * 6.4, free = [[cx + 9, cy + 4], [cx - 9 - wide, cy + 4], [cx + 4, cy - 10], [cx - wide / 2, cy + 19]]
+      if (inf || !named(p)) return;
+      const wide = p.name.length * 6.4, places = [[cx + 9, cy + 4], [cx - 9 - wide, cy + 4], [cx + 4, cy - 10], [cx - wide / 2, cy + 19]]
         .map(function (at) { return [at[0], at[1] - 10, at[0] + wide, at[1] + 2]; })
-        .find(function (box) {
-          return box[2] <= plot.right && box[0] >= plot.left && box[3] <= plot.bottom && !boxes.some(function (b) {
-            return box[0] < b[2] && b[0] < box[2] && box[1] < b[3] && b[1] < box[3];
-          });
+        .filter(function (box) { return box[2] <= plot.right && box[0] >= plot.left && box[3] <= plot.bottom; });
+      const clear = function (taken) {
+        return places.find(function (box) {
+          return !taken.some(function (b) { return box[0] < b[2] && b[0] < box[2] && box[1] < b[3] && b[1] < box[3]; });
         });
+      };
+      const free = clear(boxes.concat(others)) || clear(boxes); // rather over a dot without a name than no name
       if (free) { boxes.push(free); draw("text", { class: "name", x: free[0], y: free[3] - 2, text: p.name }, plot.svg); }
     });
     saveButton(figure, plot.svg, "error-against-time");
