@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ...estimation.records.series import MEASURED
 from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.selection.minimiser import minimise
 from ...models.errors import BadInput
+from ...models.model import CHANNELS
 from ..beside_numbers import behind_sensors
 from ..checked import with_checks
 from ..diagnose import identified as identified_model
@@ -31,8 +33,6 @@ if TYPE_CHECKING:
     from ..prepared import Prepared
     from ..result import Diagnosis
     from .search import Choice
-
-SYMBOLS = {"surge_m_s": "u", "sway_m_s": "v", "yaw_rate_rad_s": "r", "heading_rad": "psi"}
 
 
 def diagnose(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Diagnosis:
@@ -84,7 +84,7 @@ def _useful(model: Model, given: Prepared, held_out: Sequence[Record], options: 
 def runs_of(model: Model, records: Sequence[Record], options: Options) -> FreeRuns:
     """The free runs of pieces of records behind the model's instruments, over the whole bank."""
     length = length_s(model, records)
-    measured = {s for column, s in SYMBOLS.items() if s in model.states and any(r.has(column) for r in records)}
+    measured = {s for s in MEASURED if s in model.states and any(r.has(CHANNELS[s]) for r in records)}
     commanded = not any(r.has("rudder_rad") for r in records)
     identified, exact = options.base_parameters == "identify", options.coefficient_sd == 0.0
     facts = Facts(measured, commanded, len(records), identified, exact)

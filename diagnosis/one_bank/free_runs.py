@@ -12,13 +12,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...estimation.diagnosis_only.mixed_effects.problem import CORRELATION, FLOOR
+from ...estimation.diagnosis_only.mixed_effects.problem import (
+    CORRELATION,
+    FLOOR,
+    coarsely_integrated,
+    own_sd,
+    started_states,
+    units,
+)
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
 from ...models.instruments import SENSORS
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
-from .scales import coarsely_integrated, own_sd, units
 from .terms import term_series
 from .units import Rudder
 
@@ -61,11 +67,11 @@ class FreeRuns:
         self.model = coarsely_integrated(bank.model, length_s)
         measured = {s for u in self.units for s in _known(u)}
         self.symbols = [s for s in MEASURED if s in measured]
-        unit, own = units(bank.model, length_s), own_sd(bank.model, length_s)
+        unit = units(bank.model, length_s)
         self._columns = [bank.model.states.index(s) for s in self.symbols]
         self.floor = np.array([FLOOR[s] * unit[s] for s in self.symbols])
-        self._own_places = [bank.model.states.index(s) if s != "delta" else -1 for s in own]
-        self.own_sd = np.array(list(own.values()))
+        self._own_places = [-1, *(bank.model.states.index(s) for s in started_states(bank.model))]
+        self.own_sd = own_sd(bank.model, length_s)
         self.measured = [u.measured(self.symbols) for u in self.units]
         self.counts = np.array([np.isfinite(m).sum(axis=0) for m in self.measured], float)
         spans = [u.stretch.series.dt * len(u.grid_s) for u in self.units]

@@ -12,16 +12,18 @@ import numpy as np
 
 from ...datasets.instruments import felt_rudder
 from ...datasets.signals import bridged
+from ...estimation.diagnosis_only.mixed_effects.problem import coarse
 from ...estimation.records.gaps import SHORTEST, clock_of, stretches
 from ...estimation.run.stretch import Stretch
 from ...models.errors import CannotFit
 from ...models.time_scale import time_scale_s
-from .scales import REFERENCE_S, coarse
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
 
+REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
+"""L/U of a ship of 160 m at 15 kn, s."""
 LENGTHS = 8.0
 """Ship lengths sailed in a piece."""
 FEWEST, MOST = 3, 24

@@ -129,6 +129,13 @@ def test_rudder_and_heading_under_each_others_names_are_told(runs, spoiled):
     assert "the yaw rate is that of the rudder column" in found.causes[0].evidence
 
 
+def test_a_held_out_record_is_run_with_its_rudder_in_its_place(runs):
+    """The heading under the rudder's name in all records: the base model has the error of the true columns."""
+    swapped = [r.with_channels(rudder_rad=r.column("heading_rad"), heading_rad=r.column("rudder_rad")) for r in runs]
+    told, true = (diagnose(resolve("response-1"), one[:1], one[1:], FEW).gain["heading_rad"] for one in (swapped, runs))
+    assert told.rmse_before == pytest.approx(true.rmse_before)
+
+
 def test_nothing_is_named_where_the_rudder_is_of_another_time(runs):
     """Two fifths of a record later: no phase of the zigzag is kept."""
     late = [r.with_channels(rudder_rad=np.roll(r.column("rudder_rad"), 2 * r.n // 5)) for r in runs]

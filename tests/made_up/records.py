@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.record import Record
 from helmbench.models.model import CHANNELS, resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
@@ -14,6 +15,16 @@ def driven(model, rudder, dt, name="driven", **options):
     states = simulate(model, inputs_of(model, rudder), dt, initial_state(model), **options)
     channels = {CHANNELS[s]: states[:, i] for i, s in enumerate(model.states) if s in CHANNELS}
     return Record(dt * np.arange(len(rudder)), {"rudder_rad": np.asarray(rudder), **channels}, name)
+
+
+def long_zigzag():
+    """A noisy zigzag of the Mariner, of 400 s at 1 Hz."""
+    return generate(Case("mariner", "zigzag:20/20", "low", seed=7, duration_s=400.0, dt_s=1.0))
+
+
+def errors_of(run):
+    """Root mean square error of a free run by channel."""
+    return {channel: sums.scores()[0] for channel, sums in run.squares().items()}
 
 
 def relative_errors(estimate, truth):

@@ -205,12 +205,10 @@ def order(file: str) -> tuple[list[str], list[str]]:
     every = sorted(str(p.relative_to(ROOT)) for p in (ROOT / "tests").rglob("test_*.py"))
     skipped = ("tests/nightly/", "tests/timing/")
     every = [name for name in every if not name.startswith(skipped)]
-    steps = distances(file)
-    mirrored = f"tests/{Path(file).parent}/"
-    rank = {name: (not name.startswith(mirrored), steps.get(name, 99)) for name in every}
-    ranked = sorted(every, key=lambda name: (min(rank[name][1], 5 if rank[name][0] else 0), name))
-    near = [name for name in ranked if steps.get(name, 99) <= NEAR or name.startswith(mirrored)]
-    return near, [name for name in ranked if name not in near]
+    steps = dict.fromkeys(every, len(every)) | distances(file)
+    steps |= {name: 0 for name in every if name.startswith(f"tests/{Path(file).parent}/")}
+    ranked = sorted(every, key=lambda name: (steps[name], name))
+    return [n for n in ranked if steps[n] <= NEAR], [n for n in ranked if steps[n] > NEAR]
 
 
 def failing(folder: Path, marker: str, files: list[str]) -> str:

@@ -107,8 +107,7 @@ class Problem:
     @cached_property
     def unit(self) -> np.ndarray:
         """(C,) size of each channel in which FLOOR and START_SD are shares."""
-        speed = self.model.speed_m_s if np.isfinite(self.model.speed_m_s) else 1.0
-        sizes = {"u": speed, "v": speed, "r": 1.0 / self.length_s, "psi": 1.0, THRUST: self._mean_thrust}
+        sizes = units(self.model, self.length_s) | {THRUST: self._mean_thrust}
         return np.array([sizes[c] for c in self.channels])
 
     @property
@@ -145,14 +144,12 @@ class Problem:
     @property
     def states(self) -> tuple[str, ...]:
         """States whose initial value belongs to a record."""
-        return tuple(s for s in START_SD if s in self.model.states)
+        return started_states(self.model)
 
     @cached_property
     def own_sd(self) -> np.ndarray:
         """(k,) prior standard deviations of a record's own effects: neutral rudder angle, initial states."""
-        speed = self.model.speed_m_s if np.isfinite(self.model.speed_m_s) else 1.0
-        sizes = {"u": speed, "v": speed, "r": 1.0 / self.length_s, "psi": 1.0}
-        return np.array([NEUTRAL_ANGLE_SD, *(START_SD[s] * sizes[s] for s in self.states)])
+        return own_sd(self.model, self.length_s)
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -209,6 +206,33 @@ class Squares:
     count: np.ndarray
 
 
+def units(model: Model, length_s: float) -> dict[str, float]:
+    """State -> the unit of START_SD and FLOOR, SI; length_s : time of one ship length, s."""
+    speed = model.speed_m_s if np.isfinite(model.speed_m_s) else 1.0
+    return {"u": speed, "v": speed, "r": 1.0 / length_s, "psi": 1.0}
+
+
+def started_states(model: Model) -> tuple[str, ...]:
+    """States whose initial value belongs to a record."""
+    return tuple(s for s in START_SD if s in model.states)
+
+
+def own_sd(model: Model, length_s: float) -> np.ndarray:
+    """(k,) prior standard deviations of a record's own effects, SI: neutral rudder angle, then `started_states`."""
+    unit = units(model, length_s)
+    return np.array([NEUTRAL_ANGLE_SD, *(START_SD[s] * unit[s] for s in started_states(model))])
+
+
+def coarse(record: Record, length_s: float) -> Record:
+    """The record thinned to STEP."""
+    return record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
+
+
+def coarsely_integrated(model: Model, length_s: float) -> Model:
+    """The model with integration steps of INTEGRATION_STEP where its own are shorter."""
+    return replace(model, max_step_s=max(model.max_step_s, INTEGRATION_STEP * length_s))
+
+
 def problem(model: Model, records: Sequence[Record], threads: int = 1) -> Problem:
     """The model and records as a problem; records are thinned to STEP.
 
@@ -226,8 +250,7 @@ def problem(model: Model, records: Sequence[Record], threads: int = 1) -> Proble
     held = thrust is not None and any(record.has(THRUST) for record in records)
     channels = (*symbols, *((THRUST,) if held else ()))
     runs = tuple(_run(record, model, channels, length_s) for record in records)
-    relaxed = replace(model, max_step_s=max(model.max_step_s, INTEGRATION_STEP * length_s))
-    return Problem(relaxed, runs, channels, length_s, thrust, threads)
+    return Problem(coarsely_integrated(model, length_s), runs, channels, length_s, thrust, threads)
 
 
 def _measures(record: Record, symbol: str) -> bool:
@@ -236,7 +259,7 @@ def _measures(record: Record, symbol: str) -> bool:
 
 
 def _run(record: Record, model: Model, channels: Sequence[str], length_s: float) -> Run:
-    thinned = record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
+    thinned = coarse(record, length_s)
     series = with_weather(series_of(thinned, model, [c for c in channels if c != THRUST]), record, model)
     start = series.start.copy()
     for state, values in known_states(model, record, record.time_s[:1]).items():

@@ -11,6 +11,8 @@ from helmbench.estimation.run.stretch import stretches_of
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
+from ...made_up.records import errors_of, long_zigzag
+
 
 @pytest.fixture(scope="module")
 def ship():
@@ -19,11 +21,7 @@ def ship():
 
 @pytest.fixture(scope="module")
 def record():
-    return generate(Case("mariner", "zigzag:20/20", "low", seed=7, duration_s=400.0, dt_s=1.0))
-
-
-def errors(run):
-    return {channel: sums.scores()[0] for channel, sums in run.squares().items()}
+    return long_zigzag()
 
 
 def test_the_noise_of_the_first_sample_moves_no_run(ship):
@@ -31,7 +29,7 @@ def test_the_noise_of_the_first_sample_moves_no_run(ship):
     smoothed, first = [], []
     for seed in range(6):
         record = generate(Case("mariner", "zigzag:20/20", "medium", seed=seed, duration_s=200.0, dt_s=1.0))
-        smoothed.append(errors(run_along(ship, record))["heading_rad"])
+        smoothed.append(errors_of(run_along(ship, record))["heading_rad"])
         (stretch,) = stretches_of(ship, record)
         run = stretch.run(stretch.series.start, stretch.series.inputs)
         heading = run.states[:, ship.states.index("psi")]
@@ -63,8 +61,8 @@ def test_the_record_is_what_the_instruments_show(ship, record):
     """A bias that the model knows of its gyro is no error."""
     biased = record.with_channels(yaw_rate_rad_s=record.column("yaw_rate_rad_s") + 0.01)
     known = replace(ship, instruments={"yaw_rate_bias": 0.01})
-    assert errors(run_along(known, biased)) == pytest.approx(errors(run_along(ship, record)), rel=1e-6)
-    assert errors(run_along(ship, biased))["yaw_rate_rad_s"] > 0.009
+    assert errors_of(run_along(known, biased)) == pytest.approx(errors_of(run_along(ship, record)), rel=1e-6)
+    assert errors_of(run_along(ship, biased))["yaw_rate_rad_s"] > 0.009
 
 
 def test_a_record_without_a_rudder_cannot_be_run(ship, record):
