@@ -16,7 +16,7 @@ from ..checks.result import CheckFinding
 from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
 from .report.bank import demoted, updated
 from .report.findings import BY_CHANNELS, of_left_out_samples
-from .report.verdict import without_motion
+from .report.verdict import motion_explained, without_motion
 from .result import Diagnosis, Finding
 
 if TYPE_CHECKING:
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 SPEED = "surge_m_s"
+REFUTED = 0.8
+"""Share of the squared yaw motion that free runs hold along the recorded rudder from which it cannot but act."""
 
 
 class Checked(NamedTuple):
@@ -77,7 +79,7 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
         found = replace(found, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).named and f.blanked):
         found = _named(found, of_left_out_samples(name, checks, records))
-    standing = [f for f in checks if f.standing]
+    found, standing = _refuted(found, [f for f in checks if f.standing])
     if standing:
         first = f"{', '.join(standing[0].records)}: {standing[0].evidence}"
         reason = f"nothing can be said of the model while the records are in doubt: {first}"
@@ -89,6 +91,16 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
         said = "free runs with all that fits do not follow even half of the yaw motion"
         return _withheld(found, "unexplained", f"{said}: no number of the hull is named", said)
     return found
+
+
+def _refuted(found: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Diagnosis, list[CheckFinding]]:
+    """The diagnosis with doubts about the rudder taken back where free runs with it follow the training records, and the
+    doubts that stand."""
+    share = motion_explained([t for t in found.traces if t.role == "train"]) or 0.0
+    refuted = [f for f in standing if share >= REFUTED and check_of(f.cause).where == "rudder"]
+    said = tuple(f"{f.evidence}; yet free runs with it hold {100.0 * share:.0f} % of the yaw motion" for f in refuted)
+    checks = tuple(replace(f, standing=False) if f in refuted else f for f in found.checks)
+    return replace(found, checks=checks, doubts=(*found.doubts, *said)), [f for f in standing if f not in refuted]
 
 
 def _named(found: Diagnosis, finding: Finding) -> Diagnosis:

@@ -8,24 +8,27 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..estimation.results.fit import arithmetic_guard, blas_limited
-from ..models.errors import BadInput
+from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.memory import require_memory
 from .beside_numbers import behind_sensors, of_uncertain_base
 from .by_free_runs import by_free_runs, refused_by_free_runs
 from .by_residuals import concluded, selected
 from .checked import put_back, with_checks
 from .gain.runs import with_runs
+from .one_bank.diagnose import by_pieces
 from .options import Options
-from .prepared import Prepared, corrected_records
+from .prepared import Prepared, corrected_records, without_doubtful
 from .result import Diagnosis
 from .starting import thinned
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
+    from .one_bank.diagnose import ByPieces
 
 CHECKS, BASE_MODEL = "checks of sensors and files", "identification of the base model"
-CAUSES_BESIDE, FREE_RUNS = "causes beside an uncertain base model", "free runs of left-out records"
+PIECES, FREE_RUNS = "free runs of left-out pieces", "free runs of left-out records"
+CAUSES_BESIDE = "causes beside an uncertain base model"
 CAUSES = "causes and gain"
 """Stages of a diagnosis; not every diagnosis has all of them."""
 
@@ -75,21 +78,49 @@ def _diagnosed(
         raise BadInput("no training record", hint="give at least one")
     started = time.perf_counter(), time.process_time()
     watch(CHECKS)
-    given = corrected_records(model, train, held_out, options)
+    given, aside = without_doubtful(corrected_records(model, train, held_out, options))
     _require_room(model, given)
     if options.base_parameters == "identify":
         given = behind_sensors(given, given.sensors(options.causes()))
         watch(BASE_MODEL)
         model = identified(model, given.train)
-    held = put_back(held_out, given.faults, model)
-    found = with_runs(_found(model, given, options, watch), given.train, given.instruments, held, options.channels)
+    held = put_back(given.recorded, given.faults, model)
+    found = _found(model, given, held, options, watch)
     found = with_checks(found, given.checked, (*given.train, *given.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
-    return replace(found, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)
+    return replace(found, records=tuple(roles), doubts=(*aside, *found.doubts), wall_s=wall_s, cpu_s=cpu_s)
 
 
-def _found(model: Model, given: Prepared, options: Options, watch: Callable[[str], object]) -> Diagnosis:
+def _found(
+    model: Model, given: Prepared, held_out: Sequence[Record], options: Options, watch: Callable[[str], object]
+) -> Diagnosis:
+    """What free runs of left-out pieces say where they decide; else what the likelihood says, which also sees what is
+    faint beside gusts; and where that explains nothing, again what the free runs name.
+
+    A model that is stated to be exact is judged by the likelihood alone.
+    """
+    pieces = None
+    if options.coefficient_sd != 0.0:
+        watch(PIECES)
+        pieces = _by_pieces(model, given, held_out, options)
+        if pieces is not None and pieces.decisive:
+            return pieces.diagnosis
+    told = _by_likelihood(model, given, options, watch)
+    if pieces is not None and pieces.names and told.verdict in ("unexplained", "inconclusive"):
+        return pieces.diagnosis
+    return with_runs(told, given.train, given.instruments, held_out, options.channels)
+
+
+def _by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> ByPieces | None:
+    """What free runs of pieces say; None where the records or the model allow none."""
+    try:
+        return by_pieces(model, given, held_out, options)
+    except (CannotFit, FitFailed):
+        return None
+
+
+def _by_likelihood(model: Model, given: Prepared, options: Options, watch: Callable[[str], object]) -> Diagnosis:
     """The diagnosis with the base model's numbers uncertain, or as they are where that gains nothing or is asked.
 
     Where the model as it is leaves effects unexplained, its residuals do not decide on sensors that the channels have

@@ -62,6 +62,22 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
     return Prepared(own, others, faults, shown, checked, derived=derived, recorded=held_out)
 
 
+def without_doubtful(given: Prepared) -> tuple[Prepared, tuple[str, ...]]:
+    """The records without those that stand in doubt, and a sentence for each that is set aside.
+
+    A doubt is about the record that it was found in: the others are diagnosed.  Where no training record is left all
+    of them stay, and the doubt about them stands.
+    """
+    doubts = {name: f.evidence for f in reversed(given.checked) if f.standing for name in f.records}
+    train = [r for r in given.train if r.name not in doubts] or given.train
+    held_out = [r for r in given.held_out if r.name not in doubts]
+    recorded = [r for r, own in zip(given.recorded, given.held_out, strict=True) if own.name not in doubts]
+    left = {r.name for r in (*train, *held_out)}
+    aside = tuple(f"{name} is set aside: {said}" for name, said in doubts.items() if name not in left)
+    checked = tuple(replace(f, standing=f.standing and bool(left & {*f.records})) for f in given.checked)
+    return replace(given, train=train, held_out=held_out, recorded=recorded, checked=checked), aside
+
+
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
     """Records in the model's rudder sign, behind its instruments, with the chosen channels and the inputs only."""
     out = []

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..registry import Diagnoser
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class FreeRunsOfPieces(Diagnoser):
-    """`one_bank.diagnose`: the smallest set of the bank that predicts left-out pieces of the records."""
+    """`one_bank.diagnose.by_pieces` alone: the smallest set of the bank that predicts left-out pieces of the records."""
 
     name = "free-runs"
     title = "one bank of causes, numbers and terms; free runs of left-out pieces; the smallest set"
@@ -24,7 +26,21 @@ class FreeRunsOfPieces(Diagnoser):
     def diagnose(
         self, model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
     ) -> Diagnosis:
-        """See `helmbench.diagnosis.one_bank.diagnose.diagnose`."""
-        from ..one_bank.diagnose import diagnose
+        """See `helmbench.diagnosis.one_bank.diagnose.by_pieces`."""
+        from ...estimation.results.fit import arithmetic_guard, blas_limited
+        from ..checked import with_checks
+        from ..diagnose import identified
+        from ..one_bank.diagnose import by_pieces
+        from ..prepared import corrected_records
 
-        return diagnose(model, train, held_out, options)
+        clock = time.perf_counter(), time.process_time()
+        options = options.checked(model)
+        with arithmetic_guard(), blas_limited():
+            given = corrected_records(model, train, held_out, options)
+            if options.base_parameters == "identify":
+                model = identified(model, given.train)
+            said = by_pieces(model, given, held_out, options).diagnosis
+        said = with_checks(said, given.checked, (*given.train, *given.held_out))
+        roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
+        wall_s, cpu_s = time.perf_counter() - clock[0], time.process_time() - clock[1]
+        return replace(said, records=tuple(roles), wall_s=wall_s, cpu_s=cpu_s)

@@ -86,6 +86,7 @@ ROWS = (
         needs=("u", "v")),
 )  # fmt: skip
 """Causes of rudder and sensors."""
+OFFSET = next(row for row in ROWS if row.cause == "rudder_offset")
 FLOWS = {"current": (("north", "east"), 0, 0.1), "wind": (("north", "east"), 2, 1.5)}
 """Cause -> names of its numbers, column of the first, standard deviation in the ship's speed."""
 FORCES = (("constant_X", 4, 2e-3), ("constant_Y", 5, 2e-3), ("constant_N", 6, 5e-4))
@@ -175,9 +176,17 @@ def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
         for trial in [unit[row.unit] * t for t in row.trials] or [None]:
             number = Number(row.name, unit[row.unit] * row.sd, low=unit[row.unit] * row.low, trial=trial)
             yield Candidate(row.cause, (number,), INPUT), place
+    if facts.records > 1:
+        yield _own_neutral_angles(facts.records)
     if model.is_3dof:
         yield from _flows(model, facts, speed)
         yield from _forces(model)
+
+
+def _own_neutral_angles(records: int) -> tuple[Candidate, dict[str, Place]]:
+    """A neutral rudder angle of each record's own."""
+    places = {f"{OFFSET.name}:{r}": Place(OFFSET.kind, OFFSET.entries, record=r) for r in range(records)}
+    return Candidate(OFFSET.cause, tuple(Number(name, OFFSET.sd) for name in places), INPUT), places
 
 
 def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:

@@ -70,8 +70,8 @@ class FreeRuns:
         unit = units(bank.model, length_s)
         self._columns = [bank.model.states.index(s) for s in self.symbols]
         self.floor = np.array([FLOOR[s] * unit[s] for s in self.symbols])
-        self._own_places = [-1, *(bank.model.states.index(s) for s in started_states(bank.model))]
-        self.own_sd = own_sd(bank.model, length_s)
+        self._own_places = [bank.model.states.index(s) for s in started_states(bank.model)]
+        self.own_sd = own_sd(bank.model, length_s)[1:]
         self.measured = [u.measured(self.symbols) for u in self.units]
         self.counts = np.array([np.isfinite(m).sum(axis=0) for m in self.measured], float)
         spans = [u.stretch.series.dt * len(u.grid_s) for u in self.units]
@@ -171,9 +171,7 @@ class FreeRuns:
                     row[place.column] += value
         start = np.array([self._start(lane) for lane in lanes])
         effects = np.array([lane.own for lane in lanes])
-        for place, column in zip(self._own_places, effects.T, strict=True):
-            if place >= 0:
-                start[:, place] += column
+        start[:, self._own_places] += effects
         gain = self.model.kernels.RATE_GAIN
         if gain is not None:  # the smoothed yaw acceleration stands in the place of the hidden state
             start[:, 0] -= theta[:, gain] * inputs[:, 0, 0]
@@ -210,15 +208,14 @@ class FreeRuns:
             if x == 0.0 or place.kind in ("model", "sensor") or place.record not in (None, unit.number):
                 continue
             if place.kind == "steering":
-                linkage[place.entries[0]] = 1.0 / x if place.inverse else x
+                entry = place.entries[0]
+                linkage[entry] = 1.0 / x if place.inverse else linkage.get(entry, 0.0) + x
                 continue
             if inputs.shape[1] == nu:
                 inputs = np.hstack([inputs, np.zeros((len(inputs), OUTSIDE))])
             inputs[:, nu + place.column] += x * (1.0 if place.kind == "flow" else self._term(lane.unit, name))
         if linkage:
             inputs[:, 0] += self._change(lane.unit, tuple(sorted(linkage.items())))
-        if -1 in self._own_places:
-            inputs[:, 0] += lane.own[self._own_places.index(-1)]
         return inputs
 
     @lru_cache(maxsize=4096)  # noqa: B019 (lives as long as one diagnosis)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 EXACT = Rules(least=0.004, level=0.999)
 """Of a base model that is known to be exact: what is sure counts, however little it matters."""
-MATTERS, BESIDE = (0.05, 0.95), (0.02, 0.99)
+MATTERS, BESIDE = (0.05, 0.95), (0.005, 0.999)
 """Least fall of the score for each channel, and level: of few numbers alone, and beside the model's own numbers."""
 ENOUGH = 0.05
 """Error of left-out pieces, as a share of the motion, that is no matter where the base model may be inexact."""
@@ -44,6 +44,11 @@ class Choice:
     def bank(self) -> Bank:
         """All candidates."""
         return self.runs.bank
+
+    @property
+    def explains(self) -> bool:
+        """Whether left-out pieces are predicted as well as matters with what was selected."""
+        return not _left_to_explain(self.runs, self.selection)
 
 
 def withdrawn(choice: Choice) -> Choice | None:
@@ -70,7 +75,7 @@ def chosen(runs: FreeRuns, options: Options) -> Choice:
         return Choice(runs, select(runs, candidates, EXACT, base))
     least, level = MATTERS
     alone = select(runs, candidates, Rules(least, level, np.maximum(ENOUGH * runs.motion, runs.floor)), base)
-    if not bank.own or not _explains(runs, alone):
+    if not bank.own or not _left_to_explain(runs, alone):
         return Choice(runs, alone)
     whole = minimise(runs, bank.own, {}, base.point.own)
     if len(alone.entered) < 2 and clearly_worse(runs, whole, alone.final, least):
@@ -89,7 +94,7 @@ def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
     return Choice(runs, select(runs, others, Rules(*BESIDE), whole, runs.bank.own), beside=True)
 
 
-def _explains(runs: FreeRuns, alone: Selection) -> bool:
-    """Whether something is left to explain by the model's own numbers."""
-    mean = alone.final.left_out.sum(axis=0) / np.maximum(runs.counts.sum(axis=0), 1.0)
+def _left_to_explain(runs: FreeRuns, selection: Selection) -> bool:
+    """Whether errors of left-out pieces are left that matter where the base model may be inexact."""
+    mean = selection.final.left_out.sum(axis=0) / np.maximum(runs.counts.sum(axis=0), 1.0)
     return bool(np.any(np.sqrt(mean) > np.maximum(ENOUGH * runs.motion, runs.floor)))

@@ -106,7 +106,8 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
         number = entry.number if isinstance(entry, Cause) else None
         said = SAID.get(name) or (number.name if number is not None else "tau")
         unit = UNITS.get(name) or ("1" if cause in TERMS else entry.unit.partition(",")[0] if entry else "1")
-        yield Size(said, float(value), float(ends[0]), float(ends[1]), unit)
+        record = None if place.record is None else choice.runs.record_names[place.record]
+        yield Size(said, float(value), float(ends[0]), float(ends[1]), unit, record)
 
 
 def _model_values(choice: Choice) -> dict[str, float]:
@@ -190,12 +191,12 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
     for cause, own in _outside(choice, values).items():
         known = {n: own.get(n, 0.0) for n in extension_of(cause).units}
         out = extended(out, cause, known)
-    numbers = {
-        entry: 1.0 / x if places[name].inverse else x
-        for name, x in values.items()
-        if places[name].kind in ("steering", "sensor")
-        for entry in places[name].entries
-    }
+    numbers: dict[str, float] = {}
+    for name, x in values.items():
+        place = places[name]
+        for entry in place.entries if place.kind in ("steering", "sensor") else ():
+            share = x if place.record is None else x / len(choice.runs.record_names)
+            numbers[entry] = numbers.get(entry, 0.0) + (1.0 / share if place.inverse else share)
     instruments = combined(combined(model.instruments, numbers), corrected)
     ids = [choice.bank.cause_of(c) for c in choice.selection.candidates]
     name = "+".join([model.id.partition("+")[0], *dict.fromkeys(ids)])
