@@ -107,7 +107,7 @@ def _found(
         if pieces is not None and pieces.decisive:
             return pieces.diagnosis
     told = _by_likelihood(model, given, options, watch)
-    if pieces is not None and pieces.names and told.verdict in ("unexplained", "inconclusive"):
+    if pieces is not None and pieces.names and told.verdict == "unexplained":
         return pieces.diagnosis
     return with_runs(told, given.train, given.instruments, held_out, options.channels)
 

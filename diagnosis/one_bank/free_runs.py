@@ -23,6 +23,7 @@ from ...estimation.diagnosis_only.mixed_effects.problem import (
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
 from ...models.instruments import SENSORS
+from ...models.errors import CannotFit
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from .terms import term_series
@@ -59,6 +60,10 @@ class FreeRuns:
     """The problem of a selection (`estimation.selection.minimiser.Problem`): units are pieces of records.
 
     length_s : time of one ship length, s.
+
+    Raises
+    ------
+    CannotFit : the ship does not turn.
     """
 
     def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float) -> None:
@@ -80,6 +85,9 @@ class FreeRuns:
             for span, n in zip(spans, self.counts.max(axis=1), strict=True)
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
+        turning = [c for c, s in enumerate(self.symbols) if s in ("r", "psi")]
+        if not np.any(self.motion[turning] > self.floor[turning]):
+            raise CannotFit("the ship does not turn: the records hold no manoeuvre")
 
     @property
     def record_names(self) -> dict[int, str]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 EXACT = Rules(least=0.004, level=0.999)
 """Of a base model that is known to be exact: what is sure counts, however little it matters."""
-MATTERS, BESIDE = (0.05, 0.95), (0.005, 0.999)
+MATTERS, BESIDE = (0.05, 0.99), (0.005, 0.999)
 """Least fall of the score for each channel, and level: of few numbers alone, and beside the model's own numbers."""
 ENOUGH = 0.05
 """Error of left-out pieces, as a share of the motion, that is no matter where the base model may be inexact."""

@@ -26,7 +26,7 @@ REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
 """L/U of a ship of 160 m at 15 kn, s."""
 LENGTHS = 8.0
 """Ship lengths sailed in a piece."""
-FEWEST, MOST = 3, 24
+FEWEST, MOST = 8, 24
 """Pieces of all records together, at least and (but for one a record) at most."""
 
 
@@ -90,7 +90,8 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
 
     Raises
     ------
-    CannotFit : no record has a stretch without long gaps, or none measures a state of the model.
+    CannotFit : no record has a stretch without long gaps, there are too few pieces, or none measures a state of the
+        model.
     """
     whole = [(i, a, b) for i, r in enumerate(records) for a, b in stretches(r, clock_of(model, records))]
     seconds = [float(records[i].time_s[b - 1] - records[i].time_s[a]) for i, a, b in whole]
@@ -103,6 +104,9 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
     units = []
     for (i, a, b), count in zip(whole, counts, strict=True):
         edges = np.linspace(a, b, count + 1).astype(int)
-        pieces = [records[i].slice(first, last) for first, last in pairwise(edges.tolist())]
-        units += [Unit(i, Stretch.of(model, coarse(p, length)), records[i]) for p in pieces if p.n >= SHORTEST]
+        ends = [(first, last) for first, last in pairwise(edges.tolist()) if last - first >= SHORTEST]
+        pieces = (coarse(records[i].slice(first, last), length) for first, last in ends)
+        units += [Unit(i, Stretch.of(model, piece), records[i]) for piece in pieces if piece.n >= SHORTEST]
+    if len(units) < FEWEST:
+        raise CannotFit(f"fewer than {FEWEST} pieces of {SHORTEST} samples")
     return units

@@ -15,8 +15,8 @@ def record():
 @pytest.mark.parametrize(
     ("uncertain", "stages"),
     [
-        (False, [engine.CHECKS, engine.CAUSES_BESIDE, engine.CAUSES]),
-        (True, [engine.CHECKS, engine.CAUSES_BESIDE, engine.FREE_RUNS]),
+        (False, [engine.CHECKS, engine.PIECES, engine.CAUSES_BESIDE, engine.CAUSES]),
+        (True, [engine.CHECKS, engine.PIECES, engine.CAUSES_BESIDE, engine.FREE_RUNS]),
     ],
 )
 def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, stages):
