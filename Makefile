@@ -18,7 +18,6 @@ ROWS := out/timing/rows.jsonl
 STAMP := .venv/installed-at
 BOARD := leaderboard.html results.parquet parameters.parquet environment.json
 BOARD += $(BOARD:%=minutes/%)
-TYPES := build/types/helmbench
 TOOLS := build/tools
 ENTRANTS := innovations residual-bic sparse-regression best-fit nothing
 EXAM_WORLDS ?= 12
@@ -127,36 +126,29 @@ browser:
 compiler:
 	$(call debian,cc,gcc libc6-dev)
 
-# pyright keeps one processor busy for a minute, and the tests leave some: they run side by side.  Both statuses count.
 # In a new environment the first collection compiles what the tests import: once, not once by each worker.
-PYTEST := $(BIN)/pytest -n $(WORKERS) --dist worksteal
-TEST = { $(CHECK_TYPES); } > build/types.log 2>&1 & types=$$!; \
-	test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
-	$(PYTEST) $(1); tests=$$?; \
-	wait $$types; types=$$?; cat build/types.log; \
-	test $$tests -eq 0 && test $$types -eq 0
+TEST = test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
+	$(BIN)/pytest -n $(WORKERS) --dist worksteal $(1)
 
-test: lint browser compiler
-	@mkdir -p build
+test: lint types browser compiler
 	@$(call TEST,-m "not nightly")
 
 # Every seed is shifted by a number that is drawn and printed; the rates are drawn a few times each.
 test-all: export HELMBENCH_SEED := $(DRAWN_SEED)
-test-all: lint browser compiler
-	@mkdir -p build
+test-all: lint types browser compiler
 	@$(call TEST,tests tests/nightly)
 
 lint: env
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 
-# Links to the sources, laid out as they install: see [tool.pyright] in pyproject.toml.
-CHECK_TYPES = rm -rf $(TYPES) && mkdir -p $(TYPES) \
-	&& ln -s $(addprefix $(CURDIR)/,$(filter-out %__pycache__,$(wildcard helmbench/*)) $(ROOMS)) $(TYPES) \
-	&& $(BIN)/pyright --pythonpath $(BIN)/python
-
+# A copy of the sources, laid out as they install: see [tool.ty] in pyproject.toml.
 types: env
-	@$(CHECK_TYPES)
+	@rm -rf build/types
+	@mkdir -p build/types
+	@cp -rL helmbench build/types
+	@cp -rL $(ROOMS) build/types/helmbench
+	@$(BIN)/ty check
 
 format: env
 	$(BIN)/ruff check --fix .

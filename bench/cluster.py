@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from concurrent.futures import BrokenExecutor, Executor, Future
 from contextlib import contextmanager
 from importlib import import_module
@@ -23,7 +23,7 @@ RESUME = "what is finished is kept: continue with --resume"
 
 
 @contextmanager
-def cluster(address: str) -> Iterator[Pool]:
+def cluster(address: str) -> Generator[Pool]:
     """Workers of a dask scheduler, `tcp://host:port`.
 
     Raises `BadInput` where dask.distributed is not installed, no scheduler answers or a worker has other code, and

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -53,7 +53,7 @@ def one_line(message: object, most: int = 400) -> str:
 
 
 @contextmanager
-def measured_cost(row: dict[str, Any]) -> Iterator[None]:
+def measured_cost(row: dict[str, Any]) -> Generator[None]:
     """Wall time, CPU time and peak memory of the enclosed code, entered in the row also where it raises an error."""
     peak = reset_peak_memory()
     wall, cpu = time.perf_counter(), time.process_time()
@@ -112,7 +112,7 @@ def attempt(action: Callable[[], object]) -> None:
 
 
 @contextmanager
-def quiet() -> Iterator[None]:
+def quiet() -> Generator[None]:
     """One BLAS thread, and no numerical warnings: the scores show bad numbers."""
     import numpy as np
 

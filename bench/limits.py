@@ -6,7 +6,7 @@ import re
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from typing import Any
@@ -84,7 +84,7 @@ def _limits_memory() -> bool:
 
 
 @contextmanager
-def _memory(gib: float) -> Iterator[None]:
+def _memory(gib: float) -> Generator[None]:
     """Let allocations beyond the limit fail, which is a `MemoryError` in Python and numpy."""
     import resource
 
@@ -98,7 +98,7 @@ def _memory(gib: float) -> Iterator[None]:
 
 
 @contextmanager
-def _time(seconds: float, grace_s: float) -> Iterator[None]:
+def _time(seconds: float, grace_s: float) -> Generator[None]:
     """Raise `OutOfTime` in the main thread after so many seconds, without those in which kernels are built.
 
     A thread watches, and a timer of the system ends the process where Python does not come to the turn any more.

@@ -12,7 +12,7 @@ import threading
 import time
 import warnings
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Executor, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -148,7 +148,7 @@ def worker_count(jobs: int | None) -> int:
 
 
 @contextmanager
-def processes(jobs: int | None = None) -> Iterator[Pool]:
+def processes(jobs: int | None = None) -> Generator[Pool]:
     """Worker processes of this machine (default and most: one a processor), with single-threaded BLAS and numba."""
     from joblib.externals.loky import get_reusable_executor
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-# cmaes ships no types:
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 

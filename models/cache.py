@@ -14,7 +14,7 @@ import sys
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import ExitStack, contextmanager
 from functools import lru_cache
 from pathlib import Path
@@ -39,7 +39,7 @@ class Clock:
         return self._past + (time.monotonic() - self._since if self._depth else 0.0)
 
     @contextmanager
-    def running(self) -> Iterator[None]:
+    def running(self) -> Generator[None]:
         """The enclosed code builds."""
         if not self._depth:
             self._since = time.monotonic()
@@ -70,7 +70,7 @@ class FirstUse:
             self._listener(COMPILING)
 
     @contextmanager
-    def told_to(self, listener: Callable[[str], object]) -> Iterator[None]:
+    def told_to(self, listener: Callable[[str], object]) -> Generator[None]:
         """Say it to `listener` in the enclosed code, once more if it was said before."""
         former, self._listener, self._said = self._listener, listener, False
         try:
@@ -190,7 +190,7 @@ def stored(path: Path) -> bytes | None:
 
 
 @contextmanager
-def building(path: Path) -> Iterator[None]:
+def building(path: Path) -> Generator[None]:
     """While one process builds a file of the cache, others that need it wait here."""
     with BUILDING.running():
         lock = lock_of(path)

@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
-from types import CodeType
+from types import CodeType, FunctionType
 from typing import Any
 
 import numba
@@ -41,10 +41,10 @@ BORROWED: dict[str, Any] = {"_nrt": False}
 the innovations filter's time)."""
 
 
-def njit(*signatures: Any, cache: bool = False, **options: Any) -> Callable[[Callable[..., Any]], Any]:
+def njit(*signatures: Any, cache: bool = False, **options: Any) -> Callable[[FunctionType], Any]:
     """`numba.njit`, which with `cache` keeps the machine code in `cache_folder()`, checked by its digest."""
 
-    def decorate(function: Callable[..., Any]) -> Any:
+    def decorate(function: FunctionType) -> Any:
         dispatcher: Any = numba.njit(**options)(function)
         if cache:
             dispatcher._cache = KernelCache(function, options)
@@ -60,7 +60,7 @@ def njit(*signatures: Any, cache: bool = False, **options: Any) -> Callable[[Cal
     return decorate
 
 
-def callback(signature: Any, function: Callable[..., Any]) -> Any:
+def callback(signature: Any, function: FunctionType) -> Any:
     """`numba.cfunc` with division as numpy's, kept like the functions of `njit`."""
     options = {"error_model": "numpy"}
     compiled: Any = CFunc(function, normalize_signature(signature), {}, options)
@@ -75,7 +75,7 @@ class KernelCache(NullCache):
     Damaged files are compiled again.  Of several processes that need the same function one compiles, the others wait.
     """
 
-    def __init__(self, function: Callable[..., Any], options: Mapping[str, Any]) -> None:
+    def __init__(self, function: FunctionType, options: Mapping[str, Any]) -> None:
         self._function, self._form, self._locks = function, Form(function), dict[Path, Any]()
         self._options = sorted((name, str(sorted(v) if isinstance(v, set) else v)) for name, v in options.items())
 
@@ -108,13 +108,13 @@ class KernelCache(NullCache):
             FIRST_USE.begins()
         return found
 
-    def save_overload(self, sig: Any, data: Any) -> None:
-        path = self._path(sig, data.codegen)
+    def save_overload(self, sig: Any, cres: Any) -> None:
+        path = self._path(sig, cres.codegen)
         if path is None:
             return
         try:
-            if self._form.check_cachable(data):
-                store(path, dumps(self._form.reduce(data)))
+            if self._form.check_cachable(cres):
+                store(path, dumps(self._form.reduce(cres)))
         except OSError as error:
             warnings.warn(f"{path.parent}: compiled code is not kept ({error.strerror})", RuntimeWarning, stacklevel=2)
 
@@ -145,9 +145,9 @@ class KernelCache(NullCache):
 
 
 @cache
-def _sources(function: Callable[..., Any]) -> str:
+def _sources(function: FunctionType) -> str:
     """Digest of what a compiled function is made from: its file, those of the functions it calls, and constants."""
-    seen: dict[Callable[..., Any], None] = {}
+    seen: dict[FunctionType, None] = {}
     constants: list[str] = []
     todo = [function]
     while todo:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
 
 from .errors import BadInput
@@ -34,7 +34,7 @@ def missing(error: ImportError) -> str:
 
 
 @contextmanager
-def extras_told(kind: Callable[[str], Exception] = BadInput) -> Iterator[None]:
+def extras_told(kind: Callable[[str], Exception] = BadInput) -> Generator[None]:
     """Raise `kind` with what to install where the enclosed code imports a package of an extra that is not there."""
     try:
         yield

@@ -135,7 +135,7 @@ class _Printer(PythonCodePrinter):
     _print_Half = _print_Rational
     _print_One = _print_Zero = _print_NegativeOne = _print_Integer
 
-    def _print_Pow(self, expr, *_):
+    def _print_Pow(self, expr, *_, **__):
         base, power = expr.args
         if power == sp.S.Half:
             return f"sqrt({self._print(base)})"

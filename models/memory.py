@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -22,7 +22,7 @@ def require_memory(needed: float, what: str) -> None:
 
 
 @contextmanager
-def bounded_memory(most: int) -> Iterator[None]:
+def bounded_memory(most: int) -> Generator[None]:
     """Let allocations that need more than `most` bytes beyond what this process has fail as a `MemoryError`; Linux."""
     try:
         import resource

@@ -64,7 +64,7 @@ def of_mmgdynamics(entries: Iterable[tuple[str, float, str, int | None]], file: 
     told: list[str] = []
     out = _propeller(t, told) | _wake(t, told) | _straightening(t, told) | _rudder_area(t)
     out |= {name: t[name] for name in AS_THEY_ARE.split()} | {name: t[f"{name}_dash"] for name in HULL.split()}
-    needed = {name: t[name] for name in NEEDED}
+    needed: dict[str, float] = {name: t[name] for name in NEEDED}
     if t.missing:
         hint = "a table of mmgdynamics has it" if len(t.missing) == 1 else "a table of mmgdynamics has them"
         raise BadInput(f"missing: {', '.join(t.missing)}", file=file, hint=hint)

@@ -7,9 +7,10 @@ signature is found at once where it is an argument.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from functools import cache
+from types import FunctionType
 from typing import Any
 
 import numba
@@ -57,7 +58,7 @@ def _signature(self: BaseFunction, context: Any, args: Any, kws: Any) -> Any:
 
 
 @contextmanager
-def operators_typed_once() -> Iterator[None]:
+def operators_typed_once() -> Generator[None]:
     """What is compiled meanwhile types equal operators once.  The caller holds numba's compiler lock.
 
     A function's other compiling, as that of another package, is as numba does it.
@@ -77,7 +78,7 @@ class Form(CompileResultCacheImpl):
         def __init__(self, file: str) -> None:
             self._py_file = file
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: FunctionType) -> None:
         self._lineno, self._locator = function.__code__.co_firstlineno, self._Locator(function.__code__.co_filename)
 
 

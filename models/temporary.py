@@ -11,7 +11,7 @@ import secrets
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
@@ -21,7 +21,7 @@ PATTERN = ".helmbench-*.tmp"
 
 
 @contextmanager
-def temporary_file(folder: Path, mode: int = 0o666) -> Iterator[Path]:
+def temporary_file(folder: Path, mode: int = 0o666) -> Generator[Path]:
     """A new empty file in a folder, to be written and moved to its place; else it is removed at the end.
 
     mode : its permissions, less those that the user's mask takes away.
@@ -42,7 +42,7 @@ def temporary_file(folder: Path, mode: int = 0o666) -> Iterator[Path]:
 
 
 @contextmanager
-def temporary_folder(parent: Path | None = None, mode: int = 0o700) -> Iterator[Path]:
+def temporary_folder(parent: Path | None = None, mode: int = 0o700) -> Generator[Path]:
     """A new folder in another one, or in the system's folder of temporary files, with `mode`; as `temporary_file`."""
     with _held(parent or Path(tempfile.gettempdir()), lambda path: path.mkdir(mode)) as path:
         try:
@@ -74,7 +74,7 @@ def _once(folder: Path) -> None:
 
 
 @contextmanager
-def _held(folder: Path, make: Callable[[Path], object]) -> Iterator[Path]:
+def _held(folder: Path, make: Callable[[Path], object]) -> Generator[Path]:
     """A new name in a folder, made and locked."""
     _once(folder.absolute())
     path, file = _made(folder, make)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 
 VARIABLE = "PYTHONSAFEPATH"
@@ -16,7 +16,7 @@ VARIABLE = "PYTHONSAFEPATH"
 
 
 @contextmanager
-def without_working_folder() -> Iterator[None]:
+def without_working_folder() -> Generator[None]:
     """Neither this process nor one that it starts imports from the working folder in the enclosed code.
 
     The empty entry of `sys.path`, which stands for the working folder in an interactive session, is taken out:

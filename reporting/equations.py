@@ -100,7 +100,7 @@ def _rudder_relation(rudder: Mapping[str, float]) -> Line:
     gain = 1 + (sp.Symbol("e") if "rudder_effectiveness" in rudder else 0)
     gain += sp.Symbol("e_fault") if "rudder_fault" in rudder else 0
     sign = -1 if "rudder_reversed" in rudder else 1
-    effective = sign * gain * sp.Function("delta")(sp.Symbol("t") - delay)
+    effective = sign * gain * sp.Function("delta")(sp.Symbol("t") - delay)  # ty: ignore[not-callable]
     effective += sp.Symbol("rudder_offset") if "rudder_offset" in rudder else 0
     return with_note(equation([(sp.Symbol("delta_hull"), None)], effective, {}, True), _limits(rudder))
 
@@ -115,7 +115,8 @@ def _channel_relations(new: Mapping[str, float]) -> Iterable[Line]:
             channel = short.replace("_", " ")
             delay = sp.Symbol(f"tau_{short}") if "delay" in own else 0
             scale, bias = (sp.Symbol(s) if kind in own else 0 for kind, s in (("scale", "s"), ("bias", "b")))
-            recorded = sp.Function(f"{channel}_true")(sp.Symbol("t") - delay) * (1 + scale) + bias
+            true = sp.Function(f"{channel}_true")(sp.Symbol("t") - delay)  # ty: ignore[not-callable]
+            recorded = true * (1 + scale) + bias
             yield equation([(sp.Symbol(f"{channel}_recorded"), None)], recorded, {}, True)
     yield from (statement(f"columns {a} and {b} are exchanged") for name, (a, b) in SWAPS.items() if name in new)
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import logging
 
-# WeasyPrint ships no types:
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 from ..models.errors import BadInput
 from ..models.extras import extras_told
 

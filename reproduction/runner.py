@@ -6,7 +6,7 @@ import io
 import json
 import time
 import zlib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -71,7 +71,7 @@ def plan(papers: Sequence[Paper], seed: int = 0) -> list[Job]:
 
 
 @contextmanager
-def open_directory(directory: Path, resume: bool, seed: int = 0) -> Iterator[None]:
+def open_directory(directory: Path, resume: bool, seed: int = 0) -> Generator[None]:
     """Make a directory of runs, or check that a started one was made by this version, and hold it for this process.
 
     Raises `BadInput` where it is not vacant, not to be resumed, or held by another process.

@@ -98,7 +98,7 @@ def test_every_package_of_an_extra_that_is_imported_is_known():
 
 def test_a_module_that_no_extra_brings_is_no_matter_of_extras():
     with pytest.raises(ModuleNotFoundError, match="no_such_module"), extras_told():
-        import no_such_module  # pyright: ignore # noqa: F401
+        import no_such_module  # noqa: F401
     with pytest.raises(BadInput, match=r"needs joblib: pip install 'helmbench\[bench\]'"), extras_told():
         raise ModuleNotFoundError(name="joblib.externals")
 

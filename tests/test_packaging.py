@@ -115,11 +115,12 @@ def test_every_package_is_listed() -> None:
 
 
 def test_every_room_is_checked_and_cleaned() -> None:
-    """The Makefile and pyright's configuration name every room."""
+    """The Makefile names every room, and ty is strict with every folder of the front door."""
     (rooms,) = re.findall(r"^ROOMS := (.*)$", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)
     assert tuple(rooms.split()) == LAYERS
-    checked = {Path(path).name for path in PROJECT["tool"]["pyright"]["include"]}
-    assert checked == {"helmbench", "api", "cli", "open", *LAYERS}
+    (strict,) = PROJECT["tool"]["ty"]["overrides"]
+    front_door = {f"build/types/{path.parent.relative_to(ROOT)}" for path in ROOT.glob("helmbench/*/__init__.py")}
+    assert set(strict["include"]) == {"build/types/helmbench/*.py"} | front_door
 
 
 def fresh_environment(folder: Path) -> tuple[Path, Path]:

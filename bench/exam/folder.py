@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import cached_property
 from importlib.metadata import version
@@ -196,7 +196,7 @@ def _check_apart(folder: Path, key: Path) -> None:
 
 
 @contextmanager
-def _new_folder(folder: Path) -> Iterator[Path]:
+def _new_folder(folder: Path) -> Generator[Path]:
     """A folder under a temporary name, which is moved to its place where all went well, else removed."""
     try:
         with temporary_folder(folder.parent, 0o777) as place:

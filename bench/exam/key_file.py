@@ -52,7 +52,8 @@ class WorldKey(FileContent):
     @property
     def spec(self) -> CaseSpec:
         """The case."""
-        return CaseSpec(**{**self.case, "injected": tuple(self.case["injected"])})
+        case: dict[str, Any] = {**self.case, "injected": tuple(self.case["injected"])}
+        return CaseSpec(**case)
 
     @property
     def ship(self) -> Ship:

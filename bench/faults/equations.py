@@ -8,12 +8,13 @@ terms: the taxonomy of causes.
 from __future__ import annotations
 
 from math import atan2, cos, exp, fabs, pi, sin, sqrt
+from typing import Any
 
 import numpy as np
 
 from ...models.compilation import njit
 
-JIT = {"cache": True, "error_model": "numpy"}
+JIT: dict[str, Any] = {"cache": True, "error_model": "numpy"}
 GRAVITY = 9.81
 
 #: Names of the effect parameters that act inside the equations; units as in the files of `effects`.

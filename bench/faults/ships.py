@@ -127,7 +127,7 @@ def ship(vessel: str, factors: tuple[tuple[str, float], ...] = ()) -> Ship:
 
     factors : (name, factor) of numbers in which a sister ship differs from the published one, of `sister_numbers`.
     """
-    facts = read_vessel(vessel_files()[vessel])
+    facts: dict[str, Any] = read_vessel(vessel_files()[vessel])
     kind = KINDS[facts["family"]]
     numbers = {k: v["value"] for block in BLOCKS for k, v in (facts.get(block) or {}).items()}
     numbers |= {name: numbers[name] * factor for name, factor in factors}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache, lru_cache
+from types import FunctionType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -143,7 +144,7 @@ def simulate(
 
 
 @contextmanager
-def first_class_functions() -> Iterator[None]:
+def first_class_functions() -> Generator[None]:
     """Without numba's warning that functions as arguments are experimental."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", NumbaExperimentalFeatureWarning)
@@ -161,7 +162,7 @@ def further_forces(extra: Sequence[tuple[Callable[..., None], np.ndarray]]) -> t
 
 
 @cache
-def compiled(function: Callable[..., None]) -> Any:
+def compiled(function: FunctionType) -> Any:
     """A force function as a numba C function, cached on disk."""
     return callback(FORCE, function)
 

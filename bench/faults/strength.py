@@ -56,7 +56,7 @@ def _draw_once(case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng:
     shape = Effect(cause, kind.draw(setting, rng))
     if not kind.sized:
         return shape, float("nan"), False
-    if case.strength in SIZED:
+    if isinstance(case.strength, str) and case.strength in SIZED:
         effect = shape.scaled(SIZED[case.strength])
         power = noncentrality(case, (effect,), frames, gusts)
         if DETECTABLE <= power < RUNAWAY:

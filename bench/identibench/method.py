@@ -117,7 +117,7 @@ class _Sequence:
         return dict(zip(self.names, np.asarray(np.hstack([self.u, self.y]), float).T, strict=True))
 
     def record(self, name: str) -> Record:
-        meta = RecordMeta(positive_rudder=side_of(self.attrs, self.names))  # pyright: ignore[reportArgumentType]
+        meta = RecordMeta(positive_rudder=side_of(self.attrs, self.names))  # ty: ignore[invalid-argument-type]
         return record_of(self.columns(), self.step_s, name, meta)
 
 

@@ -16,7 +16,7 @@ import re
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ...datasets.columns import CANONICAL, INPUTS, in_order
 from ...estimation.validation.validate import TOGETHER
@@ -37,6 +37,7 @@ from .columns import RATE, SIDE
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
+    from ..kinds.identification.plan import RunSpec
     from ..kinds.identification.problems import Problem, Task, Truth
 
 MANIFEST, README = "problems.json", "README.md"
@@ -98,9 +99,9 @@ def export_problems(
         raise BadInput(f"suite {found.name} identifies nothing", hint="its kind must be identification")
     check_trust(found.texts, suite, False)
     kind = kind_of(found.kind)
-    specs = kind.plan(found, Selection(suite, (), tuple(vessels), seeds))
+    specs = cast("Sequence[RunSpec]", kind.plan(found, Selection(suite, (), tuple(vessels), seeds)))
     kind.check(specs)
-    tasks = list(dict.fromkeys(spec.task for spec in specs))  # pyright: ignore[reportAttributeAccessIssue]
+    tasks = list(dict.fromkeys(spec.task for spec in specs))
     with extras_told():
         import h5py  # noqa: F401, before anything is written
     width = len(str(len(tasks)))

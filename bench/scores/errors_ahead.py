@@ -45,5 +45,5 @@ def _errors(found: Validation) -> Mapping[str, float]:
     return {
         f"rmse_{PREFIXES[s.model]}_{lengths[s.horizon_s]:g}_{s.channel}": s.rmse
         for s in (*found.scores, *found.simple)
-        if s.record is None and s.channel in TRUSTED and s.horizon_s in lengths
+        if s.record is None and s.channel in TRUSTED and s.horizon_s is not None and s.horizon_s in lengths
     }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -183,7 +183,7 @@ def ask_scale(
     return finding.asking(question)
 
 
-def ask_sign(finding: Finding, text: str, answers: Sequence[tuple[str, str, dict[str, object]]]) -> Finding:
+def ask_sign(finding: Finding, text: str, answers: Sequence[tuple[str, str, Mapping[str, object]]]) -> Finding:
     """The finding with a question for its sign: (key, text, changes of the map's line) each."""
     made = [Answer(key, said, line_of(finding, **changes)) for key, said, changes in answers]
     question = Question(

@@ -174,7 +174,7 @@ def _stepper(
         if linear is not None and rows is not None:
             return partial(_accelerated, problem, here, rows, linear)
     if linear is None or limits is None:
-        return linear and linear.step
+        return None if linear is None else linear.step
     low, high = limits[0] - here.z, limits[1] - here.z
     return lambda damping: linear.step_within(damping, low, high)
 

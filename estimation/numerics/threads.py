@@ -25,8 +25,9 @@ def beside(threads: int, one: Callable[[], T], other: Callable[[], R]) -> tuple[
     """Results of two pieces of work that hand out work to threads themselves; below two threads one after the other."""
     if threads < 2:
         return one(), other()
+    context = copy_context()
     with ThreadPoolExecutor(1) as pool:
-        later = pool.submit(copy_context().run, other)
+        later = pool.submit(lambda: context.run(other))
         return one(), later.result()
 
 

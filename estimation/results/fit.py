@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -58,7 +58,7 @@ def blas_limited() -> Any:
 
 
 @contextmanager
-def numerical_guard() -> Iterator[None]:
+def numerical_guard() -> Generator[None]:
     """Context of a fit: no floating-point warnings, one linear-algebra thread, errors as FitFailed or CannotFit.
 
     Raises
@@ -74,7 +74,7 @@ def numerical_guard() -> Iterator[None]:
 
 
 @contextmanager
-def arithmetic_guard() -> Iterator[None]:
+def arithmetic_guard() -> Generator[None]:
     """Context without floating-point warnings, whose arithmetic errors are FitFailed.
 
     Raises

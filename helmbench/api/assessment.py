@@ -1,7 +1,5 @@
 """Whether to believe an estimate, and several side by side: outcomes with page, table, figure and files."""
 
-# pandas ships no types:
-# pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
 from collections.abc import Sequence

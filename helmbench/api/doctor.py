@@ -8,11 +8,12 @@ import shutil
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
 from importlib.metadata import PackageNotFoundError, requires, version
 from pathlib import Path
+from types import FunctionType
 from typing import Any
 
 from ..models.errors import BadInput
@@ -78,7 +79,7 @@ def doctor() -> Health:
     return Health(tuple(finding for check in checks for finding in _guarded(check)))
 
 
-def _guarded(check: Callable[[], Iterator[Finding]]) -> list[Finding]:
+def _guarded(check: FunctionType) -> list[Finding]:
     """The findings of a check; one that cannot be carried out is a fault."""
     name = check.__name__.removeprefix("_").replace("_", " ")
     try:

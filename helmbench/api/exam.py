@@ -1,7 +1,5 @@
 """The open exam: worlds with hidden changes, answers of any method, scores."""
 
-# pandas ships no types:
-# pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """A model of a ship of which only manoeuvring indices are known."""
 
-# pandas ships no types:
-# pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
 from collections.abc import Mapping

@@ -122,7 +122,7 @@ def _coefficients(
     given = np.asarray(model.coefficients if coefficients is None else coefficients, dtype=float)
     if given.shape not in ((width,), (runs, width)):
         raise BadInput(f"coefficients have the shape {given.shape}", hint=f"({runs}, {width}) or ({width},) is needed")
-    sets = np.array(np.broadcast_to(given, (runs, width)))
+    sets = np.array(np.broadcast_to(given, (runs, width)), float)
     if parameters:
         public = np.tile(model.to_parameters(model.coefficients), (runs, 1))
         for name, values in _known(parameters, model.parameter_names, "parameter", runs).items():

@@ -1,7 +1,5 @@
 """Suites: running them, reading what is stored, and the leaderboard."""
 
-# pandas ships no types:
-# pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
 import sys

@@ -1,7 +1,5 @@
 """Validation of models on records, and its outcome with page, table, figure and files."""
 
-# pandas ships no types:
-# pyright: reportMissingTypeStubs=false
 from __future__ import annotations
 
 import warnings

@@ -73,7 +73,7 @@ for command in chain.from_iterable(_Cli.sections.values()):
 def main(arguments: Sequence[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit status."""
     _stop_on_signals()
-    warnings.formatwarning = _warning
+    warnings.formatwarning = _warning  # ty: ignore[invalid-assignment] (it takes no function but the original)
     sys.exit(status_of(arguments))
 
 

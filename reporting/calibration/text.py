@@ -85,6 +85,7 @@ def _after(m: Moved) -> str:
 
 def steps_table(found: Calibration) -> Table:
     """Errors of records that were left out, and of held-out records, from the base model through every step."""
+    rows: list[tuple[str, Mapping[str, float], Mapping[str, float], str, str]]
     rows = [(BASE, {c: old for c, (old, _) in found.before.items()}, _held(found), "", "")]
     rows += [(f"+ {s.title}", s.left_out, s.held_out, _gain(s), ", ".join(s.tied_with)) for s in found.steps]
     columns = [Column("model", lambda row: row[0])]

@@ -136,7 +136,7 @@ def diagnosis_view(found: Diagnosis) -> dict[str, Any]:
 
 def _view(tone: str, sentence: str, told: list[str], **more: Any) -> dict[str, Any]:
     empty: dict[str, Any] = {"label": "", "causes": [], "next": [], "equations": [], "tables": [], "traces": []}
-    view = {**empty, **more, "tone": tone, "sentence": sentence, "told": told}
+    view: dict[str, Any] = {**empty, **more, "tone": tone, "sentence": sentence, "told": told}
     return view | {"tables": [table for table in view["tables"] if table["rows"]]}
 
 

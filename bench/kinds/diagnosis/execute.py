@@ -27,7 +27,12 @@ def injected_of(spec: CaseSpec, factors: tuple[tuple[str, float], ...] = ()) -> 
     from ...faults import Case, inject
 
     strength = spec.strength if spec.injected else "medium"
-    facts = {"gusts": spec.gusts, "foreign": spec.group == PLANTED, "factors": factors, **RECORDS[spec.records]}
+    facts: dict[str, Any] = {
+        "gusts": spec.gusts,
+        "foreign": spec.group == PLANTED,
+        "factors": factors,
+        **RECORDS[spec.records],
+    }
     case = Case(spec.vessel, spec.injected, strength, **facts)
     return inject(case, np.random.default_rng(spec.seed))
 

@@ -113,7 +113,9 @@ def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[C
     for text in _texts(entry.inject):
         injected = () if text == NOTHING else tuple(text.split("+"))
         carriers = _carriers(entry, injected)
-        vessels = {base: stratified([v for v in carriers if carried(base, v)], rng) for base in entry.base}
+        vessels: dict[str, Iterator[str]] = {
+            base: stratified([v for v in carriers if carried(base, v)], rng) for base in entry.base
+        }
         for _ in range(entry.each):
             base = next(bases)
             strength = next(strengths) if injected else NOTHING

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
 """Names of groups of vessels in a suite file -> whether they have three degrees of freedom."""
 
-ADDED = {"held_out_noise": "none", "held_out_disturbance": "none", "held_out_speed": 1.0, "held_out_dataset": None}
-ADDED |= {"vessel_file": None, "own_records": False, "positive_rudder": None, "digest": None}
+ADDED: dict[str, Any] = {"held_out_noise": "none", "held_out_disturbance": "none", "held_out_speed": 1.0}
+ADDED |= {"held_out_dataset": None, "vessel_file": None, "own_records": False, "positive_rudder": None, "digest": None}
 ADDED |= {"constants": (), "terms": ()}
 """Fields of a task that count in a run's key only where they are not these values: older runs keep their keys."""
 METHOD_GROUPS = {

@@ -241,15 +241,21 @@ def _bounded(task: Task, known: Model, values: Mapping[str, float], kind: str) -
 def _calm(task: Task) -> Task:
     """The training records without noise and disturbance: the same for all seeds unless a manoeuvre is random."""
     seed = task.seed if any(_parsed(text)[0].random for text in task.train) else 0
-    kept = {
-        "terms": task.terms,
-        "thinning": task.thinning,
-        "length": task.length,
-        "duration_s": task.duration_s,
-        "dt_s": task.dt_s,
-    }
-    own = {"vessel_file": task.vessel_file, "digest": task.digest}
-    return Task(task.vessel, task.source, task.model, task.train, (), seed=seed, **own, **kept)
+    return Task(
+        task.vessel,
+        task.source,
+        task.model,
+        task.train,
+        (),
+        seed=seed,
+        terms=task.terms,
+        thinning=task.thinning,
+        length=task.length,
+        duration_s=task.duration_s,
+        dt_s=task.dt_s,
+        vessel_file=task.vessel_file,
+        digest=task.digest,
+    )
 
 
 @lru_cache(maxsize=64)

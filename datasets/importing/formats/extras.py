@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Iterator
+from collections.abc import Generator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ def needed(module: str, package: str, what: str, path: Path) -> Any:
 
 
 @contextmanager
-def as_file(data: bytes, suffix: str) -> Iterator[str]:
+def as_file(data: bytes, suffix: str) -> Generator[str]:
     """The path of a copy of data, for libraries that read files only."""
     with temporary_folder() as folder:
         copy = folder / f"log{suffix}"

@@ -7,7 +7,7 @@ sensor shifts what the channel shows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -61,20 +61,20 @@ def tangent(est: Estimator, s: Setting, entries: Sequence[int], steps: Mapping[i
         return tangent(est, s, [entries[j] for j in order], steps)[np.argsort(order)]
     out = np.zeros((len(entries), est.edges[-1] * CHANNELS))
     outer = np.array(entries) - est.n_theta
-    pushing, steps = np.flatnonzero(outer < DRIFT + 2), steps or {}
+    pushing, given = np.flatnonzero(outer < DRIFT + 2), steps or {}
     sensors = np.flatnonzero(outer >= DRIFT + 2)
     runs = est.in_threads(lambda i: est.traced(s, i), range(len(est.segments)))
 
     def along(i: int, rows: np.ndarray) -> None:
         (run, trace), varied = runs[i], [entries[row] for row in rows]
         over = probes(s.vectors[i, varied])
-        over = np.array([steps.get(entry, h) for entry, h in zip(varied, over.tolist(), strict=True)])
+        over = np.array([given.get(entry, h) for entry, h in zip(varied, over.tolist(), strict=True)])
         _carry_pushes(est, trace, i, _pushes(est, s, i, run, varied, over), out[rows[0] : rows[-1] + 1])
 
     def beside(i: int) -> None:
         _carry_sensors(est, s, i, *runs[i], sensors, outer[sensors], out)
 
-    jobs = [partial(along, *job) for job in _shared_out(pushing, len(runs), est.threads)]
+    jobs: list[Callable[[], None]] = [partial(along, *job) for job in _shared_out(pushing, len(runs), est.threads)]
     jobs += [partial(beside, i) for i in range(len(runs) if sensors.size else 0)]
     est.in_threads(lambda job: job(), jobs)
     return out

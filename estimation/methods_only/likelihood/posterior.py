@@ -7,8 +7,6 @@ in Applied Mathematics and Computational Science 5; sampled by emcee (Foreman-Ma
 
 from __future__ import annotations
 
-# emcee ships no types:
-# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUnknownVariableType=false
 from typing import NamedTuple
 
 import numpy as np

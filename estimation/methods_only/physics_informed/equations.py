@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-# jax and SymPy's lambdify are typed loosely:
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache

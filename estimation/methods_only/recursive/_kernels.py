@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numba import types
 
 from ....models.compilation import A1, A2, JIT, f8, njit
 
-SUMS = {**JIT, "fastmath": {*JIT["fastmath"], "reassoc"}}
+SUMS: dict[str, Any] = {**JIT, "fastmath": {*JIT["fastmath"], "reassoc"}}
 """Compiler options that let the sums over coefficients run in vector registers."""
 
 

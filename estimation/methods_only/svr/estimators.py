@@ -194,7 +194,7 @@ class RWLSSVR(LSSVR):
         self.max_iter = max_iter
         self.tol = tol
 
-    def fit(self, X: Any, y: Any) -> Self:
+    def fit(self, X: Any, y: Any) -> Self:  # ty: ignore[incompatible-method-override] (it weighs the samples itself)
         """Fit to X (n, d), y (n,); raises ValueError on bad input."""
         self._validate_params()
         X, y = validate_data(self, X, y, dtype=np.float64, y_numeric=True)

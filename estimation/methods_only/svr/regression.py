@@ -198,7 +198,7 @@ def fit_svr(
     """
     if len(rows.y) <= rows.x.shape[1] or rows.training.all() or not rows.training.any():
         raise CannotFit(f"{len(rows.y)} usable regression rows for {rows.x.shape[1]} coefficients")
-    found = _regress(rows, build, c, tuner if callable(tuner) else TUNERS[tuner], whole)
+    found = _regress(rows, build, c, TUNERS[tuner] if isinstance(tuner, str) else tuner, whole)
     weights = getattr(found.regressor, "weights_", None)
     outliers = {} if weights is None else {"outliers": float(np.mean(weights == 0.0))}
     limit = getattr(found.regressor, "max_iter", None)

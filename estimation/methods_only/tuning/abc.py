@@ -190,6 +190,7 @@ def _observe(colony: Colony, trial: FrozenTrial, sign: float) -> None:
         role = None
     cost = None
     if trial.state == TrialState.COMPLETE:
+        assert trial.values is not None
         cost = sign * float(trial.values[0])
     elif trial.state == TrialState.PRUNED:
         cost = np.inf

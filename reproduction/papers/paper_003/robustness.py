@@ -14,11 +14,12 @@ from .identification import behind_observer
 from .vessels import percent
 
 ROWS, STRIDE, SHARE = 3000, 100, 0.1
+CORRECTED = RWLSSVR(C=1e12, standardise=True)
 FORMS = {
     "ls": LSSVR(C=1e12, standardise=True),
     "printed": RWLSSVR(C=1e12, standardise=True, variant="as_printed"),
     "weights": RWLSSVR(C=1e12, standardise=True, outliers=None),
-    "corrected": RWLSSVR(C=1e12, standardise=True),
+    "corrected": CORRECTED,
 }
 EFFICIENCY = {
     "converged": RWLSSVR(C=1e8, outliers=None),
@@ -41,7 +42,7 @@ def outliers(rng: np.random.Generator, *, index: int) -> StudyResult:
             values[f"{name}_{kind}"] = float(np.abs(found).max())
         kept = solve.within_mad(dirty)
         values[f"removed_as_printed_{kind}"] = float(np.mean(~kept[hit]))
-        values[f"removed_{kind}"] = float(np.mean(FORMS["corrected"].weights_[hit] == 0.0))
+        values[f"removed_{kind}"] = float(np.mean(CORRECTED.weights_[hit] == 0.0))
     values["rw_over_ls_single"] = values["corrected_single"] / values["ls_single"]
     values["ls_suffers"] = values["ls_single"] > 2.0 * values["corrected_single"]
     for name in ("corrected", "printed"):
