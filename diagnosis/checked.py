@@ -94,8 +94,8 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
 
 
 def _refuted(found: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Diagnosis, list[CheckFinding]]:
-    """The diagnosis with doubts about the rudder taken back where free runs with it follow the training records, and the
-    doubts that stand."""
+    """The diagnosis with doubts about the rudder taken back where free runs with it follow the training records, and
+    the doubts that stand."""
     share = motion_explained([t for t in found.traces if t.role == "train"]) or 0.0
     refuted = [f for f in standing if share >= REFUTED and check_of(f.cause).where == "rudder"]
     said = tuple(f"{f.evidence}; yet free runs with it hold {100.0 * share:.0f} % of the yaw motion" for f in refuted)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class FreeRunsOfPieces(Diagnoser):
-    """`one_bank.diagnose.by_pieces` alone: the smallest set of the bank that predicts left-out pieces of the records."""
+    """`one_bank.diagnose.by_pieces` alone: the smallest set of the bank that predicts left-out pieces."""
 
     name = "free-runs"
     title = "one bank of causes, numbers and terms; free runs of left-out pieces; the smallest set"

@@ -22,8 +22,8 @@ from ...estimation.diagnosis_only.mixed_effects.problem import (
 )
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
-from ...models.instruments import SENSORS
 from ...models.errors import CannotFit
+from ...models.instruments import SENSORS
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from .terms import term_series

@@ -14,12 +14,16 @@ import numpy as np
 
 from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.selection import Rules, Selection, clearly_worse, select
-from .bank import INPUT
+from ..causes.base import Cause
+from ..causes.registry import causes
+from .bank import FLOWS, INPUT
+from .units import REFERENCE_S
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ...estimation.selection.number import Candidate
+    from ...estimation.selection.selection import Entered
     from ..options import Options
     from .bank import Bank
     from .free_runs import FreeRuns
@@ -56,7 +60,13 @@ def withdrawn(choice: Choice) -> Choice | None:
     runs, selection = choice.runs, choice.selection
     if not selection.entered:
         return Choice(runs, Selection(selection.base, (), selection.base)) if choice.beside else None
-    kept = selection.entered[:-1]
+    return _without(choice, selection.entered[-1])
+
+
+def _without(choice: Choice, one: Entered) -> Choice:
+    """The choice without a candidate, all others fitted again."""
+    runs, selection = choice.runs, choice.selection
+    kept = tuple(e for e in selection.entered if e is not one)
     every = [*(runs.bank.own if choice.beside else ()), *(n for one in kept for n in one.candidate.numbers)]
     numbers = tuple({n.name: replace(n, trial=None) for n in every}.values())
     point = selection.final.point
@@ -65,7 +75,32 @@ def withdrawn(choice: Choice) -> Choice | None:
 
 
 def chosen(runs: FreeRuns, options: Options) -> Choice:
-    """The choice for records."""
+    """The choice for records, without faults of input and sensors whose sizes are below what matters."""
+    choice = _chosen(runs, options)
+    while small := [one for one in choice.selection.entered if not _matters(choice, one)]:
+        choice = _without(choice, small[-1])
+    return choice
+
+
+def _matters(choice: Choice, one: Entered) -> bool:
+    """Whether the size of a candidate is above the least of its cause that matters."""
+    cause, runs = causes().get(choice.bank.cause_of(one.candidate)), choice.runs
+    smallest = cause.smallest if isinstance(cause, Cause) and one.candidate.rank == INPUT else None
+    if cause is None or smallest is None:
+        return True
+    unit, values = (
+        cause.unit.partition(",")[0],
+        np.array([choice.selection.final.value(n) for n in one.candidate.names]),
+    )
+    if unit in ("s", "m/s"):
+        smallest *= runs.length_s / REFERENCE_S
+    if unit == "s":
+        smallest = max(smallest, 0.5 * runs.units[0].stretch.series.dt)
+    sizes = np.hypot(*values.reshape(-1, 2).T) if cause.id in FLOWS else np.abs(values)
+    return bool(np.max(sizes) > smallest)
+
+
+def _chosen(runs: FreeRuns, options: Options) -> Choice:
     bank = runs.bank
     candidates = bank.candidates
     base = minimise(runs, (), {}, runs.no_own)

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...checks.result import Size
-from ...checks.statistics.tails import student_quantile, student_tail
+from ...checks.statistics.tails import chi2_tail, student_quantile, student_tail
+from ...estimation.selection.selection import independent
 from ...models.coefficient_groups import grown, stated_groups
 from ...models.extend import extended
 from ...models.families.extensions import extension_of
@@ -60,7 +61,10 @@ def findings(choice: Choice, identified: bool) -> list[Finding]:
 def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     fall = max((one.fall for one in own), key=lambda f: f.gain / max(f.error, 1e-12))
     strength, units = fall.gain / max(fall.error, 1e-12), len(choice.runs.units)
-    p = min(1.0, len(choice.bank.candidates) * student_tail(strength, max(units - 1, 1)))
+    ratio = chi2_tail(
+        2.0 * max(fall.gain, 0.0) * independent(choice.runs), max(len(one.candidate.names) for one in own)
+    )
+    p = min(1.0, len(choice.bank.candidates) * min(student_tail(strength, max(units - 1, 1)), float(ratio)))
     rivals = [c for one in own for c in one.tied_with]
     named = {choice.bank.cause_of(c) for c in rivals} - {cause}
     details: dict[str, Any] = {}

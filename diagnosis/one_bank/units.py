@@ -26,8 +26,9 @@ REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
 """L/U of a ship of 160 m at 15 kn, s."""
 LENGTHS = 8.0
 """Ship lengths sailed in a piece."""
-FEWEST, MOST = 8, 24
-"""Pieces of all records together, at least and (but for one a record) at most."""
+FEWEST, WANTED, MOST = 3, 8, 24
+"""Pieces of all records together: without so many nothing is left out; shorter ones are cut until there are so many;
+and (but for one a record) the most."""
 
 
 def length_s(model: Model, records: Sequence[Record]) -> float:
@@ -99,13 +100,14 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
         raise CannotFit(f"no {SHORTEST} samples in turn with a rudder angle")
     piece = max(LENGTHS * length, sum(seconds) / MOST)
     counts = [max(1, int(s / piece)) for s in seconds]
-    if sum(counts) < FEWEST:
-        counts = [-(-FEWEST // len(whole))] * len(whole)
+    if sum(counts) < WANTED:
+        counts = [max(1, min(-(-WANTED // len(whole)), (b - a) // SHORTEST)) for _, a, b in whole]
     units = []
-    for (i, a, b), count in zip(whole, counts, strict=True):
+    for (i, a, b), count, span in zip(whole, counts, seconds, strict=True):
         edges = np.linspace(a, b, count + 1).astype(int)
         ends = [(first, last) for first, last in pairwise(edges.tolist()) if last - first >= SHORTEST]
-        pieces = (coarse(records[i].slice(first, last), length) for first, last in ends)
+        step = min(length, span / count / LENGTHS)  # short pieces keep as many samples as others
+        pieces = (coarse(records[i].slice(first, last), step) for first, last in ends)
         units += [Unit(i, Stretch.of(model, piece), records[i]) for piece in pieces if piece.n >= SHORTEST]
     if len(units) < FEWEST:
         raise CannotFit(f"fewer than {FEWEST} pieces of {SHORTEST} samples")

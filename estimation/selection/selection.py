@@ -2,8 +2,9 @@
 
 One linearisation of all numbers says what a fit with each candidate would leave of left-out units; the leaders are
 refitted.  A candidate enters where the score falls by more than matters (`least` for each channel) and by more than is
-chance (`level` of Student's t over units, or a likelihood ratio of `EVIDENT`).  Of those that enter, the first by rank and by the count of its numbers that
-is not clearly worse than the best.  At the end candidates leave again, as long as that costs less.
+chance (`level` of Student's t over units, or a likelihood ratio of `EVIDENT`).  Of those that enter, the first by rank
+and by the count of its numbers that is not clearly worse than the best.  At the end candidates leave again, as long as
+that costs less.
 """
 
 from __future__ import annotations
@@ -114,6 +115,11 @@ def floor_squares(problem: Problem) -> np.ndarray:
     return problem.counts * problem.floor**2
 
 
+def independent(problem: Problem) -> float:
+    """Independent values of the channel that has most of them, one at least."""
+    return max(float(np.max(problem.weight @ problem.counts)), 1.0)
+
+
 def quantile(problem: Problem, level: float) -> float:
     """Quantile of Student's t over units."""
     return student_quantile(level, max(len(problem.counts) - 1, 1))
@@ -155,8 +161,7 @@ class _Search:
         """Whether the fall of the score matters and is no chance."""
         least = self.rules.least * int((self.problem.counts.sum(axis=0) > 0).sum())
         sure = quantile(self.problem, self.rules.level) * trial.fall.error
-        independent = float(np.max(self.problem.weight @ self.problem.counts))
-        return trial.fall.gain > max(least, min(sure, EVIDENT / max(independent, 1.0)))
+        return trial.fall.gain > max(least, min(sure, EVIDENT / independent(self.problem)))
 
     def refitted(self, now: Selection, candidate: Candidate) -> Trial | None:
         """The fit with a candidate beside what has entered; None where its equations cannot be solved."""

@@ -1,4 +1,4 @@
-"""The diagnoser `free-runs`: columns against differences of simulations, names and sizes where they are known."""
+"""Free runs of left-out pieces: columns against differences of simulations, names and sizes where they are known."""
 
 from dataclasses import replace
 
@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, Effect, inject
-from helmbench.checks.result import CheckFinding
 from helmbench.datasets.generator import Case as Manoeuvre
 from helmbench.datasets.generator import generate
 from helmbench.datasets.instruments import felt_rudder
 from helmbench.datasets.record import Record
 from helmbench.diagnosis.causes.registry import causes
+from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.one_bank.bank import ROWS, TERMS, Facts, bank_of
-from helmbench.diagnosis.one_bank.diagnose import diagnose, of_training, runs_of
+from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.free_runs import STEP, Lane
 from helmbench.diagnosis.one_bank.terms import FORMULAS
 from helmbench.diagnosis.one_bank.told import SAID
@@ -21,6 +21,7 @@ from helmbench.diagnosis.one_bank.units import length_s, units_of
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.registry import find
 from helmbench.estimation.run.run import run_along
+from helmbench.models.errors import CannotFit
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import extension_of
 from helmbench.models.instruments import INSTRUMENTS
@@ -89,13 +90,16 @@ def test_limits_are_candidates_behind_commands_only(ship):
     assert {c.id for c in bank_of(model, Facts({"r"}, True, 1), 8.0, ("rudder_delay",)).candidates} == {"rudder_delay"}
 
 
-def test_pieces_cover_the_records_and_are_three_at_least(ship):
+def test_pieces_cover_the_records_and_are_eight_where_samples_allow(ship):
     model, records = ship
     units = units_of(model, records, length_s(model, records))
-    assert {u.number for u in units} == {0, 1} and len(units) >= 3
+    assert {u.number for u in units} == {0, 1} and len(units) >= 8
     spans = sum(u.grid_s[-1] - u.grid_s[0] for u in units)
     assert spans == pytest.approx(sum(r.time_s[-1] - r.time_s[0] for r in records), rel=0.05)
-    assert len(units_of(model, records[:1], 1e3)) == 3
+    assert len(units_of(model, records[:1], 1e3)) == 8
+    assert len(units_of(model, [records[0].slice(0, 80)], 1e3)) == 5
+    with pytest.raises(CannotFit, match="fewer than 3 pieces"):
+        units_of(model, [records[0].slice(0, 40)], 1e3)
 
 
 @pytest.fixture(scope="module")
@@ -190,11 +194,3 @@ def test_a_delay_beside_wrong_numbers_is_named_with_its_size(rng):
     sizes = {f.cause: f.sizes for f in found.causes}
     assert sizes["rudder_delay"][0].value == pytest.approx(2.5, abs=0.5)
     assert {*sizes} <= {"rudder_delay", "base_coefficients"}
-
-
-def test_a_doubt_about_held_out_records_does_not_stand_in_the_way(mariner):
-    _, records = mariner
-    doubt = CheckFinding("time_stamps", "file", ("held",), (), (), "rows are missing", standing=True)
-    own = replace(doubt, records=(records[0].name,))
-    kept = of_training((doubt, own), records)
-    assert [f.standing for f in kept] == [False, True]

@@ -1,0 +1,88 @@
+"""A doubt sets aside the record that it is about; one about the rudder gives way where free runs follow."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import helmbench
+from helmbench.datasets.record import Record
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.models.model import resolve
+
+STEP_S, T_S, GAIN = 0.5, 8.0, 0.12
+
+
+def turned(rudder, neutral=0.0, waves=0.0, seed=0, name="run"):
+    """A first-order ship by exact steps between samples: heading and yaw rate with noise, and a swell."""
+    rng, time = np.random.default_rng(seed), STEP_S * np.arange(rudder.size)
+    rate, held = np.zeros(rudder.size), np.exp(-STEP_S / T_S)
+    for k in range(rudder.size - 1):
+        rate[k + 1] = held * rate[k] + (1.0 - held) * GAIN * (rudder[k] + neutral)
+    swell = waves * np.sin(2.0 * np.pi * time / 7.0 + 1.0)
+    heading = np.cumsum(rate) * STEP_S - waves * 7.0 / (2.0 * np.pi) * np.cos(2.0 * np.pi * time / 7.0 + 1.0)
+    shown = {"yaw_rate_rad_s": rate + swell + 5e-4 * rng.standard_normal(rate.size)}
+    return Record(
+        time, {"rudder_rad": rudder, **shown, "heading_rad": heading + 1e-3 * rng.standard_normal(rate.size)}, name
+    )
+
+
+def steps(seed, samples=480):
+    """Rudder angles that change every 20 to 35 s."""
+    rng = np.random.default_rng(seed)
+    times = np.cumsum(rng.uniform(20.0, 35.0, 20))
+    return np.deg2rad(rng.choice([-20.0, -10.0, 10.0, 20.0], 21))[np.searchsorted(times, STEP_S * np.arange(samples))]
+
+
+@pytest.fixture(scope="module")
+def model():
+    """The ship without its neutral angle."""
+    nomoto = resolve("nomoto-1")
+    return nomoto.with_coefficients(nomoto.from_parameters({"T": T_S, "K": GAIN}))
+
+
+def torn(record, seed=1):
+    """The record without three rows of ten."""
+    kept = np.random.default_rng(seed).random(record.n) > 0.3
+    kept[[0, -1]] = True
+    return replace(record, time_s=record.time_s[kept], channels={k: v[kept] for k, v in record.channels.items()})
+
+
+def test_a_held_out_record_with_missing_rows_is_set_aside(model):
+    neutral = np.deg2rad(2.0)
+    train, held = turned(steps(1), neutral), torn(turned(steps(2), neutral, seed=2, name="torn"))
+    found = helmbench.diagnose(model, train, held)
+    assert found.verdict == "named" and [f.cause for f in found.causes] == ["rudder_offset"]
+    assert found.causes[0].sizes[0].value == pytest.approx(neutral, rel=0.05)
+    assert any(said.startswith("torn is set aside: ") for said in found.doubts) and not found.gain
+
+
+def test_a_training_record_in_doubt_is_set_aside_and_the_others_are_diagnosed(model):
+    neutral = np.deg2rad(2.0)
+    train = [turned(steps(1), neutral), torn(turned(steps(2), neutral, seed=2, name="torn"))]
+    found = diagnose(model, train)
+    assert found.verdict == "named" and [f.cause for f in found.causes] == ["rudder_offset"]
+    assert [f.standing for f in found.checks if f.records == ("torn",)] == [False]
+
+
+def test_where_every_training_record_is_in_doubt_nothing_is_said_of_the_model(model):
+    found = diagnose(model, [torn(turned(steps(1), np.deg2rad(2.0)))], [turned(steps(2), name="held")])
+    assert found.verdict == "inconclusive" and not found.causes
+
+
+def test_a_rudder_whose_effect_waves_hide_is_no_doubt_where_free_runs_follow(model):
+    rudder = np.where(np.arange(480) < 20, 0.0, np.deg2rad(20.0))
+    found = diagnose(model, [turned(rudder, waves=0.03, name="circle")])
+    doubt = [f for f in found.checks if f.cause == "rudder_response"]
+    assert doubt and not doubt[0].standing and found.verdict != "inconclusive"
+    assert any("free runs with it hold" in said for said in found.doubts)
+
+
+def test_a_neutral_angle_is_named_by_the_heading_alone_beside_numbers_of_these_records():
+    neutral = np.deg2rad(2.0)
+    record = turned(steps(3), neutral)
+    alone = replace(record, channels={k: v for k, v in record.channels.items() if k != "yaw_rate_rad_s"})
+    found = helmbench.diagnose("nomoto-1", alone, base_parameters="identify")
+    assert [f.cause for f in found.causes] == ["rudder_offset"]
+    (size,) = found.causes[0].sizes
+    assert size.low < neutral < size.high and size.value == pytest.approx(neutral, rel=0.15)
