@@ -6,25 +6,24 @@ import numpy as np
 import pytest
 
 import helmbench
+from helmbench.checks.result import CheckFinding
 from helmbench.datasets.record import Record
+from helmbench.diagnosis.checked import with_checks
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
 STEP_S, T_S, GAIN = 0.5, 8.0, 0.12
 
 
-def turned(rudder, neutral=0.0, waves=0.0, seed=0, name="run"):
-    """A first-order ship by exact steps between samples: heading and yaw rate with noise, and a swell."""
+def turned(rudder, neutral=0.0, seed=0, name="run"):
+    """A first-order ship by exact steps between samples: heading and yaw rate with noise."""
     rng, time = np.random.default_rng(seed), STEP_S * np.arange(rudder.size)
     rate, held = np.zeros(rudder.size), np.exp(-STEP_S / T_S)
     for k in range(rudder.size - 1):
         rate[k + 1] = held * rate[k] + (1.0 - held) * GAIN * (rudder[k] + neutral)
-    swell = waves * np.sin(2.0 * np.pi * time / 7.0 + 1.0)
-    heading = np.cumsum(rate) * STEP_S - waves * 7.0 / (2.0 * np.pi) * np.cos(2.0 * np.pi * time / 7.0 + 1.0)
-    shown = {"yaw_rate_rad_s": rate + swell + 5e-4 * rng.standard_normal(rate.size)}
-    return Record(
-        time, {"rudder_rad": rudder, **shown, "heading_rad": heading + 1e-3 * rng.standard_normal(rate.size)}, name
-    )
+    noise = rng.standard_normal((2, rudder.size))
+    shown = {"yaw_rate_rad_s": rate + 5e-4 * noise[0], "heading_rad": np.cumsum(rate) * STEP_S + 1e-3 * noise[1]}
+    return Record(time, {"rudder_rad": rudder, **shown}, name)
 
 
 def steps(seed, samples=480):
@@ -70,12 +69,19 @@ def test_where_every_training_record_is_in_doubt_nothing_is_said_of_the_model(mo
     assert found.verdict == "inconclusive" and not found.causes
 
 
-def test_a_rudder_whose_effect_waves_hide_is_no_doubt_where_free_runs_follow(model):
-    rudder = np.where(np.arange(480) < 20, 0.0, np.deg2rad(20.0))
-    found = diagnose(model, [turned(rudder, waves=0.03, name="circle")])
-    doubt = [f for f in found.checks if f.cause == "rudder_response"]
-    assert doubt and not doubt[0].standing and found.verdict != "inconclusive"
-    assert any("free runs with it hold" in said for said in found.doubts)
+def test_a_doubt_about_the_rudder_gives_way_where_free_runs_follow(model):
+    records = [turned(steps(1))]
+    found = diagnose(model, records)
+    lost = replace(
+        found, traces=tuple(replace(t, after={c: 0.0 * y for c, y in t.after.items()}) for t in found.traces)
+    )
+    response = CheckFinding("rudder_response", "file", ("run",), ("rudder_rad",), (), "it explains 1 %", standing=True)
+    told = with_checks(found, (response,), records)
+    assert told.verdict == "adequate" and not told.checks[0].standing
+    assert told.doubts == ("it explains 1 %; yet free runs with it hold 100 % of the yaw motion",)
+    assert with_checks(lost, (response,), records).verdict == "inconclusive"
+    torn_file = replace(response, cause="time_stamps")
+    assert with_checks(found, (torn_file,), records).verdict == "inconclusive"
 
 
 def test_a_neutral_angle_is_named_by_the_heading_alone_beside_numbers_of_these_records():
