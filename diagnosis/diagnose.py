@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.memory import require_memory
@@ -38,6 +40,8 @@ LONGEST, LONGEST_OF_RESPONSE = 15_000, 30_000
 manoeuvres; more could take over two minutes."""
 LARGEST = 4 * 2**30
 """Memory, bytes, that the records of one diagnosis may need."""
+CLEARLY = 0.1
+"""Mean of the logarithms of two errors' ratio from which one is clearly smaller."""
 SAMPLE_BYTES, STATE_BYTES = 16_000, 8_000
 """Memory of a sample and of each of its states, not less than measured: 57 kB a sample of six states, 31 of three."""
 
@@ -96,7 +100,7 @@ def _found(
     model: Model, given: Prepared, held_out: Sequence[Record], options: Options, watch: Callable[[str], object]
 ) -> Diagnosis:
     """What free runs of left-out pieces say where they decide; else what the likelihood says, which also sees what is
-    faint beside gusts; and where that explains nothing, again what the free runs name.
+    faint beside gusts; but again what the free runs name where that explains nothing or predicts worse.
 
     A model that is stated to be exact is judged by the likelihood alone.
     """
@@ -107,9 +111,30 @@ def _found(
         if pieces is not None and pieces.decisive:
             return pieces.diagnosis
     told = _by_likelihood(model, given, options, watch)
-    if pieces is not None and pieces.names and told.verdict == "unexplained":
-        return pieces.diagnosis
-    return with_runs(told, given.train, given.instruments, held_out, options.channels)
+    told = with_runs(told, given.train, given.instruments, held_out, options.channels)
+    if pieces is None or not pieces.names or told.verdict in ("inconclusive", "adequate"):
+        return told
+    return pieces.diagnosis if told.verdict == "unexplained" or _predicts_better(pieces.diagnosis, told) else told
+
+
+def _predicts_better(one: Diagnosis, other: Diagnosis) -> bool:
+    """Whether the extended model of one diagnosis predicts held-out records clearly better than that of another one,
+    each record with its own neutral angle and start; without such records the training ones."""
+    if one.gain:
+        errors = [{c: g.own_after for c, g in d.gain.items()} for d in (one, other)]
+    else:
+        errors = [_errors_after(d) for d in (one, other)]
+    pairs = [(errors[0][c], errors[1][c]) for c in errors[0] if errors[1].get(c, 0.0) > 0.0 and errors[0][c] > 0.0]
+    return bool(pairs) and float(np.mean([np.log(new / old) for new, old in pairs])) < -CLEARLY
+
+
+def _errors_after(diagnosis: Diagnosis) -> dict[str, float]:
+    """Root mean square error of the extended model's free runs of the training records, by channel."""
+    lost: dict[str, list[np.ndarray]] = {}
+    for trace in (t for t in diagnosis.traces if t.role == "train"):
+        for channel, measured in trace.measured.items():
+            lost.setdefault(channel, []).append(measured - trace.after[channel])
+    return {c: float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2))) for c, parts in lost.items()}
 
 
 def _by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> ByPieces | None:

@@ -30,8 +30,8 @@ if TYPE_CHECKING:
     from ...models.model import Model
 
 DEGREE = np.pi / 180.0
-INPUT, HULL = 0, 1
-"""Ranks: faults of input and sensor go before numbers and terms of the hull."""
+INPUT, HULL, FORCE = 0, 1, 2
+"""Ranks: faults of input and sensor go before numbers and terms of the hull, these before forces without a cause."""
 
 
 class Place(NamedTuple):
@@ -216,7 +216,7 @@ def _forces(model: Model) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     places = {name: Place("flow", column=column) for name, column, _ in FORCES}
     whole = tuple(Number(name, sd * unit * (length if name.endswith("N") else 1.0)) for name, _, sd in FORCES)
     for numbers_of in (*((n,) for n in whole), whole):
-        yield Candidate("constant_force", numbers_of, INPUT), places
+        yield Candidate("constant_force", numbers_of, FORCE), places
 
 
 def _terms(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, Place]]]:

@@ -2,9 +2,9 @@
 
 One linearisation of all numbers says what a fit with each candidate would leave of left-out units; the leaders are
 refitted.  A candidate enters where the score falls by more than matters (`least` for each channel) and by more than is
-chance (`level` of Student's t over units, or a likelihood ratio of `EVIDENT`).  Of those that enter, the first by rank
-and by the count of its numbers that is not clearly worse than the best.  At the end candidates leave again, as long as
-that costs less.
+chance (`level` of Student's t over units, a lower one for a likelihood ratio of `EVIDENT`).  Of those that enter, the
+first by rank and by the count of its numbers that is not clearly worse than the best.  At the end candidates leave
+again, as long as that costs less.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ CLEAR = 1.0
 """Standard errors from which one of two fits is clearly worse (the rule of one standard error, Breiman et al. 1984)."""
 TAKEN = 0.01
 """Share of the information on a candidate that is left beside the numbers in every fit, below which it is not tried."""
-EVIDENT = 10.0
-"""Fall of the score times the independent values from which it is no chance however much units differ: few of them may
-hold all that is known of a number, so that the jackknife's standard error is large where the fall is larger still."""
+EVIDENT, LARGE = 10.0, 0.99
+"""Fall of the score times the independent values from which a lower level suffices: few units may hold all that is
+known of a number, so that the standard error is large by the size of the fall itself."""
 IN_BOUNDS = 1.5
 """A predicted fit goes so far at most beyond the trial value that it was linearised at, as a factor on that."""
 
@@ -160,8 +160,9 @@ class _Search:
     def enters(self, trial: Trial) -> bool:
         """Whether the fall of the score matters and is no chance."""
         least = self.rules.least * int((self.problem.counts.sum(axis=0) > 0).sum())
-        sure = quantile(self.problem, self.rules.level) * trial.fall.error
-        return trial.fall.gain > max(least, min(sure, EVIDENT / independent(self.problem)))
+        evident = trial.fall.gain * independent(self.problem) > EVIDENT
+        level = min(self.rules.level, LARGE) if evident else self.rules.level
+        return trial.fall.gain > max(least, quantile(self.problem, level) * trial.fall.error)
 
     def refitted(self, now: Selection, candidate: Candidate) -> Trial | None:
         """The fit with a candidate beside what has entered; None where its equations cannot be solved."""
