@@ -114,7 +114,9 @@ def _found(
     told = with_runs(told, given.train, given.instruments, held_out, options.channels)
     if pieces is None or not pieces.names or told.verdict in ("inconclusive", "adequate"):
         return told
-    return pieces.diagnosis if told.verdict == "unexplained" or _predicts_better(pieces.diagnosis, told) else told
+    if told.verdict == "unexplained" or (pieces.selects and _predicts_better(pieces.diagnosis, told)):
+        return pieces.diagnosis
+    return told
 
 
 def _predicts_better(one: Diagnosis, other: Diagnosis) -> bool:

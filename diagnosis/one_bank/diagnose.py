@@ -12,6 +12,7 @@ from ...models.model import CHANNELS
 from ..beside_numbers import behind_sensors
 from ..gain.guard import WORSE
 from ..gain.runs import with_runs
+from ..report.findings import of_fault
 from ..report.outcome import diagnosis_of
 from .bank import Facts, bank_of
 from .free_runs import FreeRuns
@@ -32,11 +33,13 @@ if TYPE_CHECKING:
 class ByPieces:
     """What free runs of left-out pieces of the records say.
 
-    diagnosis : with its gain.  decisive : few causes or numbers, none of them in a tie, and with them left-out pieces
-    are predicted as well as matters.
+    diagnosis : with its gain.  selects : whether it names more than that all of the model's own numbers are uncertain.
+    decisive : few causes or numbers, none of them in a tie, and with them left-out pieces are predicted as well as
+    matters.
     """
 
     diagnosis: Diagnosis
+    selects: bool
     decisive: bool
 
     @property
@@ -64,7 +67,7 @@ def by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options
         )
         rest = withdrawn(choice) if _worse(said) else None
         if rest is None:
-            return ByPieces(said, _decisive(choice, said, options))
+            return ByPieces(said, bool(choice.selection.entered), _decisive(choice, said, options))
         choice = rest
 
 
@@ -93,7 +96,8 @@ def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) 
     """The diagnosis without its gain."""
     by_runs = findings(choice, options.base_parameters == "identify")
     known = {f.cause for f in given.shown.findings}
-    every = [*given.shown.findings, *(f for f in by_runs if f.cause not in known)]
+    of_faults = [of_fault(fault) for fault in given.faults]
+    every = [*of_faults, *given.shown.findings, *(f for f in by_runs if f.cause not in known)]
     extended = extended_model(model, choice, given.instruments)
     said = verdict(choice, every, options.coefficient_sd == 0.0)
     outcome = diagnosis_of((model, extended), options, said, every, bank_lines(choice, every), noise={})

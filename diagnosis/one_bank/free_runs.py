@@ -102,7 +102,8 @@ class FreeRuns:
     @cached_property
     def motion(self) -> np.ndarray:
         """Root mean square (C,) of each channel about its mean in a unit, SI."""
-        squares = [np.nansum((m - np.nanmean(m, axis=0)) ** 2, axis=0) for m in self.measured]
+        means = [np.nansum(m, axis=0) / np.maximum(n, 1.0) for m, n in zip(self.measured, self.counts, strict=True)]
+        squares = [np.nansum((m - mean) ** 2, axis=0) for m, mean in zip(self.measured, means, strict=True)]
         return np.sqrt(np.sum(squares, axis=0) / np.maximum(self.counts.sum(axis=0), 1.0))
 
     # ---- the problem

@@ -80,7 +80,7 @@ def test_a_doubt_about_the_rudder_gives_way_where_free_runs_follow(model):
     assert told.verdict == "adequate" and not told.checks[0].standing
     assert told.doubts == ("it explains 1 %; yet free runs with it hold 100 % of the yaw motion",)
     assert with_checks(lost, (response,), records).verdict == "inconclusive"
-    torn_file = replace(response, cause="time_stamps")
+    torn_file = replace(response, cause="time_stamps", channels=("time_s",))
     assert with_checks(found, (torn_file,), records).verdict == "inconclusive"
 
 
