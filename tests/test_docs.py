@@ -97,13 +97,14 @@ def test_the_mathematics_of_every_method_is_told():
     assert set(re.findall(r"^### (\S+)$", text, re.MULTILINE)) == set(methods())
 
 
-def test_docstrings_cite_every_equation_of_the_default_route():
-    text = (DOCS / "mathematics" / "default-route.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize("page", ["default-route", "pieces"])
+def test_docstrings_cite_every_equation(page):
+    text = (DOCS / "mathematics" / f"{page}.md").read_text(encoding="utf-8")
     numbers = [int(n) for n in re.findall(r"\\tag\{(\d+)\}", text)]
     assert numbers == list(range(1, len(numbers) + 1))
     rooms = [DOCS.parent / room for room in ("diagnosis", "estimation")]
     code = "".join(p.read_text(encoding="utf-8") for room in rooms for p in sorted(room.rglob("*.py")))
-    cited = re.findall(r"[Ee]qs?\. ([\d, ]+) of docs/mathematics/default-route\.md", code)
+    cited = re.findall(rf"[Ee]qs?\. ([\d, ]+) of docs/mathematics/{page}\.md", code)
     assert {int(n) for group in cited for n in group.split(",")} == set(numbers)
 
 

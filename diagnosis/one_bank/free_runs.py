@@ -113,7 +113,7 @@ class FreeRuns:
         return np.array([np.sum(e[0] ** 2, axis=0) for e in self.errors(lanes)])
 
     def quadratic(self, values: Mapping[str, float], own: np.ndarray, numbers: Sequence[Number]) -> Quadratic:
-        """Linearisation about a point."""
+        """Linearisation about a point, eq. 1 of docs/mathematics/pieces.md."""
         steps = np.array([_step(n, values.get(n.name, 0.0)) for n in numbers])
         steps = np.concatenate([steps, OWN_STEP * self.own_sd])
         count = max(1, LANES // (steps.size + 1))

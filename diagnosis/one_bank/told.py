@@ -154,7 +154,10 @@ def bank_lines(choice: Choice, found: Sequence[Finding]) -> tuple[Entry, ...]:
 
 
 def verdict(choice: Choice, found: Sequence[Finding], exact: bool) -> tuple[str, str]:
-    """The verdict by what is named and by the errors of left-out pieces, and the sentence that supports it."""
+    """The verdict by what is named and by the errors of left-out pieces, and the sentence that supports it.
+
+    Eq. 10 of docs/mathematics/pieces.md.
+    """
     runs = choice.runs
     before, after = (_mean(choice, f.left_out) for f in (choice.selection.base, choice.selection.final))
     worst = float(np.max(np.sqrt(after) / runs.motion))

@@ -94,7 +94,7 @@ def prior_of(numbers: Sequence[Number], values: dict[str, float]) -> Prior:
 
 
 def point_at(problem: Problem, numbers: Sequence[Number], values: dict[str, float], own: np.ndarray) -> Point:
-    """The cost at values of the numbers and own effects (K, m)."""
+    """The cost at values of the numbers and own effects (K, m), eq. 3 of docs/mathematics/pieces.md."""
     squares = problem.squares([values] * len(own), own)
     total = np.maximum(problem.weight @ problem.counts, 1e-9)
     size = np.sqrt(problem.weight @ squares / total + problem.floor**2)

@@ -59,6 +59,8 @@ class Normal(NamedTuple):
 class Quadratic:
     """Sums of products of K units in C channels about a point, for p shared numbers and m own effects of each unit.
 
+    Eq. 2 of docs/mathematics/pieces.md.
+
     gram (K, C, q, q) : q = p + m + 1: of the numbers' columns, those of the own effects, and the errors.
     weight (K,) : independent values that a sample counts as.  own (K, m), own_sd (m,) : own effects at the point and
     their prior standard deviations.
@@ -84,7 +86,10 @@ class Quadratic:
         return slice(0, self.n_numbers), slice(self.n_numbers, self.n_numbers + self.n_own)
 
     def normal(self, size: np.ndarray) -> Normal:
-        """Normal equations where channel c has independent errors of standard deviation size (C,)."""
+        """Normal equations where channel c has independent errors of standard deviation size (C,).
+
+        Eq. 4 of docs/mathematics/pieces.md.
+        """
         numbers, own = self._places
         whole = np.einsum("kcij,c,k->kij", self.gram, size**-2.0, self.weight)
         inner = whole[:, own, own] + np.diag(self.own_sd**-2.0)
@@ -118,7 +123,7 @@ def own_step(normal: Normal, steps: np.ndarray) -> np.ndarray:
 
 
 def joint(normal: Normal, prior: Prior) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (k, k) and slope (k,) of all units together with the priors."""
+    """Matrix (k, k) and slope (k,) of all units together with the priors, eq. 5 of docs/mathematics/pieces.md."""
     matrix = normal.matrix.sum(axis=0) + np.diag(prior.sd**-2.0)
     return matrix, normal.slope.sum(axis=0) - prior.values * prior.sd**-2.0
 
@@ -135,7 +140,10 @@ def own_information(normal: Normal, prior: Prior, n_held: int) -> float:
 
 
 def left_out_steps(normal: Normal, prior: Prior) -> np.ndarray:
-    """Steps (K, k) of the numbers by the fits without each unit, within their bounds."""
+    """Steps (K, k) of the numbers by the fits without each unit, within their bounds.
+
+    Eq. 6 of docs/mathematics/pieces.md.
+    """
     matrix, slope = joint(normal, prior)
     steps = np.linalg.solve(matrix - normal.matrix, (slope - normal.slope)[:, :, None])[:, :, 0]
     low, high = prior.low - prior.values, prior.high - prior.values

@@ -158,7 +158,7 @@ class _Search:
         return Selection(now.base, (*now.entered, one), first.fitted)
 
     def enters(self, trial: Trial) -> bool:
-        """Whether the fall of the score matters and is no chance."""
+        """Whether the fall of the score matters and is no chance, eq. 9 of docs/mathematics/pieces.md."""
         least = self.rules.least * int((self.problem.counts.sum(axis=0) > 0).sum())
         evident = trial.fall.gain * independent(self.problem) > EVIDENT
         level = min(self.rules.level, LARGE) if evident else self.rules.level
