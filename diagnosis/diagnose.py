@@ -40,8 +40,9 @@ LONGEST, LONGEST_OF_RESPONSE = 15_000, 30_000
 manoeuvres; more could take over two minutes."""
 LARGEST = 4 * 2**30
 """Memory, bytes, that the records of one diagnosis may need."""
-CLEARLY = 0.1
-"""Mean of the logarithms of two errors' ratio from which one is clearly smaller."""
+CLEARLY, FAR = 0.1, 0.5
+"""Mean of the logarithms of two errors' ratio from which one is clearly smaller, and so much smaller that a calibration
+of all numbers is told in the place of names."""
 SAMPLE_BYTES, STATE_BYTES = 16_000, 8_000
 """Memory of a sample and of each of its states, not less than measured: 57 kB a sample of six states, 31 of three."""
 
@@ -114,23 +115,22 @@ def _found(
     told = with_runs(told, given.train, given.instruments, held_out, options.channels)
     if pieces is None or not pieces.names or told.verdict in ("inconclusive", "adequate"):
         return told
-    if told.verdict == "unexplained" or (pieces.selects and _predicts_better(pieces.diagnosis, told)):
-        return pieces.diagnosis
-    return told
+    fall = CLEARLY if pieces.selects else FAR
+    return pieces.diagnosis if told.verdict == "unexplained" or _fall(told, pieces.diagnosis) > fall else told
 
 
-def _predicts_better(one: Diagnosis, other: Diagnosis) -> bool:
-    """Whether the extended model of one diagnosis predicts held-out records clearly better than that of another one,
-    each record with its own neutral angle and start; without such records the training ones.
+def _fall(old: Diagnosis, new: Diagnosis) -> float:
+    """By how much the logarithm of the error falls, in the mean over channels, from the extended model of one diagnosis
+    to that of another one: of held-out records, each with its own neutral angle and start; else of training ones.
 
     Eq. 11 of docs/mathematics/pieces.md.
     """
-    if one.gain:
-        errors = [{c: g.own_after for c, g in d.gain.items()} for d in (one, other)]
+    if new.gain:
+        errors = [{c: g.own_after for c, g in d.gain.items()} for d in (old, new)]
     else:
-        errors = [_errors_after(d) for d in (one, other)]
-    pairs = [(errors[0][c], errors[1][c]) for c in errors[0] if errors[1].get(c, 0.0) > 0.0 and errors[0][c] > 0.0]
-    return bool(pairs) and float(np.mean([np.log(new / old) for new, old in pairs])) < -CLEARLY
+        errors = [_errors_after(d) for d in (old, new)]
+    pairs = [(errors[0][c], errors[1][c]) for c in errors[1] if errors[0].get(c, 0.0) > 0.0 and errors[1][c] > 0.0]
+    return float(np.mean([np.log(before / after) for before, after in pairs])) if pairs else 0.0
 
 
 def _errors_after(diagnosis: Diagnosis) -> dict[str, float]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from ...datasets.signals import sensor_sd
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.minimiser import minimise
 from ...models.model import CHANNELS
@@ -100,8 +103,17 @@ def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) 
     every = [*of_faults, *given.shown.findings, *(f for f in by_runs if f.cause not in known)]
     extended = extended_model(model, choice, given.instruments)
     said = verdict(choice, every, options.coefficient_sd == 0.0)
-    outcome = diagnosis_of((model, extended), options, said, every, bank_lines(choice, every), noise={})
+    noise = noise_of(given.train, choice)
+    outcome = diagnosis_of((model, extended), options, said, every, bank_lines(choice, every), noise=noise)
     return replace(outcome, of_held_out=of_held_out(model, choice, given))
+
+
+def noise_of(records: Sequence[Record], choice: Choice) -> dict[str, Any]:
+    """Noise of the sensors by the records alone; free runs tell nothing of random forces and the rudder's sensor."""
+    columns = [CHANNELS[s] for s in choice.runs.symbols]
+    known = {c: [sensor_sd(r.column(c)) for r in records if r.has(c)] for c in columns}
+    sensors = {c: float(np.sqrt(np.mean(np.square(sds)))) for c, sds in known.items() if sds}
+    return {"sensor_sd": sensors, "force_sd": [], "correlation_time_s": None, "rudder_sd": None}
 
 
 def of_held_out(model: Model, choice: Choice, given: Prepared) -> dict[str, dict[str, float]]:

@@ -16,7 +16,7 @@ from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.selection import Rules, Selection, clearly_worse, select
 from ..causes.base import Cause
 from ..causes.registry import causes
-from .bank import FLOWS, HULL, INPUT
+from .bank import FLOWS, INPUT
 from .units import REFERENCE_S
 
 if TYPE_CHECKING:
@@ -115,8 +115,8 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     whole = minimise(runs, bank.own, {}, base.point.own)
     if len(alone.entered) < 2 and clearly_worse(runs, whole, alone.final, least):
         return Choice(runs, alone)
-    others = [c for c in candidates if c.rank != HULL]
-    beside = select(runs, others, Rules(*BESIDE), whole, bank.own)
+    inputs = [c for c in candidates if c.rank == INPUT]
+    beside = select(runs, inputs, Rules(*BESIDE), whole, bank.own)
     better = clearly_worse(runs, alone.final, beside.final, least)
     return Choice(runs, replace(beside, base=base), beside=True) if better else Choice(runs, alone)
 

@@ -296,7 +296,7 @@ def noise_rows(found: Diagnosis) -> list[tuple[str, str]]:
     """The estimated noise model, as pairs of name and text."""
     noise, rows = found.noise, []
     sd = [_standard_deviation(name, value) for name, value in noise.get("sensor_sd", {}).items()]
-    if "rudder_sd" in noise:
+    if noise.get("rudder_sd") is not None:
         sd.append(f"rudder {number(DEG * noise['rudder_sd'])} deg")
     if sd:
         rows.append(("sensor noise (sd)", ", ".join(sd)))
