@@ -22,8 +22,8 @@ Base = Annotated[
     needs("exact, unstated, off-5, off-10, off-20, dropped, particulars or other-family"),
 ]
 Made = Annotated[
-    Literal["plain", "coloured", "spread", "closed-loop", "five-three", "five-steps"],
-    needs("plain, coloured, spread, closed-loop, five-three or five-steps"),
+    Literal["plain", "coloured", "spread", "closed-loop", "orders", "five-three", "five-steps"],
+    needs("plain, coloured, spread, closed-loop, orders, five-three or five-steps"),
 ]
 
 
