@@ -2,10 +2,10 @@
 
 The moment of a rudder in the flow goes with U |U|, U being the speed ahead (negative astern), and the hull's damping
 with |U|: with the ship's length L, r_dot = -|U| r / (T' L) + (U |U| / L^2) (K'/T') delta, T' = T U/L and K' = K L/U
-(Nomoto 1960).  Astern the flow meets a rudder, or any part of the hull that is not symmetric, from the other side, so
-that its moment changes sign; damping takes energy from the motion either way.  Behind a propeller
-the slipstream adds to the rudder's inflow what goes with the square of the revolutions n, and does so at rest as well.
-A thruster's moment does not know the speed, the damping of the hull does.
+(Nomoto 1960).  Astern the flow meets a rudder from the other side, so that its moment changes sign; damping takes
+energy from the motion either way.  Behind a propeller the slipstream adds to the rudder's inflow what goes with the
+square of the revolutions n, and does so at rest as well.  A thruster's moment does not know the speed, the damping of
+the hull does.
 
 Inputs are the rudder angle or the steering command, the speed through the water [m/s, negative astern] and the
 revolutions [1/s], as they were measured: the speed is no state.  No length is needed: distances are in m.
@@ -22,14 +22,14 @@ SOURCE = "Nomoto 1960, K' and T'; slipstream as in Yasukawa & Yoshimura 2015, eq
 
 
 def thruster() -> Definition:
-    """r_dot = (a + a1 |U|) r + b delta + c U |U|: the moment of thrusters, and of a hull that is not symmetric."""
+    """r_dot = (a + a1 |U|) r + b delta + c U^2: the moment of thrusters, and of a hull that is not symmetric."""
     r, delta, speed = symbols("r delta speed")
     a, a1, b, c = coefficients = symbols("a a1 b c")
     return _law(
         "thruster-in-flow",
         "thrusters that turn a hull in the flow",
         coefficients,
-        (a + a1 * absv(speed)) * r + b * delta + c * speed * absv(speed),
+        (a + a1 * absv(speed)) * r + b * delta + c * speed**2,
         {"a": "1/s", "a1": "1/m", "b": "1/s2", "c": "1/m2"},
         [speed],
     )
@@ -81,7 +81,7 @@ def in_steady_race() -> Definition:
 
 
 def twin_thrusters() -> Definition:
-    """r_dot = (a + a1 |U|) r + b (P - S) + bs (P + S) + c U |U|, P and S the thrusts of port and starboard: the moment
+    """r_dot = (a + a1 |U|) r + b (P - S) + bs (P + S) + c U^2, P and S the thrusts of port and starboard: the moment
     of a propeller is b + bs or b - bs times its thrust, so that bs tells how unequal the two are."""
     r, delta, total, speed = symbols("r delta thrust_sum speed")
     a, a1, b, bs, c = coefficients = symbols("a a1 b bs c")
@@ -89,7 +89,7 @@ def twin_thrusters() -> Definition:
         "twin-thrusters",
         "two thrusters that turn a hull in the flow",
         coefficients,
-        (a + a1 * absv(speed)) * r + b * delta + bs * total + c * speed * absv(speed),
+        (a + a1 * absv(speed)) * r + b * delta + bs * total + c * speed**2,
         {"a": "1/s", "a1": "1/m", "b": "1/s2", "bs": "1/s2", "c": "1/m2"},
         [total, speed],
     )

@@ -27,12 +27,12 @@ def moment(family, speed, rate, rudder):
         ("rudder-in-flow", NUMBERS["b2"] * SPEED**2 * RUDDER),
         ("rudder-in-race", NUMBERS["b2"] * SPEED**2 * RUDDER),
         ("rudder-in-steady-race", NUMBERS["b2"] * SPEED**2 * RUDDER),
-        ("thruster-in-flow", NUMBERS["c"] * SPEED**2),
-        ("twin-thrusters", NUMBERS["c"] * SPEED**2),
+        ("thruster-in-flow", 0.0),
+        ("twin-thrusters", 0.0),
         ("azimuth-thruster", 0.0),
     ],
 )
-def test_astern_the_flow_turns_the_craft_to_the_other_side_and_damping_stays(family, turned):
+def test_astern_a_rudder_turns_the_craft_to_the_other_side_and_damping_stays(family, turned):
     ahead, astern = (moment(family, side * SPEED, 0.0, RUDDER) for side in (1.0, -1.0))
     assert ahead - astern == pytest.approx(2.0 * turned)
     slower = [moment(family, side * SPEED, RATE, 0.0) - moment(family, side * SPEED, 0.0, 0.0) for side in (1.0, -1.0)]
