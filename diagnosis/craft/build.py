@@ -207,7 +207,7 @@ def _bounded(model: Model, records: Sequence[Record]) -> bool:
 
 def _unsteered(model: Model) -> Model:
     """The model with its linear damping alone."""
-    kept = [value if name in ("a", "a1", "lead_T2") else 0.0 for name, value in _values(model).items()]
+    kept = [value if name in ("a", "a1", "still_damping", "lead_T2") else 0.0 for name, value in _values(model).items()]
     return replace(model, coefficients=np.array(kept), instruments={})
 
 

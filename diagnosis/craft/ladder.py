@@ -10,12 +10,20 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import product
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...estimation.diagnosis_only.windows.fit import Fitted, Number, criterion_at, fall, fit, left_out_errors
-from ...estimation.diagnosis_only.windows.problem import Piece, Windows, mean_of_known, windows_of
+from ...estimation.diagnosis_only.windows.fit import (
+    Fitted,
+    Number,
+    criterion_at,
+    fall,
+    fit,
+    left_out_errors,
+    mean_squares,
+)
+from ...estimation.diagnosis_only.windows.problem import SYMBOLS, Piece, Windows, mean_of_known, windows_of
 from ...models.errors import CannotFit
 from ...models.model import Model, resolve
 from ...models.time_scale import OWN_TIME
@@ -89,6 +97,19 @@ class Climb:
         return self.steps[-1].attempt
 
 
+class Steering(NamedTuple):
+    """What the rudder or command brings to predictions of left-out windows, beside a craft that it does not turn.
+
+    gain, error : fall of the errors (`fall`) and its standard error;  skill, spread : R2 of the yaw rate against the
+    better of that craft and one that does not turn at all, and its standard error.
+    """
+
+    gain: float
+    error: float
+    skill: float
+    spread: float
+
+
 @dataclass(eq=False)
 class Ladder:
     """The records of a craft and what can be tried on them.  given : inputs that all records measure."""
@@ -102,8 +123,8 @@ class Ladder:
     def laws(self) -> list[Law]:
         """The laws whose inputs the records measure; of two that are the same on them, the one with more rungs."""
         found = [law for law in LAWS if law.needs <= self.given]
-        instead = {law.instead for law in found}
-        return [law for law in found if law.id not in instead]
+        replaced = frozenset[str]().union(*(law.instead for law in found))
+        return [law for law in found if law.id not in replaced]
 
     def rungs(self, law: Law) -> list[Rung]:
         """The rungs of a law on these records."""
@@ -253,10 +274,30 @@ def better(old: Attempt, new: Attempt) -> tuple[float, float]:
     return fall(old.errors, new.errors, old.fitted.windows, old.fitted.sizes)
 
 
-def steering(ladder: Ladder, now: Attempt) -> tuple[float, float]:
-    """By how much left-out errors are below those of a craft that its rudder or command does not turn, and the
-    standard error."""
-    return better(ladder.first(NOTHING), now)
+def steering(ladder: Ladder, now: Attempt) -> Steering:
+    """How much better left-out windows are predicted with the rudder or command than without it."""
+    without = ladder.first(NOTHING)
+    return Steering(*better(without, now), *_skill(without, now))
+
+
+def _skill(without: Attempt, now: Attempt) -> tuple[float, float]:
+    """R2 of the yaw rate, or of the heading where no yaw rate was measured, with its jackknife standard error."""
+    w, sizes = now.fitted.windows, now.fitted.sizes
+    still = np.tile(w.start[:, None, [w.model.states.index(s) for s in SYMBOLS]] - w.measured, (2, 1, 1))
+    still[:, :, 0] = -np.tile(w.measured[:, :, 0], (2, 1))
+    squares = np.stack([mean_squares(errors, w, sizes) for errors in (now.errors, without.errors, still)])
+    channel = 0 if squares[0, :, 0, 1].any() else 1
+    total = squares[:, :, channel, 0]
+
+    def share(keep: np.ndarray) -> float:
+        own, *simple = total[:, keep].sum(axis=1).tolist()
+        return 1.0 - own / max(min(simple), 1e-300)
+
+    blocks = np.arange(total.shape[1])
+    if blocks.size < 3:
+        return share(blocks), np.inf
+    parts = np.array([share(blocks != b) for b in blocks])
+    return share(blocks), float(np.sqrt((blocks.size - 1.0) / blocks.size * np.sum((parts - parts.mean()) ** 2)))
 
 
 def enters(old: Attempt, new: Attempt, gain: float, error: float) -> bool:

@@ -12,7 +12,7 @@ from ...datasets.columns import TWIN
 from ...estimation.records.series import samples, speed_of, yaw_rate_of
 from ...models.errors import CannotFit
 from ...models.linear_algebra import lstsq
-from .rungs import PAIR, SPEED, TURNS, WIDE, WIND, Craft
+from .rungs import ASTERN, PAIR, SPEED, TURNS, WIDE, WIND, Craft
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -26,6 +26,8 @@ MARGIN = 1.25
 """What held-out records may exceed the training records by and still count as inside."""
 OUTSIDE = 0.1
 """Share of a held-out record outside the training envelope that is told."""
+BACKWARDS = 0.05
+"""Share of the samples that go astern, at BACKWARDS of the speed or faster, where the craft goes astern."""
 WIDEST_RUDDER = 1.0
 """Angle, rad, that 95 % of the samples of a rudder stay below: what is turned further is an azimuth thruster."""
 EXCITED = 1.0
@@ -62,6 +64,7 @@ def craft_of(records: Sequence[Record], scales: Scales) -> tuple[Craft, frozense
     given = {name for name, known in ((SPEED, scales.speed > 0.0), (TURNS, scales.turns > 0.0)) if known}
     if not all(_has_speed(r) for r in records):
         given.discard(SPEED)
+    given |= {ASTERN} if SPEED in given and _goes_astern(records, scales.speed) else set()
     if not all(samples(r, "n") is not None for r in records):
         given.discard(TURNS)
     winds = [r.column("wind_speed_m_s") for r in records if r.has("wind_speed_m_s") and r.has("wind_direction_rad")]
@@ -79,6 +82,11 @@ def _has_speed(record: Record) -> bool:
         return bool(np.isfinite(speed_of(record)).mean() > 0.5)
     except CannotFit:
         return False
+
+
+def _goes_astern(records: Sequence[Record], speed: float) -> bool:
+    every = np.concatenate([speed_of(r) for r in records])
+    return bool(np.mean(every[np.isfinite(every)] < -BACKWARDS * speed) > BACKWARDS)
 
 
 def copied_input(pieces: Sequence[Piece]) -> float:

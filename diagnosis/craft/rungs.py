@@ -6,7 +6,7 @@ T0, r95, d95, U0 and n0 are the craft's time, yaw rate, rudder or command, speed
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -52,7 +52,7 @@ Priors = Callable[[Craft, float], dict[str, Prior]]
 
 @dataclass(frozen=True)
 class Law:
-    """What steers the craft.  needs : inputs of the records;  instead : a law that it replaces where they are there;
+    """What steers the craft.  needs : inputs of the records;  instead : laws that it replaces where they are there;
     seen : whether these inputs themselves say what steers the craft."""
 
     id: str
@@ -60,7 +60,7 @@ class Law:
     title: str
     priors: Priors
     needs: frozenset[str] = frozenset()
-    instead: str | None = None
+    instead: frozenset[str] = frozenset()
     seen: bool = False
 
 
@@ -93,6 +93,12 @@ def _damping(c: Craft, by_speed: bool) -> Prior:
     low = -max(STEEPEST / c.step_s, 2.0 * unit)
     speed = c.scales.speed if by_speed else 1.0
     return Prior(-unit / speed, 2.0 * unit / speed, low / speed, -0.02 * unit / speed)
+
+
+def _still(c: Craft) -> Prior:
+    """Of a damping that does not depend on the speed, beside one that does: positive, half of what is expected."""
+    whole = _damping(c, False)
+    return Prior(-0.5 * whole.mean, 0.5 * whole.sd, 0.0, -whole.low)
 
 
 def _steering(c: Craft, sign: float, of: float) -> Prior:
@@ -135,8 +141,8 @@ NOTHING = Law(
     lambda c, s: {"a": _damping(c, False)},
 )
 """What a recorded rudder or command must do better than, if it turns the craft."""
-SPEED, TURNS, WIND, WIDE, PAIR = "speed", "n", "wind", "wide angles", "two thrusts"
-LAWS = (
+SPEED, TURNS, WIND, WIDE, PAIR, ASTERN = "speed", "n", "wind", "wide angles", "two thrusts", "astern"
+ALL_AHEAD = (
     Law("constant", "nomoto-1", "moment and damping that do not depend on the speed (K, T)", _constant),
     Law(
         "rudder_in_flow", "rudder-in-flow", "a rudder in the flow: moment ~ U², damping ~ U (K', T')", _flow,
@@ -162,9 +168,28 @@ LAWS = (
     Law(
         "twin_thrusters", "twin-thrusters",
         "two thrusters: the moment goes with the difference of the two, the damping with the speed", _thruster,
-        frozenset({SPEED, PAIR}), "thruster", seen=True,
+        frozenset({SPEED, PAIR}), frozenset({"thruster"}), seen=True,
     ),
 )  # fmt: skip
+"""The laws of craft that go ahead."""
+
+
+def _through_rest(law: Law) -> Law:
+    """The law of a rudder where the craft goes astern as well: on the way it is at rest, where |U| damps nothing."""
+    signed = law.title.replace("U²", "U|U|").replace("damping ~ U", "damping ~ |U|")
+    return replace(
+        law,
+        id=f"{law.id}_through_rest",
+        family=f"{law.family}+still_damping",
+        title=f"{signed}, and a damping that does not depend on the speed",
+        priors=lambda c, s: law.priors(c, s) | {"still_damping": _still(c)},
+        needs=law.needs | {ASTERN},
+        instead=frozenset({law.id, "rudder_in_steady_race"}),
+    )
+
+
+LAWS = (*ALL_AHEAD, *(_through_rest(law) for law in ALL_AHEAD if law.id in ("rudder_in_flow", "rudder_in_race")))
+"""All laws.  No propeller at constant revolutions drives a craft ahead and astern."""
 
 
 def _delays(c: Craft) -> Sequence[float]:

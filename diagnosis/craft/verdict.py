@@ -8,12 +8,13 @@ import numpy as np
 
 from ...estimation.diagnosis_only.windows.problem import mean_of_known
 from ...estimation.validation.validate import label
+from ..causes.base import NORMAL_90
 from .records import COPIED, EXCITED
 from .result import ADEQUATE, BUILT, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED
 
 if TYPE_CHECKING:
     from ...estimation.validation.result import Validation
-    from .ladder import Attempt
+    from .ladder import Attempt, Steering
 
 GOOD, FAIR = 0.7, 0.6
 """R2 of an adequate model over left-out windows, and along records three lengths ahead."""
@@ -26,6 +27,10 @@ those of a craft that it does not turn; below SHOWN it is not what turns the cra
 with the motion, but about its period, was seen to bring .2 and 3.1 standard errors."""
 
 
+SKILLED = 0.2
+"""R2 of the yaw rate of left-out windows above which, where its 90 % interval is above zero, the steering acts."""
+
+
 def r2(attempt: Attempt) -> tuple[float, float]:
     """Shares of the motion (yaw rate, heading from the window's start) of left-out windows, by fits without them and
     without the record's own neutral angle."""
@@ -34,10 +39,8 @@ def r2(attempt: Attempt) -> tuple[float, float]:
     return float(share[0]), float(share[1])
 
 
-def verdict_of(
-    final: Attempt, acts: tuple[float, float], ahead: Validation, copied: float, motion: float
-) -> tuple[str, str]:
-    """The verdict, and the sentence that supports it.  acts : fall of the errors by the steering, standard error."""
+def verdict_of(final: Attempt, acts: Steering, ahead: Validation, copied: float, motion: float) -> tuple[str, str]:
+    """The verdict, and the sentence that supports it.  acts : what the steering brings to left-out predictions."""
     rate, heading = r2(final)
     rate, heading = (heading if np.isnan(rate) else rate), (rate if np.isnan(heading) else heading)
     said = f"over {window_s(final):.3g} s of left-out windows it explains {_percent(rate)} of the yaw rate"
@@ -45,9 +48,8 @@ def verdict_of(
     if copied > COPIED:
         share = _percent(copied)
         return FOLLOWS, f"heading and yaw rate of the same moment give {share} of the steering: it follows the motion"
-    gain, error = acts
-    if not gain > min(max(CLEAR, LIKELY * error), SURE * error):
-        return _without_steering(gain, error, motion, said)
+    if not acts.gain > min(max(CLEAR, LIKELY * acts.error), SURE * acts.error):
+        return _without_steering(acts, motion, said)
     trusted = ahead.trusted_s[BUILT]
     if not trusted > 0.0:
         return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
@@ -59,18 +61,22 @@ def verdict_of(
     return PARTLY, f"{said}; up to {trusted:.3g} s ahead it is better than going on turning, or straight"
 
 
-def _without_steering(gain: float, error: float, motion: float, said: str) -> tuple[str, str]:
+def _without_steering(acts: Steering, motion: float, said: str) -> tuple[str, str]:
     """The verdict where it is not clear that the steering turns the craft."""
     if motion < EXCITED:
         return (
             INCONCLUSIVE,
             f"the smooth yaw motion is {motion:.2g} times what noise and waves make: no manoeuvre shows",
         )
-    told = (
-        f"with it errors are {_percent(gain)} ± {_percent(error)} smaller than of a craft that it does not turn; {said}"
-    )
-    if gain > SHOWN * error:
+    smaller = f"{_percent(acts.gain)} ± {_percent(acts.error)} smaller"
+    told = f"with it errors are {smaller} than of a craft that it does not turn; {said}"
+    if acts.gain > SHOWN * acts.error:
         return UNEXPLAINED, f"that the recorded rudder or command turns the craft is not beyond doubt: {told}"
+    if acts.skill > max(SKILLED, NORMAL_90 * acts.spread):
+        return (
+            UNEXPLAINED,
+            f"the recorded rudder or command acts; what form its effect has these records do not tell: {told}",
+        )
     return NO_EFFECT, f"the recorded rudder or command is not what turns the craft: {told}"
 
 

@@ -82,9 +82,11 @@ def inputs_of(record: Record, model: Model) -> dict[str, np.ndarray]:
 
 
 def speed_of(record: Record) -> np.ndarray:
-    """Speed through the water (N,), m/s: from surge and, where it is measured, sway; else from the positions.
+    """Speed through the water (N,), m/s, negative where the craft goes astern.
 
-    Both are over ground; a measured current is taken off.
+    It is that of surge and, where it is measured, sway; else that of the positions, whose course against the heading
+    shows whether the craft goes astern.  Both are over ground; a measured current is taken off.
+    Positions without a heading give the size alone.
 
     Raises
     ------
@@ -96,11 +98,22 @@ def speed_of(record: Record) -> np.ndarray:
         psi = samples(record, "psi") if np.any(north) or np.any(east) else None
         c, s = (np.cos(psi), np.sin(psi)) if psi is not None else (0.0, 0.0)
         ahead = u - north * c - east * s
-        return np.abs(ahead) if v is None or not np.isfinite(v).any() else np.hypot(ahead, v + north * s - east * c)
+        sway = None if v is None or not np.isfinite(v).any() else v + north * s - east * c
+        return ahead if sway is None else _signed(np.hypot(ahead, sway), ahead)
     if samples(record, "x") is None or samples(record, "y") is None:
         raise CannotFit(f"record {record.name} has no column surge_m_s and no positions")
     x, y = (_slope(record.time_s, require(record, symbol)) for symbol in ("x", "y"))
-    return np.hypot(x - north, y - east)
+    x, y = x - north, y - east
+    psi = samples(record, "psi")
+    if psi is None or not np.isfinite(psi).any():
+        return np.hypot(x, y)
+    psi = bridged(psi, record.time_s)
+    return _signed(np.hypot(x, y), x * np.cos(psi) + y * np.sin(psi))
+
+
+def _signed(size: np.ndarray, ahead: np.ndarray) -> np.ndarray:
+    """The size (N,) of a velocity, negative where its part ahead (N,) is."""
+    return np.where(ahead < 0.0, -size, size)
 
 
 def _current(record: Record) -> tuple[np.ndarray | float, np.ndarray | float]:

@@ -36,7 +36,11 @@ STATES = {
     "u": ("surge speed", "m/s"), "v": ("sway speed to starboard", "m/s"), "r": ("yaw rate to starboard", "rad/s"),
     "x": ("position along north", "m"), "y": ("position along east", "m"), "psi": ("heading from north", "rad"),
 }  # fmt: skip
-INPUTS = {"delta": ("rudder command", "rad"), "n": ("propeller revolutions", "1/s"), "speed": ("speed", "m/s")}
+INPUTS = {
+    "delta": ("rudder command", "rad"),
+    "n": ("propeller revolutions", "1/s"),
+    "speed": ("speed, negative astern", "m/s"),
+}
 GEAR = {"max_rad": ("largest rudder angle", "rad"), "rate_rad_s": ("rudder rate", "rad/s"), "lag_s": ("lag", "s")}
 
 

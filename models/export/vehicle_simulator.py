@@ -46,7 +46,7 @@ class {name}:
         nu = np.array(nu, float)
         delta = self.rudder(u_actual[0], u_control[0], sampleTime)
         known = dict(self.inner, **{{{taken}}})
-        given = {{"delta": u_actual[0], "n": self.n, "speed": math.hypot(nu[0], nu[1])}}
+        given = {{"delta": u_actual[0], "n": self.n, "speed": math.copysign(math.hypot(nu[0], nu[1]), nu[0])}}
         known = self.advance(known, given, sampleTime)
         self.inner = {{name: known[name] for name in self.inner}}
 {put}

@@ -282,7 +282,8 @@ def _own_speed(by_propeller: bool) -> Apply:
     """Surge and sway as states of a response model, in the place of a measured speed; the positions' speed is theirs.
 
     u_dot = drive + push n |n| - drag u |u| - turn_drag r^2,  sway_time v_dot = -(v + lever r): thrust against
-    resistance, the loss in turns, and a hull that drifts about a point `lever` ahead of where sway is measured.
+    resistance, the loss in turns, and a hull that drifts about a point `lever` ahead of where sway is measured.  The
+    speed is negative astern, as a measured one (`speed_of`).
     """
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
@@ -292,7 +293,7 @@ def _own_speed(by_propeller: bool) -> Apply:
         has = {symbol.name for symbol in definition.inputs}
         inputs = [s for s in definition.inputs if s != speed]
         inputs += [n] if by_propeller and "n" not in has else []
-        whole = sp.sqrt(u**2 + v**2 + sp.Float(1e-12))
+        whole = primitives.sgn(u) * sp.sqrt(u**2 + v**2 + sp.Float(1e-12))
         changed = _substitute(definition, {speed: whole}) if "speed" in has else definition
         push = parameters[5] * n * primitives.absv(n) if by_propeller else sp.S.Zero
         surge = drive + push - drag * u * primitives.absv(u) - turning * r**2
@@ -343,6 +344,7 @@ EXTENSIONS: dict[str, Extension] = {
     "yaw_damping_cubic": Extension(
         {"added_Nrrr": "1"}, _either(_added([(YAW, lambda v, r: r**3)]), _yaw(lambda r: r**3))
     ),
+    "still_damping": Extension({"still_damping": "1/s"}, _yaw(lambda r: -r), three_dof=False),
     "sway_damping_quadratic": Extension(
         {"added_Yv_absv": "1"}, _added([(SWAY, lambda v, r: v * primitives.absv(v))]), three_dof=True
     ),

@@ -2,13 +2,14 @@
 
 A craft of length L sails at U, which follows the revolutions n with a lag.  Laws of the yaw rate r under the command d:
 
-    flow      r' = -U/(T' L) r + (U/L)^2 K'/T' d
+    flow      r' = -(a0 + |U|/(T' L)) r + U |U| K'/(T' L^2) d
     race      r' = -U/(T' L) r + (k U^2 + (1 - k) (U0 n)^2) K'/(T' L^2) d
     thruster  r' = -(a0 + U/(T' L)) r + (U0/L)^2 K'/T' d
     twin      as thruster, by two propellers whose thrusts are recorded, port 1.25 times as strong as starboard
     azimuth   as thruster, d = n^2 sin of the recorded angle, which is turned up to 70 degrees
 
-Every record has a neutral angle and a current of its own, and slow gusts act on the yaw moment.
+A craft of the law flow may go ahead and astern (U < 0).  Every record has a neutral angle and a current of its own,
+and slow gusts act on the yaw moment.
 """
 
 from __future__ import annotations
@@ -63,16 +64,23 @@ def draw(rng: np.random.Generator, law: str, *extras: str) -> Truth:
 
 
 def sailed(
-    rng: np.random.Generator, craft: Truth, name: str, noise: float = 1.0, length: float = 65.0, weather: float = 1.0
+    rng: np.random.Generator,
+    craft: Truth,
+    name: str,
+    noise: float = 1.0,
+    length: float = 65.0,
+    weather: float = 1.0,
+    astern: bool = False,
 ) -> Record:
     """A record of about `length` L/U0 with steps of the command and of the revolutions, from rest.
 
-    noise : multiple of the usual sensor noise;  weather : of the usual gusts, currents and neutral angles.
+    noise : multiple of the usual sensor noise;  weather : of the usual gusts, currents and neutral angles;
+    astern : the revolutions turn in one sense and the other.
     """
     dt = craft.clock / 15.0
     count = int(length * rng.uniform(0.85, 1.15) * 15)
     command = _steps(rng, count, int(15 * rng.uniform(2.0, 4.0)), 1.2 if craft.law == "azimuth" else 0.35)
-    turns = 0.95 + _steps(rng, count, int(15 * rng.uniform(9.0, 14.0)), 0.5)
+    turns = (0.0 if astern else 0.95) + _steps(rng, count, int(15 * rng.uniform(9.0, 14.0)), 1.0 if astern else 0.5)
     own = craft.offset + weather * rng.normal(0.0, 0.006)
     late = round(craft.delay / dt * SUBSTEPS)
     acting, recorded = _acting(craft, command, turns)
@@ -109,8 +117,8 @@ def sailed(
 
 
 def _acceleration(craft: Truth, r: float, u: float, n: float, d: float, moment: float) -> float:
-    flow = (u / craft.speed) ** 2
-    damping = -(craft.still + u / (craft.time * craft.length)) * r - craft.quadratic * abs(r) * r
+    flow = u * abs(u) / craft.speed**2
+    damping = -(craft.still + abs(u) / (craft.time * craft.length)) * r - craft.quadratic * abs(r) * r
     force = {"flow": flow, "race": craft.share * flow + (1.0 - craft.share) * n**2}.get(craft.law, 1.0)
     return damping + force * moment * d
 

@@ -1,11 +1,16 @@
 """Models of craft whose truth a simulator of the tests knows; it shares no equations with helmbench.models."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from helmbench.diagnosis.craft.build import build
-from helmbench.diagnosis.craft.records import outside
-from helmbench.diagnosis.craft.result import BUILT
+from helmbench.diagnosis.craft.ladder import Ladder, Steering, climb
+from helmbench.diagnosis.craft.records import craft_of, outside
+from helmbench.diagnosis.craft.result import BUILT, NO_EFFECT, UNEXPLAINED
+from helmbench.diagnosis.craft.verdict import verdict_of
+from helmbench.estimation.diagnosis_only.windows.problem import pieces_of, scales_of
 from helmbench.estimation.records.series import speed_of
 from helmbench.models.errors import CannotFit
 
@@ -65,6 +70,41 @@ def test_two_thrusters_and_an_azimuth_thruster_are_named_with_their_own_effects(
         moment = 2.0 * craft.gain / craft.time / craft.clock**2 / FULL / (1.0 + STRONGER)
         port, starboard = values["b"] + values["bs"], values["b"] - values["bs"]
         assert port == pytest.approx(STRONGER * moment, rel=0.15) and starboard == pytest.approx(moment, rel=0.15)
+
+
+@pytest.mark.parametrize("measured", ["surge", "positions"])
+def test_a_rudder_that_acts_with_the_sign_of_the_speed_is_told_with_its_numbers(measured, rng):
+    drawn = draw(rng, "flow")
+    craft = replace(drawn, still=0.1 / drawn.clock)
+    records = [sailed(rng, craft, f"run {i}", 0.2, 45.0, weather=0.0, astern=True) for i in range(3)]
+    if measured == "positions":
+        records = [record.with_channels(surge_m_s=None) for record in records]
+    found = build(records[:2], records[2:])
+    values = {n.name: n.value for n in found.numbers}
+    assert found.verdict == "adequate" and at_three_lengths(found) > 0.97
+    assert next(law.id for law in found.laws if law.chosen) == "rudder_in_flow_through_rest"
+    assert values["distance_constant"] == pytest.approx(craft.time * craft.length, rel=0.15)
+    assert values["curvature_gain"] == pytest.approx(craft.gain / craft.length, rel=0.15)
+    assert values["still_damping"] == pytest.approx(craft.still, rel=0.5)
+
+
+def test_a_craft_that_goes_ahead_has_the_laws_of_one_that_does(rng):
+    craft = draw(rng, "flow")
+    records = calm(rng, craft)[0]
+    assert "astern" not in craft_of(records, scales_of(records))[1]
+    laws = Ladder([], *craft_of(records, scales_of(records)), commands=True).laws()
+    assert {law.id for law in laws} == {"constant", "rudder_in_flow", "thruster", "rudder_in_steady_race"}
+
+
+def test_an_input_with_which_left_out_windows_are_predicted_is_not_denied(rng):
+    """The fall of the errors is within two standard errors; what the yaw rate shows decides."""
+    craft = draw(rng, "flow")
+    records = [sailed(rng, craft, "run", length=45.0)]
+    scales = scales_of(records)
+    final = climb(Ladder(pieces_of(records, scales), *craft_of(records, scales), commands=True)).final
+    told = {s: verdict_of(final, Steering(0.1, 0.08, 0.4, s), None, 0.0, 9.0) for s in (0.1, 0.3)}
+    assert told[0.1][0] == UNEXPLAINED and "command acts; what form its effect has" in told[0.1][1]
+    assert told[0.3][0] == NO_EFFECT
 
 
 def test_a_measured_current_is_taken_off_the_speed_and_the_track(rng):

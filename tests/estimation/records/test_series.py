@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.datasets.record import Record
 from helmbench.datasets.signals import sensor_sd
-from helmbench.estimation.records.series import averaged, initial_state_of, series_of, steps
+from helmbench.estimation.records.series import averaged, initial_state_of, series_of, speed_of, steps
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
@@ -96,6 +96,28 @@ def test_uneven_samples_lie_between_grid_points(rng):
 def test_steps_are_equal_to_the_last_digit():
     record = Record(0.1 * np.arange(1000), {"rudder_rad": np.zeros(1000)})
     assert np.unique(steps(record)).size == 1
+
+
+def test_the_speed_is_negative_astern():
+    """A craft that drifts at 45 degrees, ahead and then astern, on a heading across north: by surge and sway, by
+    positions, and by positions of which a heading is missing now and then; without a heading only its size is known."""
+    t = 0.5 * np.arange(200)
+    surge = np.where(t < 50.0, 2.0, -2.0)
+    psi = np.full(t.size, -0.1)
+    sway = surge * np.tan(np.pi / 4.0)
+    track = np.cumsum(0.5 * np.column_stack(
+        [surge * np.cos(psi) - sway * np.sin(psi), surge * np.sin(psi) + sway * np.cos(psi)]
+    ), axis=0)  # fmt: skip
+    places = {"rudder_rad": 0.0 * t, "north_m": track[:, 0], "east_m": track[:, 1]}
+    expected = np.sqrt(2.0) * surge
+    logged = Record(t, {"rudder_rad": 0.0 * t, "surge_m_s": surge, "sway_m_s": sway}, "log")
+    np.testing.assert_allclose(speed_of(logged), expected)
+    settled = np.abs(t - 50.0) > 5.0
+    gappy = np.where(np.arange(t.size) % 3 == 0, psi, np.nan)
+    for heading in (psi, gappy):
+        tracked = Record(t, {**places, "heading_rad": heading}, "track")
+        np.testing.assert_allclose(speed_of(tracked)[settled], expected[settled], rtol=1e-9)
+    np.testing.assert_allclose(speed_of(Record(t, places, "track"))[settled], np.abs(expected[settled]), rtol=1e-9)
 
 
 def test_averages_commute_with_linear_models():
