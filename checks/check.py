@@ -133,7 +133,7 @@ def _found(entry: FileCheck | ColumnCheck, record: Record, done: Examined) -> tu
 
 
 def _of_column(fault: ColumnFault, said: str) -> Fault:
-    return Fault(said, tuple(fault.details.get("channels", fault.check.columns)), corrects=True)
+    return Fault(said, tuple(fault.details.get("channels", fault.check.columns)), fault.sizes, corrects=True)
 
 
 def _check_sides(entry: ColumnCheck, done: Examined) -> None:

@@ -17,6 +17,15 @@ STEADY = 0.1
 """Scatter from which a course says nothing."""
 ACROSS = np.pi / 3.0
 """Angle of the track to the heading, rad, that no drift explains."""
+FOLLOWS, EVEN = 0.35, 0.5
+"""How far from one the course's turn may be, as a share of the heading's, and how much the logarithm of the speed may
+change with the heading, 1/rad, where only the zero of the heading is wrong.
+
+Speed u and current c make w = u exp(i psi) + c, so that d ln w / d psi = (u / |w|) (i cos a + sin a), where a is the
+angle from heading to course: beyond 90 deg the course turns back, and below the speed changes by tan(a) times the turn.
+"""
+SPREAD = 0.1
+"""Standard deviation of the heading, rad, below which nothing is said of how the course turns with it."""
 UNDER_WAY = 0.3
 """Share of the usual way made in a window from which it has a course."""
 ALIKE, OFF = 0.8, 0.3
@@ -35,11 +44,21 @@ class Track:
     """The course of the positions against the heading.
 
     mirrored : whether it turns to the other side;  angle : rad, mean of the course less the heading, or, where it is
-    mirrored, of their sum.
+    mirrored, of their sum;  scatter : about it, 1 - length of the mean unit vector;  turn, faster : slopes of the
+    course and of the logarithm of the speed, 1/rad, over the heading, nan where the ship turns too little.
     """
 
     mirrored: bool
     angle: float
+    scatter: float
+    turn: float
+    faster: float
+
+    @property
+    def askew(self) -> bool:
+        """Whether the course stands at an angle to all headings that neither drift nor current explains."""
+        follows = abs(self.turn - 1.0) < FOLLOWS and abs(self.faster) < EVEN
+        return not self.mirrored and abs(self.angle) > ACROSS and follows
 
     @property
     def reading(self) -> str:
@@ -76,7 +95,25 @@ def track_of(record: Record) -> Track | None:
     mirrored = mirror < MIRRORED * plain and plain > TURNED
     if min(plain, mirror) > STEADY:
         return None
-    return Track(bool(mirrored), float(np.angle(other if mirrored else same)))
+    angle = float(np.angle(other if mirrored else same))
+    turn, faster = _slopes(heading[known], course - heading[known], np.log(way[known]))
+    return Track(bool(mirrored), angle, mirror if mirrored else plain, turn, faster)
+
+
+def _slopes(heading: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> tuple[float, float]:
+    """Slopes over the heading (N,) of the course, of which `angle` (N,) is the difference, and of the logarithm of the
+    speed (N,); nan for a straight run."""
+    own = heading - np.mean(heading)
+    if not np.std(own) > SPREAD:
+        return float("nan"), float("nan")
+    off = np.angle(np.exp(1j * angle) * np.conj(np.mean(np.exp(1j * angle))))
+    turn, faster = (float(np.mean(own * values) / np.mean(own**2)) for values in (off, speed))
+    return 1.0 + turn, faster
+
+
+def goes_astern(record: Record) -> bool:
+    """Whether a record's log says that the craft goes astern most of the time."""
+    return record.has("surge_m_s") and float(np.nanmedian(record.column("surge_m_s"))) < 0.0
 
 
 def lever_arm(record: Record, length_m: float | None) -> tuple[float, float] | None:

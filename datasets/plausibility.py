@@ -14,7 +14,7 @@ import numpy as np
 
 from ..models.errors import BadInput
 from .angles import unwrapped
-from .axes import ACROSS, lever_arm, track_of
+from .axes import ACROSS, goes_astern, lever_arm, track_of
 from .changes import NEAR, changes, integral_over_gaps, median_ratio
 from .columns import RUDDERS, TWIN
 from .copies import check_no_copies
@@ -318,14 +318,10 @@ def _track(record: Record, model: Model | None) -> Iterator[Doubt]:
     if found.mirrored:
         hint = f"mirrored axes? as if {found.reading}; or the heading counts anticlockwise"
         yield Doubt(record.name, "the track turns against the heading", hint, "north_m", needed)
-    elif abs(found.angle) > ACROSS and not _astern(record):
+    elif abs(found.angle) > ACROSS and not goes_astern(record):
         message = f"the track runs at {np.degrees(found.angle):.0f} deg to the heading"
         hint = "check that the heading counts from north_m to east_m, and that the axes are in this order"
         yield Doubt(record.name, message, hint, "north_m", needed)
-
-
-def _astern(record: Record) -> bool:
-    return record.has("surge_m_s") and float(np.nanmedian(record.column("surge_m_s"))) < 0.0
 
 
 def _point(record: Record, model: Model | None) -> Iterator[Doubt]:

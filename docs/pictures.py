@@ -166,6 +166,10 @@ def _impossible(c: Columns, t: np.ndarray) -> None:
     c["yaw_rate_rad_s"][[150, 320]] = 40.0 * DEGREE
 
 
+def _one_sided(c: Columns, t: np.ndarray) -> None:
+    c["yaw_rate_rad_s"] *= np.where(c["yaw_rate_rad_s"] > 0.0, 0.1, 1.0)
+
+
 def _gross(c: Columns, t: np.ndarray) -> None:
     rng = np.random.default_rng(1)
     hit = rng.random(len(t)) < 0.05
@@ -210,6 +214,7 @@ CHANGES: Mapping[str, tuple[str, Callable[[Columns, np.ndarray], None]]] = {
     "frozen_samples": ("heading_rad", _frozen),
     "heading_zero": ("heading_rad", _from_zero),
     "impossible_samples": ("yaw_rate_rad_s", _impossible),
+    "one_sided_channel": ("yaw_rate_rad_s", _one_sided),
     "outliers": ("yaw_rate_rad_s", _gross),
     "position_delay": ("east_m", _late("east_m", 40.0)),
     "reference_point": ("sway_m_s", _ahead),

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..base import Check
+from ..result import Size
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -15,14 +16,15 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ColumnFault:
-    """A fault that was found: its check, what a finding says of it, how clearly it shows (in sd, squared), and the
-    instruments of a model that has it."""
+    """A fault that was found: its check, what a finding says of it, how clearly it shows (in sd, squared), the
+    instruments of a model that has it, and its sizes in the record."""
 
     check: ColumnCheck
     details: Mapping[str, Any]
     evidence: str
     statistic: float
     instruments: Mapping[str, float]
+    sizes: tuple[Size, ...] = ()
 
 
 class ColumnCheck(Check):

@@ -14,6 +14,7 @@ import numpy as np
 
 from ...datasets.instruments import corrected
 from ...datasets.signals import integral, sensor_sd
+from ..integrity.runs import never_changes
 from ..registry import sensor_errors
 from .blocks import Rows, Sums, sums_of
 from .series import NEEDED, Motion, SensorEffect, log_of, path_of, turn_of
@@ -168,7 +169,7 @@ def why_not(chain: Chain, record: Record) -> str | None:
     known = np.all([np.isfinite(record.column(name)) for name in chain.needed], axis=0)
     if known.sum() < FEWEST:
         return f"{record.name} has {known.sum()} samples with all of {', '.join(chain.needed)}; {FEWEST} are needed"
-    still = [name for name in chain.needed if np.nanmin(record.column(name)) == np.nanmax(record.column(name))]
+    still = [name for name in chain.needed if never_changes(record.column(name))]
     if still:
         return f"{' and '.join(still)} of {record.name} never changes"
     return None

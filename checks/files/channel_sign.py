@@ -8,7 +8,7 @@ from ...datasets.axes import track_of
 from ..base import FileCheck
 from ..fault import Fault, cleaned, exact
 from ..integrity.ratios import AGREE, heading_ratio, turns_back
-from ..integrity.readings import BETTER, LEAST, TRACK, better_reading, track_error
+from ..integrity.readings import BETTER, LEAST, TRACK, better_reading, course_askew, track_error
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -28,7 +28,8 @@ class ChannelSign(FileCheck):
         if rate is not None:
             record = cleaned(record, [rate])
             better = better_reading([record])
-            if rate.channels == ("yaw_rate_rad_s",) and better is not None and better.reading.check == "heading_zero":
+            backwards = better.reading.check == "heading_zero" if better else course_askew(record) is not None
+            if rate.channels == ("yaw_rate_rad_s",) and backwards:
                 said = "the yaw rate turns against the heading, and the ship goes astern: time runs backwards"
                 return [Fault(said, ("time_s",), rate.sizes, standing=True)]
         track = self._of_track(record)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.signals import bridged, integral, white_noise
+from .runs import never_changes
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -96,7 +97,7 @@ def rate_is_derived(values: np.ndarray, rate: np.ndarray, time: np.ndarray) -> s
 def equal_columns(record: Record) -> list[tuple[str, str]]:
     """Pairs of changing columns that are equal, or each other's negative, in every known sample."""
     names = [n for n in record.channels if np.isfinite(record.column(n)).sum() > 20]
-    names = [n for n in names if np.nanmin(record.column(n)) < np.nanmax(record.column(n))]
+    names = [n for n in names if not never_changes(record.column(n))]
     pairs = []
     for i, a in enumerate(names):
         for b in names[i + 1 :]:

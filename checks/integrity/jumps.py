@@ -8,6 +8,7 @@ import numpy as np
 
 from ...datasets.geometry import velocity_over_ground
 from ...datasets.spikes import without_spikes_in_time
+from .runs import never_changes
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -36,9 +37,9 @@ class Jump(NamedTuple):
 def jumps(record: Record) -> list[Jump]:
     """Jumps of heading (by the yaw rate) and positions (by heading and velocities), where these are known."""
     found = []
-    if record.has("heading_rad", "yaw_rate_rad_s") and _changes(record.column("yaw_rate_rad_s")):
+    if record.has("heading_rad", "yaw_rate_rad_s") and not never_changes(record.column("yaw_rate_rad_s")):
         found += _jumps(record, "heading_rad", record.heading_unwrapped(), record.column("yaw_rate_rad_s"))
-    if record.has("surge_m_s", "north_m", "east_m") and _changes(record.column("surge_m_s")):
+    if record.has("surge_m_s", "north_m", "east_m") and not never_changes(record.column("surge_m_s")):
         speed = np.abs(record.column("surge_m_s"))
         if record.has("sway_m_s"):
             speed = np.hypot(speed, record.column("sway_m_s"))
@@ -46,11 +47,6 @@ def jumps(record: Record) -> list[Jump]:
             rate = _toward(record, name)
             found += _jumps(record, name, record.column(name), rate, np.nan_to_num(speed))
     return found
-
-
-def _changes(values: np.ndarray) -> bool:
-    known = values[np.isfinite(values)]
-    return known.size > 1 and bool(np.ptp(known) > 0.0)
 
 
 def _toward(record: Record, name: str) -> np.ndarray:

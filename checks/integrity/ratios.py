@@ -118,10 +118,15 @@ def speed_ratio(record: Record) -> float | None:
     return float(np.median(given[fast] / moved[fast])) if fast.any() else None
 
 
-def _ratio(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> Ratio | None:
+def over_windows(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Changes (M,) of values (N,) and of the integral of their rate (N,) over windows without a gap."""
     w = _window(time)
     whole, given = whole_windows(time, w), integral(rate, time)
-    change, given = (values[w:] - values[:-w])[whole], (given[w:] - given[:-w])[whole]
+    return (values[w:] - values[:-w])[whole], (given[w:] - given[:-w])[whole]
+
+
+def _ratio(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> Ratio | None:
+    change, given = over_windows(time, values, rate)
     spread = float(np.sqrt(np.mean(given**2) * np.mean(change**2)))
     if change.size < FEWEST // 2 or not spread > 0.0:
         return None

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.axes import Track, goes_astern, track_of
 from ...datasets.geometry import body_velocities, position_over_ground, velocity_over_ground
 from ...datasets.signals import integral
 from .ratios import WINDOW_S, whole_windows, without_wraps
@@ -108,6 +109,13 @@ def better_reading(records: Sequence[Record]) -> Better | None:
     best = int(np.argmin(errors))
     sure = errors[best] < min(BETTER * present, MOST) and present > LEAST
     return Better(READINGS[best], present, errors[best]) if sure else None
+
+
+def course_askew(record: Record) -> Track | None:
+    """The track of a record without velocities that stands at an angle to its heading which no drift or current
+    explains; None for any other, and for a craft whose log says that it goes astern."""
+    track = None if record.has(*TRACK) or goes_astern(record) else track_of(record)
+    return track if track is not None and track.askew else None
 
 
 def read_as(records: Sequence[Record], reading: Reading) -> list[Record]:

@@ -17,6 +17,8 @@ NEIGHBOURS = 60
 """Samples to each side of a stretch whose steps are compared with it, at least."""
 COARSE = 3.5
 """Steps of a coarse channel by which it must jump after a frozen stretch."""
+ROUNDING = 1e-12
+"""Share of a channel's largest value, and least size in SI units, below which differences are rounding of numbers."""
 
 
 class Run(NamedTuple):
@@ -25,6 +27,17 @@ class Run(NamedTuple):
     start: int
     stop: int
     jump: float = 0.0
+
+
+def rounding(values: np.ndarray) -> float:
+    """Difference of two samples (N,) up to which they are the same number, rounded."""
+    return ROUNDING * float(np.max(np.abs(values[np.isfinite(values)]), initial=1.0))
+
+
+def never_changes(values: np.ndarray) -> bool:
+    """Whether no two known samples (N,) differ by more than rounding."""
+    known = values[np.isfinite(values)]
+    return known.size < 2 or float(np.ptp(known)) <= rounding(known)
 
 
 def runs_of(values: np.ndarray) -> list[Run]:
@@ -41,7 +54,7 @@ def frozen_runs(values: np.ndarray) -> list[Run]:
     channel need not jump: its noise does not come to rest.
     """
     known = values[np.isfinite(values)]
-    if known.size < 4 * SHORTEST or np.ptp(known) == 0.0:
+    if known.size < 4 * SHORTEST or never_changes(known):
         return []
     long = [r for r in runs_of(values) if r.stop - r.start >= SHORTEST]
     return [r._replace(jump=jump) for r in long if (jump := _jump_if_frozen(values, r, known.size)) > 0.0]
@@ -92,11 +105,17 @@ def held_rows(values: np.ndarray) -> int:
 
 
 def resolution(values: np.ndarray) -> float:
-    """Step of which all samples (N,) are multiples, where they take few values; 0 for a finely resolved channel."""
+    """Step of which all samples (N,) are multiples, where they take few values; 0 for a finely resolved channel.
+
+    Values that differ by rounding are one.
+    """
     known = np.unique(values[np.isfinite(values)])
+    if never_changes(known):
+        return 0.0
+    known = known[np.diff(known, prepend=-np.inf) > max(rounding(known), 1e-9 * float(np.ptp(known)))]
     if known.size < 3 or known.size > 0.25 * np.isfinite(values).sum():
         return 0.0
     steps = np.diff(known)
-    q = float(np.min(steps[steps > 1e-9 * np.ptp(known)]))
+    q = float(np.min(steps))
     off = np.abs(steps / q - np.round(steps / q))
     return q if np.mean(off < 0.02) > 0.98 else 0.0

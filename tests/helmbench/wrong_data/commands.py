@@ -52,7 +52,7 @@ NAMED = {
     "velocities exchanged": {"channel_swap"},
     "positions exchanged": {"channel_swap", "channel_sign"},
     "earth frame": {"earth_frame_velocity"},
-    "time reversed": {"channel_sign", "rudder_response", "rudder_sign"},
+    "time reversed": {"channel_sign", "rudder_response", "rudder_sign", "heading_zero"},
     "outliers": {"outliers", "impossible_samples"},
     "halves exchanged": {"splice", "rudder_response"},
     "sway turned": {"channel_sign"},
