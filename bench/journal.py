@@ -10,7 +10,6 @@ import hashlib
 import json
 import os
 import re
-import time
 import warnings
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -23,7 +22,6 @@ from ..models.plain import EXACT_BELOW, plain
 from .kinds.base import Tables
 
 RUNS = "runs.jsonl"
-PATIENCE_S = 1.0
 _SEAL = re.compile(rb', "digest": "([0-9a-f]{16})"\}$')
 
 
@@ -90,7 +88,7 @@ def is_held(path: Path) -> bool:
         return False
     file = open_to_append(path)
     try:
-        lock(file, path, 0.0)
+        lock(file, path)
     except BadInput:
         return True
     finally:
@@ -98,24 +96,16 @@ def is_held(path: Path) -> bool:
     return False
 
 
-def lock(file: int, path: Path, patience_s: float = PATIENCE_S) -> None:
-    """Take the lock of an open file or folder; BadInput where another process has it.  path : for the message.
-
-    patience_s : how long another one may keep it: a process that is being started holds for a moment what its parent
-    has given back.
-    """
+def lock(file: int, path: Path) -> None:
+    """Take the lock of an open file or folder; BadInput where another process has it.  path : for the message."""
     try:
         import fcntl
     except ImportError:  # no advisory locks on this platform
         return
-    end = time.monotonic() + patience_s
-    while True:
-        try:
-            return fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            if time.monotonic() >= end:
-                raise BadInput("another run is writing here", file=path.parent) from None
-            time.sleep(0.02)
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        raise BadInput("another run is writing here", file=path.parent) from None
 
 
 def _used(data: bytes, path: Path, form: Tables | None) -> tuple[list[dict[str, Any]], int]:

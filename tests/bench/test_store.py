@@ -2,14 +2,13 @@
 
 import json
 import os
-import threading
 
 import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from helmbench.bench.journal import RUNS, DamagedRunsWarning, lock, open_journal, read_runs, sealed, unsealed
+from helmbench.bench.journal import RUNS, DamagedRunsWarning, open_journal, read_runs, sealed, unsealed
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.kinds.identification.columns import PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
 from helmbench.bench.store import MANIFEST, Store, frames, locked, read_tables
@@ -144,14 +143,6 @@ def test_a_directory_is_held_by_one_process(tmp_path, manifest):
     with locked(tmp_path), pytest.raises(BadInput, match="another run is writing here"):
         Store.create(tmp_path, manifest(1))
     assert files(tmp_path) == []
-
-
-def test_a_directory_that_is_given_back_within_a_moment_is_no_error(tmp_path):
-    file = os.open(tmp_path, os.O_RDONLY)
-    lock(file, tmp_path / RUNS)
-    threading.Timer(0.2, os.close, (file,)).start()
-    with locked(tmp_path):
-        pass
 
 
 def test_a_directory_that_holds_something_is_refused_and_left_alone(tmp_path, manifest):
