@@ -90,7 +90,9 @@ def reproduce(
         processes(jobs) as pool,
         tqdm(total=len(runner.plan(chosen, seed)), unit="run", disable=not progress, file=sys.stderr) as bar,
     ):
-        found = session.reproduce(chosen, Path(folder), pool, resume, watch, seed)
+        # a temporary folder is locked itself, so that the runs have a folder of their own in it
+        place = Path(folder) / "runs" if directory is None else Path(folder)
+        found = session.reproduce(chosen, place, pool, resume, watch, seed)
     return Reproduction(
         rows=tuple(session.rows(found)),
         counts={one.paper: counts_line(results.judged(one)) for one, results in found},
