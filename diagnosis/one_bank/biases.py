@@ -19,6 +19,7 @@ from ...estimation.validation.validate import TOGETHER, validate
 from ...models.errors import BadInput, CannotFit, FitFailed
 from ..options import Options
 from ..prepared import prepared
+from .bank import OFFSET
 from .diagnose import runs_of
 from .search import BESIDE, chosen
 from .told import extended_model, findings
@@ -31,6 +32,11 @@ if TYPE_CHECKING:
 OPTIONS = Options(base_parameters="identify", only=("rudder_offset", "yaw_rate_bias"))
 CLEARLY = 0.9
 """Ratio of the errors of whole free runs, mean over channels, above which nothing is said."""
+USUAL, NEARLY_ALL = 2.0 * OFFSET.sd, 0.1
+"""Neutral angles above the first, rad, are told only where the ratio is below the second: a term that the model lacks
+is more likely otherwise."""
+SIDE = 0.1
+"""Least share of the samples with the rudder to either side from which a neutral angle is told."""
 
 
 def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
@@ -39,9 +45,9 @@ def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
 
     model : with the coefficients that were identified from the records.  records : as they were read.
     """
-    given = prepared(records, model, OPTIONS)
     try:
         with arithmetic_guard():
+            given = prepared(records, model, OPTIONS)
             choice = chosen(runs_of(model, given, OPTIONS), OPTIONS)
             if not choice.selection.entered or not _needed(choice):
                 return None
@@ -51,10 +57,22 @@ def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
     except (BadInput, CannotFit, FitFailed):
         return None
     shared = [c for c in TOGETHER if before.get(c, 0.0) > 0.0 and after.get(c, 0.0) > 0.0]
-    if not shared or np.mean([np.log(after[c] / before[c]) for c in shared]) > np.log(CLEARLY):
-        return None
+    ratio = np.exp(np.mean([np.log(after[c] / before[c]) for c in shared])) if shared else np.inf
     sizes = [replace(size, parameter=one.cause) for one in findings(choice, identified=True) for size in one.sizes]
+    angles = [size.value for size in sizes if size.parameter == OFFSET.cause]
+    usual = max(map(abs, angles), default=0.0) < USUAL
+    if ratio > (CLEARLY if usual else NEARLY_ALL) or not _on_both_sides(given, angles):
+        return None
+    if not any(size.low > 0.0 or size.high < 0.0 for size in sizes):
+        return None
     return Biases(tuple(sizes), {n: float(x) for n, x in beside.parameters.items()}, before, after)
+
+
+def _on_both_sides(records: Sequence[Record], angles: Sequence[float]) -> bool:
+    """Whether the rudder is on both sides, beyond all neutral angles: a turn to one side alone does not tell an offset
+    from damping that grows with the yaw rate."""
+    rudder, size = np.concatenate([record.rudder() for record in records]), max(map(abs, angles), default=0.0)
+    return not angles or min(np.nanmean(rudder > size), np.nanmean(rudder < -size)) > SIDE
 
 
 def _needed(choice: Choice) -> bool:

@@ -46,3 +46,17 @@ def test_every_record_may_have_a_neutral_angle_of_its_own():
 def test_nothing_is_told_of_a_clean_record(seed):
     record = turned(steps(seed), seed=seed)
     assert told(record) is None and told(heading_only(record), method="ls") is None
+
+
+def test_a_turn_to_one_side_tells_no_neutral_angle():
+    record = helmbench.simulate("response-1", "turn:35", noise="low", seed=0)
+    assert told(record, method="ls") is None
+    one_sided = turned(np.abs(steps(3)), NEUTRAL)
+    assert told(one_sided) is None
+
+
+def test_an_unusual_angle_is_told_where_it_explains_the_record_and_not_in_place_of_a_lacking_term():
+    (size,) = told(turned(steps(3), 3.0 * NEUTRAL)).sizes
+    assert size.value == pytest.approx(3.0 * NEUTRAL, rel=0.05)
+    lacking = helmbench.simulate("kvlcc2-l7", "prbs:20deg/10s", noise="low", seed=2)
+    assert told(lacking, method="ls") is None
