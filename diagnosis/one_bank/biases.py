@@ -72,7 +72,7 @@ def _on_both_sides(records: Sequence[Record], angles: Sequence[float]) -> bool:
     """Whether the rudder is on both sides, beyond all neutral angles: a turn to one side alone does not tell an offset
     from damping that grows with the yaw rate."""
     rudder, size = np.concatenate([record.rudder() for record in records]), max(map(abs, angles), default=0.0)
-    return not angles or min(np.nanmean(rudder > size), np.nanmean(rudder < -size)) > SIDE
+    return not angles or bool(min(np.mean(rudder > size), np.mean(rudder < -size)) > SIDE)
 
 
 def _needed(choice: Choice) -> bool:
