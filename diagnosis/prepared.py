@@ -65,12 +65,12 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
 def without_doubtful(given: Prepared) -> tuple[Prepared, tuple[str, ...]]:
     """The records without those that stand in doubt, and a sentence for each that is set aside.
 
-    A doubt is about the record that it was found in: the others are diagnosed.  What is found in all training records
-    sets none aside, and stands.
+    A doubt is about the record that it was found in: the others are diagnosed.  What is found in half of the training
+    records or more is no matter of single records: it sets none aside, and stands.
     """
     own = {r.name for r in given.train}
-    partial = [f for f in given.checked if f.standing and not own <= {*f.records}]
-    doubts = {name: f.evidence for f in reversed(partial) for name in f.records}
+    single = [f for f in given.checked if f.standing and 2 * len(own & {*f.records}) < len(own)]
+    doubts = {name: f.evidence for f in reversed(single) for name in f.records}
     train = [r for r in given.train if r.name not in doubts] or given.train
     held_out = [r for r in given.held_out if r.name not in doubts]
     recorded = [r for r, own in zip(given.recorded, given.held_out, strict=True) if own.name not in doubts]

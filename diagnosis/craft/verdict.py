@@ -33,18 +33,19 @@ SKILLED = 0.2
 
 def r2(attempt: Attempt) -> tuple[float, float]:
     """Shares of the motion (yaw rate, heading from the window's start) of left-out windows, by fits without them and
-    without the record's own neutral angle."""
+    without the record's own neutral angle; nan where a channel is not measured or does not vary."""
     w = attempt.fitted.windows
-    share = 1.0 - mean_of_known(attempt.errors[len(w.inputs) :] ** 2, (0, 1)) / w.motion**2
+    motion = np.where(w.motion > 0.0, w.motion, np.nan)
+    share = 1.0 - mean_of_known(attempt.errors[len(w.inputs) :] ** 2, (0, 1)) / motion**2
     return float(share[0]), float(share[1])
 
 
 def verdict_of(final: Attempt, acts: Steering, ahead: Validation, copied: float, motion: float) -> tuple[str, str]:
     """The verdict, and the sentence that supports it.  acts : what the steering brings to left-out predictions."""
-    rate, heading = r2(final)
-    rate, heading = (heading if np.isnan(rate) else rate), (rate if np.isnan(heading) else heading)
-    said = f"over {window_s(final):.3g} s of left-out windows it explains {_percent(rate)} of the yaw rate"
-    said += f" and {_percent(heading)} of the change of heading"
+    shares = dict(zip(("the yaw rate", "the change of heading"), r2(final), strict=True))
+    known = {name: share for name, share in shares.items() if not np.isnan(share)}
+    explained = " and ".join(f"{_percent(share)} of {name}" for name, share in known.items())
+    said = f"over {window_s(final):.3g} s of left-out windows it explains {explained}"
     if copied > COPIED:
         share = _percent(copied)
         return FOLLOWS, f"heading and yaw rate of the same moment give {share} of the steering: it follows the motion"
@@ -54,7 +55,7 @@ def verdict_of(final: Attempt, acts: Steering, ahead: Validation, copied: float,
     if not trusted > 0.0:
         return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
     along = _along(ahead)
-    if min(rate, heading) >= GOOD and not along < FAIR:
+    if min(known.values(), default=np.nan) >= GOOD and not along < FAIR:
         return ADEQUATE, f"{said}; trust it for {trusted:.3g} s"
     if along < FAIR:
         said += f", but along the records that it is judged by {_percent(along)} of the yaw rate three lengths ahead"

@@ -60,6 +60,12 @@ class ParameterGroup(NamedTuple):
     relative: float
     """Its relative standard deviation."""
 
+    @property
+    def known(self) -> str:
+        """The combination and its relative standard deviation: `T2 - 0.3 T3, to 5.1 %`."""
+        terms = " ".join(f"{'-' if f < 0.0 else '+'} {_times(f)}{name}" for name, f in self.combination)
+        return f"{terms.removeprefix('+ ')}, to {_percent(self.relative)}"
+
 
 class CandidateManoeuvre(NamedTuple):
     """A further manoeuvre, the median and worst relative bound with a record of it added, and its information in nats.
@@ -95,6 +101,12 @@ class Identifiability:
         nonzero = [p for p in self.parameters if not np.isnan(p.relative)]
         precise, rough, poor = ([p.name for p in nonzero if low <= p.relative < high] for low, high in edges)
         return precise, rough, poor + [p.name for p in nonzero if np.isinf(p.relative)]
+
+    @property
+    def combinations(self) -> list[ParameterGroup]:
+        """Groups of a few parameters of which a combination is determined within 10 %, and none of them alone."""
+        weak = {n for names in self.names[1:] for n in names}
+        return [g for g in self.groups if g.relative < PRECISE and len(g.names) <= TERMS and weak >= {*g.names}]
 
     @property
     def counts(self) -> tuple[int, int, int]:
@@ -344,8 +356,7 @@ def _sentence(group: ParameterGroup) -> str:
         return f"{names} not determined, not even a combination of them"
     if len(group.names) > TERMS:
         return f"{names} only one combination of them, to {_percent(group.relative)}"
-    terms = " ".join(f"{'-' if f < 0.0 else '+'} {_times(f)}{name}" for name, f in group.combination)
-    return f"{names} only {terms.removeprefix('+ ')}, to {_percent(group.relative)}"
+    return f"{names} only {group.known}"
 
 
 def _times(factor: float) -> str:

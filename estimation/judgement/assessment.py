@@ -12,12 +12,14 @@ from ...models.errors import BadInput, CannotFit, FitFailed
 from ...models.published import published_values
 from ..likelihood.search import ADEQUATE
 from ..records.naming import named, numbered
+from ..validation.horizons import better_at
 from ..validation.result import FREE, Validation
 from ..validation.validate import validate
 from .correlation import ChannelResiduals, channel_residuals
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
+    from ..estimates.biases import Biases
     from ..estimates.estimate import Estimate
     from ..information.identifiability import Identifiability
     from .comparison import Comparison
@@ -26,7 +28,9 @@ if TYPE_CHECKING:
 SCHEMA = 1
 EXPLAINS, APPROXIMATES, FAILS = "explains", "approximates", "fails"
 POOR = 0.5
-"""Mean R^2 of free runs below which a model is of no use."""
+"""Mean R^2 of free runs of whole records below which errors ahead decide whether a model is of use."""
+NEAR = 3
+"""Times ahead, up to three ship lengths, at which predictions must be better than without a model where R^2 is poor."""
 NORMAL_95 = 1.959963984540054
 DRAWN = 6
 """Compared candidates whose free runs are drawn."""
@@ -60,7 +64,8 @@ class Assessment:
     train, held_out : free runs, held_out None where nothing was;  train_residuals, held_out_residuals : those of the
     free runs by channel;  identifiability : what the records tell, None with the reason in `not_told`;  doubts :
     warnings about records;  comparison : other models or methods on the same records, compared : the free runs of the
-    best of them along the held-out records, or the training records where none was held out.
+    best of them along the held-out records, or the training records where none was held out;  biases : of rudder and
+    yaw rate that would clearly lower the errors, None where there are none or none were tried.
     """
 
     estimate: Estimate
@@ -74,6 +79,7 @@ class Assessment:
     doubts: tuple[str, ...]
     comparison: Comparison | None
     compared: Validation | None
+    biases: Biases | None = None
 
     @property
     def name(self) -> str:
@@ -84,6 +90,17 @@ class Assessment:
     def judged(self) -> Validation:
         """The validation that counts: on held-out records, or else on the training records."""
         return self.train if self.held_out is None else self.held_out
+
+    @property
+    def trusted_s(self) -> float:
+        """Time ahead, s, up to which predictions are better than without a model; 0: nowhere; nan: not tried."""
+        return self.judged.trusted_s[self.name]
+
+    @property
+    def r2(self) -> float:
+        """R^2 of free runs of whole records, from the start that each record itself has; nan where there is none."""
+        together = self.judged.score(None)
+        return np.nan if together is None else together.r2
 
     @property
     def diverged(self) -> tuple[str, ...]:
@@ -98,12 +115,15 @@ class Assessment:
 
     @property
     def verdict(self) -> str:
-        """'explains': residuals are those of the sensors; 'fails': a run diverges, or R^2 is below 0.5 in the mean;
-        'approximates': between the two."""
-        together = self.judged.score(None)
-        if self.diverged or together is None or not together.r2 >= POOR:
+        """'explains': residuals are those of the sensors; 'fails': a run diverges, predictions are at no time ahead
+        better than without a model, or R^2 is below 0.5 in the mean and they are not better as far as `NEAR` times
+        ahead; 'approximates': between the two."""
+        better = better_at(self.judged.scores, self.judged.simple, self.name)
+        far = len(better) >= NEAR and self.trusted_s >= [*better][NEAR - 1]
+        if self.diverged or (better and not any(better.values())) or not (self.r2 >= POOR or far):
             return FAILS
-        return APPROXIMATES if self.exceeding or not self.train_residuals else EXPLAINS
+        unlike = self.held_out is not None and not self.r2 >= 0.0
+        return APPROXIMATES if unlike or self.exceeding or not self.train_residuals else EXPLAINS
 
     @property
     def correlated(self) -> tuple[str, ...]:
@@ -141,13 +161,14 @@ class Assessment:
             "rudder_left": list(self.rudder_left),
             "horizons": [vars(s) for s in self.judged.scores if s.record is None and s.horizon_s is not None],
             "simple": [vars(s) for s in self.judged.simple],
-            "trusted_s": self.judged.trusted_s[self.name],
+            "trusted_s": self.trusted_s,
             "training": scores(self.train),
             "validation": None if self.held_out is None else scores(self.held_out),
             "residuals": {side: [_residuals(one) for one in found] for side, found in sides.items()},
             "profile": estimate.extra.get("profile"),
             "identifiability": None if told is None else told.as_dict(),
             "not_told": self.not_told,
+            "biases": None if self.biases is None else self.biases.to_json(),
             "warnings": list(self.doubts),
             "comparison": None if self.comparison is None else self.comparison.to_json(),
         }
@@ -159,12 +180,14 @@ def assess(
     held_out: Sequence[Record] = (),
     comparison: Comparison | None = None,
     doubts: Sequence[str] = (),
+    biases: Biases | None = None,
 ) -> Assessment:
     """Free runs, residuals, identifiability and published values of an estimate.
 
     Parameters
     ----------
     train, held_out : records as they were read.
+    biases : of the training records, where some were found.
 
     Raises
     ------
@@ -183,6 +206,7 @@ def assess(
         doubts=tuple(doubts),
         comparison=comparison,
         compared=None if comparison is None else _compared(comparison, held_out or train),
+        biases=biases,
     )
 
 

@@ -99,15 +99,24 @@ def trusted_s(scores: Sequence[Score], simple: Sequence[Score], model: str) -> f
 
     0 where they are not at the shortest time ahead; nan where no time ahead was tried.
     """
-    times = sorted({s.horizon_s for s in simple if s.horizon_s is not None})
-    trusted = 0.0 if times else np.nan
-    for time in times:
-        own = {s.channel: s.rmse for s in scores if (s.model, s.record, s.horizon_s) == (model, None, time)}
-        rivals = [s for s in simple if s.horizon_s == time and s.channel in TRUSTED]
-        if not rivals or any(not own.get(s.channel, np.inf) < s.rmse for s in rivals):
+    better = better_at(scores, simple, model)
+    trusted = 0.0 if better else np.nan
+    for time, is_better in better.items():
+        if not is_better:
             break
         trusted = time
     return trusted
+
+
+def better_at(scores: Sequence[Score], simple: Sequence[Score], model: str) -> dict[float, bool]:
+    """Time ahead, s, in rising order -> whether a model's errors over all records are below those of both simple
+    predictions."""
+    better = {}
+    for time in sorted({s.horizon_s for s in simple if s.horizon_s is not None}):
+        own = {s.channel: s.rmse for s in scores if (s.model, s.record, s.horizon_s) == (model, None, time)}
+        rivals = [s for s in simple if s.horizon_s == time and s.channel in TRUSTED]
+        better[time] = bool(rivals) and all(own.get(s.channel, np.inf) < s.rmse for s in rivals)
+    return better
 
 
 def mean_ratio(scores: Sequence[Score], new: str, old: str, up_to_s: float = np.inf) -> float:

@@ -35,7 +35,8 @@ class Assessment(assessment.Assessment, Result):
 
     `verdict` is 'explains', 'approximates' or 'fails'; `train` and `held_out` are validations of the estimate,
     `train_residuals` and `held_out_residuals` the residuals of free runs with their correlations, `parameters` the
-    parameters with intervals and published values, `identifiability` what the records tell.
+    parameters with intervals and published values, `identifiability` what the records tell, `biases` a neutral
+    rudder angle or a yaw rate bias that would clearly lower the errors, with sizes (None: there is none).
     """
 
     room, files, pictured = "identification", FILES[:2], "measured channels and free run"
@@ -161,7 +162,12 @@ def assess(
     refuse_copies(records, others)
     signs = (rudder_sign_doubt(record, estimate.model) for record in (*records, *others))
     doubts = [*admit(records, estimate.model), *admit(others, estimate.model), *filter(None, signs)]
-    return Assessment.of(assessment.assess(estimate, records, others, found, doubts))
+    biases = None
+    if estimate.predictor is None and estimate.parameters:
+        from ..diagnosis.one_bank.biases import biases_of
+
+        biases = biases_of(estimate.model, records)
+    return Assessment.of(assessment.assess(estimate, records, others, found, doubts, biases))
 
 
 @typed

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.judgement.assessment import APPROXIMATES, EXPLAINS, FAILS
+from ...estimation.judgement.assessment import APPROXIMATES, EXPLAINS, FAILS, POOR
 from ...estimation.likelihood.search import ADEQUATE
+from ..diagnosis.words import size
 from ..numbers import number, r_squared
 from ..tables import console, html
 from ..validation.tables import free_table, horizon_table, trusted_lines
 from .tables import assessed_table, comparison_note, comparison_table, parameter_table
 
 if TYPE_CHECKING:
+    from ...estimation.information.identifiability import ParameterGroup
     from ...estimation.judgement.assessment import Assessment
     from ...estimation.judgement.comparison import Comparison
     from ...estimation.judgement.correlation import ChannelResiduals
@@ -27,18 +30,24 @@ HEADLINES = {
     APPROXIMATES: "The model approximates the records, it does not explain them.",
     FAILS: "Do not predict with this model.",
 }
+BIASES = {"rudder_offset": "a neutral rudder angle of", "yaw_rate_bias": "a yaw rate bias of"}
+"""Bias -> how its size is told."""
+CHANGED, MOST_CHANGED = 0.01, 4
+"""Least relative change of a parameter that is told beside a bias, and how many are."""
 GROWS = 2.0
 """Factor between errors on held-out and on training records that is told."""
 
 
 def headline(found: Assessment) -> str:
     """The verdict in one sentence."""
+    if found.verdict == FAILS and found.trusted_s > 0.0 and not found.diverged:
+        return f"Do not predict further ahead than {found.trusted_s:.3g} s with this model."
     return HEADLINES[found.verdict]
 
 
 def statement(found: Assessment) -> list[str]:
     """Why, and what else the reader must know, in sentences."""
-    lines = [_misfit(found), *_held_out(found), *_correlated(found)]
+    lines = [_misfit(found), *_reach(found), *_held_out(found), *_correlated(found), *_biases(found)]
     lines += _undetermined(found)
     lines += [f"{found.estimate.method}: {found.estimate.message}."] if found.estimate.message else []
     return [line for line in (*lines, *found.doubts) if line]
@@ -59,8 +68,35 @@ def _misfit(found: Assessment) -> str:
         return told
     largest = max((*found.train_residuals, *found.held_out_residuals), key=lambda one: one.ratio)
     name, ratio = shown_name(largest.channel), number(largest.ratio, 2)
-    limit = f"up to {ADEQUATE:g} times counts as explained"
-    return f"{told} Their residuals are at most {ratio} times the sensors' noise ({name}; {limit})."
+    limit = f"; up to {ADEQUATE:g} times counts as explained" if found.verdict == EXPLAINS else ""
+    size = f"residuals are at most {ratio} times the sensors' noise ({name}{limit})."
+    return f"{told} {'Their' if found.r2 >= POOR else 'From the starts that fit best, their'} {size}"
+
+
+def _reach(found: Assessment) -> list[str]:
+    """How far a model predicts whose errors along whole records are large."""
+    if found.verdict == FAILS or found.r2 >= POOR:
+        return []
+    return [f"Predict no further ahead than {found.trusted_s:.3g} s: along whole records its errors grow too large."]
+
+
+def _biases(found: Assessment) -> list[str]:
+    """A neutral rudder angle or a yaw rate bias that would lower the errors, and what it changes."""
+    biases = found.biases
+    if biases is None:
+        return []
+    sizes = _listed([size(replace(one, parameter=BIASES[one.parameter])) for one in biases.sizes])
+    errors = []
+    for channel in (c for c in biases.before if c in biases.after):
+        unit, factor = shown_unit(channel)
+        before, after = (number(factor * side[channel]) for side in (biases.before, biases.after))
+        errors.append(f"the free-run error of the {shown_name(channel)} from {before} to {after} {unit}")
+    old, new = found.estimate.parameters, biases.parameters
+    moved = {n: abs(new[n] - x) / abs(x) for n, x in old.items() if n in new and x != 0.0}
+    most = sorted((n for n, share in moved.items() if share > CHANGED), key=lambda n: -moved[n])[:MOST_CHANGED]
+    changes = [f"{n} from {number(old[n])} to {number(new[n])}" for n in old if n in most]
+    told = f"{sizes[0].upper()}{sizes[1:]} would take {_listed([*errors, *changes])}."
+    return [f"{told} The identified numbers are without it."]
 
 
 def _together(found: Validation) -> str:
@@ -113,7 +149,12 @@ def _undetermined(found: Assessment) -> list[str]:
         return [f"What the records tell of the parameters is not known: {found.not_told}."] if found.not_told else []
     poor = found.identifiability.names[2]
     total = len(found.parameters)
-    return [f"The records do not determine {len(poor)} of {total} parameters: {_listed(poor)}."] if poor else []
+    lines = [f"The records do not determine {len(poor)} of {total} parameters: {_listed(poor)}."] if poor else []
+    return [*lines, *map(_combined, found.identifiability.combinations)]
+
+
+def _combined(group: ParameterGroup) -> str:
+    return f"{_listed(group.names)} are known well only in combination: {group.known}."
 
 
 def _listed(names: Sequence[str]) -> str:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...datasets.columns import CANONICAL
 from ...datasets.display import shown_name, shown_unit
+from ...estimation.validation.horizons import better_at
 from ...estimation.validation.result import FREE
 from ..numbers import DEG, number, r_squared
 from ..tables import Column, Table, make_table
@@ -163,8 +164,14 @@ def trusted_lines(found: Validation) -> list[str]:
     """A sentence a model: how far ahead it is better than both predictions without a model."""
     rivals = "a ship that goes on turning as now, and than one that goes straight"
     known = {name: time for name, time in found.trusted_s.items() if math.isfinite(time)}
-    better = {n: f"trust it for {t:.3g} s, up to which it is better than" for n, t in known.items() if t > 0.0}
-    return [f"{name}: {better.get(name, 'at no time ahead better than')} {rivals}" for name in known]
+    return [f"{name}: {_trusted(found, name, time)} better than {rivals}" for name, time in known.items()]
+
+
+def _trusted(found: Validation, name: str, time_s: float) -> str:
+    if time_s > 0.0:
+        return f"trust it for {time_s:.3g} s, up to which it is"
+    better = better_at(found.scores, found.simple, name)
+    return f"only later than {min(better):.3g} s ahead" if any(better.values()) else "at no time ahead"
 
 
 def _scored(title: str, score: Callable[[Any], Score | None], value: Callable[[Score | None], float | None]) -> Column:

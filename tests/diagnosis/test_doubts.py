@@ -7,30 +7,11 @@ import pytest
 
 import helmbench
 from helmbench.checks.result import CheckFinding
-from helmbench.datasets.record import Record
 from helmbench.diagnosis.checked import with_checks
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
-STEP_S, T_S, GAIN = 0.5, 8.0, 0.12
-
-
-def turned(rudder, neutral=0.0, seed=0, name="run"):
-    """A first-order ship by exact steps between samples: heading and yaw rate with noise."""
-    rng, time = np.random.default_rng(seed), STEP_S * np.arange(rudder.size)
-    rate, held = np.zeros(rudder.size), np.exp(-STEP_S / T_S)
-    for k in range(rudder.size - 1):
-        rate[k + 1] = held * rate[k] + (1.0 - held) * GAIN * (rudder[k] + neutral)
-    noise = rng.standard_normal((2, rudder.size))
-    shown = {"yaw_rate_rad_s": rate + 5e-4 * noise[0], "heading_rad": np.cumsum(rate) * STEP_S + 1e-3 * noise[1]}
-    return Record(time, {"rudder_rad": rudder, **shown}, name)
-
-
-def steps(seed, samples=480):
-    """Rudder angles that change every 20 to 35 s."""
-    rng = np.random.default_rng(seed)
-    times = np.cumsum(rng.uniform(20.0, 35.0, 20))
-    return np.deg2rad(rng.choice([-20.0, -10.0, 10.0, 20.0], 21))[np.searchsorted(times, STEP_S * np.arange(samples))]
+from ..simulators.response import GAIN, T_S, steps, turned
 
 
 @pytest.fixture(scope="module")
@@ -58,7 +39,8 @@ def test_a_held_out_record_with_missing_rows_is_set_aside(model):
 
 def test_a_training_record_in_doubt_is_set_aside_and_the_others_are_diagnosed(model):
     neutral = np.deg2rad(2.0)
-    train = [turned(steps(1), neutral), torn(turned(steps(2), neutral, seed=2, name="torn"))]
+    train = [turned(steps(k), neutral, seed=k, name=f"run-{k}") for k in (1, 3)]
+    train.append(torn(turned(steps(2), neutral, seed=2, name="torn")))
     found = diagnose(model, train)
     assert found.verdict == "named" and [f.cause for f in found.causes] == ["rudder_offset"]
     assert [f.standing for f in found.checks if f.records == ("torn",)] == [False]

@@ -11,6 +11,9 @@ from helmbench.estimation.validation.validate import validate
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
 from helmbench.models.published import published_values
+from helmbench.reporting.identification.text import headline, statement, terminal
+
+from ...simulators.response import STEP_S, second_order
 
 
 @pytest.fixture(scope="module")
@@ -51,6 +54,43 @@ def test_a_wrong_or_diverging_model_fails(records):
         wrong = replace(good, model=good.model.with_coefficients(factor * good.coefficients))
         found = assess(wrong, records[:1], records[1:])
         assert found.verdict == FAILS and bool(found.diverged) is lost
+
+
+def test_what_predicts_only_shortly_is_told_with_its_time(records):
+    good = fitted(records[:1])
+    found = assess(replace(good, model=good.model.with_coefficients(0.2 * good.coefficients)), records[:1], records[1:])
+    assert found.r2 < 0.5 and found.trusted_s > 0.0
+    assert headline(found) == f"Do not predict further ahead than {found.trusted_s:.3g} s with this model."
+
+
+def test_numbers_that_one_frequency_does_not_tell_apart_are_no_reason_not_to_predict():
+    rudder = np.deg2rad(15.0) * np.sin(0.3 * STEP_S * np.arange(400))
+    record = second_order(rudder, (12.0, 2.0, 4.0), gain=0.1, seed=5, noise=3.0)
+    found = assess(fitted([record], "nomoto-2"), [record])
+    assert found.r2 < 0.5 and found.verdict == EXPLAINS and found.trusted_s == max(found.train.horizons_s)
+    said = terminal(found)
+    assert "Do not predict" not in said and "T2, T3 and K are known well only in combination: T2 - " in said
+    assert f"Predict no further ahead than {found.trusted_s:.3g} s" in said and "From the starts that fit best" in said
+
+
+def test_a_model_that_is_nowhere_better_than_none_fails(records):
+    found = assess(fitted(records[:1]), records[:1])
+    beaten = tuple(replace(s, rmse=0.0) for s in found.train.simple)
+    beaten = replace(found, train=replace(found.train, simple=beaten, trusted_s={found.name: 0.0}))
+    assert found.verdict == EXPLAINS and beaten.r2 > 0.9 and beaten.verdict == FAILS
+    assert "at no time ahead better" in terminal(beaten)
+    first = found.train.horizons_s[0]
+    simple = tuple(replace(s, rmse=0.0 if s.horizon_s == first else s.rmse) for s in found.train.simple)
+    later = replace(found, train=replace(found.train, simple=simple, trusted_s={found.name: 0.0}))
+    assert later.verdict == EXPLAINS and f"only later than {first:.3g} s ahead better" in terminal(later)
+
+
+def test_a_model_does_not_explain_held_out_records_that_it_misses(records):
+    found = assess(fitted(records[:1]), records[:1], records[1:])
+    scores = tuple(replace(s, r2=-0.1) if s.channel is None else s for s in found.held_out.scores)
+    missed = replace(found, held_out=replace(found.held_out, scores=scores))
+    assert found.verdict == EXPLAINS and missed.verdict == APPROXIMATES
+    assert not any("counts as explained" in line for line in statement(missed))
 
 
 def test_its_errors_are_those_of_a_validation(records):

@@ -1,11 +1,15 @@
 """Assessments and comparisons from Python: what is taken, and their tables, figures, pages and files."""
 
 import json
+import re
 
+import numpy as np
 import pytest
 
 import helmbench
 from helmbench.api import assessment as room
+
+from ...simulators.response import GAIN, heading_only, steps, turned
 
 
 @pytest.fixture(scope="module")
@@ -102,3 +106,18 @@ def test_held_out_records_of_identify_are_those_that_the_estimate_is_judged_by(r
     assert found.to_json() != helmbench.identify(records[0], "nomoto-1-cubic", "output-error").assess().to_json()
     with pytest.raises(helmbench.BadInput):
         helmbench.identify(records[0], "nomoto-1-cubic", "output-error", validate=records[0])
+
+
+def test_a_neutral_rudder_angle_is_told_with_sizes_and_leaves_the_numbers():
+    record = heading_only(turned(steps(3), np.deg2rad(2.0)))
+    found = helmbench.identify(record, "nomoto-1", "output-error").assess()
+    (line,) = (one for one in found.statement() if "neutral rudder angle" in one)
+    told = (
+        r"A neutral rudder angle of (\S+) deg \[\S+, \S+\] would take the free-run error of the heading from (\S+) to "
+    )
+    size, before, after, new = map(float, re.match(told + r"(\S+) deg, .*K from \S+ to (\S+)\. ", line).groups())
+    assert size == pytest.approx(2.0, rel=0.1) and after < 0.3 * before and new == pytest.approx(GAIN, rel=0.03)
+    assert found.to_json()["biases"]["sizes"][0]["parameter"] == "rudder_offset"
+    assert abs(found.estimate.parameters["K"] - GAIN) > abs(new - GAIN)
+    clean = helmbench.identify(heading_only(turned(steps(3))), "nomoto-1", "output-error").assess()
+    assert clean.biases is None and clean.to_json()["biases"] is None
