@@ -1,5 +1,5 @@
-"""Ships of first and second order by exact steps between samples, with held rudder angles: nothing of
-helmbench.models or helmbench.estimation takes part.
+"""Ships of first and second order by exact steps between samples, with rudder angles that move evenly between samples
+(first order) or are held (second): nothing of helmbench.models or helmbench.estimation takes part.
 
     T r' + r = K (delta + neutral),    T1 T2 r'' + (T1 + T2) r' + r = K (delta + T3 delta')
 """
@@ -18,10 +18,13 @@ RATE_SD, HEADING_SD = 5e-4, 1e-3
 
 def turned(rudder, neutral=0.0, seed=0, name="run", zero=0.0):
     """A ship of first order with a neutral rudder angle, rad; the gyro shows `zero`, rad/s, too much."""
-    rate, held = np.zeros(rudder.size), np.exp(-STEP_S / T_S)
-    for k in range(rudder.size - 1):
-        rate[k + 1] = held * rate[k] + (1.0 - held) * GAIN * (rudder[k] + neutral)
-    return _measured(rudder, rate, np.cumsum(rate) * STEP_S, seed, name, zero)
+    (rate, heading), held = np.zeros((2, rudder.size)), np.exp(-STEP_S / T_S)
+    for k, change in enumerate(GAIN * np.diff(rudder)):
+        late = change * T_S / STEP_S  # how far the rate that the ship would settle at runs ahead of it
+        steady = GAIN * (rudder[k] + neutral) - late
+        rate[k + 1] = steady + change + (rate[k] - steady) * held
+        heading[k + 1] = heading[k] + (steady + change / 2.0) * STEP_S + (rate[k] - steady) * T_S * (1.0 - held)
+    return _measured(rudder, rate, heading, seed, name, zero)
 
 
 def second_order(rudder, times_s, gain, seed=0, name="run", noise=1.0):
