@@ -28,10 +28,10 @@ class Size:
 class CheckFinding:
     """One thing that is wrong with records or sensors.
 
-    stage : 'file' (integrity of the data) or 'sensors' (channels compared with each other).  records : those it
-    concerns.  sizes : with 90 % intervals, over all records and by record.  material : whether the size matters; else
-    it is detectable only.  z : of the estimate, p_equal : probability that records have the same size (None: one
-    record, or nothing to compare).
+    stage : 'file' (integrity of the data), 'sensors' (channels compared with each other) or 'free runs' (of a model
+    along the records).  records : those it concerns.  sizes : with 90 % intervals, over all records and by record.
+    material : whether the size matters; else it is detectable only.  z : of the estimate, p_equal : probability that
+    records have the same size (None: one record, or nothing to compare).
     corrected : the records can be corrected for it, and a diagnosis does.  standing : they cannot, and while it stands
     nothing that a model says of the hull can be trusted.  blanked : samples that a correction leaves out.
     biases : a fit to the records as they are would be wrong by it.

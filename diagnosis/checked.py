@@ -13,10 +13,9 @@ from ..checks.files.constant_channel import ConstantChannel
 from ..checks.findings import merged
 from ..checks.registry import check_of, column_checks, sensor_errors
 from ..checks.result import CheckFinding
-from ..datasets.columns import RUDDERS
 from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
 from .report.bank import demoted, updated
-from .report.findings import BY_CHANNELS, of_left_out_samples
+from .report.findings import BY_CHANNELS, BY_FREE_RUNS, of_left_out_samples
 from .report.verdict import motion_explained, without_motion
 from .result import Diagnosis, Finding
 
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 SPEED = "surge_m_s"
-RUDDER_ALONE = ({RUDDERS[0]}, {RUDDERS[1]}, {*RUDDERS})
 REFUTED = 0.8
 """Share of the squared yaw motion that free runs hold along the recorded rudder from which it cannot but act."""
 
@@ -99,7 +97,7 @@ def _refuted(found: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Diagno
     """The diagnosis with doubts about the rudder taken back where free runs with it follow the training records, and
     the doubts that stand."""
     share = motion_explained([t for t in found.traces if t.role == "train"]) or 0.0
-    of_rudder = [f for f in standing if check_of(f.cause).where == "rudder" or {*f.channels} in RUDDER_ALONE]
+    of_rudder = [f for f in standing if check_of(f.cause).where == "rudder" or f.stage == BY_FREE_RUNS]
     refuted = of_rudder if share >= REFUTED else []
     said = tuple(f"{f.evidence}; yet free runs with it hold {100.0 * share:.0f} % of the yaw motion" for f in refuted)
     checks = tuple(replace(f, standing=False) if f in refuted else f for f in found.checks)

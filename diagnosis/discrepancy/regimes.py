@@ -215,7 +215,9 @@ class _Screen:
             return column
         x = self.values[own.variable]
         grid = np.array([float(np.min(x)), *_grid(own.variable, x), float(np.max(x))])
-        near = np.linspace(grid[grid < own.threshold].max(), grid[grid > own.threshold].min(), FINER + 2)[1:-1]
+        below, above = grid[grid < own.threshold], grid[grid > own.threshold]
+        low, high = (side[pick] if side.size else own.threshold for side, pick in ((below, -1), (above, 0)))
+        near = np.linspace(low, high, FINER + 2)[1:-1]
         return max([column, *self.columns(column.number, own, near)], key=lambda c: c.gain)
 
     def profiled(self, trial: _Trial, without: float) -> Local:

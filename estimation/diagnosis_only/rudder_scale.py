@@ -76,7 +76,7 @@ def _other_angle(records: Sequence[Record], model: Model) -> CheckFinding | None
         f"angle {left:.0f} % of the squared error of free runs of {model.id} are left"
     )
     names, size = tuple(r.name for r in records), Size("factor", best, best, best, "1")
-    return CheckFinding("wrong_unit", "file", names, ("rudder_rad",), (size,), said, standing=True)
+    return CheckFinding("wrong_unit", "free runs", names, ("rudder_rad",), (size,), said, standing=True)
 
 
 def _with_rudder(record: Record, factor: float) -> Record:
