@@ -139,14 +139,17 @@ def _errors_after(diagnosis: Diagnosis) -> dict[str, float]:
     for trace in (t for t in diagnosis.traces if t.role == "train"):
         for channel, measured in trace.measured.items():
             lost.setdefault(channel, []).append(measured - trace.after[channel])
-    return {c: float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2))) for c, parts in lost.items()}
+    errors = {c: np.concatenate(parts) for c, parts in lost.items()}
+    known = {c: e[np.isfinite(e)] for c, e in errors.items()}
+    return {c: float(np.sqrt(np.mean(e**2))) for c, e in known.items() if e.size}
 
 
 def _by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> ByPieces | None:
-    """What free runs of pieces say; None where the records or the model allow none."""
+    """What free runs of pieces say; None where the records or the model allow none, or their arithmetic fails."""
     try:
-        return by_pieces(model, given, held_out, options)
-    except (CannotFit, FitFailed):
+        with arithmetic_guard():
+            return by_pieces(model, given, held_out, options)
+    except (BadInput, CannotFit, FitFailed):
         return None
 
 

@@ -1,10 +1,12 @@
 """The stages of a diagnosis are told as they begin."""
 
+import numpy as np
 import pytest
 
 import helmbench
 from helmbench.diagnosis import diagnose as engine
 from helmbench.diagnosis.options import Options
+from helmbench.models.errors import CannotFit
 
 
 @pytest.fixture
@@ -29,6 +31,15 @@ def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, stages
     monkeypatch.setattr(engine, "concluded", lambda *_: made)
     engine.diagnose(helmbench.resolve("response-1"), [record], watch=told.append)
     assert told == stages
+
+
+@pytest.mark.parametrize("error", [np.linalg.LinAlgError("singular"), CannotFit("no piece")])
+def test_where_pieces_cannot_be_run_the_likelihood_decides(monkeypatch, record, error):
+    def fails(*_):
+        raise error
+
+    monkeypatch.setattr(engine, "by_pieces", fails)
+    assert engine.diagnose(helmbench.resolve("response-1"), [record]).verdict == "adequate"
 
 
 @pytest.mark.parametrize("base_parameters", ["file", "identify"])
