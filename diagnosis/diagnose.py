@@ -40,6 +40,8 @@ LONGEST, LONGEST_OF_RESPONSE = 15_000, 30_000
 manoeuvres; more could take over two minutes."""
 LARGEST = 4 * 2**30
 """Memory, bytes, that the records of one diagnosis may need."""
+LEFT = 0.1
+"""Error, as a share of the motion, below which a diagnosis leaves nothing that another one could take off."""
 CLEARLY, FAR = 0.1, 0.5
 """Mean of the logarithms of two errors' ratio from which one is clearly smaller, and so much smaller that a calibration
 of all numbers is told in the place of names."""
@@ -115,8 +117,19 @@ def _found(
     told = with_runs(told, given.train, given.instruments, held_out, options.channels)
     if pieces is None or not pieces.names or told.verdict in ("inconclusive", "adequate"):
         return told
-    fall = CLEARLY if pieces.selects else FAR
-    return pieces.diagnosis if told.verdict == "unexplained" or _fall(told, pieces.diagnosis) > fall else told
+    better = _left(told) > LEFT and _fall(told, pieces.diagnosis) > (CLEARLY if pieces.selects else FAR)
+    return pieces.diagnosis if told.verdict == "unexplained" or better else told
+
+
+def _left(diagnosis: Diagnosis) -> float:
+    """Error of the extended model's free runs as a share of the motion, mean over channels: of held-out records, else
+    of training ones."""
+    if diagnosis.gain:
+        shares = [np.sqrt(max(1.0 - g.r2_after, 0.0)) for g in diagnosis.gain.values()]
+    else:
+        shares = [error / motion for error, motion in _errors_after(diagnosis).values() if motion > 0.0]
+    known = [share for share in shares if np.isfinite(share)]
+    return float(np.mean(known)) if known else 0.0
 
 
 def _fall(old: Diagnosis, new: Diagnosis) -> float:
@@ -128,20 +141,21 @@ def _fall(old: Diagnosis, new: Diagnosis) -> float:
     if new.gain:
         errors = [{c: g.own_after for c, g in d.gain.items()} for d in (old, new)]
     else:
-        errors = [_errors_after(d) for d in (old, new)]
+        errors = [{c: error for c, (error, _) in _errors_after(d).items()} for d in (old, new)]
     pairs = [(errors[0][c], errors[1][c]) for c in errors[1] if errors[0].get(c, 0.0) > 0.0 and errors[1][c] > 0.0]
     return float(np.mean([np.log(before / after) for before, after in pairs])) if pairs else 0.0
 
 
-def _errors_after(diagnosis: Diagnosis) -> dict[str, float]:
-    """Root mean square error of the extended model's free runs of the training records, by channel."""
-    lost: dict[str, list[np.ndarray]] = {}
+def _errors_after(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
+    """Channel -> root mean square error of the extended model's free runs of the training records, and of the motion
+    about its mean."""
+    parts: dict[str, list[np.ndarray]] = {}
     for trace in (t for t in diagnosis.traces if t.role == "train"):
         for channel, measured in trace.measured.items():
-            lost.setdefault(channel, []).append(measured - trace.after[channel])
-    errors = {c: np.concatenate(parts) for c, parts in lost.items()}
-    known = {c: e[np.isfinite(e)] for c, e in errors.items()}
-    return {c: float(np.sqrt(np.mean(e**2))) for c, e in known.items() if e.size}
+            both = np.stack([measured - trace.after[channel], measured])
+            parts.setdefault(channel, []).append(both[:, np.isfinite(both).all(axis=0)])
+    whole = {c: np.concatenate(blocks, axis=1) for c, blocks in parts.items()}
+    return {c: (float(np.sqrt(np.mean(e**2))), float(np.std(y))) for c, (e, y) in whole.items() if e.size}
 
 
 def _by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> ByPieces | None:
