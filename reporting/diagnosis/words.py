@@ -94,7 +94,7 @@ def detail(value: object) -> str:
 def headline(found: Diagnosis) -> str:
     """The verdict in at most LONGEST words: what is named, and what including it does to the heading (or the next known
     channel) of held-out records; the heading with each record's own neutral angle and start, which are not the model's,
-    unless a neutral angle is what is named."""
+    unless one neutral angle of all records is what is named."""
     alone = {
         "adequate": "the simulation agrees with the records",
         "inconclusive": "the records do not allow a conclusion",
@@ -234,9 +234,10 @@ def _change(found: Diagnosis, name: str) -> str:
 
 def _without_trim(found: Diagnosis) -> str:
     """The change of the heading's error with own neutral angles and starts; empty where it is not known, or where a
-    neutral angle is named."""
+    neutral angle is named that is not each record's own."""
     gain = found.gain.get("heading_rad")
-    named = {name for f in found.causes for name in (f.cause, *f.tied_with)}
+    shared = [f for f in found.causes if not f.sizes or any(size.record is None for size in f.sizes)]
+    named = {name for f in shared for name in (f.cause, *f.tied_with)}
     if gain is None or RudderOffset.id in named or not math.isfinite(gain.own_before + gain.own_after):
         return ""
     word, unit, factor = channel("heading_rad")

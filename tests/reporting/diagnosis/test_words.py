@@ -172,6 +172,9 @@ def test_the_headline_leaves_the_trials_own_trim_apart():
     inertia = replace(found, causes=(replace(found.causes[0], cause="rudder_delay"),))
     said = "Named: rudder delay; held-out error of the heading without trim from 5 to 1 deg."
     assert words.headline(inertia) == said and words.headline(found) == words.headline(offset)
+    (own,) = found.causes[0].sizes
+    of_each = replace(found, causes=(replace(found.causes[0], sizes=(replace(own, record="zigzag"),)),))
+    assert words.headline(of_each) == said.replace("delay", "offset")
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 12, 40])
