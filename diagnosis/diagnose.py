@@ -16,6 +16,7 @@ from .beside_numbers import behind_sensors, of_uncertain_base
 from .by_free_runs import by_free_runs, refused_by_free_runs
 from .by_residuals import concluded, selected
 from .checked import put_back, with_checks
+from .gain.guard import log_fall
 from .gain.runs import with_runs
 from .one_bank.diagnose import by_pieces
 from .options import Options
@@ -113,12 +114,12 @@ def _found(
         pieces = _by_pieces(model, given, held_out, options)
         if pieces is not None and pieces.decisive:
             return pieces.diagnosis
-    told = _by_likelihood(model, given, options, watch)
-    told = with_runs(told, given.train, given.instruments, held_out, options.channels)
-    if pieces is None or not pieces.names or told.verdict in ("inconclusive", "adequate"):
-        return told
-    better = _left(told) > LEFT and _fall(told, pieces.diagnosis) > (CLEARLY if pieces.selects else FAR)
-    return pieces.diagnosis if told.verdict == "unexplained" or better else told
+    likely = _by_likelihood(model, given, options, watch)
+    likely = with_runs(likely, given.train, given.instruments, held_out, options.channels)
+    if pieces is None or not pieces.names or likely.verdict in ("inconclusive", "adequate"):
+        return likely
+    better = _left(likely) > LEFT and _fall(likely, pieces.diagnosis) > (CLEARLY if pieces.selects else FAR)
+    return pieces.diagnosis if likely.verdict == "unexplained" or better else likely
 
 
 def _left(diagnosis: Diagnosis) -> float:
@@ -142,8 +143,7 @@ def _fall(old: Diagnosis, new: Diagnosis) -> float:
         errors = [{c: g.own_after for c, g in d.gain.items()} for d in (old, new)]
     else:
         errors = [{c: error for c, (error, _) in _errors_after(d).items()} for d in (old, new)]
-    pairs = [(errors[0][c], errors[1][c]) for c in errors[1] if errors[0].get(c, 0.0) > 0.0 and errors[1][c] > 0.0]
-    return float(np.mean([np.log(before / after) for before, after in pairs])) if pairs else 0.0
+    return log_fall(*errors)
 
 
 def _errors_after(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:

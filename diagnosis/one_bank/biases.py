@@ -17,6 +17,7 @@ from ...estimation.selection.selection import Rules, select
 from ...estimation.validation.result import FREE
 from ...estimation.validation.validate import TOGETHER, validate
 from ...models.errors import BadInput, CannotFit, FitFailed
+from ..gain.guard import log_fall
 from ..options import Options
 from ..prepared import prepared
 from .bank import OFFSET
@@ -56,8 +57,7 @@ def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
             before, after = _errors(model, records), _errors(beside, behind)
     except (BadInput, CannotFit, FitFailed):
         return None
-    shared = [c for c in TOGETHER if before.get(c, 0.0) > 0.0 and after.get(c, 0.0) > 0.0]
-    ratio = np.exp(np.mean([np.log(after[c] / before[c]) for c in shared])) if shared else np.inf
+    ratio = np.exp(-log_fall(before, {c: error for c, error in after.items() if c in TOGETHER}))
     sizes = [replace(size, parameter=one.cause) for one in findings(choice, identified=True) for size in one.sizes]
     angles = [size.value for size in sizes if size.parameter == OFFSET.cause]
     usual = max(map(abs, angles), default=0.0) < USUAL

@@ -16,7 +16,7 @@ from ...estimation.diagnosis_only.mixed_effects.problem import (
     CORRELATION,
     FLOOR,
     coarsely_integrated,
-    own_sd,
+    start_sd,
     started_states,
     units,
 )
@@ -76,7 +76,7 @@ class FreeRuns:
         self._columns = [bank.model.states.index(s) for s in self.symbols]
         self.floor = np.array([FLOOR[s] * unit[s] for s in self.symbols])
         self._own_places = [bank.model.states.index(s) for s in started_states(bank.model)]
-        self.own_sd = own_sd(bank.model, length_s)[1:]
+        self.own_sd = start_sd(bank.model, length_s)
         self.measured = [u.measured(self.symbols) for u in self.units]
         self.counts = np.array([np.isfinite(m).sum(axis=0) for m in self.measured], float)
         spans = [u.stretch.series.dt * len(u.grid_s) for u in self.units]

@@ -219,8 +219,13 @@ def started_states(model: Model) -> tuple[str, ...]:
 
 def own_sd(model: Model, length_s: float) -> np.ndarray:
     """(k,) prior standard deviations of a record's own effects, SI: neutral rudder angle, then `started_states`."""
+    return np.array([NEUTRAL_ANGLE_SD, *start_sd(model, length_s)])
+
+
+def start_sd(model: Model, length_s: float) -> np.ndarray:
+    """(S,) prior standard deviations of the initial values of `started_states`, SI."""
     unit = units(model, length_s)
-    return np.array([NEUTRAL_ANGLE_SD, *(START_SD[s] * unit[s] for s in started_states(model))])
+    return np.array([START_SD[s] * unit[s] for s in started_states(model)])
 
 
 def coarse(record: Record, length_s: float) -> Record:
