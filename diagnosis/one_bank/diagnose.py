@@ -103,8 +103,9 @@ def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) 
     every = [*of_faults, *given.shown.findings, *(f for f in by_runs if f.cause not in known)]
     extended = extended_model(model, choice, given.instruments)
     said = verdict(choice, every, options.coefficient_sd == 0.0)
+    lines = bank_lines(choice, every, given.shown.statistics)
     noise = noise_of(given.train, choice)
-    outcome = diagnosis_of((model, extended), options, said, every, bank_lines(choice, every), noise=noise)
+    outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
     return replace(outcome, of_held_out=of_held_out(model, choice, given))
 
 

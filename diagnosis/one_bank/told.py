@@ -18,7 +18,7 @@ from ...models.instruments import combined
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
-from ..report.bank import lines
+from ..report.bank import lines, of_channels
 from ..report.findings import BY_FREE_RUNS
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
@@ -139,11 +139,13 @@ def _flow_sizes(choice: Choice, cause: str, one: Entered, half: Mapping[str, flo
 
 
 # ---- bank and verdict
-def bank_lines(choice: Choice, found: Sequence[Finding]) -> tuple[Entry, ...]:
-    """One line for every cause of the taxonomy."""
+def bank_lines(choice: Choice, found: Sequence[Finding], sensors: Mapping[Check, float]) -> tuple[Entry, ...]:
+    """One line for every cause of the taxonomy; sensors : statistics of those that the channels have decided on."""
     tried = {choice.bank.cause_of(c) for c in choice.bank.candidates}
 
     def otherwise(check: Check) -> Entry:
+        if check in sensors:
+            return of_channels(check, sensors, None)
         if check.id in tried:
             why = "free runs of left-out pieces are predicted no better with it"
             return Entry(check.id, "not_significant", None, None, None, why)

@@ -67,7 +67,7 @@ def of_residuals(
         if isinstance(check, Cause):
             return _tested(state, check, cannot, sensors)
         if check in sensors:
-            return _of_channels(check, sensors, None)
+            return of_channels(check, sensors, None)
         return Entry(check.id, "not_significant", None, None, None, "no evidence in the records")
 
     why = {cause: f"detectable, immaterial: {reason}" for cause, reason in immaterial.items()}
@@ -79,7 +79,7 @@ def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Ma
     statistic, p = _first_statistic(state, cause)
     own = power(state, cause)
     if cause in sensors:
-        return _of_channels(cause, sensors, own)
+        return of_channels(cause, sensors, own)
     if cause in cannot:
         return Entry(cause.id, "not_testable", statistic, p, own, cannot[cause])
     if cause in state.failed and _candidate(state, cause) is None:
@@ -93,7 +93,11 @@ def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Ma
     return Entry(cause.id, "not_significant", statistic, p, own, _not_named(state, cause, p))
 
 
-def _of_channels(check: Check, sensors: Mapping[Check, float], own: float | None) -> Entry:
+def of_channels(check: Check, sensors: Mapping[Check, float], own: float | None) -> Entry:
+    """The line of a cause that the sensors' channels have decided on.
+
+    sensors : its statistic (z squared) and those of the others.  own : power of its test, None where it was not tested otherwise.
+    """
     p = adjusted(log_tail(sensors[check], 1), len(sensors))
     return Entry(check.id, "not_significant", sensors[check], p, own, DECIDED)
 
