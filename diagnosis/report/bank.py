@@ -96,7 +96,7 @@ def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Ma
 def of_channels(check: Check, sensors: Mapping[Check, float], own: float | None) -> Entry:
     """The line of a cause that the sensors' channels have decided on.
 
-    sensors : its statistic (z squared) and those of the others.  own : power of its test, None where it was not tested otherwise.
+    sensors : its statistic (z squared) and those of the others.  own : power of its own test, None without one.
     """
     p = adjusted(log_tail(sensors[check], 1), len(sensors))
     return Entry(check.id, "not_significant", sensors[check], p, own, DECIDED)
