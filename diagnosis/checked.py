@@ -95,9 +95,10 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
 
 def _refuted(found: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Diagnosis, list[CheckFinding]]:
     """The diagnosis with doubts about the rudder taken back where free runs with it follow the training records, and
-    the doubts that stand."""
+    the doubts that stand: those of the size of its angles do, as a model's own gain takes up any factor."""
     share = motion_explained([t for t in found.traces if t.role == "train"]) or 0.0
     of_rudder = [f for f in standing if check_of(f.cause).where == "rudder" or f.stage == BY_FREE_RUNS]
+    of_rudder = [f for f in of_rudder if all(size.unit != "rad" for size in f.sizes)]
     refuted = of_rudder if share >= REFUTED else []
     said = tuple(f"{f.evidence}; yet free runs with it hold {100.0 * share:.0f} % of the yaw motion" for f in refuted)
     checks = tuple(replace(f, standing=False) if f in refuted else f for f in found.checks)
