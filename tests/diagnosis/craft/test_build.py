@@ -85,7 +85,9 @@ def test_a_rudder_that_acts_with_the_sign_of_the_speed_is_told_with_its_numbers(
     assert next(law.id for law in found.laws if law.chosen) == "rudder_in_flow_through_rest"
     assert values["distance_constant"] == pytest.approx(craft.time * craft.length, rel=0.15)
     assert values["curvature_gain"] == pytest.approx(craft.gain / craft.length, rel=0.15)
-    assert values["still_damping"] == pytest.approx(craft.still, rel=0.5)
+    still = next(n for n in found.numbers if n.name == "still_damping")  # 90 %: 2.5 halves are 4.1 errors
+    half = (still.high - still.low) / 2.0
+    assert abs(still.value - craft.still) < 2.5 * half < 2.5 * craft.still
 
 
 def test_a_craft_that_goes_ahead_has_the_laws_of_one_that_does(rng):
