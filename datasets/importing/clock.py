@@ -347,11 +347,15 @@ def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
         return time, ""
     first = np.flatnonzero(np.concatenate([[True], steps > 0.0]))
     counts = np.diff(first)
+    rows = np.arange(time.size)
+    slope, start = np.polyfit(rows, time, 1)
+    if first.size >= FEWEST_STAMPS and np.abs(time - start - slope * rows).max() <= steps.max():
+        even = start + slope * rows
+        return even, f"{int(np.sum(steps == 0.0))} rows repeat a rounded time: spread evenly, {slope:.4g} s apart"
     if first.size < FEWEST_STAMPS or np.ptp(counts[1:]) > 1.0 + 0.2 * np.median(counts):
         return time, ""
     inner = first[1:]
     slope = (time[inner[-1]] - time[inner[0]]) / (inner[-1] - inner[0]) if inner.size > 1 else steps.mean()
-    rows = np.arange(time.size)
     out = np.interp(rows, inner, time[inner])
     out = np.where(rows < inner[0], time[inner[0]] - (inner[0] - rows) * slope, out)
     out = np.where(rows > inner[-1], time[inner[-1]] + (rows - inner[-1]) * slope, out)

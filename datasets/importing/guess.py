@@ -16,6 +16,7 @@ from .evidence import nearest, rate_ratio, size_ratio
 from .finding import Finding, ask_sign, ask_unit
 from .log import Log, speeds
 from .mapping import ColumnMap, Mapping, TableMap
+from .proposal import propose
 from .quantities import NOT_USED_AS, quantities
 from .raw import RawTable
 from .reading import stated
@@ -49,6 +50,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         _each(log, answers, lambda f: units_told.by_channel(log, f))
         _each(log, answers, lambda f: units_told.by_physics(log, f))
         _each(log, answers, lambda f: signs_told.by_channel(log, f))
+    propose(log, tables, answers)
     _each(log, answers, lambda f: _as_rudder(log, f))
     _each(log, answers, _not_through_water)
     meanings.without_twins(log, answers, _answered)

@@ -229,7 +229,7 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log) -> Dra
     timed = [time.question for time in log.times.values() if time.question is not None]
     used = {f.table.label for f in log.findings if f.may_be}
     timed = [question for question in timed if question.table in used]
-    questions = [*timed, *(question for f in log.findings for question in f.questions)]
+    questions = [*timed, *log.proposals, *(question for f in log.findings for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
     questions += _without_channels(tables, log) if not faults else []
     entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)

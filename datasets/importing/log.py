@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..angles import unwrapped
+from .draft import Question
 from .evidence import Series, together, track_velocity
 from .finding import Finding
 from .geodesy import on_plane
@@ -17,10 +18,11 @@ from .units import Unit
 
 @dataclass
 class Log:
-    """Findings of all columns, and the times of their tables by label."""
+    """Findings of all columns, the times of their tables by label, and what is asked of columns of a table together."""
 
     findings: list[Finding]
     times: dict[str, TableTime]
+    proposals: list[Question] = field(default_factory=list)
     _seconds: dict[str, np.ndarray | None] = field(default_factory=dict)
     _velocities: dict[tuple[object, ...], tuple[Series, Series] | None] = field(default_factory=dict)
 

@@ -1,0 +1,533 @@
+"""What columns without a known name are, by how they move together: a rate and its angle, a track and its course, a
+rudder and the turning that answers it.
+
+Every choice of a heading, its rate and a track is completed by the columns that follow from it.  A choice is worth the
+sum of what its relations explain, each by the logarithm of the share that it leaves: the choice that explains most
+columns is taken as a whole, as no column tells by itself what it is.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .units import UNITS
+
+GRID, COARSE = 1500, 400
+"""Samples of the even grid on which columns are compared, and fewer for the courses of all pairs."""
+FLOOR = 2e-3
+"""Share of a column's variance that no relation explains: sensors' noise and rounding."""
+RATE_FIT, SPEED_FIT, TURN_FIT, ANSWER_FIT = 0.9, 0.9, 0.75, 0.35
+"""Least share of a column that its relation explains: an angle by its rate, a position or a speed by a velocity, the
+course by the heading, the yaw acceleration by a rudder beyond the yaw rate."""
+SCALE, SCALE_WORTH = 0.2, 10.0
+"""Largest difference of the logarithms of a measured factor and of a unit's, and what a difference takes off."""
+FAINT, AHEAD = 0.04, 3.0
+"""Least share of a rudder's answer, and how much more it must explain beyond another column than that beyond it."""
+MOST_RIVALS = 3
+"""Columns of which each may be the rudder where none is ahead."""
+SAME_UNIT = 0.5
+"""What it is worth that rudder and heading are in one unit."""
+LEAST_TURN, MOST_TURN = 0.05, 200.0
+"""Range of a heading, rad, that can be told."""
+MERIDIAN = 60.0 * 1852.0
+"""Metres of a degree of latitude."""
+SPEEDS = (0.02, 40.0)
+"""Mean speeds, m/s, of a craft that manoeuvres."""
+MOST_RUDDER, LEAST_RUDDER = math.radians(75.0), math.radians(1.5)
+"""Largest angle of a rudder, and least one that can be told."""
+USUAL_TURN, USUAL_RATE = (0.25, 7.0), (0.0, 1.0)
+"""Range of a heading, rad, and largest yaw rate, rad/s: outside of these each factor of two makes a meaning less
+likely."""
+ANY_DIRECTION = math.pi**2 / 3.0
+"""Variance, rad^2, of an angle that may be any."""
+BIAS = 0.35
+"""Mean difference of course and heading, rad, beyond which a track is none along the heading."""
+
+LEAST_WORTH, NEAR, NEAR_UNIT = 1.0, 0.5, 3.0
+"""Least worth of an assignment, and by how much others are less that are told beside it: those of the other unit of an
+angle where nothing tells it."""
+MAIN = ("heading", "yaw_rate", "north", "east", "latitude", "longitude", "rudder")
+"""Quantities that an assignment stands on."""
+ANGLES, RATES, VELOCITIES = ("deg", "rad"), ("deg/s", "rad/s", "deg/min"), ("m/s", "kn", "km/h")
+
+
+@dataclass(frozen=True)
+class Meaning:
+    """What a column is: quantity, unit and sign, the relation that tells it, and what that is worth."""
+
+    quantity: str
+    unit: str
+    sign: int
+    why: str
+    worth: float = 0.0
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Columns of one table on an even grid.
+
+    time : (n,) s.  values : name -> (n,), angles without their jumps.  turns : name -> period of a column that jumps by
+    a full turn.  known : name -> what a column is for certain.
+    """
+
+    time: np.ndarray
+    values: Mapping[str, np.ndarray]
+    turns: Mapping[str, float] = field(default_factory=dict)
+    known: Mapping[str, Meaning] = field(default_factory=dict)
+
+    @property
+    def step(self) -> float:
+        """Step of the grid, s."""
+        return float(self.time[1] - self.time[0])
+
+    def open(self) -> list[str]:
+        """Columns of which nothing is known."""
+        return [name for name in self.values if name not in self.known]
+
+    def of(self, quantity: str) -> list[tuple[str, Meaning]]:
+        """Columns that are known to be of a quantity."""
+        return [(name, meaning) for name, meaning in self.known.items() if meaning.quantity == quantity]
+
+    def si(self, name: str, meaning: Meaning) -> np.ndarray:
+        """The values of a column in SI units and radians, with the record's sign."""
+        return meaning.sign * UNITS[meaning.unit].factor * self.values[name]
+
+
+def motion_of(time: np.ndarray, columns: Mapping[str, np.ndarray], known: Mapping[str, Meaning]) -> Motion | None:
+    """Columns (N,) over rising times (N,), s, on an even grid; those that never change are left out."""
+    fresh = np.isfinite(time)
+    fresh[fresh] = np.concatenate([[True], np.diff(np.maximum.accumulate(time[fresh])) > 0.0])
+    if fresh.sum() < 30:
+        return None
+    at = time[fresh]
+    count = min(GRID, fresh.sum())
+    grid = np.linspace(at[0], at[-1], count)
+    width = max(1, round(fresh.sum() / count))
+    values, turns = {}, {}
+    for name, column in columns.items():
+        own = column[fresh]
+        sound = np.isfinite(own)
+        if sound.sum() < 0.5 * sound.size or np.ptp(own[sound]) <= 1e-9 * max(1.0, float(np.abs(own[sound]).max())):
+            continue
+        straight, period = _without_jumps(own[sound])
+        turns |= {name: period} if period else {}
+        values[name] = np.interp(grid, at[sound], smooth(straight, width))
+    return Motion(grid - grid[0], values, turns, {n: m for n, m in known.items() if n in values})
+
+
+def _without_jumps(values: np.ndarray) -> tuple[np.ndarray, float]:
+    """Values without jumps of a full turn, and the period of those; 0 where there are none."""
+    steps, span = np.abs(np.diff(values)), float(np.ptp(values))
+    for period in (360.0, 2.0 * math.pi):
+        if 0.9 * period < span <= 1.01 * period and np.any(steps > 0.9 * period) and np.median(steps) < 0.1 * period:
+            return np.unwrap(values, period=period), period
+    return values, 0.0
+
+
+def smooth(values: np.ndarray, width: int) -> np.ndarray:
+    """Moving average (n,) over an odd number of samples."""
+    width = max(1, int(width)) | 1
+    if width < 3 or values.size < width:
+        return values
+    padded = np.pad(values, width // 2, mode="edge")
+    sums = np.concatenate([[0.0], np.cumsum(padded)])
+    return (sums[width:] - sums[:-width]) / width
+
+
+# ------------------------------------------------------------------------------------------------ relations
+
+
+def worth(explained: float) -> float:
+    """Half the logarithm of what a relation leaves of a column's variance, turned round: the gain in log likelihood a
+    sample."""
+    return 0.5 * math.log(1.0 / (max(1.0 - explained, 0.0) + FLOOR))
+
+
+def straight(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n,) less their straight line."""
+    t = time - time.mean()
+    centred = values - values.mean()
+    return centred - t * float(t @ centred) / float(t @ t)
+
+
+def integral(motion: Motion, whole: str, rate: str) -> tuple[float, float]:
+    """(share of a column beyond a straight line that k times the integral of another one explains, k)."""
+    x = motion.values[rate]
+    summed = np.concatenate([[0.0], np.cumsum((x[1:] + x[:-1]) / 2.0)]) * motion.step
+    y, z = straight(motion.time, motion.values[whole]), straight(motion.time, summed)
+    power, other = float(z @ z), float(y @ y)
+    if not (power > 0.0 and other > 0.0):
+        return 0.0, 0.0
+    k = float(y @ z) / power
+    left = y - k * z
+    return 1.0 - float(left @ left) / other, k
+
+
+def agreement(wanted: np.ndarray, values: np.ndarray) -> float:
+    """Share of the square of a wanted series that values have, mean and all."""
+    power = float(wanted @ wanted)
+    left = wanted - values
+    return 1.0 - float(left @ left) / power if power > 0.0 else 0.0
+
+
+def likeness(wanted: np.ndarray, values: np.ndarray) -> float:
+    """Share of the variance of a wanted series that values have, and no more than of its square."""
+    spread = float(np.var(wanted))
+    own = 1.0 - float(np.var(wanted - values)) / spread if spread > 0.0 else 0.0
+    return min(own, agreement(wanted, values))
+
+
+@dataclass(frozen=True)
+class Track:
+    """Velocities to north and east, m/s, of two columns, and what these are."""
+
+    north: np.ndarray
+    east: np.ndarray
+    meanings: Mapping[str, Meaning]
+
+
+class Relations:
+    """The relations between the columns of a table."""
+
+    def __init__(self, motion: Motion) -> None:
+        self.motion = motion
+        n = motion.time.size
+        self.width = max(3, n // 60)
+        self.coarse = slice(None, None, max(1, n // COARSE))
+        self.speeds = {c: np.gradient(smooth(x, self.width), motion.step) for c, x in motion.values.items()}
+        self.smoothed = {c: smooth(x, self.width) for c, x in motion.values.items()}
+        pairs = itertools.permutations(motion.values, 2)
+        fits = {pair: integral(motion, *pair) for pair in pairs}
+        self.rates = {pair: fit for pair, fit in fits.items() if fit[0] > RATE_FIT}
+
+    # ---- heading and yaw rate
+
+    def headings(self) -> Iterator[tuple[str, Meaning]]:
+        """Columns that may be the heading, in degrees or radians."""
+        known = self.motion.of("heading")
+        if known:
+            yield from known
+            return
+        for name in self.motion.open():
+            for unit in self._angle_units(name):
+                turn = float(np.ptp(self.motion.values[name])) * UNITS[unit].factor
+                if LEAST_TURN < turn < MOST_TURN:
+                    yield name, Meaning("heading", unit, 1, "", -_beyond(turn, USUAL_TURN))
+
+    def _angle_units(self, name: str) -> Sequence[str]:
+        period = self.motion.turns.get(name)
+        if period:
+            return ("deg",) if period > 100.0 else ("rad",)
+        return ANGLES
+
+    def yaw_rates(self, heading: str, of: Meaning) -> Iterator[tuple[str, Meaning]]:
+        """Columns whose integral is a heading."""
+        known = dict(self.motion.of("yaw_rate"))
+        for (whole, rate), (share, k) in self.rates.items():
+            if whole != heading or (known and rate not in known):
+                continue
+            if rate in known:
+                yield rate, replace(known[rate], worth=worth(share))
+            elif rate not in self.motion.known:
+                scale = k * UNITS[of.unit].factor * of.sign
+                unit, apart = _nearest(abs(scale), RATES)
+                if apart < SCALE:
+                    why = f"its integral explains {share:.1%} of {heading}"
+                    largest = float(np.abs(self.smoothed[rate]).max()) * UNITS[unit].factor
+                    value = worth(share) - _beyond(largest, USUAL_RATE) - SCALE_WORTH * max(apart - 0.02, 0.0)
+                    yield rate, Meaning("yaw_rate", unit, int(np.sign(scale)), why, value)
+
+    # ---- tracks
+
+    def tracks(self, heading: str, of: Meaning) -> Iterator[Track]:
+        """Pairs of columns whose course goes with a heading: positions, or velocities over ground."""
+        psi = smooth(self.motion.si(heading, of), self.width)[self.coarse]
+        for meanings in self._pairs(heading):
+            found = self._track(psi, meanings)
+            if found is not None:
+                yield found
+
+    def _pairs(self, heading: str) -> Iterator[dict[str, Meaning]]:
+        norths, easts = self.motion.of("north"), self.motion.of("east")
+        if norths and easts:
+            yield {norths[0][0]: norths[0][1], easts[0][0]: easts[0][1]}
+            return
+        able = [name for name in self.motion.open() if name != heading and self._is_steady(name)]
+        for first, second in itertools.permutations(able, 2):
+            if self._in_degrees(first, 90.0) and self._in_degrees(second, 180.0):
+                yield {first: Meaning("latitude", "deg", 1, ""), second: Meaning("longitude", "deg", 1, "")}
+            else:
+                yield {first: Meaning("north", "m", 1, ""), second: Meaning("east", "m", 1, "")}
+
+    def _in_degrees(self, name: str, most: float) -> bool:
+        """Whether a column may be a latitude or longitude: it hardly changes, far from zero for that."""
+        values = self.motion.values[name]
+        return 1e-5 < float(np.ptp(values)) < 1.0 and float(np.ptp(values)) < 0.2 * abs(float(values.mean())) <= most
+
+    def _is_steady(self, name: str) -> bool:
+        """Whether a column changes steadily, as a position does."""
+        rough = float(np.std(np.diff(self.motion.values[name], 2)))
+        steady = float(np.std(np.diff(self.motion.values[name])) + abs(np.diff(self.motion.values[name]).mean()))
+        return rough < 1.5 * steady
+
+    def _track(self, psi: np.ndarray, meanings: dict[str, Meaning]) -> Track | None:
+        """The track of two columns with the sign of the second that goes with a heading; None where neither does."""
+        (first, one), (second, other) = meanings.items()
+        north, east = self._over_ground(meanings)
+        speed = np.hypot(north, east)
+        if not SPEEDS[0] < float(speed.mean()) < SPEEDS[1]:
+            return None
+        signs = (1,) if second in self.motion.known or one.quantity == "latitude" else (1, -1)
+        fits = {sign: _course_fit(north[self.coarse], sign * east[self.coarse], psi) for sign in signs}
+        sign, (share, offset) = max(fits.items(), key=lambda entry: entry[1][0] - entry[1][1])
+        if share < TURN_FIT or offset > BIAS:
+            return None
+        why = f"the course of {first} and {second} explains {share:.1%} of the heading"
+        value = worth(share) - offset / BIAS
+        said = {"why": why, "worth": value / 2.0}
+        told = {first: replace(one, **said), second: replace(other, sign=other.sign * sign, **said)}
+        return Track(north, sign * east, told)
+
+    def _over_ground(self, meanings: Mapping[str, Meaning]) -> tuple[np.ndarray, np.ndarray]:
+        """Velocities (n,) to north and east, m/s, of two columns of positions."""
+        (first, one), (second, other) = meanings.items()
+        north, east = one.sign * self.speeds[first], other.sign * self.speeds[second]
+        if one.quantity != "latitude":
+            return north, east
+        parallel = math.cos(math.radians(float(self.motion.values[first].mean())))
+        return MERIDIAN * north, MERIDIAN * parallel * east
+
+    # ---- what follows from heading and track
+
+    def velocities(self, track: Track, psi: np.ndarray, taken: set[str]) -> Iterator[tuple[str, Meaning]]:
+        """Columns that are a velocity over ground, forward or to starboard, the speed or the course of a track."""
+        psi = smooth(psi, self.width)
+        c, s = np.cos(psi), np.sin(psi)
+        forward, side = track.north * c + track.east * s, -track.north * s + track.east * c
+        wanted = {
+            "velocity_north": track.north, "velocity_east": track.east, "surge": forward, "sway": side,
+            "speed_over_ground": np.hypot(track.north, track.east),
+        }  # fmt: skip
+        course = np.unwrap(np.arctan2(track.east, track.north))
+        for name in self.motion.open():
+            if name in taken:
+                continue
+            able = [*self._as_velocity(name, wanted), *self._as_course(name, course)]
+            if able:
+                yield name, max(able, key=lambda meaning: meaning.worth)
+
+    def _as_velocity(self, name: str, wanted: Mapping[str, np.ndarray]) -> Iterator[Meaning]:
+        values = self.smoothed[name]
+        for quantity, series in wanted.items():
+            for unit, sign in itertools.product(VELOCITIES, (1, -1)):
+                if sign < 0 and quantity != "sway":
+                    continue
+                own = sign * UNITS[unit].factor * values
+                alike, size = likeness(series, own), agreement(series, own)
+                if alike > SPEED_FIT or (alike > 0.0 and size > 0.99) or (quantity == "sway" and alike > TURN_FIT):
+                    yield Meaning(quantity, unit, sign, f"agrees with the track to {alike:.1%}", worth(alike))
+
+    def _as_course(self, name: str, course: np.ndarray) -> Iterator[Meaning]:
+        for unit in self._angle_units(name):
+            own = UNITS[unit].factor * self.smoothed[name]
+            turn = 2.0 * math.pi * np.round(np.mean(course - own) / (2.0 * math.pi))
+            share = likeness(course - course.mean(), own + turn - course.mean())
+            if share > 0.98:
+                yield Meaning("course_over_ground", unit, 1, f"agrees with the course of the track to {share:.1%}",
+                              worth(share))  # fmt: skip
+
+    # ---- rudder
+
+    def rudders(self, rate: np.ndarray, taken: set[str], unit: str) -> list[tuple[str, Meaning]]:
+        """Columns that the yaw rate, rad/s, answers: the one that is ahead of the others, or none.
+
+        Share of the yaw acceleration that they explain beyond the yaw rate, at the best lag of the columns.
+        """
+        width = max(3, self.width // 2)
+        slow = smooth(rate, width)
+        base, _ = np.linalg.qr(np.column_stack([slow, np.ones(slow.size)]))
+        wanted = _unit(_beside(base, np.gradient(slow, self.motion.step)))
+        answers = []
+        for name in self.motion.open():
+            if name not in taken and any(self._may_steer(name, u) for u in ANGLES):
+                answers.append((*_answer(base, wanted, smooth(self.motion.values[name], width)), name))
+        answers.sort(key=lambda entry: -entry[0])
+        if not answers:
+            return []
+        best, series, _ = answers[0]
+        rivals = [entry for entry in answers[1:] if not _is_ahead(wanted, (best, series), entry[:2])]
+        faint = best < (FAINT if all(best > AHEAD * entry[0] for entry in answers[1:]) else ANSWER_FIT)
+        if faint and len(answers) == 1:
+            return []
+        rivals = answers[1:] if faint else rivals
+        least = FAINT / AHEAD if best > FAINT else 1.0
+        able = [(share, name) for share, _, name in (answers[0], *rivals) if share > least][:MOST_RIVALS]
+        return [(name, self._helm(name, share, unit, len(able))) for share, name in able]
+
+    def _helm(self, name: str, share: float, unit: str, rivals: int) -> Meaning:
+        units = [u for u in ("rad", "deg") if self._may_steer(name, u)]
+        value = (worth(share) + (SAME_UNIT if units[0] == unit else 0.0)) / rivals
+        return Meaning("rudder", units[0], 1, f"explains {share:.1%} of the yaw acceleration", value)
+
+    def _may_steer(self, name: str, unit: str) -> bool:
+        largest = float(np.abs(self.motion.values[name]).max()) * UNITS[unit].factor
+        return LEAST_RUDDER < largest < MOST_RUDDER
+
+
+def _beside(base: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Values (n,) less what an orthonormal base (n, k) explains."""
+    return values - base @ (base.T @ values)
+
+
+def _unit(values: np.ndarray) -> np.ndarray:
+    """Values (n,) over their norm."""
+    size = float(np.linalg.norm(values))
+    return values / size if size > 0.0 else values
+
+
+def _answer(base: np.ndarray, wanted: np.ndarray, helm: np.ndarray) -> tuple[float, np.ndarray]:
+    """Share of a wanted series of norm one that a helm explains beyond a base, at its best lag, and that helm (n,)."""
+    n = wanted.size
+    best = (0.0, np.zeros(n))
+    for lag in sorted({0, *np.geomspace(1, max(2, n // 30), 8).astype(int).tolist()}):
+        late = np.concatenate([np.full(lag, helm[0]), helm[: n - lag]])
+        series = _unit(_beside(base, late))
+        best = max(best, (float(wanted @ series) ** 2, series), key=lambda entry: entry[0])
+    return best
+
+
+def _is_ahead(wanted: np.ndarray, one: tuple[float, np.ndarray], other: tuple[float, np.ndarray]) -> bool:
+    """Whether a column explains much more beyond another one than that beyond it: (share, series of norm one) each."""
+    both = _share_of_both(wanted, one[1], other[1])
+    return both - other[0] >= AHEAD * (both - one[0])
+
+
+def _share_of_both(wanted: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
+    """Share of a wanted series of norm one that two others of norm one explain together."""
+    beside = _unit(second - first * float(first @ second))
+    return float(wanted @ first) ** 2 + float(wanted @ beside) ** 2
+
+
+def _course_fit(north: np.ndarray, east: np.ndarray, psi: np.ndarray) -> tuple[float, float]:
+    """(share of a heading (n,), rad, that the course of velocities explains, their mean difference, rad).
+
+    What of the drift goes with the yaw rate is left out: that of a ship does.
+    """
+    speed = np.hypot(north, east)
+    moving = speed > 0.25 * np.quantile(speed, 0.9)
+    rate = np.gradient(psi)[moving]
+    apart = np.exp(1j * (np.arctan2(east, north) - psi))[moving]
+    mean = complex(apart.mean())
+    drift = np.angle(apart * np.conj(mean))
+    if float(np.mean(drift**2)) < ANY_DIRECTION / 4.0:
+        drift = _beside(_unit(rate - rate.mean())[:, None], drift - drift.mean())
+    motion = min(max(float(np.var(psi[moving])), 1e-9), ANY_DIRECTION)
+    return 1.0 - float(np.mean(drift**2)) / motion, abs(float(np.angle(mean)))
+
+
+def _beyond(size: float, usual: tuple[float, float]) -> float:
+    """By how many factors of two a size is outside what is usual."""
+    least, most = usual
+    above = math.log2(size / most) if size > most else 0.0
+    below = math.log2(least / size) if 0.0 < size < least else 0.0
+    return max(above, below)
+
+
+def _nearest(scale: float, units: Sequence[str]) -> tuple[str, float]:
+    """The unit of some whose factor is the nearest to a measured scale, and the difference of their logarithms."""
+    if not (scale > 0.0 and math.isfinite(scale)):
+        return units[0], math.inf
+    return min(((unit, abs(math.log(scale / UNITS[unit].factor))) for unit in units), key=lambda entry: entry[1])
+
+
+# ------------------------------------------------------------------------------------------------ the whole
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """What open columns are, and what that is worth in all."""
+
+    meanings: Mapping[str, Meaning]
+    worth: float
+
+    @property
+    def main(self) -> frozenset[tuple[str, str, str]]:
+        """Column, quantity and unit of what the assignment stands on."""
+        return frozenset((n, m.quantity, m.unit) for n, m in self.meanings.items() if m.quantity in MAIN)
+
+    def contradicts(self, other: Assignment) -> bool:
+        """Whether another assignment takes one column for something else, or another column for the same."""
+        columns, quantities = {n for n, _, _ in self.main}, {q for _, q, _ in self.main}
+        return any(entry not in self.main and (entry[0] in columns or entry[1] in quantities) for entry in other.main)
+
+
+def assignments(motion: Motion) -> list[Assignment]:
+    """What the open columns may be: the choice of heading, yaw rate, track and rudder that explains most, and those
+    near it that contradict it; without any where nothing tells."""
+    relations, best = Relations(motion), dict[frozenset, Assignment]()
+    for heading in relations.headings():
+        rates, tracks = relations.yaw_rates(*heading), relations.tracks(*heading)
+        for rate, track in itertools.product([*rates, None], [*tracks, None]):
+            for told in _completed(relations, heading, rate, track) if rate or track else ():
+                made = Assignment(told, sum(meaning.worth for meaning in told.values()))
+                if made.main not in best or made.worth > best[made.main].worth:
+                    best[made.main] = made
+    ranked = sorted(best.values(), key=lambda made: -made.worth)
+    if not ranked or ranked[0].worth < LEAST_WORTH:
+        return []
+    first = ranked[0]
+    near = [made for made in ranked[1:] if first.contradicts(made) and _is_near(motion, made, first)]
+    return [replace(m, meanings={n: x for n, x in m.meanings.items() if n not in motion.known}) for m in (first, *near)]
+
+
+def _is_near(motion: Motion, made: Assignment, first: Assignment) -> bool:
+    """Whether an assignment is nearly as good as the first: also that in the other unit, where no track tells it."""
+    told = {q for _, q, _ in first.main} & {"north", "latitude"} or motion.turns
+    return made.worth > first.worth - (NEAR if told else NEAR_UNIT)
+
+
+def _completed(
+    relations: Relations, heading: tuple[str, Meaning], rate: tuple[str, Meaning] | None, track: Track | None
+) -> Iterator[dict[str, Meaning]]:
+    """All columns that follow from a choice of heading, yaw rate and track: for each that may be the rudder."""
+    motion, (name, of) = relations.motion, heading
+    if track is not None and rate is not None and rate[0] in track.meanings:
+        return
+    told = dict([heading, *([rate] if rate else [])])
+    reason = f"the integral of {rate[0]}" if rate else "the course of the track goes with it"
+    told[name] = replace(of, why=of.why or reason)
+    psi = motion.si(name, of)
+    if track is not None:
+        told |= track.meanings
+        told |= _body(_unique(relations.velocities(track, psi, set(told))))
+    turning = motion.si(*rate) if rate is not None else np.gradient(smooth(psi, relations.width), motion.step)
+    helms = relations.rudders(turning, set(told) | set(motion.known), of.unit) if not motion.of("rudder") else []
+    for helm in helms or [None]:
+        yield told | ({helm[0]: helm[1]} if helm else {})
+
+
+def _unique(meanings: Iterator[tuple[str, Meaning]]) -> dict[str, Meaning]:
+    """Of columns of one quantity the one that is worth most."""
+    best: dict[str, tuple[str, Meaning]] = {}
+    for name, meaning in meanings:
+        if meaning.quantity not in best or meaning.worth > best[meaning.quantity][1].worth:
+            best[meaning.quantity] = (name, meaning)
+    return dict(best.values())
+
+
+def _body(meanings: dict[str, Meaning]) -> dict[str, Meaning]:
+    """Velocities, of which one to starboard stands beside one forward in its unit, or is none."""
+    side = next((name for name, m in meanings.items() if m.quantity == "sway"), None)
+    if side is None:
+        return meanings
+    ahead = [
+        n for n, m in meanings.items() if m.quantity in ("surge", "speed_over_ground") and m.unit == meanings[side].unit
+    ]
+    if not ahead:
+        return {name: meaning for name, meaning in meanings.items() if name != side}
+    return {n: replace(m, quantity="surge") if n == ahead[0] else m for n, m in meanings.items()}

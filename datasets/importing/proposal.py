@@ -1,0 +1,211 @@
+"""What the columns without a known name are: proposed as a whole by how they move together, and asked once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...models.errors import BadInput
+from .by_motion import Assignment, Meaning, assignments, motion_of
+from .clock import Form, guess_form
+from .draft import NOT_USED, Answer, Question
+from .evidence import together
+from .finding import Finding, line_of
+from .geodesy import on_plane
+from .names import Named
+from .quantities import quantities
+from .times import TableTime
+from .units import UNITS
+
+if TYPE_CHECKING:
+    from .log import Log
+    from .raw import RawTable
+
+NONE = "none"
+"""Key of the answer that no proposal is right."""
+MOST, MOST_COLUMNS = 3, 40
+"""Proposals that are shown; columns beyond which none is made."""
+SI = {"angle": "rad", "angular rate": "rad/s", "speed": "m/s", "length": "m"}
+NEEDED = (("rudder", "rudder_command"), ("heading", "yaw_rate", "heading_magnetic"))
+"""Quantities of which a record needs one each."""
+
+
+@dataclass(frozen=True)
+class Proposal:
+    """What some columns of a table are, and the column and form of its time."""
+
+    assignment: Assignment
+    time: TableTime
+
+
+def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
+    """Take the columns that no name tells for what they are by their motion, with a question for each table that says
+    all of it; those of an answer surely, and nothing where the answer is that none is right."""
+    missing = [wanted for wanted in NEEDED if not any(set(f.may_be) & set(wanted) for f in _named(log))]
+    for table in tables:
+        own = [f for f in log.findings if f.table is table]
+        able = [f for f in own if _is_open(f)]
+        nameless = bool(able) and len(able) == sum(f.column.numeric for f in own)
+        if (len(able) > 1 and (nameless or missing)) or (able and missing):
+            _propose(log, table, able, answers)
+
+
+def _named(log: Log) -> Iterator[Finding]:
+    return (f for f in log.findings if not _is_open(f))
+
+
+def _is_open(found: Finding) -> bool:
+    """Whether no name says what a column of numbers is."""
+    numbers = found.column.numbers if found.column.numeric else np.zeros(0)
+    unknown = (not found.may_be and found.why == (Named().why,)) or len(found.may_be) == len(quantities())
+    return unknown and not found.bounded and bool(np.isfinite(numbers).sum() > 1)
+
+
+def _propose(log: Log, table: RawTable, able: Sequence[Finding], answers: Mapping[str, str]) -> None:
+    made = _proposals(log, table, able)[:MOST] if len(able) <= MOST_COLUMNS else []
+    if not made:
+        return
+    question = _question(table, able, made)
+    key = answers.get(question.id)
+    if key is not None and question.answer(key) is None:
+        raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {_keys(question)}")
+    if key == NONE:
+        return
+    chosen = made[int(key) - 1] if key else made[0]
+    if not key:
+        log.proposals.append(question)
+    log.times[table.label] = chosen.time
+    log.forget_times(table.label)
+    for i, found in enumerate(log.findings):
+        if found.table is table and found.column.name == (chosen.time.columns or ("",))[-1]:
+            log.findings[i] = found.unused("the time")
+        elif any(found is one for one in able):
+            log.findings[i] = _meant(found, chosen.assignment.meanings.get(found.column.name), bool(key))
+    log.findings = [f for f in log.findings if f.table is not table or f.column.name not in chosen.time.columns]
+
+
+def _keys(question: Question) -> str:
+    return ", ".join(answer.key for answer in question.answers)
+
+
+def _meant(found: Finding, meaning: Meaning | None, sure: bool) -> Finding:
+    """The finding of a column with what it means."""
+    if meaning is None:
+        return found.unused("no other column tells what it is")
+    return replace(
+        found, may_be=(meaning.quantity,), unit=UNITS[meaning.unit], factor=1.0, offset=0.0, sign=meaning.sign,
+        signed=True, sure="other channel" if sure else "guess", why=(meaning.why,), questions=(),
+        bounded=("quantity", "unit", "sign"),
+    )  # fmt: skip
+
+
+# ------------------------------------------------------------------------------------------------ proposals
+
+
+def _proposals(log: Log, table: RawTable, able: Sequence[Finding]) -> list[Proposal]:
+    """What the columns may be, with the time that it needs: the likeliest first."""
+    made: list[Proposal] = []
+    for time in _times(log, table, able):
+        found = time.seconds(table)
+        if found is None:
+            continue
+        values, known = _known(log, table, found[0])
+        names = {c for c in time.columns}
+        values |= {f.column.name: f.column.numbers for f in able if f.column.name not in names}
+        motion = motion_of(found[0], values, known)
+        made += [Proposal(one, time) for one in (assignments(motion) if motion is not None else ()) if one.meanings]
+    made.sort(key=lambda proposal: -proposal.assignment.worth)
+    return [made[0], *(p for p in made[1:] if p.time == made[0].time)] if made else []
+
+
+def _times(log: Log, table: RawTable, able: Sequence[Finding]) -> Iterator[TableTime]:
+    """The time of a table, or what may be it where no name tells: columns that rise evenly, in each form."""
+    stated = log.times[table.label]
+    if stated.columns or stated.form == "rows":
+        yield stated
+        return
+    rising = [(_unevenness(f.column.numbers), place, f) for place, f in enumerate(able)]
+    for _, _, found in sorted((entry for entry in rising if entry[0] < 0.02), key=lambda entry: entry[:2])[:2]:
+        guess = guess_form(found.column, "")
+        forms: tuple[Form, ...] = guess.forms if guess is not None else ()
+        for form in forms:
+            why = f"rises evenly; {form} by how the other columns move"
+            yield TableTime((found.column.name,), form, form, None, "other channel", why)
+
+
+def _unevenness(numbers: np.ndarray) -> float:
+    """How far numbers (N,) are from rising by equal steps, as a share of their range; inf where they fall."""
+    known = numbers[np.isfinite(numbers)]
+    if known.size < 30 or np.mean(np.diff(known) >= 0.0) < 0.99 or np.ptp(known) == 0.0:
+        return np.inf
+    rows = np.arange(known.size, dtype=float)
+    slope, start = np.polyfit(rows, known, 1)
+    return float(np.std(known - slope * rows - start) / np.ptp(known))
+
+
+def _known(log: Log, table: RawTable, time: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, Meaning]]:
+    """Columns of a table whose meaning is known, in SI units: (values, meanings); positions of a globe on a plane."""
+    values: dict[str, np.ndarray] = {}
+    known: dict[str, Meaning] = {}
+    for found in log.findings:
+        unit = SI.get(found.dimension) if found.quantity is not None else None
+        if found.table is table and found.unit is not None and unit and found.signed and not found.questions:
+            values[found.column.name] = found.values()
+            known[found.column.name] = Meaning(str(found.quantity), unit, 1, "")
+    for (_, latitude), (_, longitude) in log.beside("latitude", "longitude"):
+        shared = together(latitude, longitude)
+        if (
+            shared is not None
+            and np.abs(shared[1]).max() <= np.pi / 2.0
+            and latitude.clock in (table.clock, table.label)
+        ):
+            north, east, _ = on_plane(shared[1], shared[2])
+            for name, column in (("north", north), ("east", east)):
+                values[f" {name}"] = np.interp(time, shared[0], column)
+                known[f" {name}"] = Meaning(name, "m", 1, "")
+    return values, known
+
+
+# ------------------------------------------------------------------------------------------------ question
+
+
+def _question(table: RawTable, able: Sequence[Finding], made: Sequence[Proposal]) -> Question:
+    """The question which of the proposals is right."""
+    first = made[0]
+    clock = [f"{first.time.columns[0]} is the time ({first.time.form})"] if first.time.sure == "other channel" else []
+    told = ", ".join([*clock, *(f"{name} is {_said(m)}" for name, m in first.assignment.meanings.items())])
+    text = f"No name tells these columns. By how they move together {told}. Is this right?"
+    answers = [
+        Answer(str(i), "yes, all of it" if i == 1 else f"no, but {_difference(first, one)}", _lines(able, first, one))
+        for i, one in enumerate(made, start=1)
+    ]
+    rest = Answer(NONE, "no: ask for each column", "change the lines of these columns")
+    at = next(iter(first.assignment.meanings))
+    return Question(f"{table.label}/columns", "columns", table.label, at, text, (*answers, rest))
+
+
+def _said(meaning: Meaning) -> str:
+    sign = ", with the opposite sign" if meaning.sign < 0 else ""
+    return f"{meaning.quantity.replace('_', ' ')} [{meaning.unit}{sign}]"
+
+
+def _difference(first: Proposal, other: Proposal) -> str:
+    """What another proposal says otherwise."""
+    mine, its = first.assignment.meanings, other.assignment.meanings
+    changed = [f"{n} is {_said(m)}" for n, m in its.items() if n not in mine or _said(mine[n]) != _said(m)]
+    dropped = [f"{n} is not used" for n in mine if n not in its]
+    return ", ".join([*changed, *dropped])
+
+
+def _lines(able: Sequence[Finding], first: Proposal, made: Proposal) -> str:
+    """The lines of the map that say what a proposal says otherwise than the first, which the draft holds."""
+    mine, its = first.assignment.meanings, made.assignment.meanings
+    changed = [f for f in able if mine.get(f.column.name) != its.get(f.column.name)]
+    lines = [
+        line_of(_meant(f, its.get(f.column.name), True), **({} if f.column.name in its else {"to": NOT_USED}))
+        for f in changed
+    ]
+    return ", ".join(lines) or "the lines of these columns as the draft says them"
