@@ -111,6 +111,12 @@ class Mapping(FileContent):
     positive_rudder: Literal["port", "starboard"] | None = None
     magnetic_variation_deg: float | None = None
     step_s: Annotated[float, Field(gt=0.0)] | None = None
+    rudder: Literal["none"] | None = None
+    """'none': no column is the rudder, and it is not asked."""
+    rows_of: str | int | None = None
+    """The vessel whose rows are used, where a table holds those of several."""
+    scale: Literal["model", "ship"] | None = None
+    """The scale whose columns are used, where a table holds those of two."""
     tables: Annotated[tuple[TableMap, ...], Field(min_length=1)]
 
     @field_validator("tables")

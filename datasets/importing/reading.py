@@ -236,6 +236,9 @@ def _with_sign(found: Finding, positive: str) -> Finding:
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
     compass = quantity in ("heading", "heading_magnetic", "course_over_ground")
     mathematical = mathematical_words() & set(read_header(_called(found.table, found.column)).words)
+    if quantity == "heading" and positive:
+        sign = 1 if positive == "starboard" else -1
+        return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
     from_east = EAST.search(" ".join((_called(found.table, found.column), *found.column.said)))
     in_radians = found.unit is not None and found.unit.name != "deg"
     if quantity == "heading" and (mathematical or from_east or in_radians):
