@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
 from .geodesy import headings_of_track, on_plane
 from .report import Fault
@@ -16,6 +17,8 @@ DIRECT = {
     "rudder_command": "rudder_command_rad",
     "propeller": "propeller_rps",
     "propeller_thrust": "propeller_thrust_N",
+    "thrust_port": "thrust_port_N",
+    "thrust_starboard": "thrust_starboard_N",
     "yaw_rate": "yaw_rate_rad_s",
     "roll": "roll_rad",
     "roll_rate": "roll_rate_rad_s",
@@ -24,6 +27,8 @@ DIRECT = {
 }
 """Quantities that are channels of a record already."""
 PARTNERS = {
+    "thrust_port": "thrust_starboard",
+    "thrust_starboard": "thrust_port",
     "sway": "surge",
     "north": "east",
     "east": "north",
@@ -62,6 +67,7 @@ def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], vari
     _heading(made, variation_deg)
     _positions(made)
     _velocities(made)
+    _propellers(made)
     _alone(made)
     _check_track(made)
     return made
@@ -157,6 +163,14 @@ def _check_track(made: Channels) -> None:
     elif straight > 0.9 and abs(drift) > 0.35:
         said = f"the ship moves {math.degrees(drift):+.0f} deg from its heading on average"
         made.warn(said, "check the zero of the heading, and which of north and east is which")
+
+
+def _propellers(made: Channels) -> None:
+    """The steering command of two propellers where there is no rudder."""
+    found = made.found
+    if set(TWIN) <= found.keys() and not set(RUDDERS) & found.keys():
+        found[RUDDERS[1]] = found[TWIN[0]] - found[TWIN[1]]
+        made.steps.append("steering command: port less starboard thrust, N; there is no rudder")
 
 
 def _usual_speed(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> float:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
 from ..record import Side, is_side
-from . import meanings, roles, signs_told, units_told
+from . import meanings, propellers, roles, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
 from .evidence import nearest, rate_ratio, size_ratio
 from .finding import Finding, ask_sign, ask_unit
@@ -50,6 +50,8 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         _each(log, answers, lambda f: units_told.by_physics(log, f))
         _each(log, answers, lambda f: signs_told.by_channel(log, f))
     roles.settle(log, answers, _answered)
+    propellers.settle(log, answers)
+    _each(log, answers, lambda f: signs_told.by_channel(log, f))
     _each(log, answers, lambda f: _as_rudder(log, f))
     _each(log, answers, _not_through_water)
     meanings.without_twins(log, answers, _answered)

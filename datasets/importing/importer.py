@@ -14,7 +14,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...models.errors import BadInput
-from ..columns import RUDDERS
+from ..columns import RUDDERS, TWIN
 from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side
@@ -469,6 +469,8 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
         return record, [], [Fault(record.name, said, hint)] if doubt else [], []
     stated = stated_side(log)
     told = steering_side(record)
+    if record.has(*TWIN):
+        return (record, *_twin(record, told), [])
     if stated and (told is None or told[0] == stated or told[1] < SURELY_AGAINST):
         record = replace(record, meta=replace(record.meta, positive_rudder=stated))
         return record, [f"{record.name}: positive rudder to {stated}, as the file states"], [], []
@@ -490,6 +492,16 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
         else "The yaw response does not tell."
     )
     return record, [], [], [_side_question(log, text, told[0] if told else "starboard")]
+
+
+def _twin(record: Record, told: tuple[Side, float] | None) -> tuple[list[str], list[Fault]]:
+    """What the yaw response says of two propellers that steer."""
+    if told is None:
+        return [f"{record.name}: the yaw response does not tell which propeller is to port; as named or answered"], []
+    if told[0] == "starboard" or told[1] < SURELY_AGAINST:
+        return [f"{record.name}: more thrust to port turns the ship to {told[0]} (confidence {told[1]:.0%})"], []
+    hint = "port and starboard exchanged? exchange the two columns in the mapping"
+    return [], [Fault(record.name, "the ship turns against its two propellers", hint, column=TWIN[0])]
 
 
 def _side_question(log: Log, text: str, first: str) -> Question:

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..columns import ACCEPTED
 from .cells import EITHER, GAPS
 from .draft import NOT_USED
 from .finding import WITH_SIDE, Finding, ask_numbers, ask_quantity, ask_scale, is_full_circle
@@ -22,6 +23,8 @@ NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
 VALUE = ("value", "values", "data", "val", "signal", "reading")
 """Names of a column that say nothing: that of its group does."""
+FEWEST_OF_RECORD = 4
+"""Columns named as those of a record, from which on their signs are a record's."""
 PULSES = ("us", "µs", "pwm")
 """Units of a servo's pulse."""
 UNSIGNED = frozenset(
@@ -234,18 +237,26 @@ def _with_sign(found: Finding, positive: str) -> Finding:
     if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
+    if as_in_a_record(found):
+        return found.told("stated", "the name is that of a record's column", signed=True)
     compass = quantity in ("heading", "heading_magnetic", "course_over_ground")
     mathematical = mathematical_words() & set(read_header(_called(found.table, found.column)).words)
-    if quantity == "heading" and positive:
-        sign = 1 if positive == "starboard" else -1
-        return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
     from_east = EAST.search(" ".join((_called(found.table, found.column), *found.column.said)))
     in_radians = found.unit is not None and found.unit.name != "deg"
     if quantity == "heading" and (mathematical or from_east or in_radians):
-        return _with_sense(found)
+        told = _with_sense(found)
+        if told.signed or from_east or positive != "starboard":
+            return told
+        return found.told("stated", "positive to starboard stated", signed=True)
     if compass and positive == "port":
         return found.told("stated", "positive to port stated", signed=True, sign=-1)
     return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or _goes_ahead(found))
+
+
+def as_in_a_record(found: Finding) -> bool:
+    """Whether a column has the name of a record's column, as several of its table do."""
+    own = [column.name for column in found.table.columns if column.name in ACCEPTED]
+    return found.column.name in own and len(own) >= FEWEST_OF_RECORD
 
 
 def _with_sense(found: Finding) -> Finding:
