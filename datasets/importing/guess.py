@@ -10,7 +10,7 @@ from dataclasses import replace
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
 from ..record import Side, is_side
-from . import meanings, propellers, roles, signs_told, units_told
+from . import meanings, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
 from .evidence import nearest, rate_ratio, size_ratio
 from .finding import Finding, ask_sign, ask_unit
@@ -31,6 +31,7 @@ CONFLICT = (0.7, 1.4)
 def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> Log:
     """The findings of all columns, as far as the log, the map and the answers tell them."""
     log = Log([], {})
+    answers = shared_questions.for_equal_headers(tables, answers)
     for table in tables:
         entry = entry_of(table, mapping)
         mapped = mapping is not None
@@ -38,10 +39,12 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         given = {column.column: column for column in entry.columns} if entry else {}
         times = log.times[table.label].columns
         log.findings += [
-            _answered(stated(table, column, given.get(column.name), mapped), answers)
+            stated(table, column, given.get(column.name), mapped)
             for column in table.columns
             if column.name not in times
         ]
+    answers = shared_questions.for_equal_doubts(log.findings, answers)
+    log.findings = [_answered(found, answers) for found in log.findings]
     _chosen(log, answers)
     for _ in range(PASSES):
         _each(log, answers, lambda f: meanings.settle(log, f))

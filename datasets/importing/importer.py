@@ -19,7 +19,7 @@ from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side
 from ..rudder_sign import rudder_sign_doubt, steering_side
-from . import no_rudder, scales, vessels
+from . import no_rudder, scales, shared_questions, vessels
 from .clock import FORMS, seconds, spread
 from .convert import Stream, stream_of
 from .derive import derive
@@ -250,6 +250,7 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     questions = [*timed, *(question for f in log.findings for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
     questions += no_rudder.questions(tables, log, mapping, answers) if not faults else []
+    questions = shared_questions.once(tables, questions)
     entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]

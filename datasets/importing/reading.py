@@ -14,13 +14,15 @@ from .draft import NOT_USED
 from .finding import WITH_SIDE, Finding, ask_numbers, ask_quantity, ask_scale, is_full_circle
 from .headers import PERCENT, Header, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
-from .names import Named, named
+from .names import Named, named, words
 from .quantities import RATE_OF, mathematical_words, quantities
 from .raw import RawColumn, RawTable
 from .units import UNITS, Unit, unit_of
 
 NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
+PREFIX = re.compile(r".*[./:]")
+"""The group that a name begins with."""
 VALUE = ("value", "values", "data", "val", "signal", "reading")
 """Names of a column that say nothing: that of its group does."""
 FEWEST_OF_RECORD = 4
@@ -100,6 +102,7 @@ def _from_header(base: Finding) -> Finding:
         own, text = _name(below)
         header, name, suffix = (below, own, text) if own.may_be and not own.extra else (header, name, suffix)
     base = replace(base, unread=header.unread)
+    name = replace(name, extra=tuple(word for word in name.extra if word not in _group_words(base.table, column)))
     if not name.may_be:
         return base.unused(name.why)
     empty = not np.isfinite(column.numbers).any() and not column.first(1)
@@ -119,6 +122,15 @@ def _called(table: RawTable, column: RawColumn) -> str:
     """What a column is named by: its name, or that of its group where it is only called `value` or `data`."""
     group = table.label.rpartition("[")[2].rpartition("]")[0]
     return column.called or (group if group and column.name.lower() in VALUE else column.name)
+
+
+def _group_words(table: RawTable, column: RawColumn) -> frozenset[str]:
+    """Words of the group that a name begins with, as in `ATTITUDE.roll` beside `ATTITUDE.yaw`: those of a message."""
+    prefix = PREFIX.match(column.name)
+    if prefix is None:
+        return frozenset()
+    others = [c for c in table.columns if c is not column and c.name.startswith(prefix[0])]
+    return frozenset(words(prefix[0])) if others else frozenset()
 
 
 def _either(column: RawColumn) -> bool:
@@ -142,7 +154,10 @@ def _name(header: Header) -> tuple[Named, str]:
 def _doubted(found: Finding, name: Named) -> Finding:
     shown = " ".join(name.extra)
     text = f"Is {found.column.name!r} a column of {' or '.join(found.may_be)}? {shown!r} in its name is not known."
-    return ask_quantity(found, text, found.may_be)
+    asked = ask_quantity(found, text, found.may_be)
+    *others, question = asked.questions
+    doubt = shown if len(found.may_be) == 1 else ""
+    return replace(asked, questions=(*others, replace(question, doubt=doubt)))
 
 
 def _with_times(found: Finding, times: float) -> Finding:
