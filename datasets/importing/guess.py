@@ -36,7 +36,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         entry = entry_of(table, mapping)
         mapped = mapping is not None
         log.times[table.label] = find_time(table, entry.time if entry else None, answers)
-        given = {column.column: column for column in entry.columns} if entry else {}
+        given = _given(table, entry, mapping)
         times = log.times[table.label].columns
         log.findings += [
             stated(table, column, given.get(column.name), mapped)
@@ -64,6 +64,16 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     for _ in range(2):  # the answer for one column's sign tells another's
         _each(log, answers, lambda f: _ask_sign(log, f))
     return log
+
+
+def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> dict[str, ColumnMap]:
+    """Column -> what the map says of it; not of columns of the scale that is not wanted."""
+    other = [c.name for c in table.columns if c.known == NOT_USED] if mapping is not None and mapping.scale else []
+    if entry is not None and set(entry.time.columns) & set(other):
+        names = ", ".join(entry.time.columns)
+        raise BadInput(f"the time {names} is not of the scale {mapping.scale!r}" if mapping else "", file=table.label,
+                       hint="state another time in the mapping, or '?' as its form")  # fmt: skip
+    return {column.column: column for column in entry.columns if column.column not in other} if entry else {}
 
 
 def _chosen(log: Log, answers: Dict[str, str]) -> None:

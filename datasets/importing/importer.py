@@ -27,8 +27,9 @@ from .draft import NOT_USED, Answer, DraftColumn, Question
 from .finding import AS_RECORD, Finding
 from .guess import entry_of, examine, missing, stated_side
 from .log import Log
-from .mapping import ColumnMap, Mapping, TableMap
+from .mapping import ColumnMap, Mapping, TableMap, TimeMap
 from .merge import Merged, merge
+from .provenance import channel_sources
 from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .report import Fault, ImportFault, ImportReport, refuse_fatal, span
@@ -148,6 +149,8 @@ def _imported(
     drafted = _draft(tables, mapping, log, answers)
     if chosen:  # what else is asked depends on the answer
         drafted = replace(drafted, columns=_with_questions(drafted.columns, chosen), questions=tuple(chosen))
+        if any(question.id == scales.SCALE for question in chosen):
+            drafted = replace(drafted, mapping=_open_for_scales(drafted.mapping, tables))
     rows, draft = drafted.columns, drafted.mapping
     faults = list(drafted.faults)
     said = _options(mapping, options, answers)
@@ -167,17 +170,20 @@ def _imported(
         empty = Fault(tables[0].label, "no row has a time and a value", "check the column of the time", fatal=True)
         refuse_fatal([*faults, empty], rows, draft)
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
-    records, aside, questions = [], {}, []
+    records, aside, questions, sources = [], {}, [], []
     for name, run in runs([stream for stream, _ in streams]):
         merged, found = merge(run, said.step_s)
         faults += found
         if merged is None:
             continue
-        record, done, found, asked = _record(name, merged, said, log)
+        record, done, found, asked, made_of = _record(name, merged, said, log)
         steps += done
         faults += found
         questions += asked
         records += [record] if record is not None else []
+        parts = {label for stream in merged.streams for label in (stream.label, *stream.parts)}
+        own = [row for row in rows if row.table in parts]
+        sources += channel_sources(name, list(record.channels), made_of, own) if record is not None else []
         aside |= _aside(merged, streams, used)
     asked = tuple(dict.fromkeys(questions))
     refuse_fatal(faults, _with_questions(rows, asked) if asked else rows, draft, asked)
@@ -186,7 +192,7 @@ def _imported(
     assert draft is not None
     made = draft.model_copy(update={"positive_rudder": said.positive_rudder or side, **facts})
     rows = tuple(replace(r, sign=f"positive to {side}") if side and r.sign == AS_RECORD else r for r in rows)
-    report = ImportReport(rows, tuple(steps), tuple(faults))
+    report = ImportReport(rows, tuple(steps), tuple(faults), tuple(sources))
     return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
         tuple(records), made, report, aside
     )
@@ -311,6 +317,25 @@ def _column_map(found: Finding) -> ColumnMap:
     )
 
 
+def _open_for_scales(mapping: Mapping | None, tables: Sequence[RawTable]) -> Mapping | None:
+    """The map of a draft with '?' at all columns of tables of two scales: the answer decides which ones are used."""
+    if mapping is None:
+        return None
+    two = {(t.file, t.sheet) for t in tables if any(c.known == NOT_USED for c in t.columns)}
+    opened = [
+        entry.model_copy(
+            update={
+                "time": TimeMap(form="?"),
+                "columns": tuple(ColumnMap(column=c.column, to="?") for c in entry.columns),
+            }
+        )
+        if (entry.file, entry.sheet) in two
+        else entry
+        for entry in mapping.tables
+    ]
+    return mapping.model_copy(update={"tables": tuple(opened)})
+
+
 def _rows(table: RawTable, log: Log) -> list[DraftColumn]:
     time = log.times[table.label]
     own = {f.column.name: f for f in log.findings if f.table is table}
@@ -398,15 +423,15 @@ def _goes_on(first: Stream, second: Stream) -> bool:
 
 def _record(
     name: str, merged: Merged, options: Options, log: Log
-) -> tuple[Record | None, list[str], list[Fault], list[Question]]:
-    """The record of a run, what was done, faults, and what is asked."""
+) -> tuple[Record | None, list[str], list[Fault], list[Question], dict[str, tuple[str, ...]]]:
+    """The record of a run, what was done, faults, what is asked, and the quantities of each channel."""
     made = derive(name, merged.time, merged.quantities, options.variation_deg)
     channels, constant = _living(name, made.found)
     faults = [*made.faults, *constant]
     known = np.isfinite(np.array(list(channels.values()))).any(axis=0) if channels else np.zeros(0, dtype=bool)
     if known.sum() < MIN_SAMPLES:
         fault = Fault(name, f"{int(known.sum())} samples", f"a record needs {MIN_SAMPLES}", fatal=True)
-        return None, [], [*faults, fault], []
+        return None, [], [*faults, fault], [], {}
     start = float(merged.time[0])
     facts = made.facts | _start(merged)
     meta = RecordMeta(vessel=options.vessel, source=", ".join(s.label for s in merged.streams), extra=facts)
@@ -417,7 +442,7 @@ def _record(
     more += [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
     notes = "; ".join(map(str, [*faults, *more])) or None
     record = replace(record, meta=replace(record.meta, notes=notes))
-    return record, [*merged.steps, *made.steps, *told], [*faults, *more], asked
+    return record, [*merged.steps, *made.steps, *told], [*faults, *more], asked, made.sources
 
 
 def _start(merged: Merged) -> dict[str, str]:

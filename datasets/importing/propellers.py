@@ -138,7 +138,7 @@ def _use(log: Log, port: int, starboard: int, why: str) -> None:
         told = why if newtons else f"{why}; in the file's own unit, one of it counts as 1 N"
         log.findings[place] = replace(
             found, may_be=(quantity,), unit=stated or UNITS["N"], factor=1.0, offset=_offset(found), sign=1,
-            signed=True, questions=(), sure="stated", why=(told,),
+            signed=True, questions=(), sure="stated" if newtons else "guess", why=(told,),
         )  # fmt: skip
 
 

@@ -57,7 +57,7 @@ def _stated(base: Finding, given: ColumnMap | None, mapped: bool) -> Finding:
     if given is not None:
         return _from_map(base, given)
     if mapped:
-        return base.unused("not in the map")
+        return base.unused(column.source if column.known == NOT_USED else "not in the map")
     if column.known:
         return _from_format(base)
     return _from_header(base)
