@@ -18,7 +18,7 @@ from .log import Log, speeds
 from .mapping import ColumnMap, Mapping, TableMap
 from .quantities import NOT_USED_AS, quantities
 from .raw import RawTable
-from .reading import stated
+from .reading import goes_ahead, stated
 from .times import TableTime, find_time
 from .units import UNITS, candidates, unit_of
 
@@ -83,13 +83,12 @@ def _chosen(log: Log, answers: Dict[str, str]) -> None:
         for i, found in enumerate(log.findings):
             if quantity and label == f"{found.table.label}/{found.column.name}":
                 signed = quantity in meanings.unsigned()
-                foreign = (
-                    found.column.unit if unit_of(found.column.unit, quantities()[quantity].dimension) is None else ""
-                )
+                unit = unit_of(found.column.unit, quantities()[quantity].dimension)
+                foreign = found.column.unit if unit is None else ""
                 log.findings[i] = replace(
                     found,
                     may_be=(quantity,),
-                    unit=None,
+                    unit=unit,
                     signed=signed,
                     why=("as answered",),
                     bounded=("quantity",),
@@ -172,8 +171,9 @@ def _with_answer(found: Finding, question: Question, key: str) -> Finding:
         return replace(base, signed=True, sign=1 if entry.sign == "?" else entry.sign, offset=entry.offset)
     may_be = (entry.to,)
     same = quantities()[entry.to].dimension == base.dimension
-    signed = base.signed if len(found.may_be) == 1 else entry.to in meanings.unsigned()
-    return replace(base, may_be=may_be, unit=base.unit if same else None, signed=signed)
+    chosen = replace(base, may_be=may_be, unit=base.unit if same else None)
+    signed = base.signed if len(found.may_be) == 1 else entry.to in meanings.unsigned() or goes_ahead(chosen)
+    return replace(chosen, signed=signed)
 
 
 def _as_number(question: Question, key: str) -> Answer | None:

@@ -12,15 +12,18 @@ from ..record import Record
 from ..rudder_sign import SIGN_SHARE, steering_side
 from .draft import Answer, Question
 from .evidence import Series, together
-from .finding import Finding
+from .finding import WITH_SIDE, Finding
 from .log import Log
 from .mapping import Mapping, flow
+from .names import named, words
 from .quantities import quantities
 from .raw import RawTable
 from .units import unit_of
 
 RUDDER, TURNING = "rudder", "turning"
 """Ids of the questions."""
+PROPELLERS = "propellers"
+"""Id of the question which columns are two propellers that steer."""
 NONE = "none"
 """The answer that there is no rudder."""
 LARGEST_DEG = 60.0
@@ -34,7 +37,8 @@ def questions(tables: Sequence[RawTable], log: Log, mapping: Mapping | None, ans
     """Questions for the column of the rudder, and for one that tells the turning, where none is known or asked."""
     may_be = {quantity for f in log.findings for quantity in f.may_be}
     asked = []
-    if is_unsteered(may_be) and not _said(mapping, answers) and (able := rudders(log)):
+    opened = any(question.id == PROPELLERS for f in log.findings for question in f.questions)
+    if is_unsteered(may_be) and not opened and not _said(mapping, answers) and (able := rudders(log)):
         asked.append(_which_rudder(tables, able))
     turning = {"heading", "heading_magnetic", "yaw_rate", "latitude", "north"}
     if not may_be & turning:
@@ -55,10 +59,19 @@ def _said(mapping: Mapping | None, answers: Dict[str, str]) -> bool:
 
 
 def rudders(log: Log) -> list[Finding]:
-    """Columns without a known name that could be the rudder: as large as one, and the yaw rate answers them, where
-    there is one."""
+    """Columns that could be the rudder: called so and not read, or without a known name, as large as a rudder, and the
+    yaw rate answers them, where there is one."""
     turning = turnings(log)
-    return [f for f in log.findings if _is_servo_like(f) and _answered_by(log, f, turning)]
+    return [f for f in log.findings if _is_called(f) or (_is_servo_like(f) and _answered_by(log, f, turning))]
+
+
+def _is_called(found: Finding) -> bool:
+    """Whether an unused column that varies is called a rudder."""
+    column = found.column
+    called = set(named(words(column.called or column.name)).may_be) & set(WITH_SIDE)
+    known = column.numbers[np.isfinite(column.numbers)]
+    own = not column.known and "the map says so" not in found.why
+    return bool(called) and own and not found.may_be and column.numeric and float(np.ptp(known)) > 0.0
 
 
 def turnings(log: Log) -> list[Series]:

@@ -15,12 +15,10 @@ from .draft import NOT_USED, Answer, Question
 from .evidence import Series, together
 from .finding import Finding, line_of
 from .log import Log
-from .no_rudder import is_unsteered, response
+from .no_rudder import PROPELLERS, is_unsteered, response
 from .quantities import word_list
 from .units import UNITS, unit_of
 
-PROPELLERS = "propellers"
-"""Id of the question which columns are the two propellers."""
 PORT, STARBOARD = "thrust_port", "thrust_starboard"
 SURELY = 0.4
 """Share of the yaw rate that the difference of two propellers must explain to be told by it."""
@@ -54,8 +52,10 @@ def settle(log: Log, answers: Dict[str, str]) -> None:
         return
     best = max(pairs, key=lambda pair: (pair.sided, abs(pair.share or 0.0)))
     against = best.sided and best.signed and best.share is not None and best.share < -SURELY
-    if best.sided and _in_newtons(log, best) and not against:
-        _use(log, best.port, best.starboard, "the names state the side")
+    agrees = best.signed and best.share is not None and best.share >= SURELY
+    if best.sided and (agrees or (_in_newtons(log, best) and not against)):
+        why = "the names state the side" + (", and the yaw rate answers their difference" if agrees else "")
+        _use(log, best.port, best.starboard, why)
     else:
         found = log.findings[best.port]
         log.findings[best.port] = replace(found, why=(*found.why, "a propeller?")).asking(
@@ -110,8 +110,18 @@ def _numbered(log: Log, places: list[int]) -> Iterator[_Pair]:
     for i, j in combinations(places, 2):
         one, two = log.findings[i].column, log.findings[j].column
         alike = re.sub(r"\d+", "#", one.name) == re.sub(r"\d+", "#", two.name) and one.name != two.name
-        if alike and one.unit == two.unit:
+        if alike and one.unit == two.unit and _opposed(log, i, j):
             yield _pair(log, i, j, sided=False)
+
+
+def _opposed(log: Log, one: int, other: int) -> bool:
+    """Whether a yaw rate answers two columns the opposite way."""
+    series = [log.series(log.findings[i], raw=True) for i in (one, other)]
+    for _, rate in log.all("yaw_rate", signed=False):
+        shares = [response(s, rate) for s in series if s is not None]
+        if len(shares) == 2 and all(shares):
+            return (shares[0] or 0.0) * (shares[1] or 0.0) < 0.0
+    return False
 
 
 def _pair(log: Log, port: int, starboard: int, sided: bool) -> _Pair:

@@ -265,7 +265,7 @@ def _with_sign(found: Finding, positive: str) -> Finding:
         return found.told("stated", "positive to starboard stated", signed=True)
     if compass and positive == "port":
         return found.told("stated", "positive to port stated", signed=True, sign=-1)
-    return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or _goes_ahead(found))
+    return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or goes_ahead(found))
 
 
 def as_in_a_record(found: Finding) -> bool:
@@ -287,7 +287,7 @@ def _with_sense(found: Finding) -> Finding:
     return found
 
 
-def _goes_ahead(found: Finding) -> bool:
+def goes_ahead(found: Finding) -> bool:
     """Whether a speed forward is positive in the main."""
     numbers = found.column.numbers
     return found.quantity == "surge" and bool(np.nanmedian(numbers) > 0.0)

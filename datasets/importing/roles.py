@@ -12,8 +12,11 @@ import numpy as np
 from .evidence import FEWEST, Series, known, together
 from .finding import WITH_SIDE, Finding, ask_quantity
 from .log import Log
+from .names import words
 
 RUDDER, ORDER = WITH_SIDE
+SMOOTHED = frozenset({"filtered", "filter", "smoothed", "smooth", "avg", "average", "mean"})
+"""Words for a copy that is late by a filter."""
 SAME_RANGE = (0.6, 1.7)
 """Ratio of the ranges of an order and its answer."""
 ALIKE, LONGEST_S = 0.8, 30.0
@@ -21,6 +24,10 @@ ALIKE, LONGEST_S = 0.8, 30.0
 SERVO, CLEARER = 0.25, 0.2
 """Correlation of a rudder's movement with what is left to the order from which on it follows it, and by how much that
 must be more than the other way round."""
+APART = 0.03
+"""Share of its range by which a rudder must be from its order for the lag to tell."""
+LEAST_STEP = 0.1
+"""Share of the range that a step of an order is, not one of the resolution."""
 STEPPED, SLEWED = 0.8, 0.4
 """Share of all movement in single steps: of an order above the first, of a rudder below the second."""
 
@@ -38,7 +45,8 @@ def settle(log: Log, answers: Dict[str, str], answered: Callable[[Finding, Dict[
 
 
 def _may_steer(found: Finding) -> bool:
-    return bool(found.may_be) and set(found.may_be) <= set(WITH_SIDE) and found.column.numeric
+    smoothed = set(words(found.column.name)) & SMOOTHED
+    return bool(found.may_be) and set(found.may_be) <= set(WITH_SIDE) and found.column.numeric and not smoothed
 
 
 def _assign(
@@ -101,25 +109,29 @@ def leads(first: Series, second: Series) -> int:
     time, a, b = shared
     if not (np.ptp(a) > 0.0 and np.ptp(b) > 0.0):
         return 0
-    gain = _best_gain(a, b, max(1, int(LONGEST_S / float(np.median(np.diff(time))))))
-    if gain is None:
-        return 0
+    gain, lag = _best_gain(a, b, max(1, int(LONGEST_S / float(np.median(np.diff(time))))))
     a, b = gain * (a - np.median(a)), b - np.median(b)
+    if not lag or float(np.std(a - b)) < APART * float(np.std(b)):
+        return 0
     one, other = _servo(a, b), _servo(b, a)
-    if max(one, other) < SERVO or abs(one - other) < CLEARER:
+    if max(one, other) < SERVO or abs(one - other) < CLEARER or (one > other) != (lag > 0):
         return 0
     return 1 if one > other else -1
 
 
-def _best_gain(a: np.ndarray, b: np.ndarray, most: int) -> float | None:
-    """Gain of the second over the first at the lag at which they correlate best; None where they do not."""
-    best = 0.0
-    for lag in range(-min(most, a.size // 3), min(most, a.size // 3) + 1):
-        x, y = (a[: a.size - lag], b[lag:]) if lag >= 0 else (a[-lag:], b[: b.size + lag])
-        power = float(np.std(x) * np.std(y))
-        found = float(np.mean((x - x.mean()) * (y - y.mean()))) / power if power > 0.0 else 0.0
-        best = found if abs(found) > abs(best) else best
-    return float(np.sign(best) * np.std(b) / np.std(a)) if abs(best) > ALIKE else None
+def _best_gain(a: np.ndarray, b: np.ndarray, most: int) -> tuple[float, int]:
+    """(gain of the second over the first, samples by which it is later) where they correlate best; (0, 0) where they do
+    not."""
+    most = min(most, a.size // 3)
+    found = {lag: _correlation(a, b, lag) for lag in range(-most, most + 1)}
+    lag = max(found, key=lambda k: abs(found[k]))
+    return (float(np.sign(found[lag]) * np.std(b) / np.std(a)), lag) if abs(found[lag]) > ALIKE else (0.0, 0)
+
+
+def _correlation(a: np.ndarray, b: np.ndarray, lag: int) -> float:
+    x, y = (a[: a.size - lag], b[lag:]) if lag >= 0 else (a[-lag:], b[: b.size + lag])
+    power = float(np.std(x) * np.std(y))
+    return float(np.mean((x - x.mean()) * (y - y.mean()))) / power if power > 0.0 else 0.0
 
 
 def _servo(order: np.ndarray, rudder: np.ndarray) -> float:
@@ -151,5 +163,5 @@ def step_share(values: np.ndarray) -> float:
     """Share of the movement of values (N,) in single steps between samples at rest."""
     moved = np.abs(np.diff(values))
     beside = np.concatenate([[0.0], moved[:-1]]) + np.concatenate([moved[1:], [0.0]])
-    single = moved > 5.0 * beside
+    single = (moved > 5.0 * beside) & (moved > LEAST_STEP * np.ptp(values))
     return float(moved[single].sum() / moved.sum()) if moved.sum() > 0.0 else 0.0

@@ -125,8 +125,10 @@ def waits(log: Log, found: Finding) -> str:
     if found.quantity != "yaw_rate":
         return ""
     series = log.series(found)
-    for other, angle in log.all("heading", signed=False):
-        if not other.signed and series is not None and rate_ratio(angle, series) is not None:
+    for other in log.findings:
+        opened = other.unit is not None and "heading" in other.may_be and not (other.signed and other.quantity)
+        angle = log.series(other) if opened else None
+        if angle is not None and series is not None and rate_ratio(angle, series) is not None:
             return other.column.name
     return ""
 

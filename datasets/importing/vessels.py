@@ -14,6 +14,7 @@ from .draft import Answer, Question
 from .mapping import Mapping, scalar
 from .names import joined, named, words
 from .raw import RawColumn, RawTable
+from .times import find_time
 
 VESSEL = "vessel"
 """Id of the question which vessel is wanted."""
@@ -26,8 +27,8 @@ IDENTIFIERS = (
     ("id", "name", "device", "asset", "target"),
 )  # fmt: skip
 """Names of columns that say whose a row is, the most certain first."""
-SURE = 3
-"""Of so many rows of the names above, distinct values mean distinct vessels; of the others where the time tells it."""
+SURE = 2
+"""Of so many rows of the names above, distinct values mean distinct vessels; of the others where the rows tell it."""
 MOST_SHOWN = 12
 UNKNOWN = {
     "heading": (511.0,), "yaw_rate": (-128.0, 128.0, -731.0, 731.0, -731.4, -731.386), "latitude": (91.0,),
@@ -101,13 +102,17 @@ def _tells(table: RawTable, rows: Dict[str, np.ndarray]) -> bool:
         return False
     stays = sum(own.size - 1 for own in large) / max(1, table.n - 1)
     kept = [_at(table, own) for own in large]
-    return stays > 0.5 and all(_has_track(t) for t in kept) and _interleaved(large)
+    filled = {frozenset(c.name for c in t.columns if np.isfinite(c.numbers).any()) for t in kept}
+    return stays > 0.5 and len(filled) == 1 and all(_has_track(t) for t in kept) and _tells_time(table, large)
 
 
-def _interleaved(groups: Sequence[np.ndarray]) -> bool:
-    """Whether rows of groups alternate."""
+def _tells_time(table: RawTable, groups: Sequence[np.ndarray]) -> bool:
+    """Whether the groups overlap in time: their rows alternate, or the time starts again with each."""
     first, *others = groups
-    return any(((own > first[0]) & (own < first[-1])).sum() >= MIN_SAMPLES // 2 for own in others)
+    if any(((own > first[0]) & (own < first[-1])).sum() >= MIN_SAMPLES // 2 for own in others):
+        return True
+    time = find_time(table, None, {}).seconds(table)
+    return time is not None and bool((np.diff(time[0]) < 0.0).any())
 
 
 def _has_track(table: RawTable) -> bool:
