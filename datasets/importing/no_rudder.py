@@ -31,6 +31,12 @@ PULSE_US, PER_CENT = (700.0, 2300.0), 100.0
 """Range of a servo's pulse, and of a share of the largest angle."""
 NAMELESS = ("no known name", "not in the map")
 """Why a column that may be anything is not used."""
+DECIDED = ("the map says so", "not used, as answered")
+"""Why a column is not used that the user left out."""
+ACCELERATIONS = frozenset({"accel", "acceleration", "acc", "accy"})
+"""Words for what a yaw rate follows as it does a rudder."""
+SURELY = 0.6
+"""Share of the yaw rate that a column must explain whose name says that it is something else."""
 
 
 def questions(tables: Sequence[RawTable], log: Log, mapping: Mapping | None, answers: Dict[str, str]) -> list[Question]:
@@ -65,12 +71,17 @@ def rudders(log: Log) -> list[Finding]:
     return [f for f in log.findings if _is_called(f) or (_is_servo_like(f) and _answered_by(log, f, turning))]
 
 
+def _is_refused(found: Finding) -> bool:
+    """Whether the name of a column says that it is something else: then only what answers it tells."""
+    return not set(found.why) & set(NAMELESS)
+
+
 def _is_called(found: Finding) -> bool:
     """Whether an unused column that varies is called a rudder."""
     column = found.column
     called = set(named(words(column.called or column.name)).may_be) & set(WITH_SIDE)
     known = column.numbers[np.isfinite(column.numbers)]
-    own = not column.known and "the map says so" not in found.why
+    own = not column.known and not set(found.why) & set(DECIDED)
     return bool(called) and own and not found.may_be and column.numeric and float(np.ptp(known)) > 0.0
 
 
@@ -93,7 +104,9 @@ def _derivative(angle: Series) -> Series:
 def _is_servo_like(found: Finding) -> bool:
     """Whether an unused column without a known name has the size and the unit of a rudder."""
     column = found.column
-    if found.may_be or not set(found.why) & set(NAMELESS) or not column.numeric:
+    if found.may_be or column.known or set(found.why) & set(DECIDED) or not column.numeric:
+        return False
+    if _is_refused(found) and set(words(column.name)) & ACCELERATIONS:
         return False
     if column.unit and unit_of(column.unit) is not None and unit_of(column.unit, "angle") is None:
         return False
@@ -110,7 +123,9 @@ def _answered_by(log: Log, found: Finding, turning: Sequence[Series]) -> bool:
     """Whether a yaw rate answers the column as one answers a rudder; also where none can be compared with it."""
     series = log.series(found, raw=True)
     compared = [] if series is None else [share for rate in turning if (share := response(series, rate)) is not None]
-    return not compared or max(abs(share) for share in compared) >= SIGN_SHARE
+    if not compared:
+        return not _is_refused(found)
+    return max(abs(share) for share in compared) >= (SURELY if _is_refused(found) else SIGN_SHARE)
 
 
 def response(steering: Series, rate: Series) -> float | None:
