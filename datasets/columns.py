@@ -86,7 +86,7 @@ def to_canonical(columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
 
 
 def check_header(names: Sequence[str], file: object, row: int | None = None) -> None:
-    """Refuse names that are not accepted or not distinct, or that lack the time or every rudder column.
+    """Refuse names that are not accepted or not distinct, or that lack the time or every channel.
 
     Raises
     ------
@@ -104,9 +104,8 @@ def check_header(names: Sequence[str], file: object, row: int | None = None) -> 
             raise BadInput(message, file=file, row=row, column=names[index], hint="keep one of them")
     if "time_s" not in channels:
         raise BadInput("missing column", file=file, row=row, column="time_s", hint="every record needs its time")
-    if not set(RUDDERS) & set(channels) and not set(TWIN) <= set(channels):
-        hint = f"every record needs {' or '.join(RUDDERS)}, or both {' and '.join(TWIN)}"
-        raise BadInput("missing column", file=file, row=row, column=RUDDERS[0], hint=hint)
+    if len(channels) == 1:
+        raise BadInput("no channel beside the time", file=file, row=row, hint=f"known are {', '.join(CANONICAL)}")
 
 
 def _why_unknown(name: str, number: int, alone: bool) -> tuple[str, str]:

@@ -219,7 +219,11 @@ class Record:
 
     def rudder(self) -> np.ndarray:
         """Rudder angle (N,), rad: the measured one, or else the command; BadInput if there is neither."""
-        return self.column("rudder_rad" if self.has("rudder_rad") or not self.has(RUDDERS[1]) else RUDDERS[1])
+        if not any(map(self.has, RUDDERS)):
+            needed = f"{' or '.join(RUDDERS)}, or both {' and '.join(TWIN)}"
+            hint = f"what the ship answers to is needed here: {needed}; 'helmbench check' needs none"
+            raise BadInput("no rudder in this record", file=self.name, column=RUDDERS[0], hint=hint)
+        return self.column("rudder_rad" if self.has("rudder_rad") else RUDDERS[1])
 
     def heading_unwrapped(self) -> np.ndarray:
         """Heading (N,), rad, without jumps of a full turn; gaps stay nan and are bridged by the shorter way round.

@@ -12,6 +12,7 @@ from .tables import Column, Table, make_table
 
 if TYPE_CHECKING:
     from ..datasets.importing.draft import DraftColumn, Question
+    from ..datasets.importing.provenance import ChannelSource
     from ..datasets.importing.report import Fault, ImportReport
     from ..datasets.record import Record
 
@@ -49,9 +50,22 @@ def fault_table(faults: Sequence[Fault]) -> Table:
     return make_table(shown, sorted(faults, key=lambda fault: not fault.fatal))
 
 
+def channel_table(channels: Sequence[ChannelSource]) -> Table:
+    """A row a channel: the columns that it is made of, and how surely."""
+    several = len({row.record for row in channels}) > 1
+    shown = [
+        *([Column("record", lambda row: row.record)] if several else []),
+        Column("channel", lambda row: row.channel),
+        Column("of columns", lambda row: ", ".join(row.columns)),
+        Column("sure", lambda row: row.sure),
+    ]
+    return make_table(shown, channels)
+
+
 def terminal(report: ImportReport, records: Sequence[Record]) -> str:
     """Columns, what was done, faults, records."""
-    parts = [tables.console(column_table(report.columns)), "", *report.steps]
+    parts = [tables.console(column_table(report.columns)), "", tables.console(channel_table(report.channels)), ""]
+    parts += report.steps
     if report.faults:
         parts += ["", "to be looked at:", tables.console(fault_table(report.faults), indent="  ")]
     return "\n".join([*parts, "", *(repr(record).strip("<>") for record in records)])
@@ -71,7 +85,8 @@ def notebook(report: ImportReport, records: Sequence[Record]) -> str:
     steps = "".join(f"<li>{escape(step)}</li>" for step in report.steps)
     faults = tables.html(fault_table(report.faults)) if report.faults else ""
     told = "".join(f"<p>{escape(repr(record))}</p>" for record in records)
-    return f"{tables.html(column_table(report.columns))}<ul>{steps}</ul>{faults}{told}"
+    made = tables.html(column_table(report.columns)) + tables.html(channel_table(report.channels))
+    return f"{made}<ul>{steps}</ul>{faults}{told}"
 
 
 def draft_notebook(columns: Sequence[DraftColumn], questions: Sequence[Question]) -> str:

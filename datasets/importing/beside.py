@@ -68,7 +68,7 @@ def with_sides(columns: Sequence[RawColumn]) -> list[RawColumn]:
 def with_halves(columns: Sequence[RawColumn]) -> list[RawColumn]:
     """Columns of the angle to one side and to the other, one of them zero at any time, as one signed column."""
     out = list(columns)
-    starboard, port = (_of_side(columns, side) for side in ("starboard", "port"))
+    starboard, port = (of_side(columns, side) for side in ("starboard", "port"))
     pairs = [(places, port[key]) for key, places in starboard.items() if key in port]
     for (i, *more), (j, *others) in pairs:
         if more or others:
@@ -81,7 +81,7 @@ def with_halves(columns: Sequence[RawColumn]) -> list[RawColumn]:
     return out
 
 
-def _of_side(columns: Sequence[RawColumn], side: str) -> dict[tuple[frozenset[str], str], list[int]]:
+def of_side(columns: Sequence[RawColumn], side: str) -> dict[tuple[frozenset[str], str], list[int]]:
     """(The other words of a name, its unit) -> places of the columns that have a word of that side."""
     found: dict[tuple[frozenset[str], str], list[int]] = {}
     for place, column in enumerate(columns):

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
 from .geodesy import headings_of_track, on_plane
 from .report import Fault
@@ -16,6 +17,8 @@ DIRECT = {
     "rudder_command": "rudder_command_rad",
     "propeller": "propeller_rps",
     "propeller_thrust": "propeller_thrust_N",
+    "thrust_port": "thrust_port_N",
+    "thrust_starboard": "thrust_starboard_N",
     "yaw_rate": "yaw_rate_rad_s",
     "roll": "roll_rad",
     "roll_rate": "roll_rate_rad_s",
@@ -24,6 +27,8 @@ DIRECT = {
 }
 """Quantities that are channels of a record already."""
 PARTNERS = {
+    "thrust_port": "thrust_starboard",
+    "thrust_starboard": "thrust_port",
     "sway": "surge",
     "north": "east",
     "east": "north",
@@ -38,11 +43,13 @@ SLOWEST_M_S = 0.05
 
 
 class Channels:
-    """Channels in the making: `found` by name, what was done in `steps`, faults, and facts for the sidecar."""
+    """Channels in the making: `found` by name, the quantities that each is made of in `sources`, what was done in
+    `steps`, faults, and facts for the sidecar."""
 
     def __init__(self, label: str, time: np.ndarray, quantities: dict[str, np.ndarray]) -> None:
         self.label, self.time, self.q = label, time, quantities
         self.found: dict[str, np.ndarray] = {DIRECT[k]: v for k, v in quantities.items() if k in DIRECT}
+        self.sources = {DIRECT[k]: (k,) for k in quantities if k in DIRECT}
         self.steps: list[str] = []
         self.faults: list[Fault] = []
         self.facts: dict[str, Any] = {}
@@ -62,6 +69,7 @@ def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], vari
     _heading(made, variation_deg)
     _positions(made)
     _velocities(made)
+    _propellers(made)
     _alone(made)
     _check_track(made)
     return made
@@ -77,6 +85,7 @@ def _heading(made: Channels, variation_deg: float | None) -> None:
     q = made.q
     if "heading" in q:
         made.found["heading_rad"] = q["heading"]
+        made.sources["heading_rad"] = ("heading",)
         return
     if "heading_magnetic" not in q:
         return
@@ -86,6 +95,7 @@ def _heading(made: Channels, variation_deg: float | None) -> None:
     deviation = q.get("magnetic_deviation")
     correction = size + (np.nanmean(deviation) if deviation is not None else 0.0)
     made.found["heading_rad"] = q["heading_magnetic"] + correction
+    made.sources["heading_rad"] = ("heading_magnetic", "magnetic_variation", "magnetic_deviation")
     made.steps.append(f"heading: magnetic heading {math.degrees(correction):+.3g} deg of variation and deviation")
 
 
@@ -93,6 +103,7 @@ def _positions(made: Channels) -> None:
     q = made.q
     if "north" in q and "east" in q:
         made.found |= {"north_m": q["north"], "east_m": q["east"]}
+        made.sources |= {"north_m": ("north",), "east_m": ("east",)}
         return
     if "latitude" not in q or "longitude" not in q:
         return
@@ -105,6 +116,7 @@ def _positions(made: Channels) -> None:
     latitude, longitude = (np.where(nothing, np.nan, q[name]) for name in ("latitude", "longitude"))
     north, east, plane = on_plane(latitude, longitude)
     made.found |= {"north_m": north, "east_m": east}
+    made.sources |= dict.fromkeys(("north_m", "east_m"), ("latitude", "longitude"))
     origin = math.degrees(plane.latitude_rad), math.degrees(plane.longitude_rad)
     made.facts["origin_deg"] = [round(value, 8) for value in origin]
     made.steps.append(
@@ -117,12 +129,15 @@ def _velocities(made: Channels) -> None:
     q, heading = made.q, made.found.get("heading_rad")
     if "surge" in q:
         made.found |= {"surge_m_s": q["surge"]} | ({"sway_m_s": q["sway"]} if "sway" in q else {})
+        made.sources |= {"surge_m_s": ("surge",), "sway_m_s": ("sway",)}
         return
     if "velocity_north" in q and "velocity_east" in q:
         parts, told = (q["velocity_north"], q["velocity_east"]), "velocities to north and east"
+        of = ("velocity_north", "velocity_east")
     elif "speed_over_ground" in q and "course_over_ground" in q:
         speed, course = q["speed_over_ground"], q["course_over_ground"]
         parts, told = (speed * np.cos(course), speed * np.sin(course)), "speed and course over ground"
+        of = ("speed_over_ground", "course_over_ground")
     elif "speed_over_ground" in q:
         made.warn("a speed over ground without a course: surge and sway cannot be told apart", "speed kept aside")
         return
@@ -132,6 +147,7 @@ def _velocities(made: Channels) -> None:
         made.warn(f"{told} without a heading: surge and sway cannot be told apart", "kept aside")
         return
     made.found["surge_m_s"], made.found["sway_m_s"] = body_velocities(*parts, heading)
+    made.sources |= dict.fromkeys(("surge_m_s", "sway_m_s"), (*of, *made.sources["heading_rad"]))
     made.steps.append(f"surge, sway: {told}, turned by the heading; at the receiver's antenna")
 
 
@@ -157,6 +173,15 @@ def _check_track(made: Channels) -> None:
     elif straight > 0.9 and abs(drift) > 0.35:
         said = f"the ship moves {math.degrees(drift):+.0f} deg from its heading on average"
         made.warn(said, "check the zero of the heading, and which of north and east is which")
+
+
+def _propellers(made: Channels) -> None:
+    """The steering command of two propellers where there is no rudder."""
+    found = made.found
+    if set(TWIN) <= found.keys() and not set(RUDDERS) & found.keys():
+        found[RUDDERS[1]] = found[TWIN[0]] - found[TWIN[1]]
+        made.sources[RUDDERS[1]] = ("thrust_port", "thrust_starboard")
+        made.steps.append("steering command: port less starboard thrust, N; there is no rudder")
 
 
 def _usual_speed(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> float:

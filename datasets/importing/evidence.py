@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,8 @@ AGREEING = 0.9
 """Correlation from which on two channels tell of each other."""
 FOLLOWING = 0.8
 """Correlation from which on one channel follows another."""
+SAME_RUN = 0.9
+"""Share of their time in common from which on two logs that count from a start are taken for one run."""
 LEAST_TURN_RAD = 0.3
 """Change of the course from which on the sense of rotation shows."""
 
@@ -107,6 +109,16 @@ def _correlation(a: np.ndarray, b: np.ndarray) -> float:
     a, b = a - a.mean(), b - b.mean()
     power = math.sqrt(float(a @ a) * float(b @ b))
     return float(a @ b) / power if power > 0.0 else 0.0
+
+
+def as_of_one_clock(series: Series, other: Series) -> Series:
+    """A series on the clock of another, where both count seconds from a start and last as long: for a comparison that
+    allows for lags."""
+    if series.dated or other.dated or not (series.time.size and other.time.size):
+        return series
+    (a, b), (c, d) = ((np.nanmin(s.time), np.nanmax(s.time)) for s in (series, other))
+    shared = min(b, d) - max(a, c)
+    return replace(series, clock=other.clock) if shared > SAME_RUN * (max(b, d) - min(a, c)) else series
 
 
 def size_ratio(first: Series, second: Series) -> float | None:

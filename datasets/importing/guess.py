@@ -10,7 +10,7 @@ from dataclasses import replace
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
 from ..record import Side, is_side
-from . import meanings, signs_told, units_told
+from . import meanings, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
 from .evidence import nearest, rate_ratio, size_ratio
 from .finding import Finding, ask_sign, ask_unit
@@ -19,7 +19,7 @@ from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose
 from .quantities import NOT_USED_AS, quantities
 from .raw import RawTable
-from .reading import stated
+from .reading import goes_ahead, stated
 from .times import TableTime, find_time
 from .units import UNITS, candidates, unit_of
 
@@ -32,17 +32,20 @@ CONFLICT = (0.7, 1.4)
 def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> Log:
     """The findings of all columns, as far as the log, the map and the answers tell them."""
     log = Log([], {})
+    answers = shared_questions.for_equal_headers(tables, answers)
     for table in tables:
         entry = entry_of(table, mapping)
         mapped = mapping is not None
         log.times[table.label] = find_time(table, entry.time if entry else None, answers)
-        given = {column.column: column for column in entry.columns} if entry else {}
+        given = _given(table, entry, mapping)
         times = log.times[table.label].columns
         log.findings += [
-            _answered(stated(table, column, given.get(column.name), mapped), answers)
+            stated(table, column, given.get(column.name), mapped)
             for column in table.columns
             if column.name not in times
         ]
+    answers = shared_questions.for_equal_doubts(log.findings, answers)
+    log.findings = [_answered(found, answers) for found in log.findings]
     _chosen(log, answers)
     for _ in range(PASSES):
         _each(log, answers, lambda f: meanings.settle(log, f))
@@ -51,6 +54,9 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         _each(log, answers, lambda f: units_told.by_physics(log, f))
         _each(log, answers, lambda f: signs_told.by_channel(log, f))
     propose(log, tables, answers)
+    roles.settle(log, answers, _answered)
+    propellers.settle(log, answers)
+    _each(log, answers, lambda f: signs_told.by_channel(log, f))
     _each(log, answers, lambda f: _as_rudder(log, f))
     _each(log, answers, _not_through_water)
     meanings.without_twins(log, answers, _answered)
@@ -62,6 +68,16 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     return log
 
 
+def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> dict[str, ColumnMap]:
+    """Column -> what the map says of it; not of columns of the scale that is not wanted."""
+    other = [c.name for c in table.columns if c.known == NOT_USED] if mapping is not None and mapping.scale else []
+    if entry is not None and set(entry.time.columns) & set(other):
+        names = ", ".join(entry.time.columns)
+        raise BadInput(f"the time {names} is not of the scale {mapping.scale!r}" if mapping else "", file=table.label,
+                       hint="state another time in the mapping, or '?' as its form")  # fmt: skip
+    return {column.column: column for column in entry.columns if column.column not in other} if entry else {}
+
+
 def _chosen(log: Log, answers: Dict[str, str]) -> None:
     """Columns that an answer makes the rudder, or what tells the turning."""
     for key in ("rudder", "turning"):
@@ -69,13 +85,12 @@ def _chosen(log: Log, answers: Dict[str, str]) -> None:
         for i, found in enumerate(log.findings):
             if quantity and label == f"{found.table.label}/{found.column.name}":
                 signed = quantity in meanings.unsigned()
-                foreign = (
-                    found.column.unit if unit_of(found.column.unit, quantities()[quantity].dimension) is None else ""
-                )
+                unit = unit_of(found.column.unit, quantities()[quantity].dimension)
+                foreign = found.column.unit if unit is None else ""
                 log.findings[i] = replace(
                     found,
                     may_be=(quantity,),
-                    unit=None,
+                    unit=unit,
                     signed=signed,
                     why=("as answered",),
                     bounded=("quantity",),
@@ -158,8 +173,9 @@ def _with_answer(found: Finding, question: Question, key: str) -> Finding:
         return replace(base, signed=True, sign=1 if entry.sign == "?" else entry.sign, offset=entry.offset)
     may_be = (entry.to,)
     same = quantities()[entry.to].dimension == base.dimension
-    signed = base.signed if len(found.may_be) == 1 else entry.to in meanings.unsigned()
-    return replace(base, may_be=may_be, unit=base.unit if same else None, signed=signed)
+    chosen = replace(base, may_be=may_be, unit=base.unit if same else None)
+    signed = base.signed if len(found.may_be) == 1 else entry.to in meanings.unsigned() or goes_ahead(chosen)
+    return replace(chosen, signed=signed)
 
 
 def _as_number(question: Question, key: str) -> Answer | None:

@@ -14,11 +14,12 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...models.errors import BadInput
-from ..columns import RUDDERS
+from ..columns import RUDDERS, TWIN
 from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side
 from ..rudder_sign import rudder_sign_doubt, steering_side
+from . import no_rudder, scales, shared_questions, vessels
 from .clock import FORMS, seconds, spread
 from .convert import Stream, stream_of
 from .derive import derive
@@ -26,8 +27,9 @@ from .draft import NOT_USED, Answer, DraftColumn, Question
 from .finding import AS_RECORD, Finding
 from .guess import entry_of, examine, missing, stated_side
 from .log import Log
-from .mapping import ColumnMap, Mapping, TableMap, flow
+from .mapping import ColumnMap, Mapping, TableMap, TimeMap
 from .merge import Merged, merge
+from .provenance import channel_sources
 from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .report import Fault, ImportFault, ImportReport, refuse_fatal, span
@@ -40,6 +42,8 @@ RUDDER_SIDE, VARIATION = "rudder side", "variation"
 """Ids of the questions for the side of a positive rudder, and for the magnetic variation."""
 SURELY, SURELY_AGAINST = 0.4, 0.5
 """Certainty of the yaw response from which on it tells the rudder's side, and contradicts what the file states."""
+LED_BY_TRACK = {"latitude", "north", "velocity_north", "speed_over_ground"}
+"""Quantities of the logger that leads a run without rudder, heading and yaw rate."""
 SAME_RUN = 5.0
 """Steps after its end within which another file of the same columns goes on with a run."""
 
@@ -96,7 +100,8 @@ def draft_tables(
 
 def raw_series(tables: Sequence[RawTable], drafted: Drafted, label: str, name: str) -> tuple[np.ndarray, np.ndarray]:
     """Times (N,), s, or row numbers where no time is known, and the numbers (N,) of a column; BadInput for no such."""
-    table = next((table for table in tables if table.label == label), None)
+    chosen, _ = chosen_parts(tables, drafted.mapping, {})
+    table = next((table for table in chosen if table.label == label), None)
     column = table.column(name) if table is not None else None
     if table is None or column is None:
         raise BadInput(f"no column {name!r} in {label!r}")
@@ -105,6 +110,17 @@ def raw_series(tables: Sequence[RawTable], drafted: Drafted, label: str, name: s
     if form not in FORMS:
         return np.arange(table.n, dtype=float), column.numbers
     return spread(seconds([c for n in times if (c := table.column(n))], form))[0], column.numbers
+
+
+def chosen_parts(
+    tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]
+) -> tuple[list[RawTable], list[Question]]:
+    """The tables with the rows of one vessel and the columns of one scale, and the questions which ones are wanted."""
+    tables, vessel = vessels.of_one_vessel(tables, mapping, answers)
+    if vessel is not None:
+        return tables, [vessel]
+    tables, scale = scales.of_one_scale(tables, mapping, answers)
+    return tables, [scale] if scale is not None else []
 
 
 def import_tables(
@@ -128,8 +144,13 @@ def import_tables(
 def _imported(
     tables: Sequence[RawTable], mapping: Mapping | None, options: Options, answers: Dict[str, str]
 ) -> tuple[Drafted, Imported]:
+    tables, chosen = chosen_parts(tables, mapping, answers)
     log = examine(tables, mapping, answers)
-    drafted = _draft(tables, mapping, log)
+    drafted = _draft(tables, mapping, log, answers)
+    if chosen:  # what else is asked depends on the answer
+        drafted = replace(drafted, columns=_with_questions(drafted.columns, chosen), questions=tuple(chosen))
+        if any(question.id == scales.SCALE for question in chosen):
+            drafted = replace(drafted, mapping=_open_for_scales(drafted.mapping, tables))
     rows, draft = drafted.columns, drafted.mapping
     faults = list(drafted.faults)
     said = _options(mapping, options, answers)
@@ -149,17 +170,20 @@ def _imported(
         empty = Fault(tables[0].label, "no row has a time and a value", "check the column of the time", fatal=True)
         refuse_fatal([*faults, empty], rows, draft)
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
-    records, aside, questions = [], {}, []
+    records, aside, questions, sources = [], {}, [], []
     for name, run in runs([stream for stream, _ in streams]):
         merged, found = merge(run, said.step_s)
         faults += found
         if merged is None:
             continue
-        record, done, found, asked = _record(name, merged, said, log)
+        record, done, found, asked, made_of = _record(name, merged, said, log)
         steps += done
         faults += found
         questions += asked
         records += [record] if record is not None else []
+        parts = {label for stream in merged.streams for label in (stream.label, *stream.parts)}
+        own = [row for row in rows if row.table in parts]
+        sources += channel_sources(name, list(record.channels), made_of, own) if record is not None else []
         aside |= _aside(merged, streams, used)
     asked = tuple(dict.fromkeys(questions))
     refuse_fatal(faults, _with_questions(rows, asked) if asked else rows, draft, asked)
@@ -168,7 +192,7 @@ def _imported(
     assert draft is not None
     made = draft.model_copy(update={"positive_rudder": said.positive_rudder or side, **facts})
     rows = tuple(replace(r, sign=f"positive to {side}") if side and r.sign == AS_RECORD else r for r in rows)
-    report = ImportReport(rows, tuple(steps), tuple(faults))
+    report = ImportReport(rows, tuple(steps), tuple(faults), tuple(sources))
     return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
         tuple(records), made, report, aside
     )
@@ -223,7 +247,7 @@ def _options(mapping: Mapping | None, given: Options, answers: Dict[str, str]) -
 # ------------------------------------------------------------------------------------------------ columns
 
 
-def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log) -> Drafted:
+def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answers: Dict[str, str]) -> Drafted:
     """A row a column, the questions, and a map with all of it."""
     rows = [row for table in tables for row in _rows(table, log)]
     timed = [time.question for time in log.times.values() if time.question is not None]
@@ -231,14 +255,24 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log) -> Dra
     timed = [question for question in timed if question.table in used]
     questions = [*timed, *log.proposals, *(question for f in log.findings for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
-    questions += _without_channels(tables, log) if not faults else []
+    questions += no_rudder.questions(tables, log, mapping, answers) if not faults else []
+    questions = shared_questions.once(tables, questions)
     entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]
     made = Mapping(tables=entries) if entries else None
     if made is not None and mapping is not None:
         made = mapping.model_copy(update={"tables": entries})
+    if made is not None:
+        made = made.model_copy(update=_answered_whole(answers))
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
+
+
+def _answered_whole(answers: Dict[str, str]) -> dict[str, str]:
+    """Keys of a mapping that answers about the whole log stand for."""
+    said = {"rows_of": answers.get(vessels.VESSEL), "scale": answers.get(scales.SCALE)}
+    none = {"rudder": no_rudder.NONE} if answers.get(no_rudder.RUDDER) == no_rudder.NONE else {}
+    return {key: value for key, value in said.items() if value is not None} | none
 
 
 def _with_questions(rows: Sequence[DraftColumn], questions: Sequence[Question]) -> tuple[DraftColumn, ...]:
@@ -283,6 +317,25 @@ def _column_map(found: Finding) -> ColumnMap:
     )
 
 
+def _open_for_scales(mapping: Mapping | None, tables: Sequence[RawTable]) -> Mapping | None:
+    """The map of a draft with '?' at all columns of tables of two scales: the answer decides which ones are used."""
+    if mapping is None:
+        return None
+    two = {(t.file, t.sheet) for t in tables if any(c.known == NOT_USED for c in t.columns)}
+    opened = [
+        entry.model_copy(
+            update={
+                "time": TimeMap(form="?"),
+                "columns": tuple(ColumnMap(column=c.column, to="?") for c in entry.columns),
+            }
+        )
+        if (entry.file, entry.sheet) in two
+        else entry
+        for entry in mapping.tables
+    ]
+    return mapping.model_copy(update={"tables": tuple(opened)})
+
+
 def _rows(table: RawTable, log: Log) -> list[DraftColumn]:
     time = log.times[table.label]
     own = {f.column.name: f for f in log.findings if f.table is table}
@@ -313,33 +366,6 @@ def _row(found: Finding) -> DraftColumn:
     )  # fmt: skip
 
 
-def _without_channels(tables: Sequence[RawTable], log: Log) -> list[Question]:
-    """Questions for the column of the rudder, and for one that tells the turning, where none is known or asked."""
-    may_be = {quantity for f in log.findings for quantity in f.may_be}
-    asked = []
-    for key, wanted, what in (
-        ("rudder", ("rudder", "rudder_command"), "the rudder angle"),
-        ("turning", ("heading", "heading_magnetic", "yaw_rate"), "the heading or the yaw rate"),
-    ):
-        if not may_be & set(wanted) and not (key == "turning" and may_be & {"latitude", "north"}):
-            asked.append(_which_column(tables, log, key, wanted, what))
-    return asked
-
-
-def _which_column(tables: Sequence[RawTable], log: Log, key: str, wanted: Sequence[str], what: str) -> Question:
-    able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.numbers[np.isfinite(f.column.numbers)]) > 0]
-    answers = tuple(
-        Answer(f"{f.table.label}/{f.column.name}/{quantity}", f"{f.column.name} is the {quantity.replace('_', ' ')}",
-               flow({"column": f.column.name, "to": quantity, "unit": "?"}))
-        for f in able
-        for quantity in (wanted if key == "turning" else wanted[:1])
-        if quantity != "heading_magnetic"
-    )  # fmt: skip
-    names = ", ".join(column.name for table in tables for column in table.columns)
-    text = f"No column is known to be {what}: which one is it? Columns: {names}."
-    return Question(key, "quantity", tables[0].label, tables[0].columns[0].name, text, answers)
-
-
 # ------------------------------------------------------------------------------------------------ runs
 
 
@@ -347,12 +373,19 @@ def runs(streams: Sequence[Stream]) -> list[tuple[str, list[Stream]]]:
     """Streams sorted into runs: those with the same quantities are different runs, unless one goes on with another."""
     streams = _joined(streams)
     counts = Counter(frozenset(stream.quantities) for stream in streams)
-    heads = [s for s in streams if {"rudder", "rudder_command"} & s.quantities.keys()]
+    heads = _heads(streams)
     if max(counts.values()) == 1:
         return [(Path(heads[0].label.split(" [")[0]).stem, list(streams))]
     if len(counts) == 1:
         return [(_run_name(stream), [stream]) for stream in streams]
     return [(_run_name(head), [head, *_overlapping(head, [s for s in streams if s not in heads])]) for head in heads]
+
+
+def _heads(streams: Sequence[Stream]) -> list[Stream]:
+    """The streams that runs are named by: of the rudder, where there is none of what else leads."""
+    kinds = ({"rudder", "rudder_command"}, {"thrust_port"}, {"heading", "heading_magnetic", "yaw_rate"}, LED_BY_TRACK)
+    heads = ([s for s in streams if kind & s.quantities.keys()] for kind in kinds)
+    return next((found for found in heads if found), list(streams))
 
 
 def _run_name(stream: Stream) -> str:
@@ -390,15 +423,15 @@ def _goes_on(first: Stream, second: Stream) -> bool:
 
 def _record(
     name: str, merged: Merged, options: Options, log: Log
-) -> tuple[Record | None, list[str], list[Fault], list[Question]]:
-    """The record of a run, what was done, faults, and what is asked."""
+) -> tuple[Record | None, list[str], list[Fault], list[Question], dict[str, tuple[str, ...]]]:
+    """The record of a run, what was done, faults, what is asked, and the quantities of each channel."""
     made = derive(name, merged.time, merged.quantities, options.variation_deg)
     channels, constant = _living(name, made.found)
     faults = [*made.faults, *constant]
     known = np.isfinite(np.array(list(channels.values()))).any(axis=0) if channels else np.zeros(0, dtype=bool)
     if known.sum() < MIN_SAMPLES:
         fault = Fault(name, f"{int(known.sum())} samples", f"a record needs {MIN_SAMPLES}", fatal=True)
-        return None, [], [*faults, fault], []
+        return None, [], [*faults, fault], [], {}
     start = float(merged.time[0])
     facts = made.facts | _start(merged)
     meta = RecordMeta(vessel=options.vessel, source=", ".join(s.label for s in merged.streams), extra=facts)
@@ -409,7 +442,7 @@ def _record(
     more += [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
     notes = "; ".join(map(str, [*faults, *more])) or None
     record = replace(record, meta=replace(record.meta, notes=notes))
-    return record, [*merged.steps, *made.steps, *told], [*faults, *more], asked
+    return record, [*merged.steps, *made.steps, *told], [*faults, *more], asked, made.sources
 
 
 def _start(merged: Merged) -> dict[str, str]:
@@ -452,6 +485,8 @@ def _living(name: str, found: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarr
 
 def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[str], list[Fault], list[Question]]:
     """The record with the side of its positive rudder: as given, as the file states it, or told by the yaw response."""
+    if not any(map(record.has, RUDDERS)):
+        return record, [f"{record.name}: there is no rudder in this log; sensors can be checked"], [], []
     if given is not None:
         record = replace(record, meta=replace(record.meta, positive_rudder=given))
         doubt = rudder_sign_doubt(record)
@@ -460,6 +495,8 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
         return record, [], [Fault(record.name, said, hint)] if doubt else [], []
     stated = stated_side(log)
     told = steering_side(record)
+    if record.has(*TWIN):
+        return (record, *_twin(record, told), [])
     if stated and (told is None or told[0] == stated or told[1] < SURELY_AGAINST):
         record = replace(record, meta=replace(record.meta, positive_rudder=stated))
         return record, [f"{record.name}: positive rudder to {stated}, as the file states"], [], []
@@ -481,6 +518,16 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
         else "The yaw response does not tell."
     )
     return record, [], [], [_side_question(log, text, told[0] if told else "starboard")]
+
+
+def _twin(record: Record, told: tuple[Side, float] | None) -> tuple[list[str], list[Fault]]:
+    """What the yaw response says of two propellers that steer."""
+    if told is None:
+        return [f"{record.name}: the yaw response does not tell which propeller is to port; as named or answered"], []
+    if told[0] == "starboard" or told[1] < SURELY_AGAINST:
+        return [f"{record.name}: more thrust to port turns the ship to {told[0]} (confidence {told[1]:.0%})"], []
+    hint = "port and starboard exchanged? exchange the two columns in the mapping"
+    return [], [Fault(record.name, "the ship turns against its two propellers", hint, column=TWIN[0])]
 
 
 def _side_question(log: Log, text: str, first: str) -> Question:

@@ -18,7 +18,7 @@ from .quantities import quantities
 from .units import UNITS
 
 if TYPE_CHECKING:
-    from .draft import DraftColumn
+    from .draft import DraftColumn, Question
 
 VERSION = 1
 PLAIN = re.compile(r"[A-Za-z_](?:[A-Za-z0-9_ /%.]*[A-Za-z0-9_/%])?")
@@ -29,6 +29,7 @@ HEAD = """\
 # unit: {units}
 # value = sign * unit * (factor * number) + offset * unit; sign: -1 turns a column round.
 # '?' is open: put an answer there.
+# Of the whole log: rudder: none (there is none); rows_of: VESSEL (of several in one table); scale: model or ship.
 # time, form: {forms}
 """
 
@@ -111,6 +112,12 @@ class Mapping(FileContent):
     positive_rudder: Literal["port", "starboard"] | None = None
     magnetic_variation_deg: float | None = None
     step_s: Annotated[float, Field(gt=0.0)] | None = None
+    rudder: Literal["none"] | None = None
+    """'none': no column is the rudder, and it is not asked."""
+    rows_of: str | int | None = None
+    """The vessel whose rows are used, where a table holds those of several."""
+    scale: Literal["model", "ship"] | None = None
+    """The scale whose columns are used, where a table holds those of two."""
     tables: Annotated[tuple[TableMap, ...], Field(min_length=1)]
 
     @field_validator("tables")
@@ -165,10 +172,18 @@ def mapping_text(mapping: Mapping, columns: Sequence[DraftColumn] = ()) -> str:
         lines.append(
             "# positive_rudder: port  # the side to which a positive rudder turns the ship, where nothing tells it"
         )
+    for question in dict.fromkeys(q for row in columns for q in row.questions if _of_whole(q)):
+        lines.append(f"# ASKED: {one_line(question.text)}")
+        lines += [f"#   {one_line(answer.text)}: {one_line(answer.line)}" for answer in question.answers]
     lines.append("tables:")
     for table in mapping.tables:
         lines += _table_lines(table, told)
     return head + "\n".join(lines) + "\n"
+
+
+def _of_whole(question: Question) -> bool:
+    """Whether the answers of a question stand above the tables."""
+    return not any(answer.line.startswith("- ") for answer in question.answers)
 
 
 def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> list[str]:
@@ -185,8 +200,9 @@ def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> l
     for column in table.columns:
         row = told.get((label, column.column))
         if row is not None:
-            lines += [f"      # ASKED: {one_line(question.text)}" for question in row.questions]
-            answers = [answer for question in row.questions for answer in question.answers]
+            asked = [question for question in row.questions if not _of_whole(question)]
+            lines += [f"      # ASKED: {one_line(question.text)}" for question in asked]
+            answers = [answer for question in asked for answer in question.answers]
             lines += [f"      #   {one_line(answer.text)}: {one_line(answer.line)}" for answer in answers]
         why = f"  # {one_line(row.why)}" if row is not None else ""
         lines.append(f"      {flow(_entry(column))}{why}")

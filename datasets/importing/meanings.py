@@ -173,6 +173,8 @@ def _one_of(log: Log, places: list[int], answers: Dict[str, str], answered: Call
             log.findings[i] = found.unused(f"{used.column.name} is used, as {used.why[-1]}")
         elif told is not None and told[0]:
             log.findings[i] = found.unused(f"{told[1]}; that one is used")
+        elif told is None and found.column.known and used.column.known:
+            log.findings[i] = found.unused(f"{used.table.label} states the same, too short to be compared; it is used")
         elif found.questions and not used.questions:
             log.findings[i] = found.unused(f"{used.may_be[0].replace('_', ' ')} is column {used.column.name}")
         else:

@@ -74,7 +74,7 @@ def time_parts() -> dict[str, tuple[str, ...]]:
 
 @cache
 def word_list(kind: str) -> frozenset[str]:
-    """The words of a list: command, not_measured, harmless, counters, positive, negative."""
+    """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative."""
     return frozenset(_words()[kind].split())
 
 

@@ -8,20 +8,25 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..columns import ACCEPTED
 from .cells import EITHER, GAPS
 from .draft import NOT_USED
 from .finding import WITH_SIDE, Finding, ask_numbers, ask_quantity, ask_scale, is_full_circle
 from .headers import PERCENT, Header, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
-from .names import Named, named
+from .names import Named, named, words
 from .quantities import RATE_OF, mathematical_words, quantities
 from .raw import RawColumn, RawTable
 from .units import UNITS, Unit, unit_of
 
 NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
+PREFIX = re.compile(r".*[./:]")
+"""The group that a name begins with."""
 VALUE = ("value", "values", "data", "val", "signal", "reading")
 """Names of a column that say nothing: that of its group does."""
+FEWEST_OF_RECORD = 4
+"""Columns named as those of a record, from which on their signs are a record's."""
 PULSES = ("us", "µs", "pwm")
 """Units of a servo's pulse."""
 UNSIGNED = frozenset(
@@ -52,7 +57,7 @@ def _stated(base: Finding, given: ColumnMap | None, mapped: bool) -> Finding:
     if given is not None:
         return _from_map(base, given)
     if mapped:
-        return base.unused("not in the map")
+        return base.unused(column.source if column.known == NOT_USED else "not in the map")
     if column.known:
         return _from_format(base)
     return _from_header(base)
@@ -97,6 +102,7 @@ def _from_header(base: Finding) -> Finding:
         own, text = _name(below)
         header, name, suffix = (below, own, text) if own.may_be and not own.extra else (header, name, suffix)
     base = replace(base, unread=header.unread)
+    name = replace(name, extra=tuple(word for word in name.extra if word not in _group_words(base.table, column)))
     if not name.may_be:
         return base.unused(name.why)
     empty = not np.isfinite(column.numbers).any() and not column.first(1)
@@ -116,6 +122,15 @@ def _called(table: RawTable, column: RawColumn) -> str:
     """What a column is named by: its name, or that of its group where it is only called `value` or `data`."""
     group = table.label.rpartition("[")[2].rpartition("]")[0]
     return column.called or (group if group and column.name.lower() in VALUE else column.name)
+
+
+def _group_words(table: RawTable, column: RawColumn) -> frozenset[str]:
+    """Words of the group that a name begins with, as in `ATTITUDE.roll` beside `ATTITUDE.yaw`: those of a message."""
+    prefix = PREFIX.match(column.name)
+    if prefix is None:
+        return frozenset()
+    others = [c for c in table.columns if c is not column and c.name.startswith(prefix[0])]
+    return frozenset(words(prefix[0])) if others else frozenset()
 
 
 def _either(column: RawColumn) -> bool:
@@ -139,7 +154,10 @@ def _name(header: Header) -> tuple[Named, str]:
 def _doubted(found: Finding, name: Named) -> Finding:
     shown = " ".join(name.extra)
     text = f"Is {found.column.name!r} a column of {' or '.join(found.may_be)}? {shown!r} in its name is not known."
-    return ask_quantity(found, text, found.may_be)
+    asked = ask_quantity(found, text, found.may_be)
+    *others, question = asked.questions
+    doubt = shown if len(found.may_be) == 1 else ""
+    return replace(asked, questions=(*others, replace(question, doubt=doubt)))
 
 
 def _with_times(found: Finding, times: float) -> Finding:
@@ -234,15 +252,26 @@ def _with_sign(found: Finding, positive: str) -> Finding:
     if positive and quantity in ("yaw_rate", "sway", "roll", "roll_rate"):
         sign = 1 if positive == "starboard" else -1
         return found.told("stated", f"positive to {positive} stated", signed=True, sign=sign)
+    if as_in_a_record(found):
+        return found.told("stated", "the name is that of a record's column", signed=True)
     compass = quantity in ("heading", "heading_magnetic", "course_over_ground")
     mathematical = mathematical_words() & set(read_header(_called(found.table, found.column)).words)
     from_east = EAST.search(" ".join((_called(found.table, found.column), *found.column.said)))
     in_radians = found.unit is not None and found.unit.name != "deg"
     if quantity == "heading" and (mathematical or from_east or in_radians):
-        return _with_sense(found)
+        told = _with_sense(found)
+        if told.signed or from_east or positive != "starboard":
+            return told
+        return found.told("stated", "positive to starboard stated", signed=True)
     if compass and positive == "port":
         return found.told("stated", "positive to port stated", signed=True, sign=-1)
-    return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or _goes_ahead(found))
+    return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or goes_ahead(found))
+
+
+def as_in_a_record(found: Finding) -> bool:
+    """Whether a column has the name of a record's column, as several of its table do."""
+    own = [column.name for column in found.table.columns if column.name in ACCEPTED]
+    return found.column.name in own and len(own) >= FEWEST_OF_RECORD
 
 
 def _with_sense(found: Finding) -> Finding:
@@ -258,7 +287,7 @@ def _with_sense(found: Finding) -> Finding:
     return found
 
 
-def _goes_ahead(found: Finding) -> bool:
+def goes_ahead(found: Finding) -> bool:
     """Whether a speed forward is positive in the main."""
     numbers = found.column.numbers
     return found.quantity == "surge" and bool(np.nanmedian(numbers) > 0.0)

@@ -13,6 +13,7 @@ from ...models.errors import BadInput
 if TYPE_CHECKING:
     from .draft import DraftColumn, Question
     from .mapping import Mapping
+    from .provenance import ChannelSource
 
 MOST_TOLD = 4
 """Faults that the one line of an error repeats."""
@@ -35,11 +36,12 @@ class Fault:
 
 @dataclass(frozen=True)
 class ImportReport:
-    """Columns, steps in their order, and faults that did not end the import."""
+    """Columns, steps in their order, faults that did not end the import, and what the channels are made of."""
 
     columns: tuple[DraftColumn, ...]
     steps: tuple[str, ...]
     faults: tuple[Fault, ...]
+    channels: tuple[ChannelSource, ...] = ()
 
 
 class ImportFault(BadInput):

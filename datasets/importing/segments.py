@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from ..columns import RUDDERS
 from ..io import MIN_SAMPLES
 from ..record import Record
 
@@ -60,8 +61,8 @@ def cut(record: Record) -> list[tuple[Segment, Record]]:
 
 
 def find_segments(record: Record) -> list[Segment]:
-    """The manoeuvres of a record in their order; empty where the rudder is not known or never laid."""
-    rudder = _filled(record.rudder())
+    """The manoeuvres of a record in their order; empty where there is no rudder, or it is not known or never laid."""
+    rudder = _filled(record.rudder()) if any(map(record.has, RUDDERS)) else None
     if rudder is None:
         return []
     least = max(LEAST_RAD, SHARE * float(np.quantile(np.abs(rudder), 0.99)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from .evidence import body, follows, rate_ratio, sense, slope
+from .evidence import as_of_one_clock, body, follows, rate_ratio, sense, slope
 from .finding import Finding, ask_sign
 from .log import Log
 
@@ -109,7 +109,7 @@ def command_sign(log: Log, found: Finding) -> Finding:
     other = log.first("rudder")
     if other is None:
         return replace(found, signed=True)
-    told = follows(other[1], series) if series is not None else None
+    told = follows(as_of_one_clock(other[1], series), series) if series is not None else None
     if told is None:
         return found
     turned = "" if told > 0 else "turned round: "
@@ -125,8 +125,10 @@ def waits(log: Log, found: Finding) -> str:
     if found.quantity != "yaw_rate":
         return ""
     series = log.series(found)
-    for other, angle in log.all("heading", signed=False):
-        if not other.signed and series is not None and rate_ratio(angle, series) is not None:
+    for other in log.findings:
+        opened = other.unit is not None and "heading" in other.may_be and not (other.signed and other.quantity)
+        angle = log.series(other) if opened else None
+        if angle is not None and series is not None and rate_ratio(angle, series) is not None:
             return other.column.name
     return ""
 

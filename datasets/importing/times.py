@@ -133,14 +133,15 @@ def _unit(column: RawColumn) -> str:
     bracketed = next((text for text in BRACKETS.findall(column.name) if re.search(r"\d", text)), "")
     if bracketed:
         return bracketed.strip().lower()
-    last = words(column.name)[-1:] or ("",)
+    name = column.called or column.name
+    last = words(name)[-1:] or ("",)
     known = {text for texts in UNITS_OF_TIME.values() for text in texts}
-    if len(words(column.name)) > 1 and last[0] in known:
+    if len(words(name)) > 1 and last[0] in known:
         return last[0]
     return next(
         (
             text
-            for text in (*(said.lower() for said in column.said), *words(column.name))
+            for text in (*(said.lower() for said in column.said), *words(name))
             if text in ("usec", "msec", "nsec", "us", "ms", "ns", "nanosec", "seconds", "millis", "sec", *known)
             and len(text) > 1
         ),

@@ -28,10 +28,13 @@ def as_model(model: Model | Path) -> Model:
 
 
 def as_records(records: Record | Path | Sequence[Record | Path], positive_rudder: str | None = None) -> list[Record]:
-    """One record or several, read where they are paths; BadInput where a file cannot be used."""
+    """One record or several, read where they are paths; BadInput where a file cannot be used or has no rudder."""
     from ..datasets.io import read_record
 
-    return [read_record(one, positive_rudder) if isinstance(one, str | PathLike) else one for one in listed(records)]
+    read = [read_record(one, positive_rudder) if isinstance(one, str | PathLike) else one for one in listed(records)]
+    for record in read:
+        record.rudder()
+    return read
 
 
 def listed(records: Record | Path | Sequence[Record | Path]) -> list[Record | Path]:

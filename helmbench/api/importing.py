@@ -59,6 +59,7 @@ class Import:
         return {
             "records": [{"name": r.name, "samples": r.n, "channels": list(r.channels)} for r in self.records],
             "columns": plain(self.report.columns),
+            "channels": [vars(channel) for channel in self.report.channels],
             "steps": list(self.report.steps),
             "faults": [vars(fault) for fault in self.report.faults],
         }

@@ -148,13 +148,12 @@ def _identified(asked: Request) -> Assessment:
     import helmbench
 
     from ..api.admission import refuse_copies
-    from ..api.arguments import AUTO
+    from ..api.arguments import AUTO, as_records
     from ..api.identification import chosen_estimate
 
     fitters = [helmbench.make_method(text) for text in asked.methods]
     structure = asked.model if asked.model == AUTO else helmbench.resolve(asked.model)
-    train, others = ([helmbench.read_record(path, asked.positive_rudder) for path in side]
-                     for side in (asked.records, asked.validate))  # fmt: skip
+    train, others = (as_records(side, asked.positive_rudder) for side in (asked.records, asked.validate))
     refuse_copies(train, others)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", helmbench.PlausibilityWarning)  # the assessment tells of all records

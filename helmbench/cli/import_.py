@@ -27,6 +27,9 @@ from ._shared import (
 if TYPE_CHECKING:
     from .. import Import, ImportDraft
 
+RUDDER, NO_RUDDER = "rudder", "none"
+"""The question which column is the rudder, and the answer that there is none: a record without one is not wrong."""
+
 
 @click.command("import")
 @click.argument("logs", nargs=-1, required=True, metavar="RAW...", type=FILE)
@@ -62,8 +65,9 @@ def import_command(
 
     CSV, Excel, MAT, HDF5, NMEA, ROS, GPX and autopilots' logs.  What every column is, its unit and sign are taken from
     the file, from its other channels and from what is physically possible, and shown; what none of these tells is
-    asked, on the terminal or in the file of --map, and --yes stops at it.  The mapping goes beside the record
-    (STEM.map.yaml) for the next log, columns that are no channel go to STEM.aside.csv.
+    asked, on the terminal or in the file of --map, and --yes stops at it (--json prints the questions).  A log without
+    a rudder becomes a record without one.  The mapping goes beside the record (STEM.map.yaml) for the next log,
+    columns that are no channel go to STEM.aside.csv.
     """
     import helmbench
 
@@ -81,10 +85,16 @@ def import_command(
     )
     if not (yes or hidden or mapping is not None) and sys.stdin.isatty():
         draft = _asked(draft)
+    if yes and [question.id for question in draft.questions] == [RUDDER]:
+        echo(f"{draft.questions[0].text} None of them is taken for it, by --yes; answer it with --map", err=True)
+        draft = draft.answer({RUDDER: NO_RUDDER})
     try:
         found = draft.import_log()
     except helmbench.BadInput:
-        echo(draft.summary(), err=True)
+        if as_json:
+            print_json(draft.to_dict())
+        else:
+            echo(draft.summary(), err=True)
         if mapping is not None and known is None and draft.mapping is not None:
             draft.write_mapping(mapping)
             echo(f"wrote {mapping} with every column: answer what is asked in it, then repeat the command", err=True)

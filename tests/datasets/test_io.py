@@ -12,6 +12,7 @@ import pyarrow.parquet as pq
 import pytest
 import yaml
 
+from helmbench.api.arguments import as_records
 from helmbench.datasets.columns import ACCEPTED, CANONICAL
 from helmbench.datasets.io import read_record, write_record
 from helmbench.datasets.record import Record, RecordMeta
@@ -172,6 +173,11 @@ def drop(column: int):
     return change
 
 
+def only_time(header, body):
+    for row in [header, *body]:
+        del row[1:]
+
+
 def cut(rows_left: int):
     def change(header, body):
         del body[rows_left:]
@@ -216,7 +222,7 @@ BAD_TABLES = {
     "all gaps": (whole_column(2, ""), 2, "heading_rad", "no value in the whole column"),
     "all nan": (whole_column(2, "nan"), 2, "heading_rad", "no value in the whole column"),
     "no time": (drop(0), 1, "time_s", "missing column; every record needs its time"),
-    "no rudder": (drop(1), 1, "rudder_rad", "missing column; every record needs rudder_rad or rudder_command_rad"),
+    "time alone": (only_time, 1, None, "no channel beside the time; known are time_s, rudder_command_rad"),
     "unknown unit": (rename(2, "heading_grad"), 1, "heading_grad", "unknown unit 'grad'; accepted: heading_rad, head"),
     "north in knots": (rename(2, "north_kn"), 1, "north_kn", "unknown unit 'kn'; accepted: north_m"),
     "no unit": (rename(3, "yaw_rate"), 1, "yaw_rate", "the unit is missing; accepted: yaw_rate_rad_s, yaw_rate_deg_s"),
@@ -245,6 +251,15 @@ def test_bad_tables(trial, table, case):
     place = f"row {row}" + (f", column {column}" if column else "")
     assert refusal(save(trial, header, table)).startswith(f"trial.csv: {place}: {text}")
     assert sorted(p.name for p in trial.parent.iterdir()) == ["trial.csv"]
+
+
+def test_a_record_without_a_rudder_is_read_and_what_needs_one_says_so(trial, table):
+    header = list(HEADER)
+    drop(1)(header, table)
+    record = read_record(save(trial, header, table))
+    assert not record.has("rudder_rad") and record.has("heading_rad")
+    with pytest.raises(BadInput, match=r"column rudder_rad: no rudder in this record; .* 'helmbench check' needs none"):
+        as_records(record)
 
 
 def test_refusals_count_blank_lines_as_an_editor_does(trial, table):
@@ -515,7 +530,7 @@ def test_files_that_are_not_parquet(tmp_path):
     path.unlink()
     assert refusal(path) == "trial.parquet: no such file"
     pq.write_table(pa.table({"time_s": [1.0]}), path)
-    assert refusal(path).startswith("trial.parquet: column rudder_rad: missing column")
+    assert refusal(path).startswith("trial.parquet: no channel beside the time")
     pq.write_table(pa.table({"time_s": [1.0], "rudder_rad": [1.0]}), path)
     assert refusal(path).startswith("trial.parquet: row 1: too short: 1 samples")
 
@@ -606,7 +621,7 @@ def good(**channels) -> Record:
     ("record", "target", "message"),
     [
         (good().slice(0, 9), "out.csv", "out.csv: row 10: too short: 9 samples"),
-        (good().with_channels(rudder_rad=None), "out.csv", "out.csv: column rudder_rad: missing column"),
+        (Record(good().time_s, {}), "out.csv", "out.csv: no channel beside the time"),
         (good(north_m=np.full(40, np.nan)), "out.csv", "out.csv: row 2, column north_m: no value in the whole column"),
         (good(north_m=np.r_[np.zeros(39), np.inf]), "out.csv", "out.csv: row 41, column north_m: infinite value"),
         (good(), "out.xlsx", "out.xlsx: cannot write .xlsx; use .csv or .parquet"),

@@ -132,7 +132,7 @@ def test_rudder_prefers_the_measured_one(record):
     both = record.with_channels(rudder_command_rad=command)
     np.testing.assert_array_equal(both.rudder(), record.column("rudder_rad"))
     np.testing.assert_array_equal(both.with_channels(rudder_rad=None).rudder(), command)
-    with pytest.raises(BadInput, match="trial: column rudder_rad: no such column"):
+    with pytest.raises(BadInput, match="trial: column rudder_rad: no rudder in this record"):
         record.with_channels(rudder_rad=None).rudder()
 
 

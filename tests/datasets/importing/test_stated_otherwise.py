@@ -185,10 +185,10 @@ def test_a_speed_without_a_fix_is_no_measurement(tmp_path, mode):
 def test_two_times_of_different_length_are_asked(tmp_path):
     lines = [f"{t:g},{5.0 * t:g},{h:.4f},{r:.4f}" for t, h, r in zip(TIME, HEADING, RUDDER, strict=True)]
     path = tmp_path / "log.csv"
-    path.write_text("\n".join(["t model [s],t ship [s],Heading [deg],Rudder [deg]", *lines]), "utf-8")
+    path.write_text("\n".join(["t a [s],t b [s],Heading [deg],Rudder [deg]", *lines]), "utf-8")
     (question,) = draft(path).questions
     assert "do not last equally long" in question.text
-    key = next(answer.key for answer in question.answers if answer.key.startswith("t ship"))
+    key = next(answer.key for answer in question.answers if answer.key.startswith("t b"))
     assert draft(path).answer({question.id: key}).import_log().records[0].dt == pytest.approx(2.5)
 
 

@@ -47,6 +47,40 @@ def test_on_a_terminal_the_mapping_is_asked_for(answer, status, log, monkeypatch
     assert out.exists() == answer
 
 
+def test_without_a_known_rudder_yes_takes_none_and_says_which_column_could_be_it(log, capsys):
+    log.write_text(log.read_text("utf-8").replace("Rudder [deg]", "Pump"), "utf-8")
+    out = log.with_name("out.csv")
+    assert status_of(["import", str(log), "-o", str(out)]) == 2
+    assert "is it one of these, or is there none? Columns: Pump" in capsys.readouterr().err
+    assert status_of(["import", str(log), "--yes", "-o", str(out)]) == 0
+    shown = capsys.readouterr()
+    assert "Columns: Pump. None of them is taken for it" in shown.err and "there is no rudder in this log" in shown.out
+    mapping = out.with_name("out.map.yaml")
+    assert "rudder: none" in mapping.read_text("utf-8")
+    assert status_of(["check", str(out)]) == 0
+    again = log.with_name("again.csv")
+    assert status_of(["import", str(log), "--map", str(mapping), "-o", str(again)]) == 0
+    assert again.read_bytes() == out.read_bytes()
+    capsys.readouterr()
+    for command in (
+        ["identify", str(out), "--model", "nomoto-1", "--method", "pem", "-o", str(log.with_name("m.json"))],
+        ["identify", str(out), "--model", "auto", "-o", str(log.with_name("m.json"))],
+        ["diagnose", "--model", "nomoto-1", "--train", str(out), "--held-out", str(out), "-o", str(log.with_name("d"))],
+    ):
+        assert status_of(command) == 2
+        (line,) = capsys.readouterr().err.strip().splitlines()
+        assert "no rudder in this record" in line and "'helmbench check' needs none" in line
+
+
+def test_yes_and_json_print_the_questions(log, capsys):
+    log.write_text(log.read_text("utf-8").replace("Rudder [deg]", "Rudder [%]"), "utf-8")
+    out = log.with_name("out.csv")
+    assert status_of(["import", str(log), "--yes", "--json", "-o", str(out)]) == 2
+    told = json.loads(capsys.readouterr().out)
+    (question,) = told["questions"]
+    assert question["about"] == "unit" and question["answers"][0]["key"] == "35" and not out.exists()
+
+
 @pytest.mark.parametrize("given", ["2", "=28.5", ""])
 def test_on_a_terminal_questions_are_asked(given, log, monkeypatch, capsys):
     log.write_text(log.read_text("utf-8").replace("Rudder [deg]", "Rudder [%]"), "utf-8")

@@ -222,7 +222,6 @@ RAW = {
     "not a MAT file that can be read": lambda r: b"MATLAB 5.0 MAT-file" + bytes(600),
     "no rows of numbers found": lambda r: b"minutes of the meeting\nall were present\nnothing was decided\n" * 20,
     "starts as utf-16 text but is damaged": lambda r: b"\xff\xfe" + b"\x00\xd8\x00\x00" * 40,
-    "No column is known to be the rudder angle: .* Columns: Time, H": lambda r: text_of(renamed(r, RUDDER, "Pump")),
     "No column looks like a time": lambda r: text_of(no_time(r)),
     "'Rudder' is in rpm: how many degrees are one of it[?]": lambda r: text_of(renamed(r, RUDDER, "Rudder [rpm]")),
     "deg cannot be[.] What is its unit[?]": lambda r: text_of(log(r, **{"Rudder [deg]": 3e3 * r.rudder()})),

@@ -31,7 +31,8 @@ class Case:
     """write : of a run into a folder, gives the files.  knows : column -> what it is.  wanted : channels of the record.
 
     side : to which a positive number in the rudder's column turns the ship.  time : form of the time where it is asked,
-    or the name of its column.  loose : of a log that is resampled.
+    or the name of its column.  loose : of a log that is resampled.  whole : id of a question
+    about the whole log -> key of its answer.  questions : how many are asked at most, None: any number.
     """
 
     write: Callable[[Run, Path], list[Path]]
@@ -43,6 +44,8 @@ class Case:
     variation: str = ""
     loose: float = 0.03
     options: dict = field(default_factory=dict)
+    whole: dict[str, str] = field(default_factory=dict)
+    questions: int | None = None
 
 
 def truth_of(run: Run, channel: str) -> np.ndarray:
@@ -62,9 +65,11 @@ def answer(question, case: Case) -> str | None:
         return case.time or None
     if question.id == "variation":
         return case.variation or None
+    if question.id in case.whole:
+        return case.whole[question.id]
     if question.id not in ("rudder", "turning"):
         return _about_column(question, case)
-    lines = [(a.key, yaml.safe_load(a.line)[0]) for a in question.answers]
+    lines = [(a.key, line[0]) for a in question.answers if isinstance(line := yaml.safe_load(a.line), list)]
     return next((key for key, e in lines if _known(case, e["column"]).quantity == e["to"]), None)
 
 

@@ -1,0 +1,167 @@
+"""A log without a known rudder, or without what tells the turning: which columns could be it, and what is asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as Dict
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...models.errors import BadInput
+from ..record import Record
+from ..rudder_sign import SIGN_SHARE, steering_side
+from .draft import Answer, Question
+from .evidence import Series, together
+from .finding import WITH_SIDE, Finding
+from .log import Log
+from .mapping import Mapping, flow
+from .names import named, words
+from .quantities import quantities
+from .raw import RawTable
+from .units import unit_of
+
+RUDDER, TURNING = "rudder", "turning"
+"""Ids of the questions."""
+PROPELLERS = "propellers"
+"""Id of the question which columns are two propellers that steer."""
+NONE = "none"
+"""The answer that there is no rudder."""
+LARGEST_DEG = 60.0
+PULSE_US, PER_CENT = (700.0, 2300.0), 100.0
+"""Range of a servo's pulse, and of a share of the largest angle."""
+NAMELESS = ("no known name", "not in the map")
+"""Why a column that may be anything is not used."""
+DECIDED = ("the map says so", "not used, as answered")
+"""Why a column is not used that the user left out."""
+ACCELERATIONS = frozenset({"accel", "acceleration", "acc", "accy"})
+"""Words for what a yaw rate follows as it does a rudder."""
+SURELY = 0.6
+"""Share of the yaw rate that a column must explain whose name says that it is something else."""
+
+
+def questions(tables: Sequence[RawTable], log: Log, mapping: Mapping | None, answers: Dict[str, str]) -> list[Question]:
+    """Questions for the column of the rudder, and for one that tells the turning, where none is known or asked."""
+    may_be = {quantity for f in log.findings for quantity in f.may_be}
+    asked = []
+    opened = any(question.id == PROPELLERS for f in log.findings for question in f.questions)
+    if is_unsteered(may_be) and not opened and not _said(mapping, answers) and (able := rudders(log)):
+        asked.append(_which_rudder(tables, able))
+    turning = {"heading", "heading_magnetic", "yaw_rate", "latitude", "north"}
+    if not may_be & turning:
+        asked.append(_which_turning(tables, log))
+    return asked
+
+
+def is_unsteered(quantities_of_log: set[str]) -> bool:
+    """Whether none of the quantities is what a ship is steered by."""
+    return not quantities_of_log & {"rudder", "rudder_command"} and not quantities_of_log >= {
+        "thrust_port",
+        "thrust_starboard",
+    }
+
+
+def _said(mapping: Mapping | None, answers: Dict[str, str]) -> bool:
+    return answers.get(RUDDER) == NONE or (mapping is not None and mapping.rudder == NONE)
+
+
+def rudders(log: Log) -> list[Finding]:
+    """Columns that could be the rudder: called so and not read, or without a known name, as large as a rudder, and the
+    yaw rate answers them, where there is one."""
+    turning = turnings(log)
+    return [f for f in log.findings if _is_called(f) or (_is_servo_like(f) and _answered_by(log, f, turning))]
+
+
+def _is_refused(found: Finding) -> bool:
+    """Whether the name of a column says that it is something else: then only what answers it tells."""
+    return not set(found.why) & set(NAMELESS)
+
+
+def _is_called(found: Finding) -> bool:
+    """Whether an unused column that varies is called a rudder."""
+    column = found.column
+    called = set(named(words(column.called or column.name)).may_be) & set(WITH_SIDE)
+    known = column.numbers[np.isfinite(column.numbers)]
+    own = not column.known and not set(found.why) & set(DECIDED)
+    return bool(called) and own and not found.may_be and column.numeric and float(np.ptp(known)) > 0.0
+
+
+def turnings(log: Log) -> list[Series]:
+    """Yaw rates, rad/s, of all columns that tell them: of a yaw rate, a heading, a track."""
+    rates = [series for _, series in log.all("yaw_rate", signed=False)]
+    angles = [s for _, s in log.all("heading", "heading_magnetic", signed=False)] or [s for _, s in log.turns()]
+    return rates or [_derivative(series) for series in angles]
+
+
+def _derivative(angle: Series) -> Series:
+    known = np.isfinite(angle.values) & np.isfinite(angle.time)
+    time, values = angle.time[known], np.unwrap(angle.values[known])
+    rises = np.concatenate([[True], np.diff(time) > 0.0]) if time.size else known[:0]
+    time, values = time[rises], values[rises]
+    rate = np.gradient(values, time) if time.size > 1 else np.zeros(time.size)
+    return Series(time, rate, angle.clock, angle.dated)
+
+
+def _is_servo_like(found: Finding) -> bool:
+    """Whether an unused column without a known name has the size and the unit of a rudder."""
+    column = found.column
+    if found.may_be or column.known or set(found.why) & set(DECIDED) or not column.numeric:
+        return False
+    if _is_refused(found) and set(words(column.name)) & ACCELERATIONS:
+        return False
+    if column.unit and unit_of(column.unit) is not None and unit_of(column.unit, "angle") is None:
+        return False
+    known = column.numbers[np.isfinite(column.numbers)]
+    low, high = (float(x) for x in np.quantile(known, [0.01, 0.99]))
+    if low == high or np.unique(known).size < 3:
+        return False
+    pulse = PULSE_US[0] <= low and high <= PULSE_US[1] and low < 1500.0 < high
+    either_side = low < 0.0 < high and -low < 10.0 * high and high < -10.0 * low
+    return pulse or (either_side and max(-low, high) <= max(LARGEST_DEG, PER_CENT))
+
+
+def _answered_by(log: Log, found: Finding, turning: Sequence[Series]) -> bool:
+    """Whether a yaw rate answers the column as one answers a rudder; also where none can be compared with it."""
+    series = log.series(found, raw=True)
+    compared = [] if series is None else [share for rate in turning if (share := response(series, rate)) is not None]
+    if not compared:
+        return not _is_refused(found)
+    return max(abs(share) for share in compared) >= (SURELY if _is_refused(found) else SIGN_SHARE)
+
+
+def response(steering: Series, rate: Series) -> float | None:
+    """The share of the yaw rate that what steers explains, with the sign of its gain; 0 where it explains little, None
+    where they cannot be compared."""
+    shared = together(steering, rate)
+    if shared is None or not np.ptp(shared[1]) > 0.0 or not np.ptp(shared[2]) > 0.0:
+        return None
+    time, angle, turning = shared
+    try:
+        record = Record(time, {"rudder_rad": angle - np.median(angle), "yaw_rate_rad_s": turning})
+    except BadInput:
+        return None
+    told = steering_side(record)
+    return 0.0 if told is None else told[1] * (1.0 if told[0] == "starboard" else -1.0)
+
+
+def _which_rudder(tables: Sequence[RawTable], able: Sequence[Finding]) -> Question:
+    listed = ", ".join(f.column.name for f in able)
+    answers = tuple(_as(f, RUDDER) for f in able)
+    none = Answer(NONE, "there is no rudder in this log: sensors can be checked, no model identified", "rudder: none")
+    text = f"No column is known to be the rudder angle: is it one of these, or is there none? Columns: {listed}."
+    first = able[0]
+    return Question(RUDDER, "quantity", first.table.label, first.column.name, text, (*answers, none))
+
+
+def _which_turning(tables: Sequence[RawTable], log: Log) -> Question:
+    able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.numbers[np.isfinite(f.column.numbers)]) > 0]
+    answers = tuple(_as(f, quantity) for f in able for quantity in ("heading", "yaw_rate"))
+    names = ", ".join(column.name for table in tables for column in table.columns)
+    text = f"No column is known to be the heading or the yaw rate: which one is it? Columns: {names}."
+    return Question(TURNING, "quantity", tables[0].label, tables[0].columns[0].name, text, answers)
+
+
+def _as(found: Finding, quantity: str) -> Answer:
+    assert quantity in quantities()
+    line = flow({"column": found.column.name, "to": quantity, "unit": "?"})
+    text = f"{found.column.name} is the {quantity.replace('_', ' ')}"
+    return Answer(f"{found.table.label}/{found.column.name}/{quantity}", text, line)

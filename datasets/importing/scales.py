@@ -1,0 +1,262 @@
+"""Columns of a model and of the ship in one table: told by names and constant factors; one scale is chosen."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Mapping as Dict
+from dataclasses import dataclass, replace
+from itertools import combinations
+
+import numpy as np
+
+from .draft import NOT_USED, Answer, Question
+from .evidence import Series, rate_ratio
+from .mapping import Mapping
+from .names import is_time, named, words
+from .quantities import quantities
+from .raw import RawColumn, RawTable
+from .times import find_time
+from .units import unit_of
+
+SCALE = "scale"
+"""Id of the question which scale is wanted."""
+MODEL, SHIP = "model", "ship"
+MARKS = (
+    ({"model", "modell", "modele", "modelo", "modello", "mdl", "mod", "ms", "mscale"},
+     {"ship", "schiff", "navire", "buque", "nave", "vessel", "full", "fs", "fullscale", "prototype", "proto", "real",
+      "sscale"}),
+    ({"m"}, {"s", "f", "p"}),
+)  # fmt: skip
+"""Words of columns of the model, and of the ship: whole ones, and letters."""
+BESIDE = {"scale", "size"}
+"""Words that go with them."""
+EXPONENTS = {
+    "speed": 0.5,
+    "angular rate": -0.5,
+    "length": 1.0,
+    "rotation": -0.5,
+    "force": 3.0,
+    "time": 0.5,
+    "angle": 0.0,
+}
+"""Dimension -> the power of the scale by which the ship's values are larger (Froude)."""
+LEAST, LARGEST = 1.5, 2000.0
+"""Range of scales."""
+NEAR = 0.03
+"""How near scales of different columns must be, and how constant a factor."""
+
+
+@dataclass(frozen=True)
+class TwoScales:
+    """The scale, columns of the model and of the ship by name with what they are called without the mark, and of which
+    scale the time is that bears no mark ('' where that is not told)."""
+
+    size: float
+    model: Dict[str, str]
+    ship: Dict[str, str]
+    pairs: tuple[tuple[str, str], ...]
+
+
+def of_one_scale(
+    tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]
+) -> tuple[list[RawTable], Question | None]:
+    """The tables with the columns of one scale, as the map or the answer says; and the question which one, if open."""
+    two = {table.label: found for table in tables if (found := find_scales(table)) is not None}
+    wanted = answers.get(SCALE) or (mapping.scale if mapping is not None else None)
+    question = _which(tables, two) if two and wanted is None else None
+    return [_of(t, two[t.label], wanted or MODEL) if t.label in two else t for t in tables], question
+
+
+def find_scales(table: RawTable) -> TwoScales | None:
+    """The two scales of a table; None where its columns are of one."""
+    return next((found for marks in MARKS if (found := _by_names(table, *marks)) is not None), _by_factors(table))
+
+
+# ------------------------------------------------------------------------------------------------ by names
+
+
+def _by_names(table: RawTable, model: set[str], ship: set[str]) -> TwoScales | None:
+    own = {c.name: base for c in table.columns if (base := _without(c.name, model)) is not None}
+    other = {c.name: base for c in table.columns if (base := _without(c.name, ship)) is not None}
+    own = {name: base for name, base in own.items() if name not in other}
+    pairs = tuple((one, two) for one, a in own.items() for two, b in other.items() if a == b and a)
+    sizes = [size for one, two in pairs if (size := _scale(table, one, two, own[one])) is not None]
+    letters = len(model) == 1
+    if len(sizes) < (2 if letters else 1) or not _agree(sizes):
+        return None
+    if letters:
+        own, other = (
+            {name: base for name, base in side.items() if any(name in p for p in pairs)} for side in (own, other)
+        )
+    return TwoScales(float(np.median(sizes)), own, other, pairs)
+
+
+def _without(name: str, marks: set[str]) -> str | None:
+    """A name without its mark of a scale; None where it has none."""
+    parts = words(name)
+    if not marks & set(parts):
+        return None
+    return " ".join(part for part in parts if part not in marks | BESIDE)
+
+
+def _scale(table: RawTable, one: str, two: str, base: str) -> float | None:
+    """The scale that a column of the model and one of the ship tell; None where they tell none."""
+    first, second = table.column(one), table.column(two)
+    ratio = _factor(first, second) if first is not None and second is not None else None
+    exponent = _exponent(first, base) if first is not None else None
+    if ratio is None or not exponent or not ratio > 0.0:
+        return None
+    size = ratio ** (1.0 / exponent)
+    return size if LEAST < size < LARGEST else None
+
+
+def _exponent(column: RawColumn, base: str) -> float | None:
+    dimension = _dimension(column, base)
+    return EXPONENTS.get(dimension) if dimension else None
+
+
+def _dimension(column: RawColumn, base: str) -> str:
+    """Dimension of a column, by its name or its unit; '' where it is not known."""
+    parts = words(base)
+    if is_time(base):
+        return "time"
+    may_be = next((found for n in range(len(parts), 0, -1) if (found := named(parts[:n]).may_be)), ())
+    known = {quantities()[quantity].dimension for quantity in may_be}
+    unit = unit_of(column.unit) if column.unit else None
+    return next(iter(known)) if len(known) == 1 else unit.dimension if unit is not None else ""
+
+
+def _factor(first: RawColumn, second: RawColumn) -> float | None:
+    """The constant by which the second column is larger, both in their stated units; None where there is none."""
+    if not (first.numeric and second.numeric):
+        return None
+    a, b = first.numbers * _unit_factor(first), second.numbers * _unit_factor(second)
+    known = np.isfinite(a) & np.isfinite(b)
+    a, b = a[known], b[known]
+    power = float(a @ a)
+    if a.size < 5 or not power > 0.0 or not np.ptp(a) > 0.0:
+        return None
+    ratio = float(a @ b) / power
+    apart = float(np.quantile(np.abs(b - ratio * a), 0.95))
+    return ratio if apart <= NEAR * float(np.quantile(np.abs(b - np.median(b)), 0.95)) + 1e-12 else None
+
+
+def _unit_factor(column: RawColumn) -> float:
+    unit = unit_of(column.unit) if column.unit else None
+    return unit.factor if unit is not None else 1.0
+
+
+def _agree(sizes: Sequence[float]) -> bool:
+    middle = float(np.median(sizes))
+    return all(abs(size / middle - 1.0) < 2.0 * NEAR for size in sizes)
+
+
+# ------------------------------------------------------------------------------------------------ by factors
+
+
+def _by_factors(table: RawTable) -> TwoScales | None:
+    """Two scales without marks in their names: columns of equal quantities by factors of one scale, for two or more
+    dimensions."""
+    told = [(c, _dimension(c, " ".join(words(c.name))), c.name) for c in table.columns if c.numeric and not c.known]
+    found: list[tuple[float, str, str, str]] = []
+    for (one, first, _), (two, second, _) in combinations(told, 2):
+        if first == second and (exponent := EXPONENTS.get(first)) and _same_name(one, two):
+            ratio = _factor(one, two)
+            size = ratio ** (1.0 / exponent) if ratio is not None and ratio > 0.0 else 1.0
+            model, ship = (one, two) if size > 1.0 else (two, one)
+            size = max(size, 1.0 / size)
+            found += [(size, first, model.name, ship.name)] if LEAST < size < LARGEST else []
+    if len({dimension for _, dimension, _, _ in found}) < 2 or not _agree([size for size, *_ in found]):
+        return None
+    own, other = {m: m for _, _, m, _ in found}, {s: s for _, _, _, s in found}
+    if set(own) & set(other):
+        return None
+    return TwoScales(float(np.median([f[0] for f in found])), own, other, tuple((m, s) for _, _, m, s in found))
+
+
+def _same_name(one: RawColumn, two: RawColumn) -> bool:
+    """Whether two names mean the same quantity."""
+    if is_time(one.name) and is_time(two.name):
+        return True
+    first, second = named(words(one.name)).may_be, named(words(two.name)).may_be
+    return bool(first) and first == second
+
+
+# ------------------------------------------------------------------------------------------------ one of them
+
+
+def _of(table: RawTable, two: TwoScales, wanted: str) -> RawTable:
+    """A table without the columns of the other scale, and with the time of the one that is wanted."""
+    used, other = (two.model, two.ship) if wanted == MODEL else (two.ship, two.model)
+    said = f"of the {SHIP if wanted == MODEL else MODEL}: the scale 1 : {two.size:.4g} of the {wanted} is wanted"
+    columns = [
+        replace(c, known=NOT_USED, source=said) if c.name in other else replace(c, called=used.get(c.name, c.called))
+        for c in table.columns
+    ]
+    told = (f"columns of a {wanted} are used, of two scales 1 : {two.size:.4g}",)
+    columns, more = _with_time(table, columns, two, wanted)
+    return replace(table, columns=tuple(columns), done=(*table.done, *told, *more))
+
+
+def _with_time(
+    table: RawTable, columns: Sequence[RawColumn], two: TwoScales, wanted: str
+) -> tuple[list[RawColumn], tuple[str, ...]]:
+    """The columns with a time of the scale that is wanted, and what was done to it."""
+    used, other = (two.model, two.ship) if wanted == MODEL else (two.ship, two.model)
+    times = [c for c in table.columns if is_time(used.get(c.name) or other.get(c.name) or c.name) and c.numeric]
+    own = [c for c in times if c.name in used]
+    foreign = next((c for c in times if c.name in other), None)
+    if own or not times:
+        return list(columns), ()
+    common = next((c for c in times if c.name not in other), None)
+    if common is not None and _scale_of_time(table, two) in ("", wanted):
+        return list(columns), ()
+    moved = common or foreign
+    assert moved is not None
+    factor = math.sqrt(two.size) if wanted == SHIP else 1.0 / math.sqrt(two.size)
+    base = next(c for c in table.columns if c.name == moved.name)
+    called = other.get(base.name, "")
+    made = replace(base, values=base.numbers * factor, called=called)
+    told = f"{base.name} is a time of the {SHIP if wanted == MODEL else MODEL}: times {factor:.4g}"
+    return [made if c.name == base.name else c for c in columns], (told,)
+
+
+def _scale_of_time(table: RawTable, two: TwoScales) -> str:
+    """Of which scale a time without a mark is, by a heading and a yaw rate; '' where nothing tells it."""
+    marked = {**two.model, **two.ship}
+    time = find_time(replace(table, columns=tuple(c for c in table.columns if c.name not in marked)), None, {})
+    seconds = time.seconds(table)
+    angle = next((c for c in table.columns if named(words(c.name)).may_be[:1] == ("heading",)), None)
+    if seconds is None or angle is None:
+        return ""
+    heading = Series(seconds[0], angle.numbers * _or(angle, math.radians(1.0)), "", False)
+    for scale, rate in _rates(table, two):
+        ratio = rate_ratio(heading, Series(seconds[0], rate.numbers * _or(rate, math.radians(1.0)), "", False))
+        if ratio is not None and abs(math.log(abs(ratio))) < 0.25 * math.log(two.size):
+            return scale
+    return ""
+
+
+def _rates(table: RawTable, two: TwoScales) -> Iterator[tuple[str, RawColumn]]:
+    for scale, names in ((MODEL, two.model), (SHIP, two.ship)):
+        for name, base in names.items():
+            column = table.column(name)
+            if column is not None and _dimension(column, base) == "angular rate":
+                yield scale, column
+
+
+def _or(column: RawColumn, usual: float) -> float:
+    return _unit_factor(column) if column.unit and unit_of(column.unit) else usual
+
+
+def _which(tables: Iterable[RawTable], two: Dict[str, TwoScales]) -> Question:
+    label, found = next(iter(two.items()))
+    column = found.pairs[0][0]
+    shown = "; ".join(f"{one} and {other}" for one, other in found.pairs[:6])
+    text = f"The columns are of two scales, 1 : {found.size:.4g} ({shown}): which one is wanted?"
+    answers = (
+        Answer(MODEL, f"the model: {', '.join(p[0] for p in found.pairs)}", f"scale: {MODEL}"),
+        Answer(SHIP, f"the ship: {', '.join(p[1] for p in found.pairs)}", f"scale: {SHIP}"),
+    )
+    return Question(SCALE, "file", label, column, text, answers)

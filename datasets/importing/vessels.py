@@ -1,0 +1,195 @@
+"""Rows of several vessels in one table: one is chosen by an identifier; and what AIS sends for 'not available'."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping as Dict
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...models.errors import BadInput
+from ..io import MIN_SAMPLES
+from .draft import Answer, Question
+from .mapping import Mapping, scalar
+from .names import joined, named, words
+from .raw import RawColumn, RawTable
+from .times import find_time
+
+VESSEL = "vessel"
+"""Id of the question which vessel is wanted."""
+IDENTIFIERS = (
+    ("mmsi", "mmsi number", "user id", "mmsi no"),
+    ("imo", "imo number", "imo no"),
+    ("vessel id", "ship id", "boat id", "vehicle id", "track id", "target id", "asset id", "device id", "uuid"),
+    ("vessel name", "ship name", "vessel", "ship", "boat", "vehicle", "boat name", "sail number"),
+    ("call sign", "callsign"),
+    ("id", "name", "device", "asset", "target"),
+)  # fmt: skip
+"""Names of columns that say whose a row is, the most certain first."""
+SURE = 2
+"""Of so many rows of the names above, distinct values mean distinct vessels; of the others where the rows tell it."""
+MOST_SHOWN = 12
+UNKNOWN = {
+    "heading": (511.0,), "yaw_rate": (-128.0, 128.0, -731.0, 731.0, -731.4, -731.386), "latitude": (91.0,),
+    "longitude": (181.0,), "speed_over_ground": (102.3, 1023.0), "course_over_ground": (360.0, 3600.0),
+}  # fmt: skip
+"""Quantity -> numbers that AIS sends for 'not available' (ITU-R M.1371)."""
+
+
+@dataclass(frozen=True)
+class _Groups:
+    """The column that says whose the rows of a table are, and the rows of each value with enough of them."""
+
+    column: RawColumn
+    rows: Dict[str, np.ndarray]
+
+
+def of_one_vessel(
+    tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]
+) -> tuple[list[RawTable], Question | None]:
+    """The tables with the rows of one vessel, as the map or the answer says; and the question which one, if it is open.
+
+    Raises
+    ------
+    BadInput : the answer is none of the vessels.
+    """
+    groups = {table.label: found for table in tables if (found := _groups(table)) is not None}
+    names = list(dict.fromkeys(name for found in groups.values() for name in found.rows))
+    wanted = answers.get(VESSEL) or (
+        str(mapping.rows_of) if mapping is not None and mapping.rows_of is not None else None
+    )
+    if wanted is not None and names and wanted not in names:
+        raise BadInput(f"{wanted!r} is no vessel of the log", hint=f"give one of: {', '.join(names[:MOST_SHOWN])}")
+    question = _which(tables, groups, names) if len(names) > 1 and wanted is None else None
+    first = question.answers[0].key if question is not None else next(iter(names), None)
+    used = [_with_rows(t, groups.get(t.label), wanted or first) for t in tables]
+    return [_without_unknown(table) for table in used if table.n], question
+
+
+def _groups(table: RawTable) -> _Groups | None:
+    """The rows of each vessel; None where the rows are of one, or nothing says whose they are."""
+    for rank, names in enumerate(IDENTIFIERS):
+        known = {joined(name) for name in names}
+        for column in (c for c in table.columns if "".join(words(c.name)) in known):
+            rows = _rows_of(column)
+            if len(rows) > 1 and (rank < SURE or _tells(table, rows)):
+                enough = {name: own for name, own in rows.items() if own.size >= MIN_SAMPLES}
+                return _Groups(column, enough) if enough else None
+    return None
+
+
+def _rows_of(column: RawColumn) -> dict[str, np.ndarray]:
+    """Value of a column, no gap -> its rows, those with the most first."""
+    cells = column.numbers if column.texts is None else column.texts.trimmed
+    values, place, counts = np.unique(cells, return_inverse=True, return_counts=True)
+    if column.texts is None and values.size > 0.2 * cells.size:
+        return {}
+    order = np.argsort(-counts, kind="stable")
+    sorted_rows = np.split(np.argsort(place, kind="stable"), np.cumsum(counts)[:-1])
+    named_rows = {_key(values[i]): sorted_rows[i] for i in order}
+    return {name: np.sort(rows) for name, rows in named_rows.items() if name not in ("", "nan", "0", "IMO0000000")}
+
+
+def _key(value: object) -> str:
+    return f"{value:.12g}" if isinstance(value, float | np.floating) else str(value)
+
+
+def _tells(table: RawTable, rows: Dict[str, np.ndarray]) -> bool:
+    """Whether values of a vague name are those of vessels: each with enough rows at the times of others."""
+    large = [own for own in rows.values() if own.size >= MIN_SAMPLES]
+    if len(large) < 2 or sum(own.size for own in large) < 0.9 * table.n:
+        return False
+    stays = sum(own.size - 1 for own in large) / max(1, table.n - 1)
+    kept = [_at(table, own) for own in large]
+    filled = {frozenset(c.name for c in t.columns if np.isfinite(c.numbers).any()) for t in kept}
+    return stays > 0.5 and len(filled) == 1 and all(_has_track(t) for t in kept) and _tells_time(table, large)
+
+
+def _tells_time(table: RawTable, groups: Sequence[np.ndarray]) -> bool:
+    """Whether the groups overlap in time: their rows alternate, or the time starts again with each."""
+    first, *others = groups
+    if any(((own > first[0]) & (own < first[-1])).sum() >= MIN_SAMPLES // 2 for own in others):
+        return True
+    time = find_time(table, None, {}).seconds(table)
+    return time is not None and bool((np.diff(time[0]) < 0.0).any())
+
+
+def _has_track(table: RawTable) -> bool:
+    may_be = {quantity for column in table.columns for quantity in _may_be(column)}
+    return bool(may_be & {"latitude", "north", "heading", "yaw_rate"})
+
+
+def _may_be(column: RawColumn) -> tuple[str, ...]:
+    return (column.known,) if column.known else named(words(column.name)).may_be
+
+
+def _with_rows(table: RawTable, groups: _Groups | None, wanted: str | None) -> RawTable:
+    if groups is None:
+        return table
+    name = wanted if wanted in groups.rows else ""
+    rows = groups.rows.get(name, np.zeros(0, dtype=int))
+    told = f"{rows.size} of {table.n} rows are of {groups.column.name} {name}; those of others are left out"
+    return replace(_at(table, rows), done=(*table.done, told))
+
+
+def _at(table: RawTable, rows: np.ndarray) -> RawTable:
+    """Some rows of a table."""
+    columns = tuple(replace(column, values=column.at(rows)) for column in table.columns)
+    return replace(table, columns=columns, rows=table.rows[rows])
+
+
+def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequence[str]) -> Question:
+    counts = {name: sum(g.rows[name].size for g in groups.values() if name in g.rows) for name in names}
+    ordered = sorted(names, key=lambda name: -counts[name])
+    label = next(iter(groups))
+    answers = tuple(
+        Answer(name, f"{name}{_called(tables, groups, name)}: {counts[name]} rows", f"rows_of: {scalar(name)}")
+        for name in ordered[:MOST_SHOWN]
+    )
+    column = groups[label].column
+    text = f"The rows are of {len(names)} vessels, by column {column.name!r}: which one is wanted?"
+    number = f"{column.name} of another of them: rows_of: NUMBER" if len(names) > MOST_SHOWN else ""
+    return Question(VESSEL, "file", label, column.name, text, answers, number)
+
+
+def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -> str:
+    """The name of a vessel beside its identifier."""
+    known = {joined(text) for text in IDENTIFIERS[3]}
+    for table in tables:
+        rows = groups[table.label].rows.get(name) if table.label in groups else None
+        column = next((c for c in table.columns if "".join(words(c.name)) in known), None)
+        if rows is not None and column is not None and column is not groups[table.label].column:
+            return f" ({column.text(int(rows[0]))})" if column.text(int(rows[0])) else ""
+    return ""
+
+
+# ------------------------------------------------------------------------------------------------ AIS
+
+
+def _without_unknown(table: RawTable) -> RawTable:
+    """A table with gaps where AIS says 'not available'; of other tables headings of 511 deg among those to 360."""
+    ais = any("mmsi" in words(column.name) for column in table.columns)
+    unknown = {column.name: places for column in table.columns if (places := _unknown(column, ais)).any()}
+    if not unknown:
+        return table
+    columns = tuple(_with_gaps(c, unknown[c.name]) if c.name in unknown else c for c in table.columns)
+    told = tuple(
+        f"{name}: {int(k.sum())} cells say 'not available' (AIS), taken as gaps" for name, k in unknown.items()
+    )
+    return replace(table, columns=columns, done=(*table.done, *told))
+
+
+def _unknown(column: RawColumn, ais: bool) -> np.ndarray:
+    """(N,) whether a cell holds what AIS sends for 'not available'."""
+    wanted = next((q for q in _may_be(column) if q in UNKNOWN), None)
+    if wanted is None or not (ais or wanted == "heading") or not column.numeric:
+        return np.zeros(1, dtype=bool)
+    cells = column.cells.numbers
+    unknown = np.isin(np.round(cells, 3), UNKNOWN[wanted])
+    rest = cells[~unknown & np.isfinite(cells)]
+    return unknown if ais or (rest.size and 6.3 < np.abs(rest).max() <= 360.0) else np.zeros(1, dtype=bool)
+
+
+def _with_gaps(column: RawColumn, unknown: np.ndarray) -> RawColumn:
+    return replace(column, values=np.where(unknown, np.nan, column.cells.numbers))
