@@ -338,22 +338,21 @@ def _by_pandas(texts: Any, form: Form) -> Any:
 
 
 def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
-    """Times (N,) of a clock that shows full seconds only: rows with the same stamp are spread evenly; what was done.
+    """Times (N,) of a clock that shows full seconds or a few digits only, with rows of one stamp spread evenly; what was
+    done.
 
-    Only where at least a third of the rows repeat the stamp before them, and about equally many share every stamp.
+    Only where at least a third of the rows repeat the stamp before them, and about equally many share every stamp, or
+    all stamps are those of even steps within their rounding.
     """
     steps = np.diff(time)
     if steps.size < 3 or np.isnan(steps).any() or (steps < 0.0).any() or np.mean(steps == 0.0) < 1.0 / 3.0:
         return time, ""
     first = np.flatnonzero(np.concatenate([[True], steps > 0.0]))
-    counts = np.diff(first)
-    rows = np.arange(time.size)
-    slope, start = np.polyfit(rows, time, 1)
-    if first.size >= FEWEST_STAMPS and np.abs(time - start - slope * rows).max() <= steps.max():
-        even = start + slope * rows
-        return even, f"{int(np.sum(steps == 0.0))} rows repeat a rounded time: spread evenly, {slope:.4g} s apart"
-    if first.size < FEWEST_STAMPS or np.ptp(counts[1:]) > 1.0 + 0.2 * np.median(counts):
+    if first.size < FEWEST_STAMPS:
         return time, ""
+    counts, rows = np.diff(first), np.arange(time.size)
+    if np.ptp(counts[1:]) > 1.0 + 0.2 * np.median(counts):
+        return _as_even(time, steps, rows)
     inner = first[1:]
     slope = (time[inner[-1]] - time[inner[0]]) / (inner[-1] - inner[0]) if inner.size > 1 else steps.mean()
     out = np.interp(rows, inner, time[inner])
@@ -363,3 +362,12 @@ def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
         out,
         f"{int(np.sum(steps == 0.0))} rows repeat the time of the row before: spread evenly, {slope:.4g} s apart",
     )
+
+
+def _as_even(time: np.ndarray, steps: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, str]:
+    """Times (N,) as even steps where they differ from these by no more than their largest step, their rounding."""
+    slope, start = np.polyfit(rows, time, 1)
+    even = start + slope * rows
+    if np.abs(time - even).max() > steps.max():
+        return time, ""
+    return even, f"{int(np.sum(steps == 0.0))} rows repeat a rounded time: spread evenly, {slope:.4g} s apart"
