@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping as Dict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .clock import DATED, rows_as_seconds, seconds, spread
 from .draft import NOT_USED
 from .finding import WITH_SIDE, either_side
 from .mapping import ColumnMap, TableMap
 from .raw import RawColumn, RawTable
 from .report import Fault
+from .times import TableTime
 from .units import UNITS
 
 FEW, MANY, HALF = 0.02, 0.2, 0.5
@@ -49,7 +49,11 @@ class Stream:
     parts: tuple[str, ...] = ()
     """Labels of streams that were joined to this one."""
     zoned: bool = False
-    """Whether the file states that its times are UTC."""
+    """Whether the file states the offset of its times from UTC."""
+    period_s: float = 0.0
+    """Seconds after which times without a date are the same again; 0 where they are not."""
+    gps: bool = False
+    """Whether the file states GPS time; where it states the date, too, the times are in UTC."""
 
     @property
     def step(self) -> float:
@@ -57,10 +61,12 @@ class Stream:
         return float(np.median(np.diff(self.time)))
 
 
-def stream_of(table: RawTable, mapping: TableMap, zoned: bool = False) -> tuple[Stream | None, list[Fault]]:
+def stream_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[Stream | None, list[Fault]]:
     """The quantities of a table, and its faults; None where a fault is fatal."""
     faults = _row_faults(table)
-    time, done = _time(table, mapping)
+    seconds = times.seconds(table)
+    assert seconds is not None
+    time, done = seconds
     kept, wrong = _usable_rows(table, time, mapping)
     faults += wrong
     quantities = {}
@@ -74,12 +80,10 @@ def stream_of(table: RawTable, mapping: TableMap, zoned: bool = False) -> tuple[
     if any(fault.fatal for fault in faults) or kept.size < 3:
         return None, faults
     faults += _holes(table, time[kept], kept)
-    dated = mapping.time.form in DATED
     clock = table.clock or table.label
     notes = (f"{table.label}: {done}",) if done else ()
-    return Stream(
-        table.label, clock, dated, time[kept], quantities, kept, mapping.clock_offset_s, notes, zoned=zoned
-    ), faults
+    made = Stream(table.label, clock, times.dated, time[kept], quantities, kept, mapping.clock_offset_s, notes)
+    return replace(made, zoned=times.zoned, period_s=times.period_s, gps=times.scale == "GPS"), faults
 
 
 def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[Fault]:
@@ -90,15 +94,6 @@ def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[Fault]:
         return []
     hint = "was the log cut, or its clock set (summer time)? cut the record there"
     return [Fault(table.label, f"no row for {steps[k]:.4g} s before this one", hint, int(table.rows[kept[k + 1]]))]
-
-
-def _time(table: RawTable, mapping: TableMap) -> tuple[np.ndarray, str]:
-    """((N,) seconds, what was done to them)."""
-    if mapping.time.form == "rows":
-        return rows_as_seconds(table.n, mapping.time.step_s or 1.0), ""
-    columns = [column for name in mapping.time.columns if (column := table.column(name))]
-    assert mapping.time.form != "?"
-    return spread(seconds(columns, mapping.time.form))
 
 
 def _row_faults(table: RawTable) -> list[Fault]:

@@ -139,7 +139,7 @@ def _imported(
         entry = next((e for e in used if (e.file, e.sheet) == (table.file, table.sheet)), None)
         if entry is None or entry.time.form == "?":
             continue
-        stream, found = stream_of(table, entry, zoned=log.times[table.label].zoned)
+        stream, found = stream_of(table, entry, log.times[table.label])
         faults += found
         streams += [(stream, table)] if stream is not None else []
     faults += _too_short([stream for stream, _ in streams])

@@ -107,9 +107,8 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
 
 def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     """The header from the lines above the data."""
-    head = [replace(line, cells=other_separator(line.cells, width)) for line in head]
     rows = [line.cells for line in body if len(line.cells) == width][:SAMPLE]
-    near = [line for line in head[-4:] if _could_be_header(line.cells, rows, width)]
+    near = _near(head, rows, width)
     done = []
     units = [""] * width
     if len(near) > 1 and _units_row(near[-1].cells, width):
@@ -145,6 +144,13 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
         tuple(texts), tuple(units), tuple(below), tuple(done),
         tuple(" ".join(line.cells).strip() for line in above), joined,
     )  # fmt: skip
+
+
+def _near(head: Sequence[Line], rows: Sequence[Sequence[str]], width: int) -> list[Line]:
+    """The lines just above the data that may be header and units, cut by another separator where none fits else."""
+    cut = (replace(line, cells=other_separator(line.cells, width)) for line in head[-4:])
+    near = [line for line in head[-4:] if _could_be_header(line.cells, rows, width)]
+    return near or [line for line in cut if _could_be_header(line.cells, rows, width)]
 
 
 def _other_size(one: str, other: str) -> bool:
