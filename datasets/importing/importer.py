@@ -20,7 +20,8 @@ from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side
 from ..rudder_sign import rudder_sign_doubt, steering_side
 from .clock import FORMS, seconds, spread
-from .convert import Stream, stream_of
+from .clocks import on_dates
+from .convert import Stream, streams_of
 from .derive import derive
 from .draft import NOT_USED, Answer, DraftColumn, Question
 from .finding import AS_RECORD, Finding
@@ -139,9 +140,11 @@ def _imported(
         entry = next((e for e in used if (e.file, e.sheet) == (table.file, table.sheet)), None)
         if entry is None or entry.time.form == "?":
             continue
-        stream, found = stream_of(table, entry, log.times[table.label])
+        made, found = streams_of(table, entry, log.times[table.label])
         faults += found
-        streams += [(stream, table)] if stream is not None else []
+        streams += [(stream, table) for stream in made]
+    placed = on_dates([stream for stream, _ in streams])
+    streams = [(stream, table) for stream, (_, table) in zip(placed, streams, strict=True)]
     faults += _too_short([stream for stream, _ in streams])
     short = any(fault.fatal for fault in faults)
     refuse_fatal(faults, rows, draft, () if short else drafted.questions)
@@ -150,9 +153,12 @@ def _imported(
         refuse_fatal([*faults, empty], rows, draft)
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside, questions = [], {}, []
-    for name, run in runs([stream for stream, _ in streams]):
-        merged, found = merge(run, said.step_s)
+    sorted_out = runs([stream for stream, _ in streams])
+    faults += _without_use(tables, placed, [stream for _, run in sorted_out for stream in run], used)
+    for name, run in sorted_out:
+        merged, found, open_clocks = merge(run, said.step_s)
         faults += found
+        questions += open_clocks
         if merged is None:
             continue
         record, done, found, asked = _record(name, merged, said, log)
@@ -172,6 +178,23 @@ def _imported(
     return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
         tuple(records), made, report, aside
     )
+
+
+def _without_use(
+    tables: Sequence[RawTable], streams: Sequence[Stream], used: Sequence[Stream], entries: Sequence[TableMap]
+) -> list[Fault]:
+    """A fault for every file without a column that is used, and for every table that is in no run."""
+    files = {entry.file for entry in entries if any(column.to != NOT_USED for column in entry.columns)}
+    idle = [file for file in dict.fromkeys(table.file for table in tables) if file not in files]
+    labels = {label for stream in used for label in (stream.label, *stream.parts)}
+    hint = "name its columns in a map, if it should"
+    faults = [Fault(file, "no column of this file is used: it adds nothing to the record", hint) for file in idle]
+    hint = "give clock_offset_s in the map if it is of the same time"
+    return faults + [
+        Fault(s.label, "its times are those of no run: it adds nothing to a record", hint)
+        for s in streams
+        if s.label not in labels
+    ]
 
 
 def _too_short(streams: Sequence[Stream]) -> list[Fault]:
@@ -262,6 +285,7 @@ def _entry(table: RawTable, mapping: Mapping | None, log: Log) -> TableMap:
     given = entry_of(table, mapping)
     own = [f for f in log.findings if f.table is table]
     offset = given.clock_offset_s if given is not None else None
+    offset = log.times[table.label].offset_s if offset is None else offset
     time = log.times[table.label].map()
     columns = tuple(_column_map(f) for f in own)
     return TableMap(file=table.file, sheet=table.sheet, time=time, clock_offset_s=offset, columns=columns)
@@ -356,13 +380,15 @@ def runs(streams: Sequence[Stream]) -> list[tuple[str, list[Stream]]]:
 
 
 def _run_name(stream: Stream) -> str:
-    file, _, sheet = stream.label.partition(" [")
+    number = f"-run{stream.run}" if stream.run else ""
+    file, _, sheet = stream.label.removesuffix(f", run {stream.run}").partition(" [")
     stem, sheet = Path(file).stem, sheet.rstrip("]").replace(" ", "_").replace("/", "_")
-    return f"{stem}-{sheet}" if sheet else stem
+    return f"{stem}-{sheet}{number}" if sheet else f"{stem}{number}"
 
 
 def _overlapping(head: Stream, others: Sequence[Stream]) -> list[Stream]:
-    return [s for s in others if s.dated and s.time[-1] > head.time[0] and s.time[0] < head.time[-1]]
+    dated = [s for s in others if s.dated and s.time[-1] > head.time[0] and s.time[0] < head.time[-1]]
+    return dated + [s for s in others if not (s.dated and head.dated) and s.run and s.run == head.run]
 
 
 def _joined(streams: Sequence[Stream]) -> list[Stream]:
@@ -502,7 +528,7 @@ def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], used: Sequ
             if any(column.name not in times for column in rest):
                 time = stream.time + run.shift_s - merged.time[0]
                 own: dict[str, Any] = {c.name: c.at(stream.kept) for c in rest}
-                out[table.label] = {"time_s": time, **own}
+                out[stream.label] = {"time_s": time, **own}
     for _, table in tables:
         if table.faults:
             lines, wrong, texts = map(list, zip(*table.faults, strict=True))

@@ -1,8 +1,8 @@
 """Offsets between the clocks of loggers that share no channel, by what one's channels make of the other's.
 
-A ship drifts outward in a turn, later than it turns: course(t) = heading(t) - a r(t) - b r_T(t) + const., a, b >= 0, with
-r_T the yaw rate r through a first-order lag T; that is the sway of the linear equations of manoeuvring over the yaw
-(Nomoto et al. 1957, Int. Shipb. Progr. 4).  The yaw follows the rudder: dr/dt = k rudder + c1 r + c2 r|r| + c3 r^3 + c4.
+A ship drifts outward in a turn, later than it turns: course(t) = heading(t) - a r(t) - b r_T(t) + const., a, b >= 0,
+with r_T the yaw rate r through a first-order lag T; that is sway over yaw of the linear equations of manoeuvring
+(Nomoto et al. 1957, Int. Shipb. Progr. 4).  The yaw follows the rudder: dr/dt = k rudder + a r + b r|r| + c r^3 + d.
 The offset is the one that leaves the least of course and yaw acceleration.
 """
 
@@ -33,6 +33,8 @@ FEW, MANY, OVERLAP, FEWEST = 121, 401, 0.4, 40
 """Offsets that are tried near 0 and anywhere, share of the shorter log that must overlap, and fewest samples."""
 COURSE_LEFT, YAW_LEFT, ALIKE = 0.02, 0.12, 2.0
 """Shares of course and yaw acceleration that may be left, and times the least that is as good as it."""
+MOST_BY_RUDDER_S = 30.0
+"""Largest offset that the rudder tells: zigzags repeat themselves."""
 LAGS_S = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
 WINDOWS_S = (1.0, 2.0, 4.0, 8.0, 16.0)
 """Time constants that are tried for the drift, and means over time for the yaw acceleration."""
@@ -75,8 +77,9 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
     for led, leader, sign, told in tried:
         if led is None or leader is None or not np.ptp(led[1]) > LEAST_TURN_RAD:
             continue
+        near = near_s if told == course else min(near_s or 0.0, MOST_BY_RUDDER_S)
         ways = [(_by_course, COURSE_LEFT)] if told == course else [(_by_rudder(w), YAW_LEFT) for w in WINDOWS_S]
-        found = next((f for left, most in ways if (f := _searched(led, leader, left, most, near_s))), None)
+        found = next((f for left, most in ways if (f := _searched(led, leader, left, most, near))), None)
         if found is not None:
             low, high = sorted((sign * found[1], sign * found[2]))
             return Lag(sign * found[0], low, high, told, told == course)

@@ -24,7 +24,8 @@ SEPARATORS = (",", ";", "|", None)
 class Names:
     """names (k) of k columns, '' where one has none.
 
-    places : (k) which name of the header each is, -1 where none;  joined : (first, number) of cells that are one column: date, clock and what stands behind it;  done : what was done.
+    places : (k) which name of the header each is, -1 where none.  joined : (first, number) of cells that are one
+    column: date, clock and what stands behind it.  done : what was done.
     """
 
     names: tuple[str, ...]
@@ -89,7 +90,7 @@ def _names_of_time(names: Sequence[str], start: int) -> int:
         return 0
     second = names[start + 1] if start + 1 < len(names) else ""
     both = {*words(names[start])} >= {"date", "time"}
-    parts = is_date(names[start]) and is_time(second) or (is_time(names[start]) and is_date(second))
+    parts = (is_date(names[start]) and is_time(second)) or (is_time(names[start]) and is_date(second))
     return 2 if parts and not both else 1
 
 

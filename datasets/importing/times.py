@@ -11,6 +11,7 @@ from typing import Literal, TypeAlias
 
 import numpy as np
 
+from ...models.errors import BadInput
 from ...models.number_texts import number_of
 from .clock import (
     COUNTED,
@@ -38,7 +39,9 @@ ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
 WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
 GPS_TIME = frozenset({"gpst", "tow", "itow", "sow"})
 """Words that state GPS time, in which a clock is ahead of UTC by the leap seconds."""
-SCALE_STATED = re.compile(r"\btime[ _-]?(?:system|scale|reference|base|standard)\b[^\n\w]{0,10}(gps|utc)\b", re.IGNORECASE)
+SCALE_STATED = re.compile(
+    r"\btime[ _-]?(?:system|scale|reference|base|standard)\b[^\n\w]{0,10}(gps|utc)\b", re.IGNORECASE
+)
 SURELY_OF_WEEK_S = 86400.0
 """Seconds from which on a number is no time of day."""
 AS_LONG = 0.05
@@ -59,7 +62,8 @@ class TableTime:
 
     columns, form : where it is; form None: open.  likely : the form that is used to compare channels until it is known.
     scale : 'UTC' or 'GPS' where the file states it, the offset from UTC being known; '' where it does not.
-    week : GPS week that the file states for seconds of the week.  question : what is open.
+    week : GPS week that the file states for seconds of the week.  offset_s : to add to the times, as answered.
+    question : what is open.
     """
 
     columns: tuple[str, ...] = ()
@@ -72,6 +76,7 @@ class TableTime:
     question: Question | None = None
     forms: tuple[Form, ...] = ()
     week: int | None = None
+    offset_s: float | None = None
 
     def seconds(self, table: RawTable, form: Form | None = None) -> tuple[np.ndarray, str] | None:
         """((N,) seconds, those with a date in UTC since 1970, what was done to them); None where no time is known."""
@@ -112,6 +117,25 @@ class TableTime:
 
 def find_time(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -> TableTime:
     """The time of a table, as the map or an answer says, or as the file tells it."""
+    key = clock_question(table.label)
+    offset = number_answered(answers[key], key) if key in answers else None
+    return replace(_found(table, given, answers), offset_s=offset)
+
+
+def clock_question(label: str) -> str:
+    """The id of the question for the offset of a table's clock."""
+    return f"{label}/clock"
+
+
+def number_answered(text: str, question: str) -> float:
+    """The number that an answer is; BadInput where it is none."""
+    try:
+        return number_of(text)
+    except ValueError:
+        raise BadInput(f"{text!r} is no answer to {question!r}", hint="give a number of seconds") from None
+
+
+def _found(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -> TableTime:
     if given is not None and given.form != "?":
         form = given.form
         stated = _with_scale(TableTime(given.columns, form, form, given.step_s), table)
@@ -170,7 +194,7 @@ def _weeks(table: RawTable) -> TableTime | None:
     for column in (table.columns[i] for i in near):
         known = column.numbers[np.isfinite(column.numbers)] if column.numeric and is_time(column.name) else np.zeros(0)
         rising = known.size > 1 and np.mean(np.diff(known) >= 0.0) > 0.95
-        if column is not week and rising and 0.0 <= known.min() and known.max() < 1e3 * WEEK_S:
+        if column is not week and rising and known.min() >= 0.0 and known.max() < 1e3 * WEEK_S:
             names = (week.name, column.name)
             return TableTime(names, "gps week", "gps week", why=f"columns {', '.join(names)}")
     return None
@@ -202,7 +226,9 @@ def _of_gps(table: RawTable, column: RawColumn, guess: TimeGuess) -> TimeGuess:
     if size * high >= WEEK_S or not (called or (by_name and late) or dated):
         return guess
     why = "its name says so" if by_name else "the date above the table lies on that day of the week"
-    return TimeGuess(("milliseconds of week" if thousand else "seconds of week",), f"GPS seconds of the week: {why}", True)
+    return TimeGuess(
+        ("milliseconds of week" if thousand else "seconds of week",), f"GPS seconds of the week: {why}", True
+    )
 
 
 def _first(place: int, column: RawColumn, guess: TimeGuess) -> bool:
