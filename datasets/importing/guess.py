@@ -118,8 +118,9 @@ def entry_of(table: RawTable, mapping: Mapping | None) -> TableMap | None:
 
 
 def missing(table: RawTable, entry: TableMap) -> list[str]:
-    """Names of columns that an entry needs and the table lacks."""
+    """Names of columns that an entry needs and the table lacks; one that uses none needs all."""
     used = [column.column for column in entry.columns if column.to != NOT_USED]
+    used = used or [column.column for column in entry.columns]
     return [name for name in (*entry.time.columns, *used) if table.column(name) is None]
 
 

@@ -27,7 +27,7 @@ from .draft import NOT_USED, Answer, DraftColumn, Question
 from .finding import AS_RECORD, Finding
 from .guess import entry_of, examine, missing, stated_side
 from .log import Log
-from .mapping import ColumnMap, Mapping, TableMap, flow
+from .mapping import ColumnMap, Mapping, TableMap, flow, uses
 from .merge import Merged, merge
 from .quantities import quantities
 from .raw import RawColumn, RawTable
@@ -138,7 +138,7 @@ def _imported(
     used = draft.tables if draft is not None else ()
     for table in tables:
         entry = next((e for e in used if (e.file, e.sheet) == (table.file, table.sheet)), None)
-        if entry is None or entry.time.form == "?":
+        if entry is None or entry.time.form == "?" or not uses(entry):
             continue
         made, found = streams_of(table, entry, log.times[table.label])
         faults += found
@@ -184,7 +184,7 @@ def _without_use(
     tables: Sequence[RawTable], streams: Sequence[Stream], used: Sequence[Stream], entries: Sequence[TableMap]
 ) -> list[Fault]:
     """A fault for every file without a column that is used, and for every table that is in no run."""
-    files = {entry.file for entry in entries if any(column.to != NOT_USED for column in entry.columns)}
+    files = {entry.file for entry in entries if uses(entry)}
     idle = [file for file in dict.fromkeys(table.file for table in tables) if file not in files]
     labels = {label for stream in used for label in (stream.label, *stream.parts)}
     hint = "name its columns in a map, if it should"
@@ -254,14 +254,22 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log) -> Dra
     timed = [question for question in timed if question.table in used]
     questions = [*timed, *(question for f in log.findings for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
+    files = {f.table.file for f in log.findings if f.may_be}
+    named = [table for table in tables if table.label in used or (table.file not in files and not faults)]
+    entries = tuple(_entry(table, mapping, log) for table in named) if used else ()
+    if entries and mapping:  # the map of a log need not name its tables without a column that is used
+        faults = [fault for fault in faults if fault.fatal or _is_named(fault.table, mapping)]
     questions += _without_channels(tables, log) if not faults else []
-    entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]
     made = Mapping(tables=entries) if entries else None
     if made is not None and mapping is not None:
         made = mapping.model_copy(update={"tables": entries})
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
+
+
+def _is_named(label: str, mapping: Mapping) -> bool:
+    return any(entry.label == label for entry in mapping.tables)
 
 
 def _with_questions(rows: Sequence[DraftColumn], questions: Sequence[Question]) -> tuple[DraftColumn, ...]:

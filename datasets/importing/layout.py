@@ -148,9 +148,9 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
 
 def _near(head: Sequence[Line], rows: Sequence[Sequence[str]], width: int) -> list[Line]:
     """The lines just above the data that may be header and units, cut by another separator where none fits else."""
-    cut = (replace(line, cells=other_separator(line.cells, width)) for line in head[-4:])
-    near = [line for line in head[-4:] if _could_be_header(line.cells, rows, width)]
-    return near or [line for line in cut if _could_be_header(line.cells, rows, width)]
+    cut = [replace(line, cells=other_separator(line.cells, width)) for line in head[-4:]]
+    own = any(_placed(line.cells, rows) for line in head[-4:])
+    return [line for line in (head[-4:] if own else cut) if _could_be_header(line.cells, rows, width)]
 
 
 def _other_size(one: str, other: str) -> bool:
