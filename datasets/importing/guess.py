@@ -219,9 +219,13 @@ def _ask_against(log: Log, found: Finding, against: str) -> Finding:
 
 def _turning_against(log: Log, found: Finding) -> Finding:
     series = log.series(found)
-    for other, angle in log.all("heading"):
-        ratio = rate_ratio(angle, series) if series is not None else None
-        if ratio is not None and ratio < 0.0:
+    if series is None:
+        return found
+    for other, angle in sorted(log.all("heading"), key=lambda pair: pair[1].clock != series.clock):
+        ratio = rate_ratio(angle, series)
+        if ratio is not None and ratio > 0.0:
+            return found
+        if ratio is not None:
             name, own = other.column.name, found.convention
             text = (
                 f"{found.column.name!r} is said to be {own}, and {name!r} says the opposite: which way is it positive?"

@@ -19,7 +19,6 @@ from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.ros import with_ros
 from .instruments import by_instrument
 from .nmea import looks_like_nmea, read_nmea
-from .own_times import by_times
 from .raw import RawTable
 from .text import LONGEST, MOST_COLUMNS, decoded, read_text
 from .times import find_time
@@ -66,12 +65,7 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
             raise BadInput("is a directory", file=path, hint="name the log files in it")
         return [replace(table, clock=str(path)) for table in read_contained("a ROS bag", b"", path)]
     return with_sidecar(
-        [
-            _oldest_first(replace(part, clock=str(path)))
-            for table in _tables(_content(path), path)
-            for part in by_times(table)
-        ],
-        path,
+        [_oldest_first(replace(table, clock=str(path))) for table in _tables(_content(path), path)], path
     )
 
 
