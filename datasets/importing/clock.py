@@ -14,11 +14,13 @@ import numpy as np
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
 from .cell_texts import Texts, pieces
 from .cells import GAPS
+from .gps_time import EPOCH_S, WEEK_S
 from .raw import RawColumn
 
 Form = Literal[
     "iso", "day first", "month first", "clock", "hhmmss", "day fraction", "excel", "datenum",
-    "epoch s", "epoch ms", "epoch us", "epoch ns", "date parts", "clock parts", "seconds",
+    "epoch s", "epoch ms", "epoch us", "epoch ns", "date parts", "clock parts", "gps week", "gps s",
+    "seconds of week", "milliseconds of week", "seconds",
     "milliseconds", "microseconds", "nanoseconds", "minutes",
     "hours", "tenths of seconds", "hundredths of seconds", "rows",
 ]  # fmt: skip
@@ -34,8 +36,14 @@ DATED: tuple[Form, ...] = (
     "epoch us",
     "epoch ns",
     "date parts",
+    "gps week",
+    "gps s",
 )
 """Forms that say the date: logs with these have a common time."""
+OF_WEEK: tuple[Form, ...] = ("seconds of week", "milliseconds of week")
+"""Forms that count from the begin of a GPS week."""
+OF_DAY: tuple[Form, ...] = ("clock", "hhmmss", "day fraction", "clock parts")
+"""Forms that count from midnight."""
 SCALES: dict[Form, tuple[float, float]] = {
     "excel": (86400.0, -25569.0 * 86400.0),
     "datenum": (86400.0, -719529.0 * 86400.0),
@@ -44,6 +52,9 @@ SCALES: dict[Form, tuple[float, float]] = {
     "epoch us": (1e-6, 0.0),
     "epoch ns": (1e-9, 0.0),
     "day fraction": (86400.0, 0.0),
+    "gps s": (1.0, EPOCH_S),
+    "seconds of week": (1.0, 0.0),
+    "milliseconds of week": (1e-3, 0.0),
     "seconds": (1.0, 0.0),
     "milliseconds": (1e-3, 0.0),
     "microseconds": (1e-6, 0.0),
@@ -63,6 +74,8 @@ MAGNITUDES: tuple[tuple[float, float, Form], ...] = (
     (5e17, 4e18, "epoch ns"),
 )
 DAY = 86400.0
+WEEKS_OF_TEN_BITS, SINCE_2019 = 1024, 2048
+"""Receivers send the week as ten bits, which count from zero since April 2019."""
 FEWEST_STAMPS = 10
 """Different stamps from which on rows with equal ones are spread."""
 CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp][Mm])?\s*(?:UTC|Z|GMT|LT)?")
@@ -234,6 +247,8 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
     """
     if form in ("date parts", "clock parts"):
         return _of_parts([column.numbers for column in columns])
+    if form == "gps week":
+        return _of_weeks(*(column.numbers for column in columns))
     if len(columns) == 2:
         date, clock = seconds(columns[:1], form), _time_of_day(columns[1])
         if np.isfinite(date).any() and np.ptp(date[np.isfinite(date)]) > 0.0:
@@ -262,6 +277,13 @@ def _of_parts(parts: Sequence[np.ndarray]) -> np.ndarray:
     months = (12 * (year - 1970) + month - 1).astype("datetime64[M]")
     days = months.astype("datetime64[D]").astype(np.int64) + day - 1
     return np.where(known, DAY * days + clock, np.nan)
+
+
+def _of_weeks(week: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """GPS time (N,), s since 1970, of weeks and seconds (or milliseconds) of them."""
+    known = second[np.isfinite(second)]
+    second = second * (1e-3 if known.size and known.max() > WEEK_S else 1.0)
+    return EPOCH_S + WEEK_S * np.where(week < WEEKS_OF_TEN_BITS, week + SINCE_2019, week) + second
 
 
 def _time_of_day(column: RawColumn) -> np.ndarray:
@@ -338,7 +360,7 @@ def _by_pandas(texts: Any, form: Form) -> Any:
 
 
 def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
-    """Times (N,) of a clock that shows full seconds or a few digits only, with rows of one stamp spread evenly; what was
+    """Times (N,) of a clock of full seconds or of few digits, with the rows of one stamp spread evenly; what was
     done.
 
     Only where at least a third of the rows repeat the stamp before them, and about equally many share every stamp, or

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping as Dict
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .clock import DATED, rows_as_seconds, seconds, spread
+from ..io import MIN_SAMPLES
 from .draft import NOT_USED
 from .finding import WITH_SIDE, either_side
 from .mapping import ColumnMap, TableMap
 from .raw import RawColumn, RawTable
 from .report import Fault
+from .times import TableTime
 from .units import UNITS
 
 FEW, MANY, HALF = 0.02, 0.2, 0.5
@@ -24,6 +25,8 @@ ANGLE = re.compile(
 )
 
 
+MOST_RUNS = 50
+"""Runs of a table; a time that starts again more often is not sorted."""
 HOLE_S, HOLE_STEPS = 60.0, 60.0
 """Seconds, and median steps, without rows from which on it is told."""
 
@@ -49,7 +52,13 @@ class Stream:
     parts: tuple[str, ...] = ()
     """Labels of streams that were joined to this one."""
     zoned: bool = False
-    """Whether the file states that its times are UTC."""
+    """Whether the file states the offset of its times from UTC."""
+    period_s: float = 0.0
+    """Seconds after which times without a date are the same again; 0 where they are not."""
+    gps: bool = False
+    """Whether the file states GPS time; where it states the date, too, the times are in UTC."""
+    run: int = 0
+    """Number of the run, where the time of the table starts again; else 0."""
 
     @property
     def step(self) -> float:
@@ -57,29 +66,39 @@ class Stream:
         return float(np.median(np.diff(self.time)))
 
 
-def stream_of(table: RawTable, mapping: TableMap, zoned: bool = False) -> tuple[Stream | None, list[Fault]]:
-    """The quantities of a table, and its faults; None where a fault is fatal."""
+def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[list[Stream], list[Fault]]:
+    """The quantities of a table, of every run of it where its time starts again, and its faults; none where a fault is
+    fatal."""
     faults = _row_faults(table)
-    time, done = _time(table, mapping)
-    kept, wrong = _usable_rows(table, time, mapping)
+    seconds = times.seconds(table)
+    assert seconds is not None
+    time, done = seconds
+    parts, wrong = _usable_rows(table, time, mapping)
     faults += wrong
     quantities = {}
     for entry in mapping.columns:
         column = table.column(entry.column)
         if column is None or entry.to == NOT_USED or entry.open:
             continue
-        values, found = _converted(table, column, entry)
+        quantities[entry.to], found = _converted(table, column, entry)
         faults += found
-        quantities[entry.to] = values[kept]
-    if any(fault.fatal for fault in faults) or kept.size < 3:
-        return None, faults
-    faults += _holes(table, time[kept], kept)
-    dated = mapping.time.form in DATED
-    clock = table.clock or table.label
-    notes = (f"{table.label}: {done}",) if done else ()
-    return Stream(
-        table.label, clock, dated, time[kept], quantities, kept, mapping.clock_offset_s, notes, zoned=zoned
-    ), faults
+    if any(fault.fatal for fault in faults) or max(map(len, parts), default=0) < 3:
+        return [], faults
+    offset = mapping.clock_offset_s if mapping.clock_offset_s is not None else times.offset_s
+    made = Stream(
+        table.label, table.clock or table.label, times.dated, time, quantities, np.arange(time.size), offset,
+        (f"{table.label}: {done}",) if done else (), zoned=times.zoned, period_s=times.period_s,
+        gps=times.scale == "GPS",
+    )  # fmt: skip
+    streams = [_part(made, kept, run if len(parts) > 1 else 0) for run, kept in enumerate(parts, 1)]
+    return streams, faults + [fault for s in streams for fault in _holes(table, s.time, s.kept)]
+
+
+def _part(stream: Stream, kept: np.ndarray, run: int) -> Stream:
+    """Some rows of a stream, as a run of a number where that is not 0."""
+    quantities = {name: values[kept] for name, values in stream.quantities.items()}
+    label = f"{stream.label}, run {run}" if run else stream.label
+    return replace(stream, label=label, time=stream.time[kept], quantities=quantities, kept=kept, run=run)
 
 
 def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[Fault]:
@@ -90,15 +109,6 @@ def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[Fault]:
         return []
     hint = "was the log cut, or its clock set (summer time)? cut the record there"
     return [Fault(table.label, f"no row for {steps[k]:.4g} s before this one", hint, int(table.rows[kept[k + 1]]))]
-
-
-def _time(table: RawTable, mapping: TableMap) -> tuple[np.ndarray, str]:
-    """((N,) seconds, what was done to them)."""
-    if mapping.time.form == "rows":
-        return rows_as_seconds(table.n, mapping.time.step_s or 1.0), ""
-    columns = [column for name in mapping.time.columns if (column := table.column(name))]
-    assert mapping.time.form != "?"
-    return spread(seconds(columns, mapping.time.form))
 
 
 def _row_faults(table: RawTable) -> list[Fault]:
@@ -113,8 +123,8 @@ def _row_faults(table: RawTable) -> list[Fault]:
     return [Fault(table.label, message + more, hint, row=row, fatal=many)]
 
 
-def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[np.ndarray, list[Fault]]:
-    """(indices of rows with times that rise, faults)."""
+def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[list[np.ndarray], list[Fault]]:
+    """(indices of rows with times that rise, of every run; faults)."""
     name = mapping.time.columns[-1] if mapping.time.columns else None
     faults: list[Fault] = []
     known = np.flatnonzero(np.isfinite(time))
@@ -126,22 +136,59 @@ def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[
         faults.append(Fault(table.label, said, hint, _row(table, missing[0]), name, many))
     if known.size < 3:
         said = f"{known.size} rows with a time"
-        return known, [*faults, Fault(table.label, said, "a log needs some minutes of them", column=name, fatal=True)]
-    highest = np.maximum.accumulate(time[known])
-    rises = np.concatenate([[True], time[known][1:] > highest[:-1]])
-    late = known[~rises]
+        return [known], [*faults, Fault(table.label, said, "a log needs some minutes of them", column=name, fatal=True)]
+    parts = _runs_of(time, known)
+    kept, late = zip(*(_rising(time, part) for part in parts), strict=True)
+    faults += _late_faults(table, time, np.concatenate(late), name)
+    long = [part for part in kept if part.size >= MIN_SAMPLES]
+    if len(parts) > 1 and long:
+        said = f"time goes back here, and at {len(parts) - 2} later places: cut into {len(long)} runs of their own"
+        said = said.replace(", and at 0 later places", "")
+        short = sum(part.size for part in kept) - sum(part.size for part in long)
+        hint = "a record each" + (f"; {short} rows in runs too short for one left out" if short else "")
+        faults.append(Fault(table.label, said, hint, _row(table, parts[1][0]), name))
+    return long if len(parts) > 1 and long else list(kept), faults
+
+
+def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
+    """Rows with a time (N,) cut where it starts again: it goes back, and is not soon where it was before."""
+    rest, parts = known, []
+    while len(parts) < MOST_RUNS:
+        times = time[rest]
+        highest = np.maximum.accumulate(times)
+        for i in (np.flatnonzero(np.diff(times) < 0.0) + 1).tolist():
+            ahead = times[i:] > highest[i - 1]
+            later = int(ahead.argmax()) if ahead.any() else times.size - i
+            again = highest[i - 1] - times[i] > HALF * (highest[i - 1] - times[0])
+            if later >= MIN_SAMPLES and (later > FEW * known.size or again):
+                parts, rest = [*parts, rest[:i]], rest[i:]
+                break
+        else:
+            return [*parts, rest]
+    return [known]
+
+
+def _rising(time: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(rows with times above all before, the others)."""
+    highest = np.maximum.accumulate(time[rows])
+    rises = np.concatenate([[True], time[rows][1:] > highest[:-1]])
+    return rows[rises], rows[~rises]
+
+
+def _late_faults(table: RawTable, time: np.ndarray, late: np.ndarray, name: str | None) -> list[Fault]:
+    """What is wrong with rows whose time is not above all before them."""
     back = late[time[late] < time[late - 1]]
     if back.size:
         many = late.size > FEW * time.size
         said = f"time goes back in {back.size} place{'s' if back.size > 1 else ''}"
         hint = "cut the file there, or sort it by time" if many else f"{late.size} rows left out"
-        faults.append(Fault(table.label, said, hint, _row(table, back[0]), name, many))
-    elif late.size:
+        return [Fault(table.label, said, hint, _row(table, back[0]), name, many)]
+    if late.size:
         many = late.size > 0.5 * time.size
         hint = "the time is too coarse: log it with fractions of a second" if many else "the first of each was kept"
         said = f"{late.size} rows repeat the time of the row before"
-        faults.append(Fault(table.label, said, hint, _row(table, late[0]), name, many))
-    return known[rises], faults
+        return [Fault(table.label, said, hint, _row(table, late[0]), name, many)]
+    return []
 
 
 def _row(table: RawTable, index: int) -> int:

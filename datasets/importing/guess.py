@@ -135,8 +135,9 @@ def entry_of(table: RawTable, mapping: Mapping | None) -> TableMap | None:
 
 
 def missing(table: RawTable, entry: TableMap) -> list[str]:
-    """Names of columns that an entry needs and the table lacks."""
+    """Names of columns that an entry needs and the table lacks; one that uses none needs all."""
     used = [column.column for column in entry.columns if column.to != NOT_USED]
+    used = used or [column.column for column in entry.columns]
     return [name for name in (*entry.time.columns, *used) if table.column(name) is None]
 
 
@@ -236,9 +237,13 @@ def _ask_against(log: Log, found: Finding, against: str) -> Finding:
 
 def _turning_against(log: Log, found: Finding) -> Finding:
     series = log.series(found)
-    for other, angle in log.all("heading"):
-        ratio = rate_ratio(angle, series) if series is not None else None
-        if ratio is not None and ratio < 0.0:
+    if series is None:
+        return found
+    for other, angle in sorted(log.all("heading"), key=lambda pair: pair[1].clock != series.clock):
+        ratio = rate_ratio(angle, series)
+        if ratio is not None and ratio > 0.0:
+            return found
+        if ratio is not None:
             name, own = other.column.name, found.convention
             text = (
                 f"{found.column.name!r} is said to be {own}, and {name!r} says the opposite: which way is it positive?"

@@ -21,13 +21,14 @@ from ..record import Record, RecordMeta, Side
 from ..rudder_sign import rudder_sign_doubt, steering_side
 from . import no_rudder, scales, shared_questions, vessels
 from .clock import FORMS, seconds, spread
-from .convert import Stream, stream_of
+from .clocks import on_dates
+from .convert import Stream, streams_of
 from .derive import derive
 from .draft import NOT_USED, Answer, DraftColumn, Question
 from .finding import AS_RECORD, Finding
 from .guess import entry_of, examine, missing, stated_side
 from .log import Log
-from .mapping import ColumnMap, Mapping, TableMap, TimeMap
+from .mapping import ColumnMap, Mapping, TableMap, TimeMap, uses
 from .merge import Merged, merge
 from .provenance import channel_sources
 from .quantities import quantities
@@ -158,11 +159,13 @@ def _imported(
     used = draft.tables if draft is not None else ()
     for table in tables:
         entry = next((e for e in used if (e.file, e.sheet) == (table.file, table.sheet)), None)
-        if entry is None or entry.time.form == "?":
+        if entry is None or entry.time.form == "?" or not uses(entry):
             continue
-        stream, found = stream_of(table, entry, zoned=log.times[table.label].zoned)
+        made, found = streams_of(table, entry, log.times[table.label])
         faults += found
-        streams += [(stream, table)] if stream is not None else []
+        streams += [(stream, table) for stream in made]
+    placed = on_dates([stream for stream, _ in streams])
+    streams = [(stream, table) for stream, (_, table) in zip(placed, streams, strict=True)]
     faults += _too_short([stream for stream, _ in streams])
     short = any(fault.fatal for fault in faults)
     refuse_fatal(faults, rows, draft, () if short else drafted.questions)
@@ -171,9 +174,12 @@ def _imported(
         refuse_fatal([*faults, empty], rows, draft)
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside, questions, sources = [], {}, [], []
-    for name, run in runs([stream for stream, _ in streams]):
-        merged, found = merge(run, said.step_s)
+    sorted_out = runs([stream for stream, _ in streams])
+    faults += _without_use(tables, placed, [stream for _, run in sorted_out for stream in run], used)
+    for name, run in sorted_out:
+        merged, found, open_clocks = merge(run, said.step_s)
         faults += found
+        questions += open_clocks
         if merged is None:
             continue
         record, done, found, asked, made_of = _record(name, merged, said, log)
@@ -196,6 +202,23 @@ def _imported(
     return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
         tuple(records), made, report, aside
     )
+
+
+def _without_use(
+    tables: Sequence[RawTable], streams: Sequence[Stream], used: Sequence[Stream], entries: Sequence[TableMap]
+) -> list[Fault]:
+    """A fault for every file without a column that is used, and for every table that is in no run."""
+    files = {entry.file for entry in entries if uses(entry)}
+    idle = [file for file in dict.fromkeys(table.file for table in tables) if file not in files]
+    labels = {label for stream in used for label in (stream.label, *stream.parts)}
+    hint = "name its columns in a map, if it should"
+    faults = [Fault(file, "no column of this file is used: it adds nothing to the record", hint) for file in idle]
+    hint = "give clock_offset_s in the map if it is of the same time"
+    return faults + [
+        Fault(s.label, "its times are those of no run: it adds nothing to a record", hint)
+        for s in streams
+        if s.label not in labels
+    ]
 
 
 def _too_short(streams: Sequence[Stream]) -> list[Fault]:
@@ -255,9 +278,13 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     timed = [question for question in timed if question.table in used]
     questions = [*timed, *log.proposals, *(question for f in log.findings for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
+    files = {f.table.file for f in log.findings if f.may_be}
+    named = [table for table in tables if table.label in used or (table.file not in files and not faults)]
+    entries = tuple(_entry(table, mapping, log) for table in named) if used else ()
+    if entries and mapping:  # the map of a log need not name its tables without a column that is used
+        faults = [fault for fault in faults if fault.fatal or _is_named(fault.table, mapping)]
     questions += no_rudder.questions(tables, log, mapping, answers) if not faults else []
     questions = shared_questions.once(tables, questions)
-    entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]
     made = Mapping(tables=entries) if entries else None
@@ -273,6 +300,10 @@ def _answered_whole(answers: Dict[str, str]) -> dict[str, str]:
     said = {"rows_of": answers.get(vessels.VESSEL), "scale": answers.get(scales.SCALE)}
     none = {"rudder": no_rudder.NONE} if answers.get(no_rudder.RUDDER) == no_rudder.NONE else {}
     return {key: value for key, value in said.items() if value is not None} | none
+
+
+def _is_named(label: str, mapping: Mapping) -> bool:
+    return any(entry.label == label for entry in mapping.tables)
 
 
 def _with_questions(rows: Sequence[DraftColumn], questions: Sequence[Question]) -> tuple[DraftColumn, ...]:
@@ -296,6 +327,7 @@ def _entry(table: RawTable, mapping: Mapping | None, log: Log) -> TableMap:
     given = entry_of(table, mapping)
     own = [f for f in log.findings if f.table is table]
     offset = given.clock_offset_s if given is not None else None
+    offset = log.times[table.label].offset_s if offset is None else offset
     time = log.times[table.label].map()
     columns = tuple(_column_map(f) for f in own)
     return TableMap(file=table.file, sheet=table.sheet, time=time, clock_offset_s=offset, columns=columns)
@@ -389,13 +421,15 @@ def _heads(streams: Sequence[Stream]) -> list[Stream]:
 
 
 def _run_name(stream: Stream) -> str:
-    file, _, sheet = stream.label.partition(" [")
+    number = f"-run{stream.run}" if stream.run else ""
+    file, _, sheet = stream.label.removesuffix(f", run {stream.run}").partition(" [")
     stem, sheet = Path(file).stem, sheet.rstrip("]").replace(" ", "_").replace("/", "_")
-    return f"{stem}-{sheet}" if sheet else stem
+    return f"{stem}-{sheet}{number}" if sheet else f"{stem}{number}"
 
 
 def _overlapping(head: Stream, others: Sequence[Stream]) -> list[Stream]:
-    return [s for s in others if s.dated and s.time[-1] > head.time[0] and s.time[0] < head.time[-1]]
+    dated = [s for s in others if s.dated and s.time[-1] > head.time[0] and s.time[0] < head.time[-1]]
+    return dated + [s for s in others if not (s.dated and head.dated) and s.run and s.run == head.run]
 
 
 def _joined(streams: Sequence[Stream]) -> list[Stream]:
@@ -549,7 +583,7 @@ def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], used: Sequ
             if any(column.name not in times for column in rest):
                 time = stream.time + run.shift_s - merged.time[0]
                 own: dict[str, Any] = {c.name: c.at(stream.kept) for c in rest}
-                out[table.label] = {"time_s": time, **own}
+                out[stream.label] = {"time_s": time, **own}
     for _, table in tables:
         if table.faults:
             lines, wrong, texts = map(list, zip(*table.faults, strict=True))

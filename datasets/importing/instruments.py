@@ -18,6 +18,8 @@ NAMES = frozenset(map(joined, ("parameter", "signal", "channel", "variable", "ta
                                "parameter name", "signal name", "messgroesse", "kanal", "topic", "field")))  # fmt: skip
 VALUES = frozenset(map(joined, ("value", "wert", "messwert", "reading", "data", "valeur", "valor", "verdi", "val")))
 UNITS = frozenset(map(joined, ("unit", "units", "einheit", "unite", "unidad", "enhet")))
+AS_LONG = 0.05
+"""Relative difference of their lengths from which on two times are not the same."""
 MOST = 60
 """Different names in a column that still names instruments or values."""
 
@@ -64,7 +66,7 @@ def _rises(column: RawColumn) -> bool:
 
 def _apart(times: Sequence[RawColumn], blocks: Sequence[Sequence[RawColumn]]) -> bool:
     """Whether times of one table are those of other samples: each is named as a column behind it or all alike, and they
-    differ; or what is between them is not constant."""
+    differ; or what is between them is not constant.  Numbers behind the first word are as one name."""
     if not all(column.numeric for column in times):
         return False
     between = [column.numbers - times[0].numbers for column in times[1:]]
@@ -72,9 +74,24 @@ def _apart(times: Sequence[RawColumn], blocks: Sequence[Sequence[RawColumn]]) ->
         return False
     told = [set(words(c.name)) - set(words("time zeit t s ms")) for c in times]
     named = all(own & {w for c in block[1:] for w in words(c.name)} for own, block in zip(told, blocks, strict=True))
-    alike = len({c.name.split(" (")[0] for c in times}) == 1
+    alike = len({c.name.split(" (")[0] for c in times}) == 1 or all(
+        w.isdigit() for c in times for w in words(c.name)[1:2]
+    )
+    if not (named or alike) and any(_other_scale(times[0].numbers, column.numbers) for column in times[1:]):
+        return False
     step = float(np.nanmedian(np.abs(np.diff(times[0].numbers))))
     return named or alike or any(np.nanmax(gap) - np.nanmin(gap) > 0.5 * step for gap in between)
+
+
+def _other_scale(first: np.ndarray, other: np.ndarray) -> bool:
+    """Whether two times (N,) of the same rows last differently long and are the same but for a factor: those of the
+    model and of the ship, between which the user chooses."""
+    known = np.isfinite(first) & np.isfinite(other)
+    if not np.array_equal(np.isfinite(first), np.isfinite(other)) or known.sum() < 3:
+        return False
+    one, two = first[known] - first[known][0], other[known] - other[known][0]
+    factor = two[-1] / one[-1] if one[-1] else 1.0
+    return bool(abs(factor - 1.0) > AS_LONG and np.abs(two - factor * one).max() < 1e-3 * abs(two[-1]))
 
 
 def _parts(table: RawTable, talker: RawColumn) -> list[RawTable]:

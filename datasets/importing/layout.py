@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -17,6 +16,7 @@ from .cell_texts import CHUNK, Texts
 from .cells import GAPS, PLAIN, is_number, table_style
 from .cells import SAMPLE as STYLE_SAMPLE
 from .headers import says_unit, scaled_unit, sign_stated
+from .name_places import Names, other_separator, place_names
 from .raw import RawColumn, RawTable, Rejected
 from .units import tidy
 
@@ -56,6 +56,8 @@ class Header:
     below: tuple[str, ...]
     done: tuple[str, ...]
     notes: tuple[str, ...]
+    joined: tuple[int, int] | None = None
+    """(first, number) of cells that are one column."""
 
 
 @dataclass(frozen=True)
@@ -105,14 +107,19 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
 
 def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     """The header from the lines above the data."""
-    near = [line for line in head[-4:] if _could_be_header(line.cells, width)]
+    rows = [line.cells for line in body if len(line.cells) == width][:SAMPLE]
+    near = _near(head, rows, width)
     done = []
     units = [""] * width
     if len(near) > 1 and _units_row(near[-1].cells, width):
         units = [cell.strip().strip("[]()") for cell in _fitted(near[-1].cells, width)]
         done.append(f"line {near[-1].number} is a row of units")
         near = near[:-1]
-    names = _placed(near[-1].cells, body, width) if near else [""] * width
+    placed = _placed(near[-1].cells, rows) if near else None
+    placed = placed or Names(("",) * width, tuple(range(width)))
+    names, joined = list(placed.names), placed.joined
+    done += placed.done
+    width = len(names)
     below = [""] * width
     used = {line.number for line in near[-1:]}
     if len(near) > 1 and _is_group_row(near[-2].cells, names):
@@ -122,6 +129,7 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     if not near and (listed := _listed_names(head)):
         names = [listed.get(i + 1, "") for i in range(width)]
         done += ["the names of the columns are listed in the comment lines"]
+    units = [units[place] if place >= 0 else "" for place in placed.places]
     above = [line for line in head if line.number not in used]
     if above:
         done.append(f"{len(above)} line{'s' if len(above) > 1 else ''} above the header not used as data")
@@ -133,8 +141,16 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     units = ["" if other else own or unit for (_, own), unit, other in told]
     texts = distinct([name or f"column {i + 1}" for i, (name, _) in enumerate(split)])
     return Header(
-        tuple(texts), tuple(units), tuple(below), tuple(done), tuple(" ".join(line.cells).strip() for line in above)
-    )
+        tuple(texts), tuple(units), tuple(below), tuple(done),
+        tuple(" ".join(line.cells).strip() for line in above), joined,
+    )  # fmt: skip
+
+
+def _near(head: Sequence[Line], rows: Sequence[Sequence[str]], width: int) -> list[Line]:
+    """The lines just above the data that may be header and units, cut by another separator where none fits else."""
+    cut = [replace(line, cells=other_separator(line.cells, width)) for line in head[-4:]]
+    own = any(_placed(line.cells, rows) for line in head[-4:])
+    return [line for line in (head[-4:] if own else cut) if _could_be_header(line.cells, rows, width)]
 
 
 def _other_size(one: str, other: str) -> bool:
@@ -143,11 +159,11 @@ def _other_size(one: str, other: str) -> bool:
     return all(unit is not None for unit, _ in sizes) and sizes[0] != sizes[1]
 
 
-def _could_be_header(cells: Sequence[str], width: int) -> bool:
+def _could_be_header(cells: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> bool:
     filled = [cell for cell in _stripped(cells) if cell]
     if any(is_number(cell) for cell in filled):
         return False
-    return len(_whole_brackets(cells)) in (width, width - 1) or (len(filled) >= 1 and _units_row(cells, width))
+    return (len(filled) >= 1 and _units_row(cells, width)) or _placed(cells, rows) is not None
 
 
 def _whole_brackets(cells: Sequence[str]) -> list[str]:
@@ -162,20 +178,9 @@ def _whole_brackets(cells: Sequence[str]) -> list[str]:
     return out
 
 
-def _placed(cells: Sequence[str], body: Sequence[Line], width: int) -> list[str]:
-    """The names over the columns: one that is missing is that of an index in front, or that of the last column."""
-    names = _whole_brackets(cells)
-    first = [line.cells[0].strip() for line in body[:SAMPLE] if line.cells]
-    if len(names) == width - 1 and len(cells) < width and _counts(first):
-        return ["", *names]
-    return [*names, *[""] * width][:width]
-
-
-def _counts(cells: Sequence[str]) -> bool:
-    """Whether cells count rows: whole numbers that rise by one."""
-    if len(cells) < 3 or not all(cell.isdigit() for cell in cells):
-        return False
-    return all(int(b) == int(a) + 1 for a, b in itertools.pairwise(cells))
+def _placed(cells: Sequence[str], rows: Sequence[Sequence[str]]) -> Names | None:
+    """The names over the columns; None where the cells are no names of them."""
+    return place_names(_whole_brackets(cells), rows, len(cells))
 
 
 def _is_group_row(cells: Sequence[str], names: Sequence[str]) -> bool:
@@ -256,7 +261,7 @@ def table_of(
         if line.number >= start:
             body.add(line)
     body.store()
-    cells = body.columns()
+    cells = _joined(body.columns(), layout.header.joined)
     style, header = table_style([texts[:STYLE_SAMPLE] for texts in cells]), layout.header
     columns = [
         RawColumn(name, unit, texts, below=below, style=style)
@@ -267,6 +272,15 @@ def table_of(
     rows = np.concatenate([np.zeros(0, dtype=int), *body.numbers])
     said = (*done, *header.done, *body.done())
     return RawTable(file, tuple(columns), rows, sheet, file, header.notes, said, tuple(body.faults))
+
+
+def _joined(columns: list[Texts], joined: tuple[int, int] | None) -> list[Texts]:
+    """The columns, those that are one joined with blanks."""
+    if joined is None:
+        return columns
+    start, stop = joined[0], joined[0] + joined[1]
+    one = Texts(map(" ".join, zip(*columns[start:stop], strict=True)))
+    return [*columns[:start], one, *columns[stop:]]
 
 
 class _Body:

@@ -104,6 +104,11 @@ class TableMap(FileContent):
         return f"{self.file} [{self.sheet}]" if self.sheet else self.file
 
 
+def uses(table: TableMap) -> bool:
+    """Whether a column of a table is used."""
+    return any(column.to != NOT_USED for column in table.columns)
+
+
 class Mapping(FileContent):
     """What an import needs to be told."""
 

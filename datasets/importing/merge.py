@@ -10,8 +10,9 @@ import numpy as np
 
 from ..angles import unwrapped
 from ..time_faults import MOST_SAMPLES, time_fault
+from .clocks import align
 from .convert import Stream
-from .offsets import estimate_offset
+from .draft import Question
 from .quantities import quantities
 from .report import Fault
 
@@ -19,6 +20,8 @@ SLOW_MATTERS = frozenset({"propeller", "propeller_thrust", "wind_speed", "wind_d
 """Quantities that change slowly: a logger of these alone does not set the time step."""
 COLD, YEAR_S = 0.2, 365.25 * 86400.0
 """Share of samples that may lie before a clock was set, and the year by which the clock then jumps at least."""
+OUTSIDE = 0.1
+"""Share of a table's rows that may lie outside of the time of a record without a word."""
 LONGEST_GAP = 3.0
 """Steps of a logger over which is interpolated; longer ones stay gaps."""
 
@@ -34,8 +37,8 @@ class Merged:
     streams: tuple[Stream, ...]
 
 
-def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merged | None, list[Fault]]:
-    """One run from streams of several loggers, or from a single one, and faults.
+def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merged | None, list[Fault], list[Question]]:
+    """One run from streams of several loggers, or from a single one, faults, and questions for their clocks.
 
     A single stream keeps its samples unless `step_s` asks for another step.  Several are put on a grid with the step
     of the slowest of them, or with `step_s`: faster ones are averaged over a step, the others interpolated linearly,
@@ -43,29 +46,39 @@ def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merge
     """
     sorted_out = [_after_clock_was_set(stream) for stream in streams]
     if wrong := [fault for stream in sorted_out if (fault := _time_fault(stream)) is not None]:
-        return None, wrong
-    aligned, done, faults = align(sorted_out)
-    if any(fault.fatal for fault in faults):
-        return None, faults
+        return None, wrong, []
+    aligned, done, faults, asked = align(sorted_out)
+    if asked:
+        return None, faults, asked
     done = [*itertools.chain(*(stream.done for stream in aligned)), *done]
     dated = any(stream.dated for stream in aligned)
     same = all(np.array_equal(stream.time, aligned[0].time) for stream in aligned)
     if same and step_s is None:
-        return Merged(aligned[0].time, _together(aligned), dated, tuple(done), tuple(aligned)), faults
+        return Merged(aligned[0].time, _together(aligned), dated, tuple(done), tuple(aligned)), faults, []
     if (many := _samples(aligned, step_s)) > MOST_SAMPLES:
         said = f"a step of {_step(aligned, step_s):.3g} s gives {many:.3g} samples"
-        return None, [*faults, Fault(aligned[0].label, said, "give a longer --step", fatal=True)]
+        return None, [*faults, Fault(aligned[0].label, said, "give a longer --step", fatal=True)], []
     grid, step = _grid(aligned, step_s)
     if grid.size < 3:
         said = "the loggers have no time in common: " + ", ".join(_extent(stream) for stream in aligned)
         hint = "give the files of one run, or clock_offset_s in the mapping"
-        return None, [*faults, Fault(aligned[0].label, said, hint, fatal=True)]
+        return None, [*faults, Fault(aligned[0].label, said, hint, fatal=True)], []
+    faults += [fault for stream in aligned if (fault := _outside(stream, grid)) is not None]
     placed = []
     for stream in aligned:
         values, told = _resampled(stream, grid, step)
         placed.append(replace(stream, time=grid, quantities=values))
         done.append(told)
-    return Merged(grid, _together(placed), dated, tuple(done), tuple(aligned)), faults
+    return Merged(grid, _together(placed), dated, tuple(done), tuple(aligned)), faults, []
+
+
+def _outside(stream: Stream, grid: np.ndarray) -> Fault | None:
+    """How many rows of a stream lie outside of the time that all cover, where these are many."""
+    count = int(np.sum((stream.time < grid[0] - stream.step) | (stream.time > grid[-1] + stream.step)))
+    if count <= OUTSIDE * stream.time.size:
+        return None
+    said = f"{count} of {stream.time.size} rows lie outside of the {np.ptp(grid):.4g} s that all tables cover"
+    return Fault(stream.label, said, "left out; import the file alone to keep them")
 
 
 def _together(streams: Sequence[Stream]) -> dict[str, np.ndarray]:
@@ -104,49 +117,6 @@ def _time_fault(stream: Stream) -> Fault | None:
     if wrong is None:
         return None
     return Fault(stream.label, wrong.message, f"{wrong.hint}; --map can state the form", fatal=True)
-
-
-def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Fault]]:
-    """The streams on the clock of the one with the rudder, what was done, and clocks that cannot be compared."""
-    clocks: dict[str, list[Stream]] = {}
-    for stream in streams:
-        clocks.setdefault(stream.clock, []).append(stream)
-    base = next(
-        (name for name, own in clocks.items() if any("rudder" in s.quantities for s in own)), next(iter(clocks))
-    )
-    out, done, faults = list(clocks[base]), [], []
-    waiting = [own for name, own in clocks.items() if name != base]
-    while waiting:
-        tried = [(own, _shift(out, own)) for own in waiting]
-        ready = [(own, shift) for own, shift in tried if shift is not None]
-        if not ready:
-            break
-        own, (seconds, told) = ready[0]
-        out += [replace(s, time=s.time + seconds, shift_s=seconds, dated=out[0].dated) for s in own]
-        done += [told] if told else []
-        waiting.remove(own)
-    for own in waiting:
-        hint = "give clock_offset_s of this table in the mapping"
-        dated = all(stream.dated for stream in (*out, *own))
-        why = "one of them states UTC and the other no zone" if dated else "no date"
-        said = f"its clock cannot be compared with that of {out[0].label}: {why}, and no channel in common"
-        faults.append(Fault(own[0].label, said, hint, fatal=True))
-    return out, done, faults
-
-
-def _shift(base: Sequence[Stream], own: Sequence[Stream]) -> tuple[float, str] | None:
-    """(seconds to add to the clock of `own`, what to say of it); None where nothing tells it."""
-    label, reference = own[0].label, base[0].label
-    given = next((stream.offset_s for stream in own if stream.offset_s is not None), None)
-    if given is not None:
-        return given, f"{label}: clock set {given:+g} s as the mapping says"
-    found = estimate_offset(base, own)
-    if found is not None:
-        told = f"{found.seconds:+.3f} s (standard error {found.stderr:.2g} s, correlation {found.correlation:.4f})"
-        return found.seconds, f"{label}: clock set {told} to that of {reference}, told by {found.quantity}"
-    if all(stream.dated for stream in (*base, *own)) and len({stream.zoned for stream in (*base, *own)}) == 1:
-        return 0.0, f"{label}: clock taken as that of {reference} (no channel that both hold tells more)"
-    return None
 
 
 # ------------------------------------------------------------------------------------------------ samples

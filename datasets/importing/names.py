@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 from itertools import accumulate
 
-from .quantities import date_names, quantities, side_words, time_names, time_parts, vague_names, word_list
+from .quantities import date_names, quantities, side_words, time_names, time_parts, vague_names, week_names, word_list
 
 LETTERS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
@@ -129,13 +129,20 @@ def joined(name: str) -> str:
 
 
 def is_time(name: str) -> bool:
-    """Whether a name is that of the time."""
-    return _is_one(name, _times())
+    """Whether a name is that of the time, or of one of several: `time 2 slow rate`."""
+    parts = words(name)
+    numbered = len(parts) > 2 and parts[0] in _times() and parts[1].isdigit()
+    return numbered or _is_one(name, _times())
 
 
 def is_date(name: str) -> bool:
     """Whether a name is that of a date."""
     return _is_one(name, _dates())
+
+
+def is_week(name: str) -> bool:
+    """Whether a name is that of the number of a GPS week."""
+    return joined(name) in map(joined, week_names())
 
 
 def part_of_time(name: str) -> str:

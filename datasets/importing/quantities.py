@@ -67,6 +67,12 @@ def date_names() -> tuple[str, ...]:
 
 
 @cache
+def week_names() -> tuple[str, ...]:
+    """Names of the number of a GPS week."""
+    return _names(_words()["week"])
+
+
+@cache
 def time_parts() -> dict[str, tuple[str, ...]]:
     """Part of a time, from the year to the second -> names of its column."""
     return {part: _names(text) for part, text in _words()["time_parts"].items()}

@@ -68,7 +68,8 @@ def _yaw_rate(log: Log, found: Finding) -> Finding:
     if series is None:
         return found
     turns = [(f"column {f.column.name}", s) for f, s in log.all("heading", "heading_magnetic")]
-    for name, angle in (*turns, *((f"the turning of {name}", s) for name, s in log.turns())):
+    turns += [(f"the turning of {name}", s) for name, s in log.turns()]
+    for name, angle in sorted(turns, key=lambda turn: turn[1].clock != series.clock):
         ratio = rate_ratio(angle, series)
         if ratio is not None:
             turned = "" if ratio > 0.0 else "turned round: "

@@ -7,25 +7,53 @@ from collections.abc import Mapping as Dict
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from typing import Literal, TypeAlias
 
 import numpy as np
 
+from ...models.errors import BadInput
 from ...models.number_texts import number_of
-from .clock import COUNTED, DATED, SCALES, UNITS_OF_TIME, Form, TimeGuess, guess_form, rows_as_seconds, seconds, spread
+from .clock import (
+    COUNTED,
+    DATED,
+    OF_DAY,
+    OF_WEEK,
+    SCALES,
+    UNITS_OF_TIME,
+    Form,
+    TimeGuess,
+    guess_form,
+    rows_as_seconds,
+    seconds,
+    spread,
+)
 from .draft import Answer, Question, Sure
+from .gps_time import WEEK_S, leap_seconds, start_of_week, utc_of_gps, week_stated
 from .headers import BRACKETS
 from .mapping import TimeMap, scalar
-from .names import is_date, is_time, part_of_time, words
+from .names import is_date, is_time, is_week, part_of_time, words
 from .quantities import word_list
 from .raw import RawColumn, RawTable
 
 ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
 WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
+GPS_TIME = frozenset({"gpst", "tow", "itow", "sow"})
+"""Words that state GPS time, in which a clock is ahead of UTC by the leap seconds."""
+SCALE_STATED = re.compile(
+    r"\btime[ _-]?(?:system|scale|reference|base|standard)\b[^\n\w]{0,10}(gps|utc)\b", re.IGNORECASE
+)
+SURELY_OF_WEEK_S = 86400.0
+"""Seconds from which on a number is no time of day."""
 AS_LONG = 0.05
 """Relative difference of their lengths from which on two times are not the same."""
 MEANINGS: dict[str, str] = {
     "day first": "the day stands before the month", "month first": "the month stands before the day",
+    "gps s": "seconds since 1980-01-06 in GPS time", "epoch s": "seconds since 1970 in UTC",
 }  # fmt: skip
+
+
+Scale: TypeAlias = Literal["", "UTC", "GPS"]
+DAY_S = 86400.0
 
 
 @dataclass(frozen=True)
@@ -33,7 +61,9 @@ class TableTime:
     """The time of a table.
 
     columns, form : where it is; form None: open.  likely : the form that is used to compare channels until it is known.
-    zoned : whether the file states that the times are UTC.  question : what is open.
+    scale : 'UTC' or 'GPS' where the file states it, the offset from UTC being known; '' where it does not.
+    week : GPS week that the file states for seconds of the week.  offset_s : to add to the times, as answered.
+    question : what is open.
     """
 
     columns: tuple[str, ...] = ()
@@ -42,23 +72,43 @@ class TableTime:
     step_s: float | None = None
     sure: Sure = "stated"
     why: str = ""
-    zoned: bool = False
+    scale: Scale = ""
     question: Question | None = None
     forms: tuple[Form, ...] = ()
+    week: int | None = None
+    offset_s: float | None = None
 
     def seconds(self, table: RawTable, form: Form | None = None) -> tuple[np.ndarray, str] | None:
-        """((N,) seconds, what was done to them); None where no time is known."""
+        """((N,) seconds, those with a date in UTC since 1970, what was done to them); None where no time is known."""
         used = form or self.form or self.likely
         if used is None:
             return None
         if used == "rows":
             return rows_as_seconds(table.n, self.step_s or 1.0), ""
-        return spread(seconds([c for name in self.columns if (c := table.column(name))], used))
+        time, done = spread(seconds([c for name in self.columns if (c := table.column(name))], used))
+        if used in OF_WEEK and self.week is not None:
+            time = time + start_of_week(self.week)
+        if self.scale != "GPS" or not self.dated or not np.isfinite(time).any():
+            return time, done
+        ahead = leap_seconds(float(np.nanmin(time)))
+        said = f"GPS time, {ahead:g} s ahead of UTC on that date (leap seconds): set to UTC"
+        return utc_of_gps(time), f"{done}; {said}" if done else said
 
     @property
     def dated(self) -> bool:
         """Whether the times count from 1970."""
-        return (self.form or self.likely) in DATED
+        return (self.form or self.likely) in DATED or self.week is not None
+
+    @property
+    def zoned(self) -> bool:
+        """Whether the file states the offset of its times from UTC."""
+        return self.scale != ""
+
+    @property
+    def period_s(self) -> float:
+        """Seconds after which times without a date are the same again, a day or a week; 0 where they are not."""
+        form = self.form or self.likely
+        return 0.0 if self.dated else WEEK_S if form in OF_WEEK else DAY_S if form in OF_DAY else 0.0
 
     def map(self) -> TimeMap:
         """The same as a part of a mapping, '?' where the form is open."""
@@ -67,34 +117,49 @@ class TableTime:
 
 def find_time(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -> TableTime:
     """The time of a table, as the map or an answer says, or as the file tells it."""
+    key = clock_question(table.label)
+    offset = number_answered(answers[key], key) if key in answers else None
+    return replace(_found(table, given, answers), offset_s=offset)
+
+
+def clock_question(label: str) -> str:
+    """The id of the question for the offset of a table's clock."""
+    return f"{label}/clock"
+
+
+def number_answered(text: str, question: str) -> float:
+    """The number that an answer is; BadInput where it is none."""
+    try:
+        return number_of(text)
+    except ValueError:
+        raise BadInput(f"{text!r} is no answer to {question!r}", hint="give a number of seconds") from None
+
+
+def _found(table: RawTable, given: TimeMap | None, answers: Dict[str, str]) -> TableTime:
     if given is not None and given.form != "?":
-        return TableTime(
-            given.columns,
-            given.form,
-            given.form,
-            given.step_s,
-            why="the map says so",
-            zoned=_zoned(table, given.columns),
-        )
+        form = given.form
+        stated = _with_scale(TableTime(given.columns, form, form, given.step_s), table)
+        return replace(stated, why="the map says so")
     rivals = _rivals(table)
     found = None if rivals else _told(table)
     if found is None:
         return _without(table, answers, rivals)
     key = answers.get(f"{table.label}/time")
     if found.form is None and key in found.forms:
-        return replace(found, form=key, likely=key, sure="stated", why="as answered", question=None)
-    return found
+        found = replace(found, form=key, likely=key, sure="stated", why="as answered", question=None)
+    return _with_scale(found, table)
 
 
 def _told(table: RawTable) -> TableTime | None:
     """The time that the table tells; None where no column looks like one."""
-    parts = _parts(table)
+    parts = _parts(table) or _weeks(table)
     if parts is not None:
         return parts
     stated = next((column for column in table.columns if column.known == "time"), None)
     scored = []
     for place, column in enumerate(table.columns):
         guess = guess_form(column, _unit(column)) if column.known in ("", "time") else None
+        guess = guess and _of_gps(table, column, guess)
         called = is_time(column.name) or column is stated
         counts = bool(set(words(column.name)) & word_list("counters")) and not _unit(column)
         if counts or guess is None or not (called or _first(place, column, guess)):
@@ -117,6 +182,53 @@ def _parts(table: RawTable) -> TableTime | None:
     form: Form = "date parts" if all(part in held for part in date) else "clock parts"
     names = tuple(held[part].name for part in ((*date, *clock) if form == "date parts" else clock))
     return TableTime(names, form, form, why=f"columns {', '.join(names)}")
+
+
+def _weeks(table: RawTable) -> TableTime | None:
+    """The time of a table that holds a GPS week and its seconds in columns each."""
+    week = next((c for c in table.columns if c.numeric and is_week(c.name) and _whole(c.numbers)), None)
+    if week is None:
+        return None
+    place = table.columns.index(week)
+    near = sorted(range(len(table.columns)), key=lambda i: (i < place, abs(i - place)))
+    for column in (table.columns[i] for i in near):
+        known = column.numbers[np.isfinite(column.numbers)] if column.numeric and is_time(column.name) else np.zeros(0)
+        rising = known.size > 1 and np.mean(np.diff(known) >= 0.0) > 0.95
+        if column is not week and rising and known.min() >= 0.0 and known.max() < 1e3 * WEEK_S:
+            names = (week.name, column.name)
+            return TableTime(names, "gps week", "gps week", why=f"columns {', '.join(names)}")
+    return None
+
+
+def _whole(numbers: np.ndarray) -> bool:
+    """Whether numbers (N,) are those of GPS weeks: whole, and one or two that follow each other."""
+    known = numbers[np.isfinite(numbers)]
+    return bool(known.size and np.array_equal(known, np.round(known)) and 0 <= known.min() <= known.max() < 8192
+                and np.ptp(known) <= 1.0)  # fmt: skip
+
+
+def _of_gps(table: RawTable, column: RawColumn, guess: TimeGuess) -> TimeGuess:
+    """The form of a number that counts GPS time, as its name or a date above the table tells; else as guessed."""
+    numbers = column.numbers[np.isfinite(column.numbers)] if column.numeric else np.zeros(0)
+    if not numbers.size or guess.forms[0] not in (*COUNTED, "epoch s"):
+        return guess
+    name, low, high = set(words(column.name)), float(numbers.min()), float(numbers.max())
+    called = bool(GPS_TIME & name) or "week" in name
+    by_name = called or "gps" in name
+    if guess.forms[0] == "epoch s":
+        unix = {"unix", "epoch", "posix", "utc"} & name
+        why = "seconds since 1970 in UTC, or since 1980 in GPS time"
+        return TimeGuess(("gps s", "epoch s"), why) if by_name and not unix else guess
+    thousand = guess.forms[0] == "milliseconds" or (high >= WEEK_S and guess.forms[0] != "seconds")
+    size = 1e-3 if thousand else 1.0
+    late = size * low > SURELY_OF_WEEK_S and size * high < WEEK_S
+    dated = not thousand and late and week_stated(table.notes, numbers) is not None
+    if size * high >= WEEK_S or not (called or (by_name and late) or dated):
+        return guess
+    why = "its name says so" if by_name else "the date above the table lies on that day of the week"
+    return TimeGuess(
+        ("milliseconds of week" if thousand else "seconds of week",), f"GPS seconds of the week: {why}", True
+    )
 
 
 def _first(place: int, column: RawColumn, guess: TimeGuess) -> bool:
@@ -167,12 +279,11 @@ def _with_date(table: RawTable, column: RawColumn, guess: TimeGuess) -> tuple[tu
 
 def _asked(table: RawTable, names: tuple[str, ...], guess: TimeGuess) -> TableTime:
     sure: Sure = "stated" if guess.stated else "physics"
-    zoned = _zoned(table, names)
     if len(guess.forms) == 1:
-        return TableTime(names, guess.forms[0], guess.forms[0], None, sure, guess.reason, zoned)
+        return TableTime(names, guess.forms[0], guess.forms[0], None, sure, guess.reason)
     text = f"What is the form of the time in {', '.join(names)}? {guess.reason}; the file does not say it."
     question = _form_question(table, names, guess.forms, text)
-    return TableTime(names, None, guess.forms[0], None, "guess", guess.reason, zoned, question, guess.forms)
+    return TableTime(names, None, guess.forms[0], None, "guess", guess.reason, "", question, guess.forms)
 
 
 def _form_question(table: RawTable, names: tuple[str, ...], forms: tuple[Form, ...], text: str) -> Question:
@@ -249,13 +360,28 @@ def step_stated(note: str) -> float | None:
     return None
 
 
-def _zoned(table: RawTable, names: tuple[str, ...]) -> bool:
-    """Whether the file states that its times are UTC, or the offset from it."""
-    columns = [column for name in names if (column := table.column(name))]
-    if any(column.known == "time" or ZONE.search(" ".join((column.unit, *words(column.name)))) for column in columns):
-        return True
+def _with_scale(time: TableTime, table: RawTable) -> TableTime:
+    """The time with its scale, and with the GPS week of its seconds, as the file states them."""
+    form = time.form or time.likely
+    columns = [column for name in time.columns if (column := table.column(name))]
+    if form in OF_WEEK and columns:
+        week = week_stated(table.notes, columns[0].numbers * SCALES[form][0])
+        return replace(time, scale="GPS", week=week)
+    return replace(time, scale=_scale(table, columns, form))
+
+
+def _scale(table: RawTable, columns: Sequence[RawColumn], form: Form | None) -> Scale:
+    """UTC or GPS, where the file states the offset of its times from UTC."""
     texts = [column.first(1) for column in columns]
-    return any(WITH_ZONE.fullmatch(text[0].strip()) for text in texts if text) or any(
-        column.numeric and column.numbers.size and np.nanmax(np.append(column.numbers, -1.0)) > 1e8
-        for column in columns
-    )
+    called = [word for column in columns for word in (*words(column.unit), *words(column.name))]
+    if any(column.known == "time" for column in columns) or ZONE.search(" ".join(called)):
+        return "UTC"
+    if any(WITH_ZONE.fullmatch(text[0].strip()) for text in texts if text):
+        return "UTC"
+    if form in ("gps week", "gps s") or GPS_TIME & set(called) or {"gps", "time"} <= set(called):
+        return "GPS"
+    stated = {match[1].upper() for note in table.notes for match in SCALE_STATED.finditer(note)}
+    if stated in ({"GPS"}, {"UTC"}):
+        return "GPS" if stated == {"GPS"} else "UTC"
+    numeric = (column.numbers for column in columns if column.numeric and column.numbers.size)
+    return "UTC" if any(np.nanmax(np.append(numbers, -1.0)) > 1e8 for numbers in numeric) else ""

@@ -194,8 +194,9 @@ def test_two_times_of_different_length_are_asked(tmp_path):
 
 @pytest.mark.parametrize("zone", ["", "Z"])
 def test_a_clock_in_utc_and_one_of_unknown_zone_are_not_joined(tmp_path, zone):
-    """With both in UTC they are, as no channel is in both."""
-    for name, column, values in (("gyro", "Heading [deg]", HEADING), ("rudder", "Rudder [deg]", RUDDER)):
+    """With both in UTC they are, as no channel is in both, and the heading does not follow the rudder."""
+    rudder = 20.0 * np.sign(np.sin(TIME**1.5))
+    for name, column, values in (("gyro", "Heading [deg]", HEADING), ("rudder", "Rudder [deg]", rudder)):
         own = "Z" if name == "gyro" else zone
         lines = [f"2026-03-14T10:00:{t:06.3f}{own},{v:.4f}" for t, v in zip(TIME, values, strict=True)]
         (tmp_path / f"{name}.csv").write_text("\n".join([f"Time,{column}", *lines]), "utf-8")
@@ -204,7 +205,7 @@ def test_a_clock_in_utc_and_one_of_unknown_zone_are_not_joined(tmp_path, zone):
     if zone:
         assert found.import_log().records[0].n > 50
     else:
-        with pytest.raises(helmbench.BadInput, match="states UTC and the other no zone"):
+        with pytest.raises(helmbench.BadInput, match="One of them states no offset from UTC"):
             found.import_log()
 
 

@@ -31,8 +31,10 @@ class Case:
     """write : of a run into a folder, gives the files.  knows : column -> what it is.  wanted : channels of the record.
 
     side : to which a positive number in the rudder's column turns the ship.  time : form of the time where it is asked,
-    or the name of its column.  loose : of a log that is resampled.  whole : id of a question
-    about the whole log -> key of its answer.  questions : how many are asked at most, None: any number.
+    or the name of its column.  loose : of a log that is resampled.  whole : id of a question about the whole log -> key
+    of its answer.  questions : how many are asked, None where that is not counted.  records : of the log; the longest
+    is compared.  start : the key under which the record states its start, '' where none is known.  first_s : when the
+    record begins after the run, by its clock.  refused, said : what the import says, as a refusal or as a doubt.
     """
 
     write: Callable[[Run, Path], list[Path]]
@@ -46,6 +48,11 @@ class Case:
     options: dict = field(default_factory=dict)
     whole: dict[str, str] = field(default_factory=dict)
     questions: int | None = None
+    records: int = 1
+    start: str = ""
+    first_s: float = 0.0
+    refused: str = ""
+    said: str = ""
 
 
 def truth_of(run: Run, channel: str) -> np.ndarray:
@@ -61,8 +68,10 @@ def answer(question, case: Case) -> str | None:
     """What the owner answers; None where no answer is right."""
     if question.about == "rudder side":
         return case.side
+    if question.id.endswith("/clock"):
+        return case.knows["clock"].quantity if "clock" in case.knows else None
     if question.about == "time":
-        return case.time or None
+        return next((a.key for a in question.answers if case.time and a.key.startswith(case.time)), None)
     if question.id == "variation":
         return case.variation or None
     if question.id in case.whole:
@@ -115,3 +124,10 @@ class Outcome:
     missing: tuple[str, ...]
     unnamed: tuple[str, ...] = ()
     note: str = ""
+    records: int = 0
+    start: str = ""
+    start_s: float = 0.0
+    """What the record states of its start, and that in seconds since 1970."""
+    said: str = ""
+    again: tuple[str, ...] = ()
+    """What differs where the log is imported with the map that the import wrote."""

@@ -1,5 +1,7 @@
 """A bank of small raw logs with known truth: nothing goes in wrong without a word, and answers to questions suffice."""
 
+import datetime
+
 import numpy as np
 import pytest
 
@@ -7,13 +9,14 @@ import helmbench
 
 from ....seeds import seed_of
 from .case import Case, Outcome, answer, truth_of
+from .clock_cases import CLOCK_CASES
 from .hostile_cases import HOSTILE_CASES
 from .other_cases import OTHER_CASES
 from .sentence_cases import SENTENCE_CASES
 from .text_cases import TEXT_CASES
-from .truth import sail
+from .truth import START, sail
 
-CASES = {**TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES}
+CASES = {**TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES, **CLOCK_CASES}
 ROUNDS = 12
 """Questions in a row after which a log counts as not imported."""
 
@@ -41,9 +44,18 @@ def import_case(case: Case, files) -> tuple[object, int, str, list]:
         return None, len(answers), str(error), list(draft.columns)
 
 
-def error_of(record, channel: str, run, side: str) -> float:
+def start_of(record) -> tuple[str, float]:
+    """(under which key a record states its start, that in seconds since 1970); ('', 0) where it states none."""
+    for key in ("start_utc", "start_of_unknown_zone"):
+        if key in record.meta.extra:
+            moment = datetime.datetime.fromisoformat(record.meta.extra[key])
+            return key, moment.replace(tzinfo=datetime.UTC).timestamp()
+    return "", 0.0
+
+
+def error_of(record, channel: str, run, side: str, first_s: float) -> float:
     """Root mean square error of a channel over its range; positions from their first sample."""
-    true = np.interp(record.time_s, run.t, truth_of(run, channel))
+    true = np.interp(record.time_s + first_s, run.t, truth_of(run, channel))
     got = record.continuous(channel)
     if channel in ("rudder_rad", "rudder_command_rad"):
         got = got if side == "starboard" else -got
@@ -62,12 +74,37 @@ def tried(case: Case, run, folder) -> Outcome:
     unnamed = tuple(c.column for c in columns if not c.why) if columns else ("no column",)
     if found is None:
         return Outcome(False, asked, (), (), unnamed, note)
-    record = found.record
+    record = max(found.records, key=lambda record: record.n)
+    key, start = start_of(record)
     side = record.meta.positive_rudder
-    errors = {c: error_of(record, c, run, side) for c in record.channels if c in KNOWN}
+    first = case.first_s if key != "start_of_unknown_zone" else 0.0
+    errors = {c: error_of(record, c, run, side, first) for c in record.channels if c in KNOWN}
     wrong = tuple(f"{c} {e:.2g}" for c, e in errors.items() if not e < case.loose)
     missing = tuple(c for c in case.wanted if c not in record.channels)
-    return Outcome(not missing, asked, wrong, missing, unnamed)
+    said = "; ".join(map(str, found.report.faults))
+    again = differences(found, files, folder / "map.yaml")
+    return Outcome(not missing, asked, wrong, missing, unnamed, "", len(found.records), key, start, said, again)
+
+
+def differences(found, files, path) -> tuple[str, ...]:
+    """What differs where files are imported again with the map that an import wrote."""
+    found.write_mapping(path)
+    try:
+        other = helmbench.import_log(files, mapping=path)
+    except helmbench.BadInput as error:
+        return (str(error),)
+    if [r.name for r in found.records] != [r.name for r in other.records]:
+        return ("other records",)
+    pairs = list(zip(found.records, other.records, strict=True))
+    facts = [f"{a.name}: {a.meta.extra} {b.meta.extra}" for a, b in pairs if a.meta.extra != b.meta.extra]
+    sets = [f"{a.name}: {set(a.channels) ^ set(b.channels)}" for a, b in pairs if set(a.channels) != set(b.channels)]
+    channels = [
+        f"{a.name}: {name}"
+        for a, b in pairs
+        for name in {*a.channels} & {*b.channels}
+        if not np.array_equal(a.channels[name], b.channels[name], equal_nan=True)
+    ]
+    return (*facts, *sets, *channels)
 
 
 KNOWN = (
@@ -104,6 +141,23 @@ def test_nothing_goes_in_wrong_without_a_word(outcomes):
 def test_answers_to_questions_suffice(outcomes):
     assert len(outcomes) >= 40 and sum(CASES[name].hostile for name in outcomes) >= len(outcomes) / 2
     assert sum(o.imported for o in outcomes.values()) >= 0.85 * len(outcomes)
+
+
+def test_the_map_that_an_import_wrote_gives_the_same_records(outcomes):
+    assert {name: o.again for name, o in outcomes.items() if o.again} == {}
+
+
+@pytest.mark.parametrize("name", CLOCK_CASES)
+def test_clocks_runs_and_names_over_several_cells(outcomes, name):
+    case, found = CASES[name], outcomes[name]
+    if case.refused:
+        assert not found.imported and case.refused in found.note
+        return
+    assert found.imported and not found.wrong, found
+    assert (found.asked, found.records, found.start) == (case.questions, case.records, case.start)
+    assert case.said in found.said
+    if case.start:
+        assert found.start_s == pytest.approx(START + case.first_s, abs=0.6)
 
 
 def test_every_column_is_named(outcomes):

@@ -1,0 +1,184 @@
+"""Clocks of several loggers set to one: by what the files state, by channels in common, or by the ship's motion."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .convert import Stream
+from .draft import Answer, Question
+from .gps_time import EPOCH_S, WEEK_S, leap_seconds
+from .motions import Lag, offset_by_motion
+from .offsets import NEAR_S, OVERLAP, estimate_offset
+from .report import Fault
+from .times import clock_question
+
+ZONE_STEP_S, LONGEST_ZONE_S = 900.0, 14.0 * 3600.0
+"""Steps of the zones of the world, and the largest of them."""
+STARTS_S = 60.0
+"""Seconds below which a first time says that the clock was started with the log."""
+
+
+@dataclass(frozen=True)
+class Setting:
+    """Seconds to add to a clock, what to say of it, and whether it is in doubt."""
+
+    seconds: float
+    told: str = ""
+    doubt: bool = False
+
+
+def on_dates(streams: Sequence[Stream]) -> list[Stream]:
+    """The streams; those that count from a midnight or a GPS week put on the day or the week of one with a date."""
+    dated = sorted((s for s in streams if s.dated), key=lambda stream: not stream.zoned)
+    return [_on_date(s, dated[0]) if dated and s.period_s and not s.dated else s for s in streams]
+
+
+def _on_date(stream: Stream, other: Stream) -> Stream:
+    """A stream on the day or week in which it has most in common with another, in UTC where it states GPS time."""
+    ahead = float(leap_seconds(other.time[0])) if stream.gps else 0.0
+    origin = (EPOCH_S if stream.period_s == WEEK_S else 0.0) - ahead
+    middle = (other.time[0] + other.time[-1]) / 2.0 - (stream.time[0] + stream.time[-1]) / 2.0
+    whole = round((middle - origin) / stream.period_s) * stream.period_s
+    what = "week" if stream.period_s == WEEK_S else "day"
+    gps = f", {ahead:g} s of GPS time taken off" if ahead else ""
+    done = (*stream.done, f"{stream.label}: put on the {what} of {other.label}{gps}")
+    return replace(stream, time=stream.time + origin + whole, dated=True, zoned=stream.zoned or stream.gps, done=done)
+
+
+def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Fault], list[Question]]:
+    """The streams on one clock, that which states UTC or else of the rudder; what was done, doubts, and questions for
+    clocks that nothing tells."""
+    clocks: dict[str, list[Stream]] = {}
+    for stream in streams:
+        clocks.setdefault(stream.clock, []).append(stream)
+    base = max(clocks, key=lambda name: _rank(clocks[name]))
+    out, done, faults = list(clocks[base]), [], []
+    waiting = [own for name, own in clocks.items() if name != base]
+    while waiting:
+        tried = [(own, setting) for own in waiting if (setting := _setting(out, own)) is not None]
+        if not tried:
+            break
+        own, setting = min(tried, key=lambda entry: entry[1].doubt)
+        out += [replace(s, time=s.time + setting.seconds, shift_s=setting.seconds, dated=out[0].dated) for s in own]
+        waiting.remove(own)
+        if setting.doubt:
+            faults.append(
+                Fault(own[0].label, setting.told, "give clock_offset_s of this table in the map if it is wrong")
+            )
+        elif setting.told:
+            done.append(f"{own[0].label}: {setting.told}")
+    return out, done, faults, [_question(out, own) for own in waiting]
+
+
+def _rank(streams: Sequence[Stream]) -> tuple[bool, bool, bool]:
+    """How much the clock of streams is that of the record: the largest is."""
+    rudder = any("rudder" in stream.quantities for stream in streams)
+    return any(stream.zoned for stream in streams), any(stream.dated for stream in streams), rudder
+
+
+def _setting(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
+    """What sets the clock of `own` to that of `base`; None where nothing tells it."""
+    given = next((stream.offset_s for stream in own if stream.offset_s is not None), None)
+    given = _of_base(base, own) if given is None else given
+    if given is not None:
+        return Setting(given, f"clock set {given:+g} s as the mapping says")
+    shared = estimate_offset(base, own)
+    if shared is not None:
+        told = f"{shared.seconds:+.3f} s (standard error {shared.stderr:.2g} s, correlation {shared.correlation:.4f})"
+        return Setting(shared.seconds, f"clock set {told} to that of {base[0].label}, told by {shared.quantity}")
+    if all(stream.dated for stream in (*base, *own)):
+        return _dated(base, own)
+    return _undated(base, own)
+
+
+def _of_base(base: Sequence[Stream], own: Sequence[Stream]) -> float | None:
+    """What the map adds to the clock of the base is taken off the others, where it says nothing of them."""
+    return next((-stream.offset_s for stream in base if stream.offset_s is not None), None) if own else None
+
+
+def _dated(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
+    """The setting of a clock with a date: as it is where both state UTC, or by the zone that the motion tells."""
+    label, stated = base[0].label, [all(stream.zoned for stream in streams) for streams in (base, own)]
+    lag = offset_by_motion(base, own, NEAR_S) if _overlap(base, own) else None
+    if all(stated):
+        if lag is None or not lag.sharp or lag.holds(0.0):
+            return Setting(0.0, f"clock taken as that of {label}, both state their offset from UTC")
+        said = f"{lag.told} best with its clock {lag.seconds:+.1f} s, but both tables state their offset from UTC"
+        return Setting(0.0, f"{said}: left as it is", True)
+    lag = lag or offset_by_motion(base, own, None)
+    able = [] if lag is None else [zone for zone in _zones(base, own) if lag.holds(zone)]
+    if lag is not None and len(able) == 1:
+        told = f"clock {f'set {able[0]:+g} s to' if able[0] else 'taken as'} that of {label}: {lag.told} so"
+        return Setting(able[0], told, able[0] != 0.0)
+    if lag is not None and not able and lag.sharp and _overlap(base, own):
+        return _by_motion(label, lag)
+    if not any(stated) and (lag is None or lag.holds(0.0)):
+        said = f"clock taken as that of {label} (no channel that both hold tells more)"
+        return Setting(0.0, said)
+    return None
+
+
+def _undated(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
+    """The setting of a clock without a date: by the motion, or as it is where both count from one moment."""
+    label, lag = base[0].label, offset_by_motion(base, own, None)
+    if lag is not None and lag.sharp:
+        return _by_motion(label, lag)
+    alike = not any(stream.dated for stream in (*base, *own)) and base[0].period_s == own[0].period_s
+    if alike and min(base[0].time[0], own[0].time[0]) > STARTS_S and _overlap(base, own):
+        return Setting(
+            0.0, f"clock taken as that of {label}, whose times have the same size: nothing else tells it", True
+        )
+    return None
+
+
+def _by_motion(label: str, lag: Lag) -> Setting:
+    sure = max(lag.high - lag.seconds, lag.seconds - lag.low)
+    told = f"clock set {lag.seconds:+.1f} s, to some {max(1.0, math.ceil(sure)):g} s, to that of {label}: {lag.told} so"
+    return Setting(lag.seconds, told, True)
+
+
+def _overlap(base: Sequence[Stream], own: Sequence[Stream]) -> bool:
+    """Whether two clocks show times of which enough are the same."""
+    ends = [(min(s.time[0] for s in streams), max(s.time[-1] for s in streams)) for streams in (base, own)]
+    (first, last), (start, stop) = ends
+    return min(last, stop) - max(first, start) > OVERLAP * min(last - first, stop - start)
+
+
+def _zones(base: Sequence[Stream], own: Sequence[Stream]) -> list[float]:
+    """Seconds by which a clock with a date may be off: zones, and GPS time where it or the other states none."""
+    ahead = float(leap_seconds(base[0].time[0]))
+    middle = np.mean([base[0].time[0], base[0].time[-1]]) - np.mean([own[0].time[0], own[0].time[-1]])
+    near = ZONE_STEP_S * round(float(middle) / ZONE_STEP_S)
+    zones = [z for z in (0.0, near - ZONE_STEP_S, near, near + ZONE_STEP_S) if abs(z) <= LONGEST_ZONE_S]
+    return sorted({zone + more for zone in zones for more in (0.0, -ahead, ahead)}, key=abs)
+
+
+def _question(base: Sequence[Stream], own: Sequence[Stream]) -> Question:
+    """The question for the offset of a clock that nothing tells."""
+    label, reference = own[0].label, base[0].label
+    dated = all(stream.dated for stream in (*base, *own))
+    if dated:
+        ahead = float(leap_seconds(base[0].time[0]))
+        texts = {0.0: "none: both show the same time", -ahead: f"it is {ahead:g} s ahead, as GPS time is of UTC",
+                 ahead: f"it is {ahead:g} s behind, as UTC is of GPS time"}  # fmt: skip
+        if base[0].zoned:
+            del texts[ahead]
+    else:
+        texts = {float(f"{base[0].time[0] - own[0].time[0]:.12g}"): "that by which both tables begin together"}
+        if base[0].dated == own[0].dated:
+            texts |= {0.0: "none: both count from the same moment"}
+    why = "one of them states no offset from UTC" if dated else "no date"
+    text = (
+        f"By how much is the clock of {label} off that of {reference}? {why[:1].upper()}{why[1:]}, no channel is in "
+        "common, and the motion does not tell it."
+    )
+    made = tuple(
+        Answer(f"{seconds:.12g}", said, f"clock_offset_s: {seconds:.12g}  # {label}") for seconds, said in texts.items()
+    )
+    number = "seconds to add to its times: clock_offset_s: NUMBER"
+    table = label.removesuffix(f", run {own[0].run}")
+    return Question(clock_question(table), "time", table, "", text, made, number)

@@ -1,0 +1,252 @@
+"""Offsets between the clocks of loggers that share no channel, by what one's channels make of the other's.
+
+A ship drifts outward in a turn, later than it turns: course(t) = heading(t) - a r(t) - b r_T(t) + const., a, b >= 0,
+with r_T the yaw rate r through a first-order lag T; that is sway over yaw of the linear equations of manoeuvring
+(Nomoto et al. 1957, Int. Shipb. Progr. 4).  The yaw follows the rudder: dr/dt = k rudder + a r + b r|r| + c r^3 + d.
+The offset is the one that leaves the least of course and yaw acceleration.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.optimize import nnls
+from scipy.signal import lfilter
+
+from ...models.linear_algebra import lstsq
+from ..angles import unwrapped
+from .convert import Stream
+from .geodesy import on_plane
+
+Curve: TypeAlias = tuple[np.ndarray, np.ndarray]
+"""Times (N,), s, and values (N,)."""
+Left: TypeAlias = Callable[[Curve, Curve, float], float]
+"""Share of a series that another one leaves whose clock has an offset; nan where they have too little in common."""
+POINTS, FINE = 300, 0.25
+"""Times at which series are compared, and steps of the last search in those of the slower one."""
+FEW, MANY, OVERLAP, FEWEST = 121, 401, 0.4, 40
+"""Offsets that are tried near 0 and anywhere, share of the shorter log that must overlap, and fewest samples."""
+COURSE_LEFT, YAW_LEFT, ALIKE = 0.02, 0.12, 2.0
+"""Shares of course and yaw acceleration that may be left, and times the least that is as good as it."""
+MOST_BY_RUDDER_S = 30.0
+"""Largest offset that the rudder tells: zigzags repeat themselves."""
+LAGS_S = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+WINDOWS_S = (1.0, 2.0, 4.0, 8.0, 16.0)
+"""Time constants that are tried for the drift, and means over time for the yaw acceleration."""
+LEAST_TURN_RAD = 0.2
+NEAR_S = 1.0
+"""Seconds by which an offset may miss the range of those that explain nearly as much."""
+SMOOTHED_S = 4.0
+"""Seconds over which the course of positions is taken."""
+
+
+@dataclass(frozen=True)
+class Lag:
+    """Seconds to add to the second clock, the range of those that explain nearly as much, what tells it, and whether it
+    is known to a second or so: what the rudder tells is not."""
+
+    seconds: float
+    low: float
+    high: float
+    told: str
+    sharp: bool
+
+    def holds(self, seconds: float) -> bool:
+        """Whether another offset explains nearly as much."""
+        return self.low - NEAR_S <= seconds <= self.high + NEAR_S
+
+
+def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: float | None) -> Lag | None:
+    """The offset of the second clock from the first; None where nothing tells it, or no offset stands out.
+
+    near_s : largest offset that is looked for; None: any that leaves enough in common.
+    """
+    one, other = _Motion.of(first), _Motion.of(second)
+    course, yaw = "the course over ground drifts as the heading turns", "the yaw follows the rudder"
+    tried = (
+        (one.course, other.heading, 1.0, course),
+        (other.course, one.heading, -1.0, course),
+        (one.turn, other.rudder, 1.0, yaw),
+        (other.turn, one.rudder, -1.0, yaw),
+    )
+    for led, leader, sign, told in tried:
+        if led is None or leader is None or not np.ptp(led[1]) > LEAST_TURN_RAD:
+            continue
+        near = near_s if told == course else min(near_s or 0.0, MOST_BY_RUDDER_S)
+        ways = [(_by_course, COURSE_LEFT)] if told == course else [(_by_rudder(w), YAW_LEFT) for w in WINDOWS_S]
+        found = next((f for left, most in ways if (f := _searched(led, leader, left, most, near))), None)
+        if found is not None:
+            low, high = sorted((sign * found[1], sign * found[2]))
+            return Lag(sign * found[0], low, high, told, told == course)
+    return None
+
+
+@dataclass(frozen=True)
+class _Motion:
+    """Course, heading and rudder, rad, of a logger, as far as it has them; turn: heading, or else course."""
+
+    course: Curve | None
+    heading: Curve | None
+    rudder: Curve | None
+
+    @property
+    def turn(self) -> Curve | None:
+        return self.heading or self.course
+
+    @classmethod
+    def of(cls, streams: Sequence[Stream]) -> _Motion:
+        made = [(_course(s), _heading(s), _rudder(s)) for s in streams]
+        course, heading, rudder = (next((p for p in parts if p is not None), None) for parts in zip(*made, strict=True))
+        return cls(course, heading, rudder)
+
+
+def _known(time: np.ndarray, values: np.ndarray) -> Curve | None:
+    known = np.isfinite(values) & np.isfinite(time)
+    return (time[known], values[known]) if known.sum() >= FEWEST else None
+
+
+def _heading(stream: Stream) -> Curve | None:
+    q = stream.quantities
+    for name in ("heading", "heading_magnetic"):
+        if name in q:
+            return _known(stream.time, unwrapped(q[name]))
+    rate = _known(stream.time, q["yaw_rate"]) if "yaw_rate" in q else None
+    return (rate[0], _integral(*rate)) if rate is not None else None
+
+
+def _rudder(stream: Stream) -> Curve | None:
+    values = stream.quantities.get("rudder", stream.quantities.get("rudder_command"))
+    return None if values is None else _known(stream.time, values)
+
+
+def _course(stream: Stream) -> Curve | None:
+    """The course over ground without jumps: of positions, of velocities, or as it is logged."""
+    q = stream.quantities
+    if "course_over_ground" in q:
+        return _known(stream.time, unwrapped(q["course_over_ground"]))
+    if "velocity_north" in q and "velocity_east" in q:
+        return _of_velocity(stream.time, q["velocity_north"], q["velocity_east"])
+    if "latitude" in q and "longitude" in q and np.isfinite(q["latitude"] + q["longitude"]).sum() >= FEWEST:
+        north, east, _ = on_plane(q["latitude"], q["longitude"])
+    elif "north" in q and "east" in q:
+        north, east = q["north"], q["east"]
+    else:
+        return None
+    known = np.isfinite(north) & np.isfinite(east)
+    time, north, east = stream.time[known], north[known], east[known]
+    if time.size < FEWEST:
+        return None
+    width = max(1, round(SMOOTHED_S / float(np.median(np.diff(time)))))
+    middle = (time[width:] + time[:-width]) / 2.0
+    return _of_velocity(middle, north[width:] - north[:-width], east[width:] - east[:-width])
+
+
+def _of_velocity(time: np.ndarray, north: np.ndarray, east: np.ndarray) -> Curve | None:
+    speed = np.hypot(north, east)
+    with np.errstate(invalid="ignore"):
+        moving = speed > 0.2 * np.nanquantile(speed, 0.9) if np.isfinite(speed).any() else speed > 0.0
+    return _known(time, unwrapped(np.where(moving, np.arctan2(east, north), np.nan)))
+
+
+def _integral(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2.0)])
+
+
+# ------------------------------------------------------------------------------------------------ search
+
+
+def _searched(
+    led: Curve, leader: Curve, left: Left, most: float, near_s: float | None
+) -> tuple[float, float, float] | None:
+    """(offset of the leader's clock, low, high) that leaves the least of the series that is led, not over `most`."""
+    low, high = _range(led[0], leader[0], near_s)
+    if not high > low:
+        return None
+    step = max(float(np.median(np.diff(led[0]))), float(np.median(np.diff(leader[0]))))
+    count = FEW if near_s is not None else MANY
+    offsets = np.linspace(low, high, count)
+    rest = np.array([left(led, leader, offset) for offset in offsets])
+    if not np.isfinite(rest).any():
+        return None
+    best, width = float(offsets[np.nanargmin(rest)]), offsets[1] - offsets[0]
+    close = np.linspace(best - width, best + width, int(min(count, 3 + math.ceil(2.0 * width / (FINE * step)))))
+    nearby = np.array([left(led, leader, offset) for offset in close])
+    if not np.nanmin(nearby) <= most:
+        return None
+    alike = np.concatenate([close, offsets])[np.concatenate([nearby, rest]) <= ALIKE * np.nanmin(nearby)]
+    if alike.min() <= low or alike.max() >= high:
+        return None
+    return float(close[np.nanargmin(nearby)]), float(alike.min()), float(alike.max())
+
+
+def _range(one: np.ndarray, other: np.ndarray, near_s: float | None) -> tuple[float, float]:
+    """Offsets that are looked for: those with enough in common, and not larger than `near_s`."""
+    keep = OVERLAP * min(np.ptp(one), np.ptp(other))
+    low, high = one[0] + keep - other[-1], one[-1] - keep - other[0]
+    return (low, high) if near_s is None else (max(low, -near_s), min(high, near_s))
+
+
+def _common(led: Curve, leader: Curve, offset: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """(times of the first clock that both cover, the led series there)."""
+    start, stop = max(led[0][0], leader[0][0] + offset), min(led[0][-1], leader[0][-1] + offset)
+    if not stop > start:
+        return None
+    time = np.linspace(start, stop, POINTS)
+    return time, np.interp(time, *led)
+
+
+def _by_course(course: Curve, heading: Curve, offset: float) -> float:
+    """Share of the course that heading and drift leave."""
+    shared = _common(course, heading, offset)
+    if shared is None:
+        return math.nan
+    time, led = shared
+    psi = np.interp(time - offset, *heading)
+    rate, drift, one = np.gradient(psi, time), led - psi, np.ones(time.size)
+    power = float(np.sum((led - led.mean()) ** 2))
+    if not power > 0.0:
+        return math.nan
+    step = float(time[1] - time[0])
+    columns = (np.column_stack([-rate, -_lagged(rate, step, lag), one, -one]) for lag in LAGS_S)
+    return min(nnls(each, drift)[1] for each in columns) ** 2 / power
+
+
+def _lagged(values: np.ndarray, step: float, lag: float) -> np.ndarray:
+    """Values (N,) through a first-order lag, s."""
+    if lag == 0.0:
+        return values
+    kept = math.exp(-step / lag)
+    return lfilter([1.0 - kept], [1.0, -kept], values - values[0]) + values[0]
+
+
+def _by_rudder(window_s: float) -> Left:
+    """A function for the share of the yaw acceleration that rudder and yaw rate leave, in means over a time."""
+
+    def left(turn: Curve, rudder: Curve, offset: float) -> float:
+        shared = _common(turn, rudder, offset)
+        if shared is None:
+            return math.nan
+        time, psi = shared
+        width = max(1, round(window_s / float(time[1] - time[0])))
+        if time.size < FEWEST + 4 * width:
+            return math.nan
+        rate = np.gradient(_mean(psi, width), time)
+        acceleration, angle = np.gradient(rate, time), _mean(np.interp(time - offset, *rudder), width)
+        columns = np.column_stack([angle, rate, rate * np.abs(rate), rate**3, np.ones(time.size)])
+        columns, acceleration = columns[2 * width : -2 * width], acceleration[2 * width : -2 * width]
+        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+        rest = acceleration - columns @ lstsq(columns, acceleration)
+        power = float(np.sum((acceleration - acceleration.mean()) ** 2))
+        return float(rest @ rest) / power if power > 0.0 else math.nan
+
+    return left
+
+
+def _mean(values: np.ndarray, width: int) -> np.ndarray:
+    """Values (N,) in means over a number of samples, twice."""
+    return uniform_filter1d(uniform_filter1d(values, width), width)
