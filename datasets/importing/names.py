@@ -13,10 +13,14 @@ from .quantities import date_names, quantities, side_words, time_names, time_par
 
 LETTERS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
-     "Æ": "Ae", "å": "a", "Å": "A", "ψ": "psi", "δ": "delta", "φ": "phi", "Ψ": "psi", "Δ": "delta"}
+     "Æ": "Ae", "å": "a", "Å": "A", "ł": "l", "Ł": "L", "ı": "i", "đ": "d",
+     "ψ": "psi", "δ": "delta", "φ": "phi", "Ψ": "psi", "Δ": "delta"}
 )  # fmt: skip
-HAN = "\u3040-\u30ff\u3400-\u9fff"
-WORD = re.compile(rf"[a-z]+\d?(?![a-z])|[a-z]+|\d+|[{HAN}]+")
+HAN = "\u3040-\u30ff\u3400-\u9fff\uac00-\ud7a3"
+"""Japanese, Chinese and Korean letters, of which words stand together without spaces."""
+ALPHABETS = "\u0370-\u03ff\u0400-\u04ff"
+"""Greek and Cyrillic letters."""
+WORD = re.compile(rf"[a-z]+\d?(?![a-z])|[a-z]+|\d+|[{HAN}]+|[{ALPHABETS}]+")
 FEWEST = 3
 """Letters of a name that may stand among other words."""
 

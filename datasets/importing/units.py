@@ -26,12 +26,24 @@ class Unit:
 
 
 _ALL = (
-    Unit("rad", "angle", 1.0, ("rad", "rads", "radian", "radians", "radiant", "radianes", "ラジアン", "弧度")),
+    Unit(
+        "rad",
+        "angle",
+        1.0,
+        ("рад", "라디안", "rad", "rads", "radian", "radians", "radiant", "radianes", "ラジアン", "弧度"),
+    ),
     Unit(
         "deg",
         "angle",
         DEGREE,
         (
+            "도",
+            "град",
+            "градусы",
+            "stopni",
+            "derece",
+            "asteen",
+            "stupnjeva",
             "deg",
             "degs",
             "degree",
@@ -82,12 +94,20 @@ _ALL = (
             "degmin",
         ),
     ),
-    Unit("rad/s", "angular rate", 1.0, ("rad/s", "rads/s", "rads", "radps", "radiansps", "rad/sec", "1/s", "弧度/秒")),
+    Unit(
+        "rad/s",
+        "angular rate",
+        1.0,
+        ("рад/с", "라디안/초", "rad/s", "rads/s", "rads", "radps", "radiansps", "rad/sec", "1/s", "弧度/秒"),
+    ),
     Unit(
         "deg/s",
         "angular rate",
         DEGREE,
         (
+            "도/초",
+            "град/с",
+            "град/сек",
             "deg/s",
             "degs/s",
             "°/s",
@@ -114,6 +134,8 @@ _ALL = (
         "angular rate",
         DEGREE / 60.0,
         (
+            "도/분",
+            "град/мин",
             "deg/min",
             "degs/min",
             "°/min",
@@ -141,6 +163,8 @@ _ALL = (
         "speed",
         1.0,
         (
+            "м/с",
+            "미터/초",
             "m/s",
             "m/sec",
             "ms",
@@ -161,6 +185,12 @@ _ALL = (
         "speed",
         KNOT,
         (
+            "노트",
+            "уз",
+            "узлы",
+            "узл",
+            "knopen",
+            "wezly",
             "kn",
             "kt",
             "kts",
@@ -204,6 +234,7 @@ _ALL = (
         "rotation",
         1.0 / 60.0,
         (
+            "об/мин",
             "rpm",
             "1/min",
             "u/min",

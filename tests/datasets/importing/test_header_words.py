@@ -83,3 +83,21 @@ def test_a_channel_that_misses_its_other_part_is_told(tmp_path, name):
 def test_volts_about_zero_say_what_is_taken_as_amidships(tmp_path):
     (question,) = helmbench.draft_import([log(tmp_path, "t [s],heading [deg],rudder [V]", HEADING, RUDDER)]).questions
     assert "amidships" in question.text
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        "시간 [s],선수방위(도),선회율(도/초),타각(도)",
+        "Время [s],Курс [град],Скорость поворота [град/с],Угол руля [град]",
+        "Tijd [s],Ware koers [deg],Draaisnelheid [deg/s],Roerhoek [deg]",
+        "Aika [s],Keulasuunta [deg],Kääntymisnopeus [deg/s],Peräsinkulma [deg]",
+        "Czas [s],Kurs rzeczywisty [deg],Prędkość kątowa [deg/s],Wychylenie steru [deg]",
+        "Zaman [s],Pruva açısı [deg],Dönüş hızı [deg/s],Dümen açısı [deg]",
+    ],
+    ids=["Korean", "Russian", "Dutch", "Finnish", "Polish", "Turkish"],
+)
+def test_headers_of_further_languages(tmp_path, header):
+    draft = helmbench.draft_import([log(tmp_path, header, HEADING, YAW_RATE, RUDDER)])
+    told = [(row.quantity, row.unit) for row in draft.columns]
+    assert told == [("time", "seconds"), ("heading", "deg"), ("yaw_rate", "deg/s"), ("rudder", "deg")]
