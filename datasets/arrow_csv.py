@@ -5,7 +5,7 @@ Nothing here decides what is a number: whatever is not plain is left to the read
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -55,13 +55,43 @@ def columns_of_numbers(body: bytes, names: list[str], delimiter: str) -> dict[st
         )
     except pa.ArrowException:
         return None
-    return {name: numbers_of_arrow(table.column(name)) for name in names}
+    return {name: numbers_of_arrow(table.column(name).combine_chunks()) for name in names}
 
 
 def numbers_of_arrow(column: Any) -> np.ndarray:
-    """The numbers (N,) of a column of doubles, nan at gaps; its own `to_numpy` would import pandas, which takes longer
-    than a record to read."""
-    return np.from_dlpack((column.fill_null(np.nan) if column.null_count else column).combine_chunks())
+    """The numbers (N,) of an array of doubles, nan at gaps; its own `to_numpy` would import pandas, which takes
+    longer than a record to read."""
+    return np.from_dlpack(column.fill_null(np.nan) if column.null_count else column)
+
+
+def arrow_numbers(values: np.ndarray) -> Any:
+    """Numbers (N,) as an array of Arrow's; `pyarrow.array` would import pandas, here and below."""
+    import pyarrow as pa
+
+    given = np.ascontiguousarray(values, dtype=np.float64)
+    return pa.Array.from_buffers(pa.float64(), given.size, [None, pa.py_buffer(given)])
+
+
+def arrow_mask(values: np.ndarray) -> Any:
+    """Truth values (N,) as an array of Arrow's."""
+    import pyarrow as pa
+
+    given = np.ascontiguousarray(values).view(np.uint8)
+    return pa.Array.from_buffers(pa.uint8(), given.size, [None, pa.py_buffer(given)]).cast(pa.bool_())
+
+
+def arrow_texts(texts: Sequence[str]) -> Any:
+    """Texts (N) as an array of Arrow's."""
+    import pyarrow as pa
+
+    cells = [text.encode() for text in texts]
+    ends = np.cumsum([0, *map(len, cells)], dtype=np.int32)
+    return pa.StringArray.from_buffers(len(cells), pa.py_buffer(ends), pa.py_buffer(b"".join(cells)))
+
+
+def mask_of_arrow(found: Any) -> np.ndarray:
+    """(N,) truth values of an array of Arrow's; null is false."""
+    return np.from_dlpack(found.fill_null(False).cast("uint8")).view(bool)
 
 
 def write_csv(columns: Mapping[str, np.ndarray], path: Path) -> bool:
@@ -81,11 +111,10 @@ def write_csv(columns: Mapping[str, np.ndarray], path: Path) -> bool:
 def _texts(pa: ModuleType, values: np.ndarray) -> Any:
     """Texts (N,) of numbers, null for nan, as `short_text` writes them."""
     size, known = np.abs(values), ~np.isnan(values)
-    same = (size >= SAME_TEXTS[0]) & (size < SAME_TEXTS[1])
-    texts = pa.array(values, mask=~known).cast(pa.string())
-    rest = known & ~same
-    own = pa.array([short_text(value) for value in values[rest].tolist()], pa.string())
-    return pa.compute.replace_with_mask(texts, pa.array(rest), own)
+    rest = known & ~((size >= SAME_TEXTS[0]) & (size < SAME_TEXTS[1]))
+    texts = pa.compute.if_else(arrow_mask(known), arrow_numbers(values).cast(pa.string()), None)
+    own = arrow_texts([short_text(value) for value in values[rest].tolist()])
+    return pa.compute.replace_with_mask(texts, arrow_mask(rest), own)
 
 
 def short_text(value: float) -> str:

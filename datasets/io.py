@@ -225,7 +225,7 @@ def _parquet_column(table: Any, name: str, path: Path) -> np.ndarray:
         row = next((i for i, valid in enumerate(column.is_valid().to_pylist(), start=1) if valid), None)
         message = f"type {kind} where numbers should be"
         raise BadInput(message, file=path, row=row, column=name, hint="store it as float64, gaps as null or nan")
-    return numbers_of_arrow(column.cast(pyarrow.float64(), safe=False))
+    return numbers_of_arrow(column.cast(pyarrow.float64(), safe=False).combine_chunks())
 
 
 # --- checks of the samples

@@ -14,8 +14,8 @@ from helmbench.datasets.record import Record
 from helmbench.models.errors import BadInput
 
 NAMES = ["time_s", "rudder_rad", "heading_rad"]
-CELLS = ["", "0", "-0.0", "nan", "NaN", "-nan", "+nan", "inf", "-Infinity", "nan(1)", "1e999", "1e-400", "5e-324", " 1.5",
-         "1.5 ", "\t2", "007", "0x1f", "1_000", "1,5", "1d5", "+5", ".5", "5.", "1e", "-", "n/a", '"1.5"', '1"5', "'1'",
+CELLS = ["", "0", "-0.0", "nan", "NaN", "-nan", "+nan", "inf", "-Infinity", "nan(1)", "1e999", "1e-400", "5e-324",
+         " 1.5", "1.5 ", "\t2", "007", "0x1f", "1_000", "1,5", "1d5", "+5", ".5", "5.", "1e", "-", "n/a", '"1.5"', '1"5', "'1'",
          "\u0661", "\u00a01", "0." + "1" * 400, "9" * 400, "12345678901234567890.123456789", "#", "1 2"]  # fmt: skip
 ENDS = ["\n", "\r\n", "\r", "\n\n", " \n", ",\n", ";\n"]
 
