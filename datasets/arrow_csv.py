@@ -17,7 +17,7 @@ FEWEST_BYTES = 200_000
 FEWEST_ROWS = 5000
 """Rows from which on it pays to write them by Arrow."""
 SAME_TEXTS = (1e-4, 1e10)
-"""Sizes between which Arrow and Python write a number in the same way."""
+"""Sizes between which, zero aside, Arrow and Python write a number in the same way."""
 
 
 def arrow() -> ModuleType | None:
@@ -111,7 +111,7 @@ def write_csv(columns: Mapping[str, np.ndarray], path: Path) -> bool:
 def _texts(pa: ModuleType, values: np.ndarray) -> Any:
     """Texts (N,) of numbers, null for nan, as `short_text` writes them."""
     size, known = np.abs(values), ~np.isnan(values)
-    rest = known & ~((size >= SAME_TEXTS[0]) & (size < SAME_TEXTS[1]))
+    rest = known & (size != 0.0) & ~((size >= SAME_TEXTS[0]) & (size < SAME_TEXTS[1]))
     texts = pa.compute.if_else(arrow_mask(known), arrow_numbers(values).cast(pa.string()), None)
     own = arrow_texts([short_text(value) for value in values[rest].tolist()])
     return pa.compute.replace_with_mask(texts, arrow_mask(rest), own)

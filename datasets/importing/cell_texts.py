@@ -103,6 +103,15 @@ class Texts(Sequence[str]):
 
         return compute.max(compute.binary_length(self._stored)).as_py() or 0
 
+    def characters(self, most: int) -> np.ndarray | None:
+        """The characters (N, k) of Arrow's texts as bytes, where all have the same number k of at most so many."""
+        _, ends, data = self.arrow.buffers()
+        places = np.frombuffer(ends, np.int32)[self.arrow.offset :][: len(self) + 1]
+        sizes = np.diff(places)
+        if not sizes.size or not 0 < sizes[0] <= most or (sizes != sizes[0]).any():
+            return None
+        return np.frombuffer(data, np.uint8)[places[0] : places[-1]].reshape(len(self), sizes[0])
+
     def replaced(self, old: str, new: str) -> Texts:
         """Arrow's texts with one sign replaced by another."""
         from pyarrow import compute
