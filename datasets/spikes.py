@@ -112,8 +112,8 @@ def _ranges(y: np.ndarray) -> np.ndarray:
 
 
 def _corners(y: np.ndarray, good: np.ndarray, limit: float, place: np.ndarray) -> np.ndarray:
-    """(M,) those of the samples at place (M,) that go on from the line through two good neighbours of one side, by a share of their distance from
-    the straight line between both sides, or by less than the limit."""
+    """(M,) those of the samples at place (M,) that go on from the line through two good neighbours of one side, by a
+    share of their distance from the straight line between both sides, or by less than the limit."""
     own = np.flatnonzero(good)
     after, before = np.searchsorted(own, place, side="right"), np.searchsorted(own, place)
     inside = (before >= 2) & (after + 2 <= own.size)

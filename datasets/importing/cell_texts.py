@@ -21,7 +21,7 @@ CHUNK = 50_000
 class Texts(Sequence[str]):
     """The texts (N,) of a column.
 
-    arrow : the same, trimmed, as an array of Arrow's, of ASCII characters without line breaks; None where there is none.
+    arrow : the same, trimmed, as an array of Arrow's, of ASCII characters without line breaks; None: not of Arrow.
     """
 
     def __init__(self, cells: Iterable[str] | np.ndarray) -> None:

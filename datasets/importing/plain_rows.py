@@ -15,9 +15,8 @@ from ..arrow_csv import FEWEST_BYTES, arrow
 from .cell_texts import Texts
 from .cells import GAPS
 from .layout import LONGEST, Layout, Line, PlainRows, Rows, is_header_again, of_other_width
-from .raw import Rejected
 
-PLAIN = bytes(sorted({*range(32, 127), *b"\t\r\n"} - {*b"\"#%!*("}))
+PLAIN = bytes(sorted({*range(32, 127), *b"\t\r\n"} - {*b'"#%!*('}))
 """Characters of plain rows: none that quotes or begins a comment."""
 SEPARATORS = ";\t|,"
 MOST_FAULTS = 1000
@@ -36,7 +35,7 @@ def plain_reader(text: str, separator: str, trailing: int | None) -> PlainRows |
 
 def _plain_rows(text: str, separator: str, trailing: int | None, layout: Layout, start: int) -> Rows | None:
     body = _from_line(text, start)
-    if trailing not in (None, layout.width + 1) or not _is_plain(body, separator):
+    if trailing not in (None, layout.width + 1) or not _is_plain(body):
         return None
     found = _cells(body, separator, layout.width if trailing is None else trailing, start)
     if found is None:
@@ -59,11 +58,11 @@ def _from_line(text: str, number: int) -> bytes:
     return text[place:].encode().rstrip(b"\r\n")
 
 
-def _is_plain(body: bytes, separator: str) -> bool:
+def _is_plain(body: bytes) -> bool:
     """Whether no row is empty, a comment, or holds a character beyond the plain ones."""
     if body.translate(None, PLAIN) or b"\n\n" in body or b"\n\r\n" in body or b"//" in body:
         return False
-    return separator != ";" or not re.search(rb"(?:\A|\n)[ \t]*;", body)
+    return not re.search(rb"(?:\A|\n)[ \t]*;", body)
 
 
 def _cells(body: bytes, separator: str, width: int, start: int) -> tuple[list[Texts], list[Line]] | None:
