@@ -16,6 +16,7 @@ import numpy as np
 from ..datasets.record import RUDDERS
 from ..models.errors import BadInput, CannotFit
 from .base import FileCheck
+from .comparison.averages import averaged
 from .comparison.chains import Chain, chains, sums, why_not
 from .comparison.courses import deviation
 from .comparison.selection import Compared, compare
@@ -165,11 +166,12 @@ def check_sensors(
 ) -> tuple[list[CheckFinding], list[str]]:
     """Sensor errors of records that are free of gross faults, and why some could not be compared.
 
-    derived : record name -> columns that are made from each other: they are not compared.
+    derived : record name -> columns that are made from each other: they are not compared.  Of long records, averages
+    are (`averaged`).
     """
     found: list[CheckFinding] = []
-    current = list(records)
-    for done, corrected in compared(records, derived, reasons):
+    current = [averaged(record) for record in records]
+    for done, corrected in compared(current, derived, reasons):
         found, current = [*found, *of_sizes(done)], corrected
         if done.absurd is not None:
             return found, reasons

@@ -38,6 +38,7 @@ from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.files import read_bytes, read_utf8, replace_together
 from ..models.memory import bounded_memory, require_memory
+from .arrow_csv import FEWEST_BYTES, FEWEST_ROWS, columns_of_numbers, numbers_of_arrow, short_text, write_csv
 from .columns import ACCEPTED, NUMBER, RUDDERS, SURROUNDINGS, TWIN, check_header, in_order, to_canonical
 from .record import Record, is_side
 from .sidecar import read_sidecar, refuse_to_replace, sidecar_path, sidecar_text
@@ -124,7 +125,10 @@ def _read_csv(path: Path) -> _Table:
     delimiter = max(DELIMITERS, key=header.decode().count)
     names = [name.strip().strip('"') for name in header.decode().split(delimiter)]
     check_header(names, path, row=1)
-    columns = _parse_fast(data[len(header) :].decode(), names, delimiter)
+    body = data[len(header) :]
+    columns = columns_of_numbers(body, names, delimiter) if len(body) >= FEWEST_BYTES else None
+    if columns is None:
+        columns = _parse_fast(body.decode(), names, delimiter)
     if columns is None:
         columns = _parse_slowly(data, names, delimiter, path)
     return _Table(columns, lambda i: next(islice(_rows(data, delimiter), i + 1, None))[0])
@@ -211,12 +215,6 @@ def _read_parquet(path: Path) -> _Table:
     return _Table({name: _parquet_column(table, name, path) for name in names}, lambda i: i + 1)
 
 
-def _values(column: Any) -> np.ndarray:
-    """The numbers (N,) of an Arrow column, nan at gaps; its own `to_numpy` would import pandas, which takes longer
-    than a record to read."""
-    return np.from_dlpack(column.fill_null(math.nan) if column.null_count else column)
-
-
 def _parquet_column(table: Any, name: str, path: Path) -> np.ndarray:
     import pyarrow
 
@@ -227,7 +225,7 @@ def _parquet_column(table: Any, name: str, path: Path) -> np.ndarray:
         row = next((i for i, valid in enumerate(column.is_valid().to_pylist(), start=1) if valid), None)
         message = f"type {kind} where numbers should be"
         raise BadInput(message, file=path, row=row, column=name, hint="store it as float64, gaps as null or nan")
-    return _values(column.cast(pyarrow.float64(), safe=False).combine_chunks())
+    return numbers_of_arrow(column.cast(pyarrow.float64(), safe=False).combine_chunks())
 
 
 # --- checks of the samples
@@ -359,10 +357,9 @@ def _writer(path: Path) -> Callable[[dict[str, np.ndarray], Path], None]:
 
 def _write_csv(columns: dict[str, np.ndarray], path: Path) -> None:
     """Shortest decimals that read back as the same float64."""
-    cells = [
-        ["" if value != value else repr(value).removesuffix(".0") for value in column.tolist()]
-        for column in columns.values()
-    ]
+    if len(next(iter(columns.values()))) >= FEWEST_ROWS and write_csv(columns, path):
+        return
+    cells = [map(short_text, column.tolist()) for column in columns.values()]
     rows = map(",".join, zip(*cells, strict=True))
     path.write_text("\n".join([",".join(columns), *rows, ""]), "utf-8", newline="\n")
 

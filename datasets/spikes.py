@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import permutations
 
 import numpy as np
@@ -83,7 +84,8 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
     else:
         spike = spike if settled is None else settled
     spike &= ~_in_runs(spike)
-    spike &= ~_corners(values, known & ~spike, NEARLY * spread)
+    at = np.flatnonzero(spike)
+    spike[at[_corners(values, known & ~spike, NEARLY * spread, at)]] = False
     near = peak & ~spike & ~ends & (departure > NEAR * spread)
     spike |= ends
     return np.where(spike, np.nan, values), int(spike.sum()), int(near.sum())
@@ -94,17 +96,25 @@ def _off_the_median(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray
     the median of the AROUND good ones about them, which gross errors beside each other do not move."""
     own, off, reach = np.flatnonzero(good), np.zeros(y.size, bool), AROUND // 2
     if own.size >= AROUND and limit > 0.0:
-        middle = np.median(np.lib.stride_tricks.sliding_window_view(y[own], AROUND), axis=1)
+        windows = np.lib.stride_tricks.sliding_window_view(y[own], AROUND)
         way = reach * float(np.quantile(np.abs(np.diff(y[own])), LARGE))
-        inner = own[reach : own.size - reach]
-        off[inner] = np.abs(y[inner] - middle) > max(limit, OUTSIDE * way)
+        furthest = max(limit, OUTSIDE * way)
+        wide = np.flatnonzero(_ranges(y[own]) > furthest)  # in others no sample is as far from the median
+        inner = own[reach + wide]
+        off[inner] = np.abs(y[inner] - np.median(windows[wide], axis=1)) > furthest
     return off
 
 
-def _corners(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
-    """(T,) samples that go on from the line through two good neighbours of one side, by a share of their distance from
-    the straight line between both sides, or by less than the limit."""
-    own, place = np.flatnonzero(good), np.arange(y.size)
+def _ranges(y: np.ndarray) -> np.ndarray:
+    """(T - AROUND + 1,) largest less smallest of AROUND values in turn."""
+    parts = [y[i : y.size - AROUND + 1 + i] for i in range(AROUND)]
+    return np.maximum.reduce(parts) - np.minimum.reduce(parts)
+
+
+def _corners(y: np.ndarray, good: np.ndarray, limit: float, place: np.ndarray) -> np.ndarray:
+    """(M,) those of the samples at place (M,) that go on from the line through two good neighbours of one side, by a
+    share of their distance from the straight line between both sides, or by less than the limit."""
+    own = np.flatnonzero(good)
     after, before = np.searchsorted(own, place, side="right"), np.searchsorted(own, place)
     inside = (before >= 2) & (after + 2 <= own.size)
     k, before, after = place[inside], before[inside], after[inside]
@@ -113,9 +123,9 @@ def _corners(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray:
     def off(i: np.ndarray, j: np.ndarray) -> np.ndarray:
         return np.abs(y[k] - y[i] - (y[j] - y[i]) * (k - i) / (j - i))
 
-    corner = np.zeros(y.size, bool)
+    corner = np.zeros(place.size, bool)
     share = np.where(c - b > 2, 2.0 * ONE_SIDE, ONE_SIDE)  # across a gap the motion has bent further
-    corner[k] = np.minimum(off(a, b), off(c, d)) < np.maximum(share * off(b, c), limit)
+    corner[inside] = np.minimum(off(a, b), off(c, d)) < np.maximum(share * off(b, c), limit)
     return corner
 
 
@@ -164,21 +174,34 @@ def _departures(y: np.ndarray, good: np.ndarray, skip: int = 0) -> tuple[np.ndar
 
     skip : so many samples after each are not used for it.
     """
-    out, judged, place = np.zeros(y.size), np.zeros(y.size, bool), np.arange(y.size)
-    own = np.flatnonzero(good)
+    out, judged = np.zeros(y.size), np.zeros(y.size, bool)
+    own, beside = np.flatnonzero(good), np.array([-2, -1, 1 + skip, 2 + skip])
+    inner = np.arange(2, max(y.size - 2 - skip, 2))
+    even = np.logical_and.reduce([good[inner + i] for i in beside]) if inner.size else np.zeros(0, bool)
+    uneven = np.ones(y.size, bool)
+    uneven[inner] = ~even
+    place = np.flatnonzero(uneven)
     after = np.searchsorted(own, place + skip, side="right")
     before = np.searchsorted(own, place)
     inside = (before >= 2) & (after + 2 <= own.size)
-    k = place[inside]
-    nodes = np.stack([own[before[inside] - 2], own[before[inside] - 1], own[after[inside]], own[after[inside] + 1]])
-    away = (nodes - k).astype(float)
+    k, before, after = place[inside], before[inside], after[inside]
+    gaps = np.stack([own[before - 2], own[before - 1], own[after], own[after + 1]])
+    for samples, nodes, away in ((inner[even], None, beside[:, None]), (k, gaps, gaps - k)):
+        near = [y[samples + i] for i in beside] if nodes is None else y[nodes]
+        distance = _off_the_cubic(y[samples], near, away.astype(float))
+        told = np.isfinite(distance) & (np.abs(away).max(axis=0) <= REACH)
+        judged[samples], out[samples] = told, np.where(told, distance, 0.0)
+    return out, judged
+
+
+def _off_the_cubic(y: np.ndarray, near: Sequence[np.ndarray] | np.ndarray, away: np.ndarray) -> np.ndarray:
+    """Distances (K,) of values (K,) from the cubic through four (K,) that are so far away, (4, K) or alike for all
+    (4, 1)."""
     weights = np.ones_like(away)
     for i, j in permutations(range(4), 2):
         weights[i] *= away[j] / (away[j] - away[i])
-    distance = np.abs(y[k] - np.sum(weights * y[nodes], axis=0)) / np.sqrt(1.0 + np.sum(weights**2, axis=0))
-    judged[k] = np.isfinite(distance) & (np.abs(away).max(axis=0) <= REACH)
-    out[k] = np.where(judged[k], distance, 0.0)
-    return out, judged
+    curve = weights[0] * near[0] + weights[1] * near[1] + weights[2] * near[2] + weights[3] * near[3]
+    return np.abs(y - curve) / np.sqrt(1.0 + np.sum(weights**2, axis=0))
 
 
 def _largest_beside(x: np.ndarray) -> np.ndarray:

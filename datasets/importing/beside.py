@@ -22,6 +22,8 @@ from .raw import RawColumn, RawTable
 from .units import UNITS, unit_of
 
 SUFFIXES = (".yaml", ".yml", ".json")
+FEW = 100
+"""Cells that are looked at before a whole column is."""
 MOST_WORDS = 16
 """Words of a line that says something of one column; longer ones are prose."""
 
@@ -92,9 +94,12 @@ def of_side(columns: Sequence[RawColumn], side: str) -> dict[tuple[frozenset[str
 
 
 def _sides(letters: Texts, before: RawColumn) -> bool:
-    """Whether a column of texts names sides."""
-    kinds = {text.lower() for text in letters.unique()} - GAPS
-    return 0 < len(kinds) <= 3 and all(side_of(kind, before.name) for kind in kinds)
+    """Whether a column of texts names sides; a few of its cells tell of most columns that they are none."""
+    for some in (letters[:FEW], letters.unique()):
+        kinds = {text.strip().lower() for text in some} - GAPS
+        if len(kinds) > 3 or not all(side_of(kind, before.name) for kind in kinds):
+            return False
+    return len(kinds) > 0
 
 
 def _joined(numbers: Texts, letters: Texts) -> Texts:

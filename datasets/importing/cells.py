@@ -36,6 +36,8 @@ POINT_SURE = re.compile(
 COMMA_SURE = re.compile(
     r"[+-]?(\d{1,3}(\.\d{3})+,\d+|\d{1,3}(\.\d{3}){2,}|0,\d+|\d{4,},\d+|\d*,(\d{1,2}|\d{4,})|,\d+)([eE][+-]?\d+)?"
 )
+ONE_COMMA = re.compile(r"[+-]?(\d*,(\d{1,2}|\d{4,})|(0|\d{4,}|[1-9]\d{0,2}),\d+)")
+"""Numbers with a decimal comma and no sign of thousands: some of what `COMMA_SURE` and `EITHER` take."""
 EITHER = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 DECORATED = re.compile(r"(?P<before>[^\d+\-.,]*+)(?P<number>[+-]?[\d.,]++(?:[eE][+-]?\d++)?)(?P<after>[^\d]*+)")
 SIDES = {
@@ -105,13 +107,35 @@ def numbers_of(texts: Texts, style: Style = "point") -> np.ndarray:
     """
     own = style_of(texts[:SAMPLE])
     decimal = own if own in ("point", "comma") else style
+    plain = _plain_numbers(texts, decimal)
+    if plain is not None:
+        return plain
     numbers = _floats(_with_points(texts, decimal))
     missing = np.flatnonzero(np.isnan(numbers))
     if missing.size:
-        missing = missing[texts.take(missing).tested(NUMBER_LIKE.fullmatch)]
+        missing = missing[texts.take(missing).matched(NUMBER_LIKE)]
     if missing.size:
         numbers[missing] = texts.take(missing).mapped(lambda text: _number(text, decimal))
     return numbers
+
+
+def _plain_numbers(texts: Texts, decimal: Style) -> np.ndarray | None:
+    """The numbers (N,) of Arrow's texts; None where signs of thousands, or such as only `_number` reads, are among
+    them."""
+    if texts.arrow is None:
+        return None
+    gaps = texts.among(GAPS)
+    if decimal == "comma":
+        signed = texts.matched(re.compile(r".*[.,].*"))
+        if not texts.take(np.flatnonzero(signed)).matched(ONE_COMMA).all():
+            return None
+        texts = texts.replaced(",", ".")
+    found = texts.floats(~gaps)
+    if found is not None:
+        return found
+    plain = ~gaps & (texts.matched(PLAIN) | texts.matched(INFINITE))
+    other = np.flatnonzero(~gaps & ~plain)
+    return None if texts.take(other).matched(NUMBER_LIKE).any() else texts.floats(plain)
 
 
 def _with_points(texts: Texts, decimal: Style) -> Texts:
@@ -124,7 +148,7 @@ def _with_points(texts: Texts, decimal: Style) -> Texts:
     if not rows.size:
         return texts
     pattern = re.compile(f"{COMMA_SURE.pattern}|{EITHER.pattern}") if comma else GROUPED_COMMAS
-    rows = rows[texts.take(rows).tested(pattern.fullmatch)]
+    rows = rows[texts.take(rows).matched(pattern)]
     found = cells.copy()
     plain = np.strings.replace(np.strings.replace(cells[rows], ".", ""), ",", ".") if comma else None
     found[rows] = np.strings.replace(cells[rows], ",", "") if plain is None else plain
@@ -137,7 +161,7 @@ def _floats(texts: Texts) -> np.ndarray:
     if not (np.strings.find(cells, "_") >= 0).any():
         with contextlib.suppress(ValueError):
             return cells.astype(np.float64)
-    plain = texts.tested(lambda text: PLAIN.fullmatch(text) or INFINITE.fullmatch(text))
+    plain = texts.matched(PLAIN) | texts.matched(INFINITE)
     numbers = np.full(len(texts), np.nan)
     numbers[plain] = texts.trimmed[plain].astype(np.float64)
     return numbers
@@ -181,6 +205,10 @@ class Decorated:
 
 def decorated(texts: Texts, name: str, style: Style) -> Decorated | None:
     """The numbers of cells such as `12.5 P`, `54.42N`, `12.3 kn`; None where most cells are of no such form."""
+    if texts.arrow is not None:  # of which there may be as many different ones as rows
+        known = ~texts.among(GAPS)
+        if (known & texts.matched(DECORATED)).sum() < 0.9 * known.sum():
+            return None
     kinds_of, codes = texts.coded()
     counts = np.bincount(codes, minlength=len(kinds_of))
     matches = [DECORATED.fullmatch(text.translate(MINUS)) for text in kinds_of]

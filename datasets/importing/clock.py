@@ -12,8 +12,9 @@ from typing import Any, Literal, get_args
 import numpy as np
 
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
-from .cell_texts import Texts, pieces
+from .cell_texts import Texts
 from .cells import GAPS
+from .even_stamps import even_stamps
 from .gps_time import EPOCH_S, WEEK_S
 from .raw import RawColumn
 
@@ -329,9 +330,12 @@ def _parsed(column: RawColumn, form: Form) -> np.ndarray:
 
 def _moments(texts: Texts, form: Form) -> np.ndarray:
     """Dates with times as seconds since 1970 (N,); nan where a text is none."""
+    even = even_stamps(texts) if form == "iso" else None
+    if even is not None:
+        return even
     import pandas as pd
 
-    cells = [re.sub(r"(:\d{2}),(\d)", r"\1.\2", cell) for cell in pieces(texts.trimmed)]
+    cells = [re.sub(r"(:\d{2}),(\d)", r"\1.\2", cell) for cell in texts.trimmed_texts()]
     if form == "iso":
         cells = [re.sub(r"^(\d{4})[/.](\d{1,2})[/.](\d{1,2})", r"\1-\2-\3", cell) for cell in cells]
     series = pd.Series([None if cell.lower() in GAPS else cell for cell in cells], dtype=object)

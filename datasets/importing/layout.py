@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -33,6 +33,8 @@ NUMBERED = re.compile(
     r"^\W*(?:col(?:umn)?|spalte|channel|kanal|ch)?\.?\s*#?(?P<number>\d{1,3})\s*[:=.)\-]\s*(?P<name>\S.*)$",
     re.IGNORECASE,
 )
+LONGEST = 5000
+"""Characters of a cell that are read: names are taken apart word by word."""
 SAMPLE = 400
 """Rows that are looked at to find the layout."""
 
@@ -245,23 +247,41 @@ def distinct(names: Sequence[str]) -> list[str]:
     return out
 
 
+@dataclass(frozen=True)
+class Rows:
+    """The rows of data of a table: the texts of its columns, their line numbers (N,), what is left out, and what was
+    done."""
+
+    columns: list[Texts]
+    numbers: np.ndarray
+    faults: tuple[Rejected, ...]
+    done: tuple[str, ...] = ()
+
+
+PlainRows: TypeAlias = Callable[[Layout, int], Rows | None]
+"""Reads the rows from a line number on at once; None where they need a closer look."""
+
+
 def table_of(
-    lines: Iterable[Line], sample: Sequence[Line], file: str, sheet: str, done: Sequence[str]
+    lines: Iterable[Line],
+    sample: Sequence[Line],
+    file: str,
+    sheet: str,
+    done: Sequence[str],
+    plain: PlainRows | None = None,
 ) -> RawTable | None:
     """The raw table of lines of cells; None where they hold no data.
 
-    sample : the first and the last of the lines, by which the layout is found.
+    sample : the first and the last of the lines, by which the layout is found.  plain : a reader that is asked first.
     """
     layout = find_layout(sample)
     if layout is None:
         return None
     start = sample[layout.start].number
-    body = _Body(layout, file)
-    for line in lines:
-        if line.number >= start:
-            body.add(line)
-    body.store()
-    cells = _joined(body.columns(), layout.header.joined)
+    rows = plain(layout, start) if plain is not None else None
+    if rows is None:
+        rows = _rows(lines, layout, start, file)
+    cells = _joined(rows.columns, layout.header.joined)
     style, header = table_style([texts[:STYLE_SAMPLE] for texts in cells]), layout.header
     columns = [
         RawColumn(name, unit, texts, below=below, style=style)
@@ -269,9 +289,24 @@ def table_of(
         if not (name.startswith("column ") and texts.unique() in ([], [""]))
     ]
     columns = with_halves(with_sides(with_notes(columns, header.notes)))
-    rows = np.concatenate([np.zeros(0, dtype=int), *body.numbers])
-    said = (*done, *header.done, *body.done())
-    return RawTable(file, tuple(columns), rows, sheet, file, header.notes, said, tuple(body.faults))
+    said = (*done, *header.done, *rows.done)
+    return RawTable(file, tuple(columns), rows.numbers, sheet, file, header.notes, said, rows.faults)
+
+
+def _rows(lines: Iterable[Line], layout: Layout, start: int, file: str) -> Rows:
+    """The rows of data, line by line."""
+    body = _Body(layout, file)
+    for line in lines:
+        if line.number >= start:
+            body.add(line)
+    body.store()
+    numbers = np.concatenate([np.zeros(0, dtype=int), *body.numbers])
+    return Rows(body.columns(), numbers, tuple(body.faults), tuple(body.done()))
+
+
+def of_other_width(line: Line, width: int) -> Rejected:
+    """A row that is left out for its number of cells."""
+    return line.number, f"{len(line.cells)} cells under {width} columns", ",".join(line.cells)
 
 
 def _joined(columns: list[Texts], joined: tuple[int, int] | None) -> list[Texts]:
@@ -307,8 +342,8 @@ class _Body:
         if line.comment:
             self._comments += 1
         elif len(cells) != width:
-            self.faults.append((line.number, f"{len(cells)} cells under {width} columns", ",".join(cells)))
-        elif _is_header_again(cells, self.layout):
+            self.faults.append(of_other_width(line, width))
+        elif is_header_again(cells, self.layout):
             self._check_again(line)
             self._headers += 1
         else:
@@ -351,7 +386,8 @@ class _Body:
         return done + ([f"{self._headers} repeated header lines left out"] if self._headers else [])
 
 
-def _is_header_again(cells: Sequence[str], layout: Layout) -> bool:
+def is_header_again(cells: Sequence[str], layout: Layout) -> bool:
+    """Whether a row among the data names the columns, or their units, once more; none with a number does."""
     if any(map(PLAIN.fullmatch, cells)) or any(map(is_number, cells)):
         return False
     return _names_again(cells, layout) or _units_row(cells, layout.width)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
@@ -66,7 +67,7 @@ class RawColumn:
         if self.texts is None:
             return Decorated(np.asarray(self.values, dtype=np.float64), "", "")
         plain = numbers_of(self.texts, self.style)
-        unread = int((np.isnan(plain) & ~self.texts.among(GAPS)).sum())
+        unread = _not_gaps(self.texts, np.isnan(plain)).size
         found = decorated(self.texts, self.name, self.style) if unread > 0.02 * plain.size else None
         return found or Decorated(plain, "", "")
 
@@ -80,7 +81,7 @@ class RawColumn:
         """Indices of cells that hold neither a number nor one of the texts that mean a gap."""
         if self.texts is None:
             return np.flatnonzero(np.isinf(self.cells.numbers))
-        return np.flatnonzero(~np.isfinite(self.cells.numbers) & ~self.texts.among(GAPS))
+        return _not_gaps(self.texts, ~np.isfinite(self.cells.numbers))
 
     @property
     def numeric(self) -> bool:
@@ -100,12 +101,20 @@ class RawColumn:
 
     def first(self, count: int = 3) -> tuple[str, ...]:
         """The first cells that are no gaps."""
-        gaps = np.isnan(self.cells.numbers) if self.texts is None else self.texts.among(GAPS)
-        return tuple(self.text(i) for i in np.flatnonzero(~gaps)[:count].tolist())
+        if self.texts is None:
+            return tuple(self.text(i) for i in np.flatnonzero(~np.isnan(self.cells.numbers))[:count].tolist())
+        told = (text.strip() for text in self.texts)
+        return tuple(itertools.islice((text for text in told if text.lower() not in GAPS), count))
 
     def at(self, rows: Sequence[int] | np.ndarray) -> Texts | np.ndarray:
         """The cells of some rows."""
         return np.asarray(self.values)[rows] if self.texts is None else self.texts.take(rows)
+
+
+def _not_gaps(texts: Texts, which: np.ndarray) -> np.ndarray:
+    """Indices of those of some cells, which (N,), that do not mean a gap."""
+    rows = np.flatnonzero(which)
+    return rows[~texts.take(rows).among(GAPS)] if rows.size else rows
 
 
 def _short(value: float) -> str:

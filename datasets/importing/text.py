@@ -10,7 +10,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ...models.errors import BadInput
-from .layout import SAMPLE, Line, is_value, table_of
+from .layout import LONGEST, SAMPLE, Line, is_value, table_of
+from .plain_rows import plain_reader
 from .raw import RawTable
 
 MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
@@ -18,8 +19,8 @@ OTHER_SCRIPTS = ("cp932", "shift", "euc", "gb", "big5", "hz", "iso2022", "johab"
 """Encodings of scripts that Windows-1252 does not hold; those of Latin letters are hardly told from it."""
 COMMENT = re.compile(r"^\s*(#|%|//|!|\*|;(?=\s*[A-Za-z#]))+\s?")
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
-MOST_COLUMNS, LONGEST = 2000, 5000
-"""Columns of a table, and characters of a cell, that are read: names are taken apart word by word."""
+MOST_COLUMNS = 2000
+"""Columns of a table that are read."""
 SPACES = 0.8
 """Weight of spaces: dates with times of day hold some, too."""
 FIRST_LINES, HEAD, MOST_BREAKS = 5000, 100_000, 5
@@ -82,7 +83,8 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
     known = ((number, _bounded(number, line, path)) for number, line in numbered_lines(text))
     lines = (_untrailed(_line(number, line, separator), width) for number, line in known)
     done = [f"{encoding} text, separated by {SEPARATORS[separator]}"]
-    table = table_of(lines, [_untrailed(row, width) for row in rows], path.name, "", done)
+    sample_rows = [_untrailed(row, width) for row in rows]
+    table = table_of(lines, sample_rows, path.name, "", done, plain_reader(text, separator, width))
     if table is None:
         hint = "a log needs a header and rows of numbers"
         raise BadInput("no rows of numbers found", file=path, hint=hint)

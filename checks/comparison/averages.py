@@ -1,0 +1,72 @@
+"""Long records as averages over a few samples each: what a comparison of channels needs of them.
+
+Delays, scales and offsets between channels are told by motions that last as long as the ship's turning.  Averages over
+equally many samples of all channels keep these, what channels owe to each other (psi' = r holds for averages too), and
+the share of noise; they are taken over less time than the comparison can tell from none.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.signals import sensor_sd
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+MOST = 50_000
+"""Samples up to which a record is compared as it is, and that a longer one should be averaged to."""
+SHARE = 0.04
+"""Share of the time in which the ship changes its turn that an average may last: half of it is the floor of a delay."""
+CLEAR = 4.0
+"""Times its noise that the power of the yaw acceleration must be."""
+KNOWN = 0.98
+"""Share of samples that every channel must have: where one is sampled more slowly, averages would be late."""
+AVERAGED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+"""Channels that are compared; of others, which wrap or are switched, an average may be none of their values."""
+
+
+def averaged(record: Record) -> Record:
+    """The record's compared channels as averages; the record itself where it is short, or where averages would lose
+    something of its motion or of a slower channel."""
+    channels = {name: record.continuous(name) for name in AVERAGED if record.has(name)}
+    if record.n <= MOST or any(np.mean(np.isfinite(x)) < KNOWN for x in channels.values()):
+        return record
+    count = min(record.n // MOST, _most(record))
+    if count < 2:
+        return record
+    steps = np.diff(_blocks(record.time_s, count), axis=1)
+    whole = steps.max(axis=1) <= 1.5 * record.dt  # a gap in time lies within no average
+    means = {name: np.where(whole, _blocks(x, count).mean(axis=1), np.nan) for name, x in channels.items()}
+    return type(record)(_blocks(record.time_s, count).mean(axis=1), means, name=record.name, meta=record.meta)
+
+
+def _blocks(values: np.ndarray, count: int) -> np.ndarray:
+    """(N // count, count) values (N,); those of a last block that is not full are left out."""
+    return values[: values.size // count * count].reshape(-1, count)
+
+
+def _most(record: Record) -> int:
+    """Samples over which averages keep the turning: of an unknown heading 1."""
+    if not record.has("heading_rad"):
+        return 1
+    return int(SHARE * _turning_time_s(record) / record.dt)
+
+
+def _turning_time_s(record: Record) -> float:
+    """Yaw rate over yaw acceleration (rms of both), s, from the shortest averages of the heading whose noise hides
+    neither; the length of the record where all are hidden, as on a straight course."""
+    heading = record.heading_unwrapped()
+    white = sensor_sd(heading)
+    count = 1
+    while record.n // count > 200:
+        means, span = _blocks(heading, count).mean(axis=1), count * record.dt
+        rate, slope = np.diff(means) / span, np.diff(means, 2) / span**2
+        power, bend = float(np.nanmean(rate**2)), float(np.nanmean(slope**2))
+        noise = 6.0 * white**2 / (count * span**4)
+        if bend > CLEAR * noise:
+            return float(np.sqrt(max(power - noise * span**2 / 3.0, 0.0) / (bend - noise)))
+        count *= 2
+    return float(np.ptp(record.time_s))
