@@ -254,9 +254,9 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log) -> Dra
     timed = [question for question in timed if question.table in used]
     questions = [*timed, *(question for f in log.findings for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
-    files = {f.table.file for f in log.findings if f.may_be}
-    named = [table for table in tables if table.label in used or (table.file not in files and not faults)]
-    entries = tuple(_entry(table, mapping, log) for table in named) if used else ()
+    entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
+    idle = [table for table in tables if table.label not in used and not faults and _in_map(table, entries)]
+    entries += tuple(_entry(table, mapping, log) for table in idle)
     if entries and mapping:  # the map of a log need not name its tables without a column that is used
         faults = [fault for fault in faults if fault.fatal or _is_named(fault.table, mapping)]
     questions += _without_channels(tables, log) if not faults else []
@@ -266,6 +266,12 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log) -> Dra
     if made is not None and mapping is not None:
         made = mapping.model_copy(update={"tables": entries})
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
+
+
+def _in_map(table: RawTable, entries: Sequence[TableMap]) -> bool:
+    """Whether a map names a table of which no column is used: a whole file, or one that the entry of another fits."""
+    whole = all(entry.file != table.file for entry in entries)
+    return bool(entries) and (whole or not all(missing(table, entry) for entry in entries))
 
 
 def _is_named(label: str, mapping: Mapping) -> bool:

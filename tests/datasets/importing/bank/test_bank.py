@@ -71,7 +71,7 @@ def error_of(record, channel: str, run, side: str, first_s: float) -> float:
 def tried(case: Case, run, folder) -> Outcome:
     files = case.write(run, folder)
     found, asked, note, columns = import_case(case, files)
-    unnamed = tuple(c.column for c in columns if not c.why) if columns else ("no column",)
+    unnamed = tuple(c.column for c in columns if not c.why) if columns or case.refused else ("no column",)
     if found is None:
         return Outcome(False, asked, (), (), unnamed, note)
     record = max(found.records, key=lambda record: record.n)
