@@ -167,6 +167,8 @@ def _imported(
         questions += asked
         records += [record] if record is not None else []
         aside |= _aside(merged, streams, used)
+    if any(stream.run for stream in placed):
+        records, questions = _same_side(records, questions)
     asked = tuple(dict.fromkeys(questions))
     refuse_fatal(faults, _with_questions(rows, asked) if asked else rows, draft, asked)
     side = next((r.meta.positive_rudder for r in records), None)
@@ -178,6 +180,16 @@ def _imported(
     return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
         tuple(records), made, report, aside
     )
+
+
+def _same_side(records: Sequence[Record], questions: Sequence[Question]) -> tuple[list[Record], list[Question]]:
+    """The runs of a table, all with the side of a positive rudder that some of them tell, and what is asked."""
+    sides = {record.meta.positive_rudder for record in records} - {None}
+    if len(sides) != 1:
+        return list(records), list(questions)
+    side = sides.pop()
+    same = [replace(record, meta=replace(record.meta, positive_rudder=side)) for record in records]
+    return same, [question for question in questions if question.id != RUDDER_SIDE]
 
 
 def _without_use(

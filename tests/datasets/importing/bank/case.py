@@ -34,7 +34,7 @@ class Case:
     or the name of its column.  loose : of a log that is resampled.
     questions : that are needed, None where that is not counted.  records : of the log; the longest is compared.
     start : the key under which the record states its start, '' where none is known.  first_s : when by its clock the
-    record begins after the run.  refused, said : what the import says, as a refusal or as a doubt.
+    record begins after the run, to `within_s`.  refused, said : what the import says, as a refusal or as a doubt.
     """
 
     write: Callable[[Run, Path], list[Path]]
@@ -50,6 +50,7 @@ class Case:
     records: int = 1
     start: str = ""
     first_s: float = 0.0
+    within_s: float = 0.6
     refused: str = ""
     said: str = ""
 

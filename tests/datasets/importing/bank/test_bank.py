@@ -157,7 +157,7 @@ def test_clocks_runs_and_names_over_several_cells(outcomes, name):
     assert (found.asked, found.records, found.start) == (case.questions, case.records, case.start)
     assert case.said in found.said
     if case.start:
-        assert found.start_s == pytest.approx(START + case.first_s, abs=0.6)
+        assert found.start_s == pytest.approx(START + case.first_s, abs=case.within_s)
 
 
 def test_every_column_is_named(outcomes):
