@@ -18,6 +18,8 @@ from .times import clock_question
 
 ZONE_STEP_S, LONGEST_ZONE_S = 900.0, 14.0 * 3600.0
 """Steps of the zones of the world, and the largest of them."""
+MISSED_S, SURE_S = 5.0, 20.0
+"""Seconds by which the motion may miss a zone, and within which an offset that is none must be known."""
 STARTS_S = 60.0
 """Seconds below which a first time says that the clock was started with the log."""
 
@@ -103,22 +105,46 @@ def _of_base(base: Sequence[Stream], own: Sequence[Stream]) -> float | None:
 def _dated(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
     """The setting of a clock with a date: as it is where both state UTC, or by the zone that the motion tells."""
     label, stated = base[0].label, [all(stream.zoned for stream in streams) for streams in (base, own)]
-    lag = offset_by_motion(base, own, NEAR_S) if _overlap(base, own) else None
+    lag = _lag(base, own)
     if all(stated):
-        if lag is None or not lag.sharp or lag.holds(0.0):
-            return Setting(0.0, f"clock taken as that of {label}, both state their offset from UTC")
-        said = f"{lag.told} best with its clock {lag.seconds:+.1f} s, but both tables state their offset from UTC"
-        return Setting(0.0, f"{said}: left as it is", True)
-    lag = lag or offset_by_motion(base, own, None)
-    able = [] if lag is None else [zone for zone in _zones(base, own) if lag.holds(zone)]
-    if lag is not None and len(able) == 1:
+        return _stated(base, own, lag)
+    zones = _zones(base, own)
+    able = [] if lag is None else [zone for zone in zones if lag.holds(zone)]
+    if lag is not None and len(able) == 1 and abs(able[0] - lag.seconds) <= MISSED_S:
         told = f"clock {f'set {able[0]:+g} s to' if able[0] else 'taken as'} that of {label}: {lag.told} so"
         return Setting(able[0], told, able[0] != 0.0)
-    if lag is not None and not able and lag.sharp and _overlap(base, own):
-        return _by_motion(label, lag)
+    if lag is not None and lag.sharp and not any(abs(zone - lag.seconds) <= MISSED_S for zone in zones):
+        return _by_motion(label, lag) if lag.high - lag.low <= SURE_S else None
     if not any(stated) and (lag is None or lag.holds(0.0)):
-        said = f"clock taken as that of {label} (no channel that both hold tells more)"
-        return Setting(0.0, said)
+        return Setting(0.0, f"clock taken as that of {label} (no channel that both hold tells more)")
+    return None
+
+
+def _stated(base: Sequence[Stream], own: Sequence[Stream], lag: Lag | None) -> Setting:
+    """The setting of a clock where both state their offset from UTC: none, but for GPS time that may be named so."""
+    ahead, vague = float(leap_seconds(base[0].time[0])), any(stream.vague for stream in (*base, *own))
+    told = lag if lag is not None and lag.sharp and abs(lag.seconds) > MISSED_S and not lag.holds(0.0) else None
+    leap = [seconds for seconds in (-ahead, ahead) if told and told.holds(seconds)]
+    if vague and leap and told:
+        said = f"its clock or that of {base[0].label} is named GPS time and shows UTC: {told.told} so"
+        return Setting(leap[0], f"clock set {leap[0]:+g} s: {said}", True)
+    if told:
+        said = f"{told.told} best with its clock {told.seconds:+.1f} s, but both tables state their offset from UTC"
+        return Setting(0.0, f"{said}: left as it is", True)
+    if vague and lag is None:
+        return Setting(
+            0.0, f"GPS time is taken as such, {ahead:g} s ahead of UTC: nothing tells whether it is UTC", True
+        )
+    return Setting(0.0, f"clock taken as that of {base[0].label}, both state their offset from UTC")
+
+
+def _lag(base: Sequence[Stream], own: Sequence[Stream]) -> Lag | None:
+    """The offset that the motion tells, near to the zones with which two clocks have enough in common."""
+    for zone in _common_zones(base, own):
+        moved = [replace(stream, time=stream.time + zone) for stream in own]
+        lag = offset_by_motion(base, moved, NEAR_S)
+        if lag is not None:
+            return replace(lag, seconds=lag.seconds + zone, low=lag.low + zone, high=lag.high + zone)
     return None
 
 
@@ -148,13 +174,32 @@ def _overlap(base: Sequence[Stream], own: Sequence[Stream]) -> bool:
     return min(last, stop) - max(first, start) > OVERLAP * min(last - first, stop - start)
 
 
+def _common_zones(base: Sequence[Stream], own: Sequence[Stream]) -> list[float]:
+    """Seconds of the zones with which two clocks with a date have enough in common: 0, or else those with the most."""
+    if _overlap(base, own):
+        return [0.0]
+    middle = np.mean([base[0].time[0], base[0].time[-1]]) - np.mean([own[0].time[0], own[0].time[-1]])
+    near = ZONE_STEP_S * round(float(middle) / ZONE_STEP_S)
+    zones = [near + k * ZONE_STEP_S for k in (0, -1, 1, -2, 2)]
+    moved = {zone: [replace(stream, time=stream.time + zone) for stream in own] for zone in zones}
+    return [zone for zone in zones if 0.0 < abs(zone) <= LONGEST_ZONE_S and _overlap(base, moved[zone])]
+
+
 def _zones(base: Sequence[Stream], own: Sequence[Stream]) -> list[float]:
     """Seconds by which a clock with a date may be off: zones, and GPS time where it or the other states none."""
     ahead = float(leap_seconds(base[0].time[0]))
-    middle = np.mean([base[0].time[0], base[0].time[-1]]) - np.mean([own[0].time[0], own[0].time[-1]])
-    near = ZONE_STEP_S * round(float(middle) / ZONE_STEP_S)
-    zones = [z for z in (0.0, near - ZONE_STEP_S, near, near + ZONE_STEP_S) if abs(z) <= LONGEST_ZONE_S]
-    return sorted({zone + more for zone in zones for more in (0.0, -ahead, ahead)}, key=abs)
+    zones = _common_zones(base, own)
+    return [zone + more for more in (0.0, -ahead, ahead) for zone in zones]
+
+
+def _meaning(seconds: float, base: Sequence[Stream]) -> str:
+    """What it means that seconds are to be added to a clock with a date."""
+    ahead = float(leap_seconds(base[0].time[0]))
+    zone = ZONE_STEP_S * round(seconds / ZONE_STEP_S)
+    rest = {0.0: "", -ahead: f"{ahead:g} s ahead, as GPS time is of UTC",
+            ahead: f"{ahead:g} s behind, as UTC is of GPS time"}[seconds - zone]  # fmt: skip
+    hours = f"its zone is {abs(zone) / 3600.0:g} h {'behind' if zone > 0.0 else 'ahead'}" if zone else ""
+    return ", ".join(part for part in (hours, rest) if part) or "none: both show the same time"
 
 
 def _question(base: Sequence[Stream], own: Sequence[Stream]) -> Question:
@@ -162,11 +207,7 @@ def _question(base: Sequence[Stream], own: Sequence[Stream]) -> Question:
     label, reference = own[0].label, base[0].label
     dated = all(stream.dated for stream in (*base, *own))
     if dated:
-        ahead = float(leap_seconds(base[0].time[0]))
-        texts = {0.0: "none: both show the same time", -ahead: f"it is {ahead:g} s ahead, as GPS time is of UTC",
-                 ahead: f"it is {ahead:g} s behind, as UTC is of GPS time"}  # fmt: skip
-        if base[0].zoned:
-            del texts[ahead]
+        texts = {zone: _meaning(zone, base) for zone in _zones(base, own) or [0.0]}
     else:
         texts = {float(f"{base[0].time[0] - own[0].time[0]:.12g}"): "that by which both tables begin together"}
         if base[0].dated == own[0].dated:

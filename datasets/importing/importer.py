@@ -191,6 +191,8 @@ def _imported(
         own = [row for row in rows if row.table in parts]
         sources += channel_sources(name, list(record.channels), made_of, own) if record is not None else []
         aside |= _aside(merged, streams, used)
+    if any(stream.run for stream in placed):
+        records, questions = _same_side(records, questions)
     asked = tuple(dict.fromkeys(questions))
     refuse_fatal(faults, _with_questions(rows, asked) if asked else rows, draft, asked)
     side = next((r.meta.positive_rudder for r in records), None)
@@ -202,6 +204,16 @@ def _imported(
     return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
         tuple(records), made, report, aside
     )
+
+
+def _same_side(records: Sequence[Record], questions: Sequence[Question]) -> tuple[list[Record], list[Question]]:
+    """The runs of a table, all with the side of a positive rudder that some of them tell, and what is asked."""
+    sides = {record.meta.positive_rudder for record in records} - {None}
+    if len(sides) != 1:
+        return list(records), list(questions)
+    side = sides.pop()
+    same = [replace(record, meta=replace(record.meta, positive_rudder=side)) for record in records]
+    return same, [question for question in questions if question.id != RUDDER_SIDE]
 
 
 def _without_use(
@@ -278,9 +290,9 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     timed = [question for question in timed if question.table in used]
     questions = [*timed, *log.proposals, *(question for f in log.findings for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
-    files = {f.table.file for f in log.findings if f.may_be}
-    named = [table for table in tables if table.label in used or (table.file not in files and not faults)]
-    entries = tuple(_entry(table, mapping, log) for table in named) if used else ()
+    entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
+    idle = [table for table in tables if table.label not in used and not faults and _in_map(table, entries)]
+    entries += tuple(_entry(table, mapping, log) for table in idle)
     if entries and mapping:  # the map of a log need not name its tables without a column that is used
         faults = [fault for fault in faults if fault.fatal or _is_named(fault.table, mapping)]
     questions += no_rudder.questions(tables, log, mapping, answers) if not faults else []
@@ -300,6 +312,12 @@ def _answered_whole(answers: Dict[str, str]) -> dict[str, str]:
     said = {"rows_of": answers.get(vessels.VESSEL), "scale": answers.get(scales.SCALE)}
     none = {"rudder": no_rudder.NONE} if answers.get(no_rudder.RUDDER) == no_rudder.NONE else {}
     return {key: value for key, value in said.items() if value is not None} | none
+
+
+def _in_map(table: RawTable, entries: Sequence[TableMap]) -> bool:
+    """Whether a map names a table of which no column is used: a whole file, or one that the entry of another fits."""
+    whole = all(entry.file != table.file for entry in entries)
+    return bool(entries) and (whole or not all(missing(table, entry) for entry in entries))
 
 
 def _is_named(label: str, mapping: Mapping) -> bool:

@@ -35,7 +35,7 @@ COURSE_LEFT, YAW_LEFT, ALIKE = 0.02, 0.12, 2.0
 """Shares of course and yaw acceleration that may be left, and times the least that is as good as it."""
 MOST_BY_RUDDER_S = 30.0
 """Largest offset that the rudder tells: zigzags repeat themselves."""
-LAGS_S = (0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0)
+LAGS_S = (0.0, 0.7, 1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 17.0, 25.0, 38.0, 57.0)
 WINDOWS_S = (1.0, 2.0, 4.0, 8.0, 16.0)
 """Time constants that are tried for the drift, and means over time for the yaw acceleration."""
 LEAST_TURN_RAD = 0.2
@@ -78,7 +78,9 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
         if led is None or leader is None or not np.ptp(led[1]) > LEAST_TURN_RAD:
             continue
         near = near_s if told == course else min(near_s or 0.0, MOST_BY_RUDDER_S)
-        ways = [(_by_course, COURSE_LEFT)] if told == course else [(_by_rudder(w), YAW_LEFT) for w in WINDOWS_S]
+        window = one.window_s if sign > 0.0 else other.window_s
+        ways = [(_by_rudder(w), YAW_LEFT) for w in WINDOWS_S]
+        ways = [(_by_course(window), COURSE_LEFT)] if told == course else ways
         found = next((f for left, most in ways if (f := _searched(led, leader, left, most, near))), None)
         if found is not None:
             low, high = sorted((sign * found[1], sign * found[2]))
@@ -88,11 +90,15 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
 
 @dataclass(frozen=True)
 class _Motion:
-    """Course, heading and rudder, rad, of a logger, as far as it has them; turn: heading, or else course."""
+    """Course, heading and rudder, rad, of a logger, as far as it has them; turn: heading, or else course.
+
+    window_s : time over which the course is a mean.
+    """
 
     course: Curve | None
     heading: Curve | None
     rudder: Curve | None
+    window_s: float = 0.0
 
     @property
     def turn(self) -> Curve | None:
@@ -100,9 +106,9 @@ class _Motion:
 
     @classmethod
     def of(cls, streams: Sequence[Stream]) -> _Motion:
-        made = [(_course(s), _heading(s), _rudder(s)) for s in streams]
-        course, heading, rudder = (next((p for p in parts if p is not None), None) for parts in zip(*made, strict=True))
-        return cls(course, heading, rudder)
+        course, window = next((made for s in streams if (made := _course(s))[0] is not None), (None, 0.0))
+        heading, rudder = (next((c for s in streams if (c := made(s))), None) for made in (_heading, _rudder))
+        return cls(course, heading, rudder, window)
 
 
 def _known(time: np.ndarray, values: np.ndarray) -> Curve | None:
@@ -124,26 +130,29 @@ def _rudder(stream: Stream) -> Curve | None:
     return None if values is None else _known(stream.time, values)
 
 
-def _course(stream: Stream) -> Curve | None:
-    """The course over ground without jumps: of positions, of velocities, or as it is logged."""
+def _course(stream: Stream) -> tuple[Curve | None, float]:
+    """(the course over ground without jumps, the time, s, over which it is a mean): of positions, of velocities, or
+    logged."""
     q = stream.quantities
     if "course_over_ground" in q:
-        return _known(stream.time, unwrapped(q["course_over_ground"]))
+        return _known(stream.time, unwrapped(q["course_over_ground"])), 0.0
     if "velocity_north" in q and "velocity_east" in q:
-        return _of_velocity(stream.time, q["velocity_north"], q["velocity_east"])
+        return _of_velocity(stream.time, q["velocity_north"], q["velocity_east"]), 0.0
     if "latitude" in q and "longitude" in q and np.isfinite(q["latitude"] + q["longitude"]).sum() >= FEWEST:
         north, east, _ = on_plane(q["latitude"], q["longitude"])
     elif "north" in q and "east" in q:
         north, east = q["north"], q["east"]
     else:
-        return None
+        return None, 0.0
     known = np.isfinite(north) & np.isfinite(east)
     time, north, east = stream.time[known], north[known], east[known]
     if time.size < FEWEST:
-        return None
-    width = max(1, round(SMOOTHED_S / float(np.median(np.diff(time)))))
+        return None, 0.0
+    step = float(np.median(np.diff(time)))
+    width = max(1, round(SMOOTHED_S / step))
     middle = (time[width:] + time[:-width]) / 2.0
-    return _of_velocity(middle, north[width:] - north[:-width], east[width:] - east[:-width])
+    course = _of_velocity(middle, north[width:] - north[:-width], east[width:] - east[:-width])
+    return course, width * step
 
 
 def _of_velocity(time: np.ndarray, north: np.ndarray, east: np.ndarray) -> Curve | None:
@@ -200,20 +209,24 @@ def _common(led: Curve, leader: Curve, offset: float) -> tuple[np.ndarray, np.nd
     return time, np.interp(time, *led)
 
 
-def _by_course(course: Curve, heading: Curve, offset: float) -> float:
-    """Share of the course that heading and drift leave."""
-    shared = _common(course, heading, offset)
-    if shared is None:
-        return math.nan
-    time, led = shared
-    psi = np.interp(time - offset, *heading)
-    rate, drift, one = np.gradient(psi, time), led - psi, np.ones(time.size)
-    power = float(np.sum((led - led.mean()) ** 2))
-    if not power > 0.0:
-        return math.nan
-    step = float(time[1] - time[0])
-    columns = (np.column_stack([-rate, -_lagged(rate, step, lag), one, -one]) for lag in LAGS_S)
-    return min(nnls(each, drift)[1] for each in columns) ** 2 / power
+def _by_course(window_s: float) -> Left:
+    """A function for the share of a course, a mean over a time, that heading and drift leave."""
+
+    def left(course: Curve, heading: Curve, offset: float) -> float:
+        shared = _common(course, heading, offset)
+        if shared is None:
+            return math.nan
+        time, led = shared
+        power = float(np.sum((led - led.mean()) ** 2))
+        if not power > 0.0:
+            return math.nan
+        step = float(time[1] - time[0])
+        psi = uniform_filter1d(np.interp(time - offset, *heading), max(1, round(window_s / step)), mode="nearest")
+        rate, drift, one = np.gradient(psi, time), led - psi, np.ones(time.size)
+        columns = (np.column_stack([-rate, -_lagged(rate, step, lag), one, -one]) for lag in LAGS_S)
+        return min(nnls(each, drift)[1] for each in columns) ** 2 / power
+
+    return left
 
 
 def _lagged(values: np.ndarray, step: float, lag: float) -> np.ndarray:

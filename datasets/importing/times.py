@@ -62,6 +62,7 @@ class TableTime:
 
     columns, form : where it is; form None: open.  likely : the form that is used to compare channels until it is known.
     scale : 'UTC' or 'GPS' where the file states it, the offset from UTC being known; '' where it does not.
+    vague : whether the scale is told by a name such as `GPS time`, which stands for the receiver's UTC as well.
     week : GPS week that the file states for seconds of the week.  offset_s : to add to the times, as answered.
     question : what is open.
     """
@@ -77,6 +78,7 @@ class TableTime:
     forms: tuple[Form, ...] = ()
     week: int | None = None
     offset_s: float | None = None
+    vague: bool = False
 
     def seconds(self, table: RawTable, form: Form | None = None) -> tuple[np.ndarray, str] | None:
         """((N,) seconds, those with a date in UTC since 1970, what was done to them); None where no time is known."""
@@ -367,7 +369,10 @@ def _with_scale(time: TableTime, table: RawTable) -> TableTime:
     if form in OF_WEEK and columns:
         week = week_stated(table.notes, columns[0].numbers * SCALES[form][0])
         return replace(time, scale="GPS", week=week)
-    return replace(time, scale=_scale(table, columns, form))
+    called = {word for column in columns for word in (*words(column.unit), *words(column.name))}
+    scale = _scale(table, columns, form)
+    vague = scale == "GPS" and not GPS_TIME & called and {"gps", "time"} <= called and form not in ("gps week", "gps s")
+    return replace(time, scale=scale, vague=vague)
 
 
 def _scale(table: RawTable, columns: Sequence[RawColumn], form: Form | None) -> Scale:

@@ -34,7 +34,8 @@ class Case:
     or the name of its column.  loose : of a log that is resampled.  whole : id of a question about the whole log -> key
     of its answer.  questions : how many are asked, None where that is not counted.  records : of the log; the longest
     is compared.  start : the key under which the record states its start, '' where none is known.  first_s : when the
-    record begins after the run, by its clock.  refused, said : what the import says, as a refusal or as a doubt.
+    record begins after the run by its clock, to `within_s`.  refused, said : what the import says, as a refusal or as
+    a doubt.
     """
 
     write: Callable[[Run, Path], list[Path]]
@@ -51,6 +52,7 @@ class Case:
     records: int = 1
     start: str = ""
     first_s: float = 0.0
+    within_s: float = 0.6
     refused: str = ""
     said: str = ""
 
