@@ -141,7 +141,8 @@ def _at(table: RawTable, rows: np.ndarray) -> RawTable:
 
 def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequence[str]) -> Question:
     counts = {name: sum(g.rows[name].size for g in groups.values() if name in g.rows) for name in names}
-    ordered = sorted(names, key=lambda name: -counts[name])
+    known = {name: sum(_known_cells(t, groups[t.label], name) for t in tables if t.label in groups) for name in names}
+    ordered = sorted(names, key=lambda name: (-counts[name], -known[name]))
     label = next(iter(groups))
     answers = tuple(
         Answer(name, f"{name}{_called(tables, groups, name)}: {counts[name]} rows", f"rows_of: {scalar(name)}")
@@ -151,6 +152,13 @@ def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequen
     text = f"The rows are of {len(names)} vessels, by column {column.name!r}: which one is wanted?"
     number = f"{column.name} of another of them: rows_of: NUMBER" if len(names) > MOST_SHOWN else ""
     return Question(VESSEL, "file", label, column.name, text, answers, number)
+
+
+def _known_cells(table: RawTable, groups: _Groups, name: str) -> int:
+    """How many cells of a vessel's rows tell something of its motion."""
+    own = _without_unknown(_at(table, groups.rows[name])) if name in groups.rows else None
+    told = [c for c in own.columns if c.numeric and np.nanmax(c.numbers) > np.nanmin(c.numbers)] if own else []
+    return sum(int(np.isfinite(column.numbers).sum()) for column in told)
 
 
 def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -> str:

@@ -7,13 +7,14 @@ import helmbench
 
 from ....seeds import seed_of
 from .case import Case, Outcome, answer, truth_of
+from .choice_cases import CHOICE_CASES
 from .hostile_cases import HOSTILE_CASES
 from .other_cases import OTHER_CASES
 from .sentence_cases import SENTENCE_CASES
 from .text_cases import TEXT_CASES
 from .truth import sail
 
-CASES = {**TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES}
+CASES = {**TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES, **CHOICE_CASES}
 ROUNDS = 12
 """Questions in a row after which a log counts as not imported."""
 
@@ -64,7 +65,8 @@ def tried(case: Case, run, folder) -> Outcome:
         return Outcome(False, asked, (), (), unnamed, note)
     record = found.record
     side = record.meta.positive_rudder
-    errors = {c: error_of(record, c, run, side) for c in record.channels if c in KNOWN}
+    of_thrust = {"rudder_command_rad"} if record.has("thrust_port_N") else set()
+    errors = {c: error_of(record, c, run, side) for c in record.channels if c in set(KNOWN) - of_thrust}
     wrong = tuple(f"{c} {e:.2g}" for c, e in errors.items() if not e < case.loose)
     missing = tuple(c for c in case.wanted if c not in record.channels)
     return Outcome(not missing, asked, wrong, missing, unnamed)
@@ -104,6 +106,12 @@ def test_nothing_goes_in_wrong_without_a_word(outcomes):
 def test_answers_to_questions_suffice(outcomes):
     assert len(outcomes) >= 40 and sum(CASES[name].hostile for name in outcomes) >= len(outcomes) / 2
     assert sum(o.imported for o in outcomes.values()) >= 0.85 * len(outcomes)
+
+
+def test_no_more_is_asked_than_is_needed(outcomes):
+    most = {name: case.questions for name, case in CASES.items() if case.questions is not None}
+    assert {name: outcomes[name].asked for name in most} == most
+    assert {name: outcomes[name].note for name in most if not outcomes[name].imported} == {}
 
 
 def test_every_column_is_named(outcomes):
