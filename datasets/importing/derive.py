@@ -49,7 +49,7 @@ class Channels:
     def __init__(self, label: str, time: np.ndarray, quantities: dict[str, np.ndarray]) -> None:
         self.label, self.time, self.q = label, time, quantities
         self.found: dict[str, np.ndarray] = {DIRECT[k]: v for k, v in quantities.items() if k in DIRECT}
-        self.sources = {DIRECT[k]: (k,) for k in quantities if k in DIRECT}
+        self.sources: dict[str, tuple[str, ...]] = {DIRECT[k]: (k,) for k in quantities if k in DIRECT}
         self.steps: list[str] = []
         self.faults: list[Fault] = []
         self.facts: dict[str, Any] = {}

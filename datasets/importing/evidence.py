@@ -17,6 +17,8 @@ AGREEING = 0.9
 """Correlation from which on two channels tell of each other."""
 FOLLOWING = 0.8
 """Correlation from which on one channel follows another."""
+MOST_LAGS, MOST_SAMPLES = 200, 10_000
+"""Lags to either side, and samples, by which two rudders are compared."""
 SAME_RUN = 0.9
 """Share of their time in common from which on two logs that count from a start are taken for one run."""
 LEAST_TURN_RAD = 0.3
@@ -97,12 +99,26 @@ def follows(first: Series, second: Series, longest_s: float = 20.0) -> int | Non
     shared = together(first, second)
     if shared is None:
         return None
-    time, a, b = shared
+    time, a, b = liveliest(*shared, longest_s)
     step = float(np.median(np.diff(time)))
     lags = range(int(min(a.size // 2, longest_s / step)) + 1)
     found = [_correlation(a[lag:], b[: b.size - lag]) for lag in lags]
     best = max(found, key=abs)
     return (1 if best > 0.0 else -1) if abs(best) > FOLLOWING else None
+
+
+def liveliest(
+    time: np.ndarray, a: np.ndarray, b: np.ndarray, longest_s: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The samples about where two series (N,) move most, thinned so that few lags of up to `longest_s` are tried."""
+    every = max(1, int(longest_s / float(np.median(np.diff(time))) / MOST_LAGS))
+    time, a, b = time[::every], a[::every], b[::every]
+    if time.size <= MOST_SAMPLES:
+        return time, a, b
+    moved = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(b)))])
+    first = int(np.argmax(moved[MOST_SAMPLES:] - moved[:-MOST_SAMPLES]))
+    part = slice(first, first + MOST_SAMPLES)
+    return time[part], a[part], b[part]
 
 
 def _correlation(a: np.ndarray, b: np.ndarray) -> float:

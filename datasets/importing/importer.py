@@ -150,8 +150,7 @@ def _imported(
     drafted = _draft(tables, mapping, log, answers)
     if chosen:  # what else is asked depends on the answer
         drafted = replace(drafted, columns=_with_questions(drafted.columns, chosen), questions=tuple(chosen))
-        if any(question.id == scales.SCALE for question in chosen):
-            drafted = replace(drafted, mapping=_open_for_scales(drafted.mapping, tables))
+        drafted = replace(drafted, mapping=_opened(drafted.mapping, time=chosen[0].id == vessels.VESSEL))
     rows, draft = drafted.columns, drafted.mapping
     faults = list(drafted.faults)
     said = _options(mapping, options, answers)
@@ -367,23 +366,20 @@ def _column_map(found: Finding) -> ColumnMap:
     )
 
 
-def _open_for_scales(mapping: Mapping | None, tables: Sequence[RawTable]) -> Mapping | None:
-    """The map of a draft with '?' at all columns of tables of two scales: the answer decides which ones are used."""
+def _opened(mapping: Mapping | None, time: bool) -> Mapping | None:
+    """The map of a draft with '?' at all columns, and at the times unless they are kept: they depend on an answer."""
     if mapping is None:
         return None
-    two = {(t.file, t.sheet) for t in tables if any(c.known == NOT_USED for c in t.columns)}
-    opened = [
-        entry.model_copy(
-            update={
-                "time": TimeMap(form="?"),
-                "columns": tuple(ColumnMap(column=c.column, to="?") for c in entry.columns),
-            }
+    tables = tuple(
+        TableMap(
+            file=entry.file,
+            sheet=entry.sheet,
+            time=entry.time if time else TimeMap(form="?"),
+            columns=tuple(ColumnMap(column=column.column, to="?") for column in entry.columns),
         )
-        if (entry.file, entry.sheet) in two
-        else entry
         for entry in mapping.tables
-    ]
-    return mapping.model_copy(update={"tables": tuple(opened)})
+    )
+    return mapping.model_copy(update={"tables": tables})
 
 
 def _rows(table: RawTable, log: Log) -> list[DraftColumn]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping as Dict
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -35,8 +36,10 @@ DECIDED = ("the map says so", "not used, as answered")
 """Why a column is not used that the user left out."""
 ACCELERATIONS = frozenset({"accel", "acceleration", "acc", "accy"})
 """Words for what a yaw rate follows as it does a rudder."""
-SURELY = 0.6
-"""Share of the yaw rate that a column must explain whose name says that it is something else."""
+SURELY = 0.5
+"""Share of the yaw rate that a column must explain that is not said to be an angle, or to be something else."""
+SHIFTS, RARE = 13, 0.85
+"""Other times at which a column is tried, and the quantile of what it explains there that it must reach at its own."""
 
 
 def questions(tables: Sequence[RawTable], log: Log, mapping: Mapping | None, answers: Dict[str, str]) -> list[Question]:
@@ -122,10 +125,20 @@ def _is_servo_like(found: Finding) -> bool:
 def _answered_by(log: Log, found: Finding, turning: Sequence[Series]) -> bool:
     """Whether a yaw rate answers the column as one answers a rudder; also where none can be compared with it."""
     series = log.series(found, raw=True)
-    compared = [] if series is None else [share for rate in turning if (share := response(series, rate)) is not None]
-    if not compared:
+    compared = [] if series is None else [(r, share) for r in turning if (share := response(series, r)) is not None]
+    if series is None or not compared:
         return not _is_refused(found)
-    return max(abs(share) for share in compared) >= (SURELY if _is_refused(found) else SIGN_SHARE)
+    rate, share = max(compared, key=lambda pair: abs(pair[1]))
+    if unit_of(found.column.unit, "angle") and not _is_refused(found):
+        return abs(share) >= SIGN_SHARE
+    return abs(share) >= SURELY and _by_its_times(series, rate, abs(share))
+
+
+def _by_its_times(steering: Series, rate: Series, share: float) -> bool:
+    """Whether the yaw rate is explained better than by the same column at other times, as slow changes are not."""
+    moves = [k * steering.values.size // (SHIFTS + 1) for k in range(1, SHIFTS + 1)]
+    shifted = [response(replace(steering, values=np.roll(steering.values, move)), rate) for move in moves]
+    return share >= float(np.quantile([abs(other or 0.0) for other in shifted], RARE))
 
 
 def response(steering: Series, rate: Series) -> float | None:

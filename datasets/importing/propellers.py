@@ -82,10 +82,13 @@ def _pairs(log: Log) -> Iterator[_Pair]:
         sides = {side: of_side(columns, side) for side in ("port", "starboard")}
         for key, ports in sides["port"].items():
             starboards = sides["starboard"].get(key, [])
-            if len(ports) == len(starboards) == 1 and _drives(key[0]):
-                i, j = own[columns[ports[0]].name], own[columns[starboards[0]].name]
+            if len(ports) != 1 or len(starboards) != 1:
+                continue
+            i, j = own[columns[ports[0]].name], own[columns[starboards[0]].name]
+            pair = _pair(log, i, j, sided=True)
+            if _drives(key[0]) or (abs(pair.share or 0.0) >= SURELY and _opposed(log, i, j)):
                 done |= {i, j}
-                yield _pair(log, i, j, sided=True)
+                yield pair
         rest = [i for i in own.values() if i not in done]
         if not done and len(rest) <= MOST:
             yield from (pair for pair in _numbered(log, rest) if pair.share is not None and abs(pair.share) >= SURELY)

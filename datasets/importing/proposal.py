@@ -43,13 +43,16 @@ class Proposal:
 
 def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
     """Take the columns that no name tells for what they are by their motion, with a question for each table that says
-    all of it; those of an answer surely, and nothing where the answer is that none is right."""
+    all of it; those of an answer surely, and nothing where the answer is that none is right.
+
+    A single column is left to the question which one is the rudder.
+    """
     missing = [wanted for wanted in NEEDED if not any(set(f.may_be) & set(wanted) for f in _named(log))]
     for table in tables:
         own = [f for f in log.findings if f.table is table]
         able = [f for f in own if _is_open(f)]
         nameless = bool(able) and len(able) == sum(f.column.numeric for f in own)
-        if (len(able) > 1 and (nameless or missing)) or (able and missing):
+        if len(able) > 1 and (nameless or missing):
             _propose(log, table, able, answers)
 
 
@@ -116,7 +119,8 @@ def _proposals(log: Log, table: RawTable, able: Sequence[Finding]) -> list[Propo
         names = {c for c in time.columns}
         values |= {f.column.name: f.column.numbers for f in able if f.column.name not in names}
         motion = motion_of(found[0], values, known)
-        made += [Proposal(one, time) for one in (assignments(motion) if motion is not None else ()) if one.meanings]
+        whole = assignments(motion) if motion is not None else []
+        made += [Proposal(one, time) for one in whole if len(one.meanings) > 1]
     made.sort(key=lambda proposal: -proposal.assignment.worth)
     return [made[0], *(p for p in made[1:] if p.time == made[0].time)] if made else []
 

@@ -9,7 +9,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .evidence import FEWEST, Series, known, together
+from .evidence import FEWEST, Series, known, liveliest, together
 from .finding import WITH_SIDE, Finding, ask_quantity
 from .log import Log
 from .names import words
@@ -106,7 +106,7 @@ def leads(first: Series, second: Series) -> int:
     shared = together(first, second)
     if shared is None:
         return 0
-    time, a, b = shared
+    time, a, b = liveliest(*shared, LONGEST_S)
     if not (np.ptp(a) > 0.0 and np.ptp(b) > 0.0):
         return 0
     gain, lag = _best_gain(a, b, max(1, int(LONGEST_S / float(np.median(np.diff(time))))))

@@ -158,10 +158,12 @@ def _agree(sizes: Sequence[float]) -> bool:
 def _by_factors(table: RawTable) -> TwoScales | None:
     """Two scales without marks in their names: columns of equal quantities by factors of one scale, for two or more
     dimensions."""
-    told = [(c, _dimension(c, " ".join(words(c.name))), c.name) for c in table.columns if c.numeric and not c.known]
+    named_ones = [(c, _dimension(c, " ".join(words(c.name)))) for c in table.columns if not c.known]
+    told = [(c, dimension) for c, dimension in named_ones if EXPONENTS.get(dimension)]
     found: list[tuple[float, str, str, str]] = []
-    for (one, first, _), (two, second, _) in combinations(told, 2):
-        if first == second and (exponent := EXPONENTS.get(first)) and _same_name(one, two):
+    for (one, first), (two, second) in combinations(told, 2):
+        if first == second and _same_name(one, two):
+            exponent = EXPONENTS[first]
             ratio = _factor(one, two)
             size = ratio ** (1.0 / exponent) if ratio is not None and ratio > 0.0 else 1.0
             model, ship = (one, two) if size > 1.0 else (two, one)

@@ -11,6 +11,7 @@ import numpy as np
 from ...models.errors import BadInput
 from ..io import MIN_SAMPLES
 from .draft import Answer, Question
+from .headers import read_header
 from .mapping import Mapping, scalar
 from .names import joined, named, words
 from .raw import RawColumn, RawTable
@@ -35,6 +36,10 @@ UNKNOWN = {
     "longitude": (181.0,), "speed_over_ground": (102.3, 1023.0), "course_over_ground": (360.0, 3600.0),
 }  # fmt: skip
 """Quantity -> numbers that AIS sends for 'not available' (ITU-R M.1371)."""
+
+
+UNITS_OF_AIS = {"speed_over_ground": "kn", "course_over_ground": "deg", "heading": "deg"}
+"""Quantity -> its unit in messages of AIS, as tables give it."""
 
 
 @dataclass(frozen=True)
@@ -141,7 +146,8 @@ def _at(table: RawTable, rows: np.ndarray) -> RawTable:
 
 def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequence[str]) -> Question:
     counts = {name: sum(g.rows[name].size for g in groups.values() if name in g.rows) for name in names}
-    ordered = sorted(names, key=lambda name: -counts[name])
+    known = {name: sum(_known_cells(t, groups[t.label], name) for t in tables if t.label in groups) for name in names}
+    ordered = sorted(names, key=lambda name: (-counts[name], -known[name]))
     label = next(iter(groups))
     answers = tuple(
         Answer(name, f"{name}{_called(tables, groups, name)}: {counts[name]} rows", f"rows_of: {scalar(name)}")
@@ -151,6 +157,13 @@ def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequen
     text = f"The rows are of {len(names)} vessels, by column {column.name!r}: which one is wanted?"
     number = f"{column.name} of another of them: rows_of: NUMBER" if len(names) > MOST_SHOWN else ""
     return Question(VESSEL, "file", label, column.name, text, answers, number)
+
+
+def _known_cells(table: RawTable, groups: _Groups, name: str) -> int:
+    """How many cells of a vessel's rows tell something of its motion."""
+    own = _without_unknown(_at(table, groups.rows[name])) if name in groups.rows else None
+    told = [c for c in own.columns if c.numeric and np.nanmax(c.numbers) > np.nanmin(c.numbers)] if own else []
+    return sum(int(np.isfinite(column.numbers).sum()) for column in told)
 
 
 def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -> str:
@@ -170,6 +183,7 @@ def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -
 def _without_unknown(table: RawTable) -> RawTable:
     """A table with gaps where AIS says 'not available'; of other tables headings of 511 deg among those to 360."""
     ais = any("mmsi" in words(column.name) for column in table.columns)
+    table = _with_units(table) if ais else table
     unknown = {column.name: places for column in table.columns if (places := _unknown(column, ais)).any()}
     if not unknown:
         return table
@@ -178,6 +192,19 @@ def _without_unknown(table: RawTable) -> RawTable:
         f"{name}: {int(k.sum())} cells say 'not available' (AIS), taken as gaps" for name, k in unknown.items()
     )
     return replace(table, columns=columns, done=(*table.done, *told))
+
+
+def _with_units(table: RawTable) -> RawTable:
+    """A table of AIS with the units that its messages have, where its file states none."""
+    known = {column.name: _unit_of_ais(column) for column in table.columns if not column.unit and not column.known}
+    columns = tuple(replace(c, unit=known[c.name]) if known.get(c.name) else c for c in table.columns)
+    return replace(table, columns=columns, done=(*table.done, "of AIS: speeds in knots, angles in degrees"))
+
+
+def _unit_of_ais(column: RawColumn) -> str:
+    may_be = _may_be(column)
+    stated = read_header(column.name, "").units
+    return next((unit for quantity, unit in UNITS_OF_AIS.items() if quantity in may_be and not stated), "")
 
 
 def _unknown(column: RawColumn, ais: bool) -> np.ndarray:

@@ -71,11 +71,11 @@ class Import:
         ----------
         path : of the record, .csv or .parquet; several records get their names behind its stem.  Beside it go
             STEM.map.yaml and STEM.aside.csv.
-        force : replace files that exist.
+        force : replace files that exist; a mapping that says the same of the columns stays as it is without it.
 
         Returns
         -------
-        The paths of all files but the sidecars.
+        The paths of all files written but the sidecars.
 
         Raises
         ------
@@ -91,8 +91,9 @@ class Import:
         writers: dict[Path, Callable[[Path], object]] = {}
         for place, record in zip(places, self.records, strict=True):
             writers |= record_writers(record, place)
-        mapping = mapping_text(self.mapping, self.report.columns)
-        writers[path.with_name(f"{path.stem}.map.yaml")] = content_writer(mapping)
+        place = path.with_name(f"{path.stem}.map.yaml")
+        if force or not _says_the_same(place, self.mapping):
+            writers[place] = content_writer(mapping_text(self.mapping, self.report.columns))
         for number, table in enumerate(self.aside.values(), start=1):
             name = f"{path.stem}.aside{'' if len(self.aside) == 1 else f'-{number}'}.csv"
             writers[path.with_name(name)] = _aside_writer(table)
@@ -366,6 +367,18 @@ def write_mapping(
     if not force:
         refuse_existing([Path(path)])
     replace_together({Path(path): content_writer(mapping_text(mapping, columns))})
+
+
+def _says_the_same(place: Path, mapping: ColumnMapping) -> bool:
+    """Whether a file is a mapping with the same columns: the one that the import was made with."""
+    from ..datasets.importing.mapping import read_mapping
+
+    if not place.is_file():
+        return False
+    try:
+        return set(map(repr, mapping.tables)) <= set(map(repr, read_mapping(place).tables))
+    except BadInput:
+        return False
 
 
 def find_manoeuvres(record: Record) -> list[Segment]:

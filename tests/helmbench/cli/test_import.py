@@ -103,6 +103,16 @@ def test_a_new_mapping_file_is_written_to_be_looked_at(log, capsys):
     assert status_of(command) == 0 and out.exists(), capsys.readouterr().err
 
 
+def test_the_mapping_beside_the_record_is_used_and_kept(log, capsys):
+    out, mapping = log.with_name("out.csv"), log.with_name("out.map.yaml")
+    command = ["import", str(log), "--map", str(mapping), "-o", str(out)]
+    assert status_of(command) == 0
+    text = mapping.read_text("utf-8") + "# mine\n"
+    mapping.write_text(text, "utf-8")
+    assert status_of(command) == 0, capsys.readouterr().err
+    assert out.exists() and mapping.read_text("utf-8") == text
+
+
 def test_a_sign_in_the_mapping_turns_the_rudder(log):
     found = helmbench.import_log(log)
     table = found.mapping.tables[0]

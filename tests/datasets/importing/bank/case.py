@@ -76,6 +76,12 @@ def answer(question, case: Case) -> str | None:
         return next((a.key for a in question.answers if case.time and a.key.startswith(case.time)), None)
     if question.id == "variation":
         return case.variation or None
+    if question.about == "columns":
+        return (
+            "1"
+            if all(f"{name} is {own.quantity.replace('_', ' ')} " in question.text for name, own in case.knows.items())
+            else "none"
+        )
     if question.id in case.whole:
         return case.whole[question.id]
     if question.id not in ("rudder", "turning"):

@@ -1,0 +1,133 @@
+"""Choices about a whole log: its map is accepted again, and nothing of what was not chosen gets into the record."""
+
+import numpy as np
+import pytest
+
+import helmbench
+
+from ...seeds import seed_of
+from .bank.choice_cases import CHOICE_CASES, ROOT
+from .bank.texts import D, fixed, series, table
+from .bank.truth import sail
+
+
+@pytest.fixture(scope="module")
+def run():
+    return sail(np.random.default_rng(seed_of("choices")), seconds=120.0)
+
+
+def written(run, folder, **columns):
+    s = series(run)
+    return table(folder / "log.csv", {"time [s]": s["t"], "heading [deg]": s["heading"], **columns})
+
+
+@pytest.mark.parametrize("name", ["AIS, three vessels in turn", "two scales by their names", "no rudder"])
+def test_the_map_of_an_answered_log_is_accepted_and_gives_the_same_record(name, run, tmp_path):
+    case = CHOICE_CASES[name]
+    files = case.write(run, tmp_path)
+    first = helmbench.import_log(files, answers=case.whole)
+    first.write_mapping(tmp_path / "map.yaml")
+    again = helmbench.import_log(files, mapping=tmp_path / "map.yaml")
+    assert again.record.equals(first.record)
+
+
+@pytest.mark.parametrize(("name", "line"), [("AIS, three vessels in turn", "rows_of: 219000002"),
+                                            ("two scales by their names", "scale: model")])  # fmt: skip
+def test_the_draft_of_a_map_asks_for_the_choice_above_its_tables(name, line, run, tmp_path):
+    case = CHOICE_CASES[name]
+    files = case.write(run, tmp_path)
+    draft = helmbench.draft_import(files)
+    assert [question.id for question in draft.questions] == list(case.whole)
+    draft.write_mapping(tmp_path / "map.yaml")
+    text = (tmp_path / "map.yaml").read_text("utf-8")
+    assert text.index("# ASKED: The") < text.index("\ntables:")
+    (tmp_path / "map.yaml").write_text(f"{line}\n{text}", "utf-8")
+    chosen = helmbench.import_log(files, mapping=tmp_path / "map.yaml").record
+    assert chosen.equals(helmbench.import_log(files, answers=case.whole).record)
+
+
+def test_rows_of_other_vessels_and_values_that_are_not_available_stay_out(run, tmp_path):
+    case = CHOICE_CASES["AIS, three vessels in turn"]
+    files = case.write(run, tmp_path)
+    found = helmbench.import_log(files, answers={"vessel": "219000002"})
+    assert found.record.n == len(range(0, run.t.size, 4))
+    assert "61 of 183 rows are of MMSI 219000002; those of others are left out" in " ".join(found.report.steps)
+    other = helmbench.import_log(files, answers={"vessel": "219000001"})
+    assert not {"heading_rad", "yaw_rate_rad_s", "surge_m_s"} & set(other.record.channels)
+    assert "61 cells say 'not available'" in " ".join(other.report.steps)
+    with pytest.raises(helmbench.BadInput, match="'219000009' is no vessel of the log; give one of: 2190"):
+        helmbench.import_log(files, answers={"vessel": "219000009"})
+
+
+def test_a_column_of_kinds_of_rows_is_none_of_vessels(run, tmp_path):
+    s = series(run)
+    rows = [f"{t},1,{h}," for t, h in zip(s["t"], s["heading"], strict=True)]
+    other = [f"{t},2,,{d}" for t, d in zip(s["t"], s["rudder"], strict=True)]
+    lines = [line for pair in zip(rows, other, strict=True) for line in pair]
+    (tmp_path / "log.csv").write_text("\n".join(["time [s],id,heading [deg],rudder [deg]", *lines]), "utf-8")
+    assert "vessel" not in {question.id for question in helmbench.draft_import(tmp_path / "log.csv").questions}
+
+
+@pytest.mark.parametrize("name", ["two scales by their names", "two scales by factors alone"])
+def test_the_ship_has_its_own_time_speed_and_yaw_rate(name, run, tmp_path):
+    files = CHOICE_CASES[name].write(run, tmp_path)
+    record = helmbench.import_log(files, answers={"scale": "ship"}).record
+    assert record.time_s[-1] == pytest.approx(ROOT * run.t[-1], rel=1e-4)
+    np.testing.assert_allclose(record.column("surge_m_s"), ROOT * run.u, rtol=1e-3)
+    np.testing.assert_allclose(record.column("yaw_rate_rad_s"), run.r / ROOT, atol=2e-5)
+
+
+def test_the_time_of_the_model_is_stretched_for_the_ship(run, tmp_path):
+    files = CHOICE_CASES["two scales, the time of the model without a mark"].write(run, tmp_path)
+    found = helmbench.import_log(files, answers={"scale": "ship"})
+    assert found.record.time_s[-1] == pytest.approx(ROOT * run.t[-1], rel=1e-3)
+    assert "Time is a time of the model: times 6" in " ".join(found.report.steps)
+
+
+def test_two_units_of_one_speed_are_no_two_scales(run, tmp_path):
+    s = series(run)
+    files = written(run, tmp_path, **{"SOG": s["sog"], "SOG 2": fixed(run.sog, 4), "rudder [deg]": s["rudder"]})
+    assert "scale" not in {question.id for question in helmbench.draft_import(files).questions}
+
+
+def test_two_propellers_that_turn_the_craft_the_other_way_are_asked(run, tmp_path):
+    thrusts = {
+        "port thrust [N]": fixed(40.0 - 50.0 * run.delta, 4),
+        "stbd thrust [N]": fixed(40.0 + 50.0 * run.delta, 4),
+    }
+    files = written(run, tmp_path, **{"yaw rate [deg/s]": fixed(run.r * D, 4), **thrusts})
+    (question,) = helmbench.draft_import(files).questions
+    assert "The yaw rate answers them the other way round" in question.text
+    assert question.answers[0].key == "stbd thrust, port thrust"
+    record = helmbench.import_log(files, answers={question.id: question.answers[0].key}).record
+    np.testing.assert_allclose(record.column("rudder_command_rad"), 100.0 * run.delta, atol=1e-3)
+    doubtful = helmbench.import_log(files, answers={question.id: question.answers[1].key})
+    assert any("the ship turns against its two propellers" in fault.message for fault in doubtful.report.faults)
+
+
+def test_two_rudders_that_move_as_one_have_no_order(run, tmp_path, rng):
+    noisy = run.delta * D + 0.1 * rng.standard_normal(run.t.size)
+    files = written(run, tmp_path, **{"Rudder A [deg]": fixed(run.delta * D, 2), "Rudder B [deg]": fixed(noisy, 2)})
+    record = helmbench.draft_import(files)
+    assert {c.quantity for c in record.columns if c.column.startswith("Rudder")} <= {"rudder", "not used"}
+
+
+def test_a_rudder_in_volts_is_no_log_without_a_rudder(run, tmp_path):
+    files = written(run, tmp_path, **{"Rudder [V]": fixed(2.5 + 2.0 * run.delta, 3)})
+    (question,) = helmbench.draft_import(files).questions
+    assert question.id == "rudder" and [answer.key for answer in question.answers][-1] == "none"
+    assert "rudder_rad" not in helmbench.import_log(files, answers={"rudder": "none"}).record.channels
+
+
+def test_the_page_says_how_surely_each_channel_is_known(run, tmp_path):
+    s = series(run)
+    found = helmbench.import_log(written(run, tmp_path, **{"ROT": s["rot_min"], "rudder [deg]": s["rudder"]}))
+    sure = {row["channel"]: (row["columns"], row["sure"]) for row in found.to_dict()["channels"]}
+    assert sure["heading_rad"] == (("heading",), "stated") and sure["rudder_rad"] == (("rudder",), "stated")
+    assert sure["yaw_rate_rad_s"] == (("ROT",), "told by another channel")
+    assert "told by another channel" in found.summary()
+    twin = {"left motor": fixed(run.delta, 4), "right motor": fixed(-run.delta, 4), "yaw rate [deg/s]": s["rot_s"]}
+    assumed = helmbench.import_log(written(run, tmp_path, **twin)).to_dict()["channels"]
+    assert {row["channel"] for row in assumed if row["sure"] == "assumed"} == {
+        "thrust_port_N", "thrust_starboard_N", "rudder_command_rad",
+    }  # fmt: skip
