@@ -59,6 +59,8 @@ class Stream:
     """Whether the file states GPS time; where it states the date, too, the times are in UTC."""
     vague: bool = False
     """Whether GPS time is told by a name that stands for the receiver's UTC as well."""
+    time_column: str = ""
+    """Column of the time, '' for none."""
     run: int = 0
     """Number of the run, where the time of the table starts again; else 0."""
 
@@ -91,6 +93,7 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
         table.label, table.clock or table.label, times.dated, time, quantities, np.arange(time.size), offset,
         (f"{table.label}: {done}",) if done else (), zoned=times.zoned, period_s=times.period_s,
         gps=times.scale == "GPS", vague=times.vague,
+        time_column=next(iter(mapping.time.columns), ""),
     )  # fmt: skip
     streams = [_part(made, kept, run if len(parts) > 1 else 0) for run, kept in enumerate(parts, 1)]
     return streams, faults + [fault for s in streams for fault in _holes(table, s.time, s.kept)]

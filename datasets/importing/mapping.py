@@ -183,19 +183,25 @@ def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> l
     lines = [f"  {'-' if i == 0 else ' '} {key}: {scalar(value)}" for i, (key, value) in enumerate(first.items())]
     listed = ", ".join(str(scalar(name)) for name in time.pop("columns"))
     rest = "".join(f", {key}: {scalar(value)}" for key, value in time.items())
+    timed = (told.get((label, name)) for name in table.time.columns)
+    lines += [f"    {line}" for row in timed if row is not None for line in _asked_lines(row)]
     lines.append(f"    time: {{columns: [{listed}]{rest}}}")
     if table.clock_offset_s is not None:
         lines.append(f"    clock_offset_s: {scalar(table.clock_offset_s)}")
     lines.append("    columns:" + ("" if table.columns else " []"))
     for column in table.columns:
         row = told.get((label, column.column))
-        if row is not None:
-            lines += [f"      # ASKED: {one_line(question.text)}" for question in row.questions]
-            answers = [answer for question in row.questions for answer in question.answers]
-            lines += [f"      #   {one_line(answer.text)}: {one_line(answer.line)}" for answer in answers]
+        lines += [f"      {line}" for line in _asked_lines(row)] if row is not None else []
         why = f"  # {one_line(row.why)}" if row is not None else ""
         lines.append(f"      {flow(_entry(column))}{why}")
     return lines
+
+
+def _asked_lines(row: DraftColumn) -> list[str]:
+    """Comments with the questions of a column and their answers."""
+    lines = [f"# ASKED: {one_line(question.text)}" for question in row.questions]
+    answers = [answer for question in row.questions for answer in question.answers]
+    return lines + [f"#   {one_line(answer.text)}: {one_line(answer.line)}" for answer in answers]
 
 
 def _entry(column: ColumnMap) -> dict[str, object]:
