@@ -161,15 +161,14 @@ def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
     while len(parts) < MOST_RUNS:
         times = time[rest]
         highest = np.maximum.accumulate(times)
-        for i in (np.flatnonzero(np.diff(times) < 0.0) + 1).tolist():
-            ahead = times[i:] > highest[i - 1]
-            later = int(ahead.argmax()) if ahead.any() else times.size - i
-            again = highest[i - 1] - times[i] > HALF * (highest[i - 1] - times[0])
-            if later >= MIN_SAMPLES and (later > FEW * known.size or again):
-                parts, rest = [*parts, rest[:i]], rest[i:]
-                break
-        else:
+        back = np.flatnonzero(np.diff(times) < 0.0) + 1
+        before = highest[back - 1]
+        later = np.searchsorted(highest, before, side="right") - back
+        again = before - times[back] > HALF * (before - times[0])
+        cuts = back[(later >= MIN_SAMPLES) & ((later > FEW * known.size) | again)]
+        if not cuts.size:
             return [*parts, rest]
+        parts, rest = [*parts, rest[: cuts[0]]], rest[cuts[0] :]
     return [known]
 
 
