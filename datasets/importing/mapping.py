@@ -63,13 +63,13 @@ class ColumnMap(FileContent):
 
 
 PARTS = {"date parts": 6, "clock parts": 3}
-"""Forms of a time in a column for every part -> number of columns."""
+"""Forms of a time in a column for every part -> number of columns; one more holds a fraction of the second."""
 
 
 class TimeMap(FileContent):
     """The time: its column, or those of its parts, and its form; of rows without a time their step."""
 
-    columns: Annotated[tuple[str, ...], Field(max_length=6)] = ()
+    columns: Annotated[tuple[str, ...], Field(max_length=7)] = ()
     form: Form | Literal["?"]
     step_s: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
 
@@ -79,8 +79,8 @@ class TimeMap(FileContent):
             raise ValueError("needs step_s, the seconds between the rows, where the form is rows")
         if not self.columns and self.form not in ("rows", "?"):
             raise ValueError("needs the column of the time")
-        most = PARTS.get(self.form, 2)
-        if len(self.columns) > most or (self.form in PARTS and len(self.columns) < most):
+        most, more = PARTS.get(self.form, 2), int(self.form in PARTS)
+        if len(self.columns) > most + more or (more and len(self.columns) < most):
             raise ValueError(f"a time of the form {self.form} is in {most} columns")
         return self
 
