@@ -57,6 +57,7 @@ def test_the_week_is_that_of_a_date_on_whose_day_the_seconds_lie(note, week):
         (["Time", "Rudder"], "10:00:00 AM 3", ("Time date", "Time clock", "Rudder")),
         (["GPST", "Rudder"], "2409 554418.0 3", ("GPST week", "GPST seconds of week", "Rudder")),
         (["Date", "Time", "Rudder"], "14.03.2026 10:00:00 UTC 3", ("Date Time", "Rudder")),
+        (["Date", "Time", "Rudder"], "14.03.2026 10:00:00 CEST 3", ("Date", "Time", "zone", "Rudder")),
     ],
 )
 def test_names_stand_over_the_cells_of_date_and_clock(names, row, found):
