@@ -247,7 +247,9 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
     columns : the time, or the date and the time of day.  nan where a cell is no time.
     """
     if form in ("date parts", "clock parts"):
-        return _of_parts([column.numbers for column in columns])
+        whole = 6 if form == "date parts" else 3
+        found = _of_parts([column.numbers for column in columns[:whole]])
+        return found + sum(_fraction(column) for column in columns[whole:])
     if form == "gps week":
         return _of_weeks(*(column.numbers for column in columns))
     if len(columns) == 2:
@@ -278,6 +280,15 @@ def _of_parts(parts: Sequence[np.ndarray]) -> np.ndarray:
     months = (12 * (year - 1970) + month - 1).astype("datetime64[M]")
     days = months.astype("datetime64[D]").astype(np.int64) + day - 1
     return np.where(known, DAY * days + clock, np.nan)
+
+
+def _fraction(column: RawColumn) -> np.ndarray:
+    """Seconds (N,) of a column of nano-, micro- or milliseconds; not known ones are none."""
+    letter = column.name.strip().lower()[:2]
+    size = {"na": 1e-9, "ns": 1e-9, "mi": 1e-6 if "micro" in column.name.lower() else 1e-3, "us": 1e-6}.get(
+        letter, 1e-3
+    )
+    return size * np.nan_to_num(column.numbers)
 
 
 def _of_weeks(week: np.ndarray, second: np.ndarray) -> np.ndarray:

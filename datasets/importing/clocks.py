@@ -217,9 +217,7 @@ def _question(base: Sequence[Stream], own: Sequence[Stream]) -> Question:
         f"By how much is the clock of {label} off that of {reference}? {why[:1].upper()}{why[1:]}, no channel is in "
         "common, and the motion does not tell it."
     )
-    made = tuple(
-        Answer(f"{seconds:.12g}", said, f"clock_offset_s: {seconds:.12g}  # {label}") for seconds, said in texts.items()
-    )
+    made = tuple(Answer(f"{seconds:.12g}", said, f"clock_offset_s: {seconds:.12g}") for seconds, said in texts.items())
     number = "seconds to add to its times: clock_offset_s: NUMBER"
     table = label.removesuffix(f", run {own[0].run}")
-    return Question(clock_question(table), "time", table, "", text, made, number)
+    return Question(clock_question(table), "time", table, own[0].time_column, text, made, number)

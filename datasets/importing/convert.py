@@ -59,6 +59,8 @@ class Stream:
     """Whether the file states GPS time; where it states the date, too, the times are in UTC."""
     vague: bool = False
     """Whether GPS time is told by a name that stands for the receiver's UTC as well."""
+    time_column: str = ""
+    """Column of the time, '' for none."""
     run: int = 0
     """Number of the run, where the time of the table starts again; else 0."""
 
@@ -91,6 +93,7 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
         table.label, table.clock or table.label, times.dated, time, quantities, np.arange(time.size), offset,
         (f"{table.label}: {done}",) if done else (), zoned=times.zoned, period_s=times.period_s,
         gps=times.scale == "GPS", vague=times.vague,
+        time_column=next(iter(mapping.time.columns), ""),
     )  # fmt: skip
     streams = [_part(made, kept, run if len(parts) > 1 else 0) for run, kept in enumerate(parts, 1)]
     return streams, faults + [fault for s in streams for fault in _holes(table, s.time, s.kept)]
@@ -158,15 +161,14 @@ def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
     while len(parts) < MOST_RUNS:
         times = time[rest]
         highest = np.maximum.accumulate(times)
-        for i in (np.flatnonzero(np.diff(times) < 0.0) + 1).tolist():
-            ahead = times[i:] > highest[i - 1]
-            later = int(ahead.argmax()) if ahead.any() else times.size - i
-            again = highest[i - 1] - times[i] > HALF * (highest[i - 1] - times[0])
-            if later >= MIN_SAMPLES and (later > FEW * known.size or again):
-                parts, rest = [*parts, rest[:i]], rest[i:]
-                break
-        else:
+        back = np.flatnonzero(np.diff(times) < 0.0) + 1
+        before = highest[back - 1]
+        later = np.searchsorted(highest, before, side="right") - back
+        again = before - times[back] > HALF * (before - times[0])
+        cuts = back[(later >= MIN_SAMPLES) & ((later > FEW * known.size) | again)]
+        if not cuts.size:
             return [*parts, rest]
+        parts, rest = [*parts, rest[: cuts[0]]], rest[cuts[0] :]
     return [known]
 
 

@@ -474,7 +474,9 @@ def _record(
 ) -> tuple[Record | None, list[str], list[Fault], list[Question], dict[str, tuple[str, ...]]]:
     """The record of a run, what was done, faults, what is asked, and the quantities of each channel."""
     made = derive(name, merged.time, merged.quantities, options.variation_deg)
-    channels, constant = _living(name, made.found)
+    ends = merged.time[0], merged.time[-1]
+    short = any(s.time[0] < ends[0] - s.step or s.time[-1] > ends[1] + s.step for s in merged.streams)
+    channels, constant = _living(name, made.found, short)
     faults = [*made.faults, *constant]
     known = np.isfinite(np.array(list(channels.values()))).any(axis=0) if channels else np.zeros(0, dtype=bool)
     if known.sum() < MIN_SAMPLES:
@@ -515,15 +517,19 @@ def _place(log: Log, *wanted: str) -> tuple[str, str]:
     return found.table.label, found.column.name
 
 
-def _living(name: str, found: dict[str, np.ndarray]) -> tuple[dict[str, np.ndarray], list[Fault]]:
-    """Channels without those that never change or have no value, dead sensors; a rudder may be held, which is told."""
+def _living(name: str, found: dict[str, np.ndarray], short: bool) -> tuple[dict[str, np.ndarray], list[Fault]]:
+    """Channels without those that never change or have no value, dead sensors; a rudder may be held, which is told.
+
+    short : whether tables go on before or after the record, where a channel may change.
+    """
     kept, faults = {}, []
+    why = "a dead sensor, or too short a time that all tables cover?" if short else "a dead sensor?"
     for channel, values in found.items():
         known = values[np.isfinite(values)]
         dead = known.size == 0 or (np.ptp(known) == 0.0 and channel not in MAY_BE_CONSTANT)
         said = f"{known[0]:.4g} in every row" if known.size else "no value"
         if dead and channel not in RUDDERS:
-            faults.append(Fault(name, said, "a dead sensor? the channel is left out", column=channel))
+            faults.append(Fault(name, said, f"{why} the channel is left out", column=channel))
             continue
         if dead:
             faults.append(Fault(name, said, "was the rudder held, or is its sensor dead?", column=channel))

@@ -10,7 +10,7 @@ import numpy as np
 
 from .cells import GAPS
 from .clock import guess_form
-from .names import is_date, is_time, joined, words
+from .names import is_date, is_time, joined, part_of_time, words
 from .raw import RawColumn, RawTable
 
 TALKERS = frozenset(map(joined, ("talker", "source", "sensor", "device", "instrument", "sender", "geber", "talker id")))
@@ -45,7 +45,9 @@ def _texts(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:
 
 def _by_time(table: RawTable) -> list[RawTable]:
     """A table for every column of a time, with the columns behind it, where they are sampled at other times."""
-    places = [i for i, c in enumerate(table.columns) if is_time(c.name) and not is_date(c.name) and _rises(c)]
+    parts = {part_of_time(column.name) for column in table.columns} >= {"hour", "minute", "second"}
+    times = [is_time(c.name) and not is_date(c.name) and not (parts and part_of_time(c.name)) for c in table.columns]
+    places = [i for i, c in enumerate(table.columns) if times[i] and _rises(c)]
     blocks = [table.columns[i:j] for i, j in itertools.pairwise([*places, len(table.columns)])]
     if len(blocks) < 2 or places[0] != 0 or min(map(len, blocks)) < 2 or not _apart([b[0] for b in blocks], blocks):
         return [table]

@@ -64,13 +64,13 @@ class ColumnMap(FileContent):
 
 
 PARTS = {"date parts": 6, "clock parts": 3}
-"""Forms of a time in a column for every part -> number of columns."""
+"""Forms of a time in a column for every part -> number of columns; one more holds a fraction of the second."""
 
 
 class TimeMap(FileContent):
     """The time: its column, or those of its parts, and its form; of rows without a time their step."""
 
-    columns: Annotated[tuple[str, ...], Field(max_length=6)] = ()
+    columns: Annotated[tuple[str, ...], Field(max_length=7)] = ()
     form: Form | Literal["?"]
     step_s: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
 
@@ -80,8 +80,8 @@ class TimeMap(FileContent):
             raise ValueError("needs step_s, the seconds between the rows, where the form is rows")
         if not self.columns and self.form not in ("rows", "?"):
             raise ValueError("needs the column of the time")
-        most = PARTS.get(self.form, 2)
-        if len(self.columns) > most or (self.form in PARTS and len(self.columns) < most):
+        most, more = PARTS.get(self.form, 2), int(self.form in PARTS)
+        if len(self.columns) > most + more or (more and len(self.columns) < most):
             raise ValueError(f"a time of the form {self.form} is in {most} columns")
         return self
 
@@ -188,7 +188,7 @@ def mapping_text(mapping: Mapping, columns: Sequence[DraftColumn] = ()) -> str:
 
 def _of_whole(question: Question) -> bool:
     """Whether the answers of a question stand above the tables."""
-    return not any(answer.line.startswith("- ") for answer in question.answers)
+    return question.about != "time" and not any(answer.line.startswith("- ") for answer in question.answers)
 
 
 def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> list[str]:
@@ -198,20 +198,26 @@ def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> l
     lines = [f"  {'-' if i == 0 else ' '} {key}: {scalar(value)}" for i, (key, value) in enumerate(first.items())]
     listed = ", ".join(str(scalar(name)) for name in time.pop("columns"))
     rest = "".join(f", {key}: {scalar(value)}" for key, value in time.items())
+    timed = (told.get((label, name)) for name in table.time.columns)
+    lines += [f"    {line}" for row in timed if row is not None for line in _asked_lines(row)]
     lines.append(f"    time: {{columns: [{listed}]{rest}}}")
     if table.clock_offset_s is not None:
         lines.append(f"    clock_offset_s: {scalar(table.clock_offset_s)}")
     lines.append("    columns:" + ("" if table.columns else " []"))
     for column in table.columns:
         row = told.get((label, column.column))
-        if row is not None:
-            asked = [question for question in row.questions if not _of_whole(question)]
-            lines += [f"      # ASKED: {one_line(question.text)}" for question in asked]
-            answers = [answer for question in asked for answer in question.answers]
-            lines += [f"      #   {one_line(answer.text)}: {one_line(answer.line)}" for answer in answers]
+        lines += [f"      {line}" for line in _asked_lines(row)] if row is not None else []
         why = f"  # {one_line(row.why)}" if row is not None else ""
         lines.append(f"      {flow(_entry(column))}{why}")
     return lines
+
+
+def _asked_lines(row: DraftColumn) -> list[str]:
+    """Comments with the questions of a column and their answers."""
+    own = [question for question in row.questions if not _of_whole(question)]
+    lines = [f"# ASKED: {one_line(question.text)}" for question in own]
+    answers = [answer for question in own for answer in question.answers]
+    return lines + [f"#   {one_line(answer.text)}: {one_line(answer.line)}" for answer in answers]
 
 
 def _entry(column: ColumnMap) -> dict[str, object]:

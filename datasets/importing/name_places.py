@@ -14,6 +14,8 @@ DATE_CELL = re.compile(r"\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{
 CLOCK_CELL = re.compile(r"\d{1,2}:\d{2}(:\d{2}([.,]\d+)?)?")
 BEHIND_CLOCK = re.compile(r"[AaPp]\.?[Mm]\.?|UTC|GMT|Z|[+-]\d{2}:?\d{2}|[A-Z]{3,4}")
 """What stands behind a clock, in a cell of its own: half of the day, or the zone."""
+LOCAL_ZONE = re.compile(r"(?!UTC|GMT)[A-Z]{3,4}")
+"""The letters of a zone, which several have."""
 WEEK_CELL = re.compile(r"[12]\d{3}")
 WEEK_S = 604800.0
 SEPARATORS = (",", ";", "|", None)
@@ -78,6 +80,11 @@ def _over_time(names: Sequence[str], rows: Sequence[Sequence[str]], missing: int
             done = f"{name!r} names {' and '.join(parts)}" if name else f"{' and '.join(parts)} stand without names"
             made = (*before, *(f"{name} {part}".strip() for part in parts), *behind)
             return Names(made, (*first, *[start if own else -1] * 2, *last), done=(done,))
+        if LOCAL_ZONE.fullmatch(rows[0][start + length - 1].strip()) and length == 3:
+            pair = own if count == 2 else [f"{own[0] if own else ''} {part}".strip() for part in ("date", "clock")]
+            at = [*range(start, start + count)] if count == 2 else [start if own else -1] * 2
+            done = "the zone behind the clock has no name, and is not read"
+            return Names((*before, *pair, "zone", *behind), (*first, *at, -1, *last), done=(done,))
         name = " ".join(own) or "time"
         done = f"{name!r} names {length} cells of date and clock"
         return Names((*before, name, *behind), (*first, start if own else -1, *last), (start, length), (done,))

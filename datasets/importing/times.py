@@ -42,6 +42,8 @@ GPS_TIME = frozenset({"gpst", "tow", "itow", "sow"})
 SCALE_STATED = re.compile(
     r"\btime[ _-]?(?:system|scale|reference|base|standard)\b[^\n\w]{0,10}(gps|utc)\b", re.IGNORECASE
 )
+NEAR_S = 1.5
+"""Seconds within which two times of a table are the same."""
 SURELY_OF_WEEK_S = 86400.0
 """Seconds from which on a number is no time of day."""
 AS_LONG = 0.05
@@ -182,7 +184,8 @@ def _parts(table: RawTable) -> TableTime | None:
     if not all(part in held for part in clock) or np.nanmax(held["minute"].numbers) >= 60.0:
         return None
     form: Form = "date parts" if all(part in held for part in date) else "clock parts"
-    names = tuple(held[part].name for part in ((*date, *clock) if form == "date parts" else clock))
+    wanted = (*(date if form == "date parts" else ()), *clock, *(("fraction",) if "fraction" in held else ()))
+    names = tuple(held[part].name for part in wanted)
     return TableTime(names, form, form, why=f"columns {', '.join(names)}")
 
 
@@ -370,9 +373,25 @@ def _with_scale(time: TableTime, table: RawTable) -> TableTime:
         week = week_stated(table.notes, columns[0].numbers * SCALES[form][0])
         return replace(time, scale="GPS", week=week)
     called = {word for column in columns for word in (*words(column.unit), *words(column.name))}
-    scale = _scale(table, columns, form)
+    scale = _scale(table, columns, form) or _scale_beside(time, table)
     vague = scale == "GPS" and not GPS_TIME & called and {"gps", "time"} <= called and form not in ("gps week", "gps s")
     return replace(time, scale=scale, vague=vague)
+
+
+def _scale_beside(time: TableTime, table: RawTable) -> Scale:
+    """UTC or GPS, as seconds of the GPS week in another column of a table with dates tell it."""
+    week = next(
+        (c for c in table.columns if c.numeric and GPS_TIME & set(words(c.name)) and c.name not in time.columns), None
+    )
+    own = time.seconds(table) if week is not None and time.dated else None
+    if own is None or week is None or not np.isfinite(own[0]).any():
+        return ""
+    gps = week.numbers * (1e-3 if np.nanmax(np.append(week.numbers, 0.0)) > WEEK_S else 1.0)
+    ahead = (gps - (own[0] - start_of_week(0))) % WEEK_S
+    middle = float(np.nanmedian(ahead)) if np.isfinite(ahead).any() else np.nan
+    if abs(middle - float(leap_seconds(float(np.nanmin(own[0]))))) < NEAR_S:
+        return "UTC"
+    return "GPS" if min(middle, WEEK_S - middle) < NEAR_S else ""
 
 
 def _scale(table: RawTable, columns: Sequence[RawColumn], form: Form | None) -> Scale:

@@ -116,6 +116,15 @@ def _weeks(week="GPS week", second="TOW [s]", size=1.0):
     return write
 
 
+def _date_parts(run, folder):
+    """A receiver's date and time in parts with nanoseconds, and the seconds of the GPS week beside them."""
+    s, moments = series(run), [w.astype("datetime64[s]").item() for w in np.floor(START + run.t).astype(np.int64)]
+    made = {"iTOW [ms]": fixed(1e3 * ((START + LEAP + run.t - GPS_EPOCH) % WEEK), 0)}
+    made |= {n: [str(getattr(m, n)) for m in moments] for n in ("year", "month", "day", "hour", "minute", "second")}
+    made |= {"nano [ns]": fixed(1e9 * (run.t % 1.0), 0), "Heading [deg]": s["heading"], "ROT [deg/min]": s["rot_min"]}
+    return table(folder / "pvt.csv", made | {"Rudder [deg]": s["rudder"]})
+
+
 def _seconds_of_week(head=(), name="GPS seconds of week [s]", utc=True):
     """Positions by seconds of the week, heading and rudder with a date."""
 
@@ -299,6 +308,9 @@ CLOCK_CASES: dict[str, Case] = {
     "seconds of the week, and UTC": Case(_seconds_of_week(), True, {}, PLACED, questions=0, start=UTC, loose=0.05),
     "seconds of the week under a date, and UTC": Case(
         _seconds_of_week(("Date of mission: 2026-03-14",), "TIME"), True, {}, PLACED, questions=0, start=UTC, loose=0.05
+    ),
+    "parts of a date with nanoseconds, GPS seconds beside": Case(
+        _date_parts, True, {}, TURN, questions=0, start=UTC, within_s=0.01
     ),
     "a line states GPS time": Case(_stated("# Time system: GPS"), True, {}, TURN, questions=0, start=UTC),
     "no line states the scale": Case(_stated("# Trial 3"), True, {}, TURN, questions=0, start=UNKNOWN, first_s=LEAP),
