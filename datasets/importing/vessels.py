@@ -73,12 +73,12 @@ def of_one_vessel(
 
 
 def _groups(table: RawTable) -> _Groups | None:
-    """The rows of each vessel; None where the rows are of one, or nothing says whose they are."""
+    """The rows of each vessel; None where nothing says whose they are."""
     for rank, names in enumerate(IDENTIFIERS):
         known = {joined(name) for name in names}
         for column in (c for c in table.columns if "".join(words(c.name)) in known):
             rows = _rows_of(column)
-            if len(rows) > 1 and (rank < SURE or _tells(table, rows)):
+            if (rows and rank < SURE) or (len(rows) > 1 and _tells(table, rows)):
                 enough = {name: own for name, own in rows.items() if own.size >= MIN_SAMPLES}
                 return _Groups(column, enough) if enough else None
     return None
@@ -134,6 +134,8 @@ def _with_rows(table: RawTable, groups: _Groups | None, wanted: str | None) -> R
         return table
     name = wanted if wanted in groups.rows else ""
     rows = groups.rows.get(name, np.zeros(0, dtype=int))
+    if rows.size == table.n:
+        return table
     told = f"{rows.size} of {table.n} rows are of {groups.column.name} {name}; those of others are left out"
     return replace(_at(table, rows), done=(*table.done, told))
 

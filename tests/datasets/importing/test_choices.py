@@ -59,6 +59,19 @@ def test_rows_of_other_vessels_and_values_that_are_not_available_stay_out(run, t
         helmbench.import_log(files, answers={"vessel": "219000009"})
 
 
+def test_files_of_one_vessel_each_are_not_joined(run, tmp_path):
+    (path,) = CHOICE_CASES["AIS, three vessels in turn"].write(run, tmp_path)
+    header, *rows = path.read_text("utf-8").splitlines()
+    files = []
+    for mmsi, part in (("219000001", rows[:90]), ("219000002", rows[90:])):
+        files.append(tmp_path / f"{mmsi}.csv")
+        files[-1].write_text("\n".join([header, *(row for row in part if row.startswith(mmsi))]), "utf-8")
+    (question,) = helmbench.draft_import(files).questions
+    assert question.id == "vessel" and {answer.key for answer in question.answers} == {"219000001", "219000002"}
+    chosen = helmbench.import_log(files, answers={"vessel": "219000002"}).record
+    assert chosen.n == 31 and chosen.has("heading_rad")
+
+
 def test_a_column_of_kinds_of_rows_is_none_of_vessels(run, tmp_path):
     s = series(run)
     rows = [f"{t},1,{h}," for t, h in zip(s["t"], s["heading"], strict=True)]
