@@ -15,8 +15,10 @@ from .beside import with_sidecar
 from .contained import read_contained
 from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, read_gpx
+from .formats.json_records import looks_like_json, read_json
 from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.ros import with_ros
+from .formats.signalk import with_signal_k
 from .instruments import by_instrument
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
@@ -27,6 +29,7 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_gpx, read_gpx),
     (looks_like_expedition, read_expedition),
     (looks_like_n2k, read_n2k),
+    (looks_like_json, read_json),
     (looks_like_nmea, read_nmea),
 )
 """Kinds of text that are told by their first lines, and their readers."""
@@ -102,9 +105,8 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
     text, encoding = decoded(data, path)
     del data  # of a large file both would fill the memory
     known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
-    if known is not None:
-        return known(text, path)
-    return [with_ros(table) for table in by_instrument(read_text(text, encoding, path))]
+    tables = known(text, path) if known is not None else by_instrument(read_text(text, encoding, path))
+    return [with_ros(with_signal_k(_bounded(table, path))) for table in tables]
 
 
 def _bounded(table: RawTable, path: Path) -> RawTable:

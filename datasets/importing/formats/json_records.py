@@ -1,0 +1,240 @@
+"""Logs of JSON objects: one a line, or a document of them; Signal K deltas, records of topic and value, nested objects."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..instruments import NAMES, UNITS, VALUES
+from ..names import is_time, joined
+from ..raw import RawColumn, RawTable, Rejected
+from .signalk import is_delta, values_of
+
+LINE = re.compile(r"(?P<stamp>[^{]{0,80}?)[\s;,:]*(?P<object>\{.*\})[\s,;]*$")
+KINDS = frozenset(map(joined, ("class", "type", "msg type", "message type", "kind", "event", "sensor", "device", "node")))
+"""Names of a key that says what kind of record an object is."""
+STAMP = "timestamp"
+MOST_DOCUMENT, MOST_KEYS, MOST_KINDS, MOST_ITEMS, DEEPEST = 200_000_000, 300, 60, 16, 8
+"""Characters of a document, keys of an object, kinds of objects, items of an array, and levels that are read."""
+FEWEST = 3
+
+Row = tuple[int, dict[str, Any]]
+
+
+def looks_like_json(text: str) -> bool:
+    """Whether most of the first lines hold a JSON object, or the text is a JSON document."""
+    head = text[:20000].lstrip("\ufeff \t\r\n")
+    lines = [line for line in head.splitlines()[:60] if line.strip()]
+    whole = lines[:-1] if len(text) > len(head) + 10 and len(lines) > 1 else lines
+    objects = sum((match := LINE.match(line)) is not None and _loads(match["object"]) is not None for line in whole)
+    return (bool(whole) and objects > 0.5 * len(whole)) or re.match(r"[\[{]\s*[\[{\"]", head) is not None
+
+
+def read_json(text: str, path: Path) -> list[RawTable]:
+    """The tables of a log of JSON objects: one for every path of Signal K, topic or kind of object.
+
+    Raises
+    ------
+    BadInput : it holds no objects with numbers, or is too large a document.
+    """
+    faults: list[Rejected] = []
+    found = list(_objects(text, path, faults))
+    deltas = [(line, obj) for line, obj in found if is_delta(obj)]
+    tables = _of_deltas(deltas, path) if len(deltas) > 0.5 * len(found) else _of_rows(found, path)
+    if not tables:
+        hint = "a log is an object a line with a time, names and numbers"
+        raise BadInput("no JSON objects with a time and numbers found", file=path, hint=hint)
+    first = tables[0]
+    lines = len(found) + len(faults)
+    head = RawTable(first.file, first.columns, first.rows, first.sheet, first.clock, done=("JSON", *first.done),
+                    faults=tuple(faults), lines=lines)  # fmt: skip
+    return [head, *tables[1:]]
+
+
+def _loads(text: str) -> Any:
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+
+
+def _objects(text: str, path: Path, faults: list[Rejected]) -> Iterator[Row]:
+    """(line, object) of a log; a stamp before an object becomes its time."""
+    if not any(LINE.match(line) for line in text[:20000].splitlines()[:3]):
+        yield from _of_document(text, path)
+        return
+    for number, line in enumerate(text.splitlines(), start=1):
+        match = LINE.match(line)
+        found = _loads(match["object"]) if match else None
+        if isinstance(found, dict) and match is not None:
+            stamp = match["stamp"].split(";")[0].strip(" ,;\"'[](")
+            yield number, ({STAMP: stamp} if stamp and not any(map(is_time, found)) else {}) | found
+        elif line.strip(" \t[],"):
+            faults.append((number, "no JSON object", line))
+
+
+def _of_document(text: str, path: Path) -> Iterator[Row]:
+    """The objects of the longest list in a document, or the rows of the lists of equal length in it."""
+    if len(text) > MOST_DOCUMENT:
+        raise BadInput(f"a JSON document of more than {MOST_DOCUMENT:,} characters", file=path,
+                       hint="write an object a line")  # fmt: skip
+    content = _loads(text.strip("\ufeff"))
+    lists: list[list[Any]] = []
+    tables: list[dict[str, list[Any]]] = []
+    _search(content, lists, tables)
+    rows = max(lists, key=len, default=[])
+    for table in tables:
+        size = len(next(iter(table.values())))
+        if size > len(rows):
+            rows = [dict(zip(table, row, strict=True)) for row in zip(*table.values(), strict=True)]
+    yield from enumerate(rows, start=1)
+
+
+def _search(content: Any, lists: list[list[Any]], tables: list[dict[str, list[Any]]], depth: int = 0) -> None:
+    """Lists of objects, and objects of lists of equal length, anywhere in a document."""
+    if depth > DEEPEST:
+        return
+    if isinstance(content, list):
+        if content and all(isinstance(one, dict) for one in content):
+            lists.append(content)
+        elif content and len(content) < MOST_ITEMS:
+            for one in content:
+                _search(one, lists, tables, depth + 1)
+    elif isinstance(content, dict):
+        series = {k: v for k, v in content.items() if isinstance(v, list) and v and not isinstance(v[0], dict | list)}
+        sizes = {len(v) for v in series.values()}
+        if len(series) > 1 and len(sizes) == 1 and len(series) <= MOST_KEYS:
+            tables.append(series)
+        for one in content.values():
+            _search(one, lists, tables, depth + 1)
+
+
+# ------------------------------------------------------------------------------------------------ Signal K
+
+
+def _of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
+    """A table for every path of every source."""
+    series: dict[tuple[str, str], list[tuple[int, str, float]]] = defaultdict(list)
+    for line, message in deltas:
+        for time, source, name, number in values_of(message, str(message.get(STAMP, ""))):
+            series[source, name].append((line, time, number))
+    several = len({source for source, _ in series}) > 1
+    tables = []
+    for (source, name), own in series.items():
+        if len(own) < FEWEST or not name:
+            continue
+        times = RawColumn("time", "", tuple(time for _, time, _ in own), "", "Signal K states it: UTC")
+        column = RawColumn(name, "", np.array([number for *_, number in own]), source=f"source {source}" if source else "")
+        sheet = f"{source} {name}".strip() if several else name
+        rows = np.array([line for line, *_ in own])
+        tables.append(RawTable(path.name, (times, column), rows, sheet, path.name, done=(f"{len(own)} values",)))
+    return tables
+
+
+# ------------------------------------------------------------------------------------------------ records
+
+
+def _of_rows(found: Sequence[Row], path: Path) -> list[RawTable]:
+    """A table for every topic or kind of object, or for all objects."""
+    rows = [(line, dict(_flat(obj))) for line, obj in found]
+    groups: dict[str, list[Row]] = defaultdict(list)
+    name, kind = _key(rows, NAMES), _key(rows, KINDS)
+    for line, row in rows:
+        groups[str(row.get(name, row.get(kind, ""))) if name or kind else ""].append((line, row))
+    if len(groups) > MOST_KINDS:
+        groups = {"": rows}
+    if not name and not kind:
+        groups = _by_keys(rows)
+    tables = [_table(own, name if len(groups) > 1 else "", sheet, path) for sheet, own in groups.items()]
+    return [table for table in tables if table is not None]
+
+
+def _by_keys(rows: Sequence[Row]) -> dict[str, list[Row]]:
+    """Rows by what they hold besides a time, where different objects share nothing but it."""
+    groups: dict[frozenset[str], list[Row]] = defaultdict(list)
+    for line, row in rows:
+        groups[frozenset(key for key in row if not is_time(_last(key)))].append((line, row))
+    usual = {keys: own for keys, own in groups.items() if len(own) >= max(FEWEST, 0.02 * len(rows))}
+    keys = list(usual)
+    apart = all(not a & b for i, a in enumerate(keys) for b in keys[:i])
+    if not 1 < len(usual) <= MOST_KINDS or not apart:
+        return {"": list(rows)}
+    return {", ".join(sorted(_last(key) for key in keys))[:60]: own for keys, own in usual.items()}
+
+
+def _key(rows: Sequence[Row], wanted: frozenset[str]) -> str:
+    """The key of that name that tells the objects apart; '' for none."""
+    for key in rows[0][1] if rows else ():
+        if joined(_last(key)) in wanted:
+            kinds = [row.get(key) for _, row in rows]
+            texts = {one for one in kinds if isinstance(one, str)}
+            if 1 < len(texts) <= MOST_KINDS and sum(isinstance(one, str) for one in kinds) > 0.9 * len(rows):
+                return key
+    return ""
+
+
+def _last(key: str) -> str:
+    return key.rpartition(".")[2]
+
+
+def _flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, Any]]:
+    """(path, number or text) of what an object holds; objects written as texts within it are read as well."""
+    if isinstance(value, str) and value[:1] == "{" and isinstance(inner := _loads(value), dict):
+        value = inner
+    if isinstance(value, dict) and depth < DEEPEST:
+        for key, one in value.items():
+            yield from _flat(one, f"{prefix}.{key}".strip("."), depth + 1)
+    elif isinstance(value, list):
+        if 0 < len(value) <= MOST_ITEMS and all(isinstance(one, int | float) for one in value):
+            yield from ((f"{prefix}[{i}]", one) for i, one in enumerate(value))
+    elif isinstance(value, bool | int | float | str):
+        yield prefix, value
+
+
+def _table(own: Sequence[Row], name: str, sheet: str, path: Path) -> RawTable | None:
+    keys = list(dict.fromkeys(key for _, row in own for key in row if key != name))
+    if len(own) < FEWEST or not keys:
+        return None
+    if len(keys) > MOST_KEYS:
+        raise BadInput(f"objects with {len(keys)} keys; at most {MOST_KEYS} are read", file=path,
+                       hint="export the values that tell of the ship's motion")  # fmt: skip
+    units = {key: str(value) for _, row in reversed(own) for key, value in row.items() if joined(_last(key)) in UNITS}
+    columns = [_column(key, own, units, keys, sheet if name else "") for key in keys if key not in units]
+    rows = np.array([line for line, _ in own])
+    return RawTable(path.name, tuple(columns), rows, sheet, path.name, done=(f"{len(own)} objects",))
+
+
+def _column(key: str, own: Sequence[Row], units: dict[str, str], keys: Sequence[str], topic: str) -> RawColumn:
+    """A key as a column: the value of a topic is called as the topic; one with a unit beside it has that."""
+    place = key.rpartition(".")[0]
+    values = [row.get(key) for _, row in own]
+    numbers = all(value is None or isinstance(value, bool | int | float) for value in values)
+    valued = joined(_last(key)) in VALUES
+    unit = next((text for other, text in units.items() if other.rpartition(".")[0] == place), "")
+    parts = [part for part in re.split(r"[./]", f"{topic}.{place}" if valued else key) if part]
+    called = parts[-1] if parts and sum(_last(other) == parts[-1] for other in keys) < 2 else ""
+    column_name = topic if valued and topic and not place else place if valued and place else key
+    if is_time(_last(key)):
+        return RawColumn(_last(key) if sum(_last(k) == _last(key) for k in keys) < 2 else key, "", _cells(values, numbers))
+    return RawColumn(column_name, unit if valued else "", _cells(values, numbers), called=called if called != key else "")
+
+
+def _cells(values: Sequence[Any], numbers: bool) -> Any:
+    """Values as numbers (N,) where all are, or else as texts."""
+    if not numbers:
+        return tuple("" if value is None else str(value) for value in values)
+    return np.array([_number(value) for value in values])
+
+
+def _number(value: Any) -> float:
+    try:
+        return float("nan") if value is None else float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        return float("nan")
