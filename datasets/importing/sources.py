@@ -19,6 +19,7 @@ from .formats.json_records import looks_like_json, read_json
 from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.ros import with_ros
 from .formats.signalk import with_signal_k
+from .formats.transposed import looks_transposed, read_transposed
 from .instruments import by_instrument
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
@@ -30,6 +31,7 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_expedition, read_expedition),
     (looks_like_n2k, read_n2k),
     (looks_like_json, read_json),
+    (looks_transposed, read_transposed),
     (looks_like_nmea, read_nmea),
 )
 """Kinds of text that are told by their first lines, and their readers."""
