@@ -13,6 +13,7 @@ from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
 from .contained import read_contained
+from .formats.dataflash_text import looks_like_dataflash, read_dataflash
 from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, read_gpx
 from .formats.json_records import looks_like_json, read_json
@@ -31,6 +32,7 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_expedition, read_expedition),
     (looks_like_n2k, read_n2k),
     (looks_like_json, read_json),
+    (looks_like_dataflash, read_dataflash),
     (looks_transposed, read_transposed),
     (looks_like_nmea, read_nmea),
 )
