@@ -16,6 +16,7 @@ from .contained import read_contained
 from .formats.dataflash_text import looks_like_dataflash, read_dataflash
 from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, read_gpx
+from .formats.hypack import looks_like_hypack, read_hypack
 from .formats.json_records import looks_like_json, read_json
 from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.ros import with_ros
@@ -33,6 +34,7 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_n2k, read_n2k),
     (looks_like_json, read_json),
     (looks_like_dataflash, read_dataflash),
+    (looks_like_hypack, read_hypack),
     (looks_transposed, read_transposed),
     (looks_like_nmea, read_nmea),
 )
