@@ -20,6 +20,7 @@ from .formats.hypack import looks_like_hypack, read_hypack
 from .formats.json_records import looks_like_json, read_json
 from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.ros import with_ros
+from .formats.sbet import looks_like_sbet, read_sbet
 from .formats.signalk import with_signal_k
 from .formats.transposed import looks_transposed, read_transposed
 from .instruments import by_instrument
@@ -108,6 +109,8 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
     kind = next((kind for magic, kind in BINARY.items() if data.startswith(magic)), None)
     if kind is not None:
         return [with_ros(_bounded(table, path)) for table in read_contained(kind, data, path)]
+    if looks_like_sbet(data):
+        return read_sbet(data, path)
     text, encoding = decoded(data, path)
     del data  # of a large file both would fill the memory
     known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
