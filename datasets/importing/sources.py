@@ -22,6 +22,7 @@ from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet
 from .formats.signalk import with_signal_k
+from .formats.tcx import looks_like_tcx, read_tcx
 from .formats.transposed import looks_transposed, read_transposed
 from .instruments import by_instrument
 from .nmea import looks_like_nmea, read_nmea
@@ -31,6 +32,7 @@ from .times import find_time
 
 TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]], ...] = (
     (looks_like_gpx, read_gpx),
+    (looks_like_tcx, read_tcx),
     (looks_like_expedition, read_expedition),
     (looks_like_n2k, read_n2k),
     (looks_like_json, read_json),
