@@ -125,7 +125,7 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     above = [line for line in head if line.number not in used]
     if above:
         done.append(f"{len(above)} line{'s' if len(above) > 1 else ''} above the header not used as data")
-    split = [_name_and_unit(name) for name in names]
+    split = [name_and_unit(name) for name in names]
     differ = [bool(own and unit) and _other_size(own, unit) for (_, own), unit in zip(split, units, strict=True)]
     done += [f"{name}: the header states {own}, the row of units {unit}: neither is taken"
              for (name, own), unit, other in zip(split, units, differ, strict=True) if other]  # fmt: skip
@@ -220,7 +220,7 @@ def _listed_names(head: Sequence[Line]) -> dict[int, str]:
     return names if len(names) > 1 and sorted(names) == list(range(1, len(names) + 1)) else {}
 
 
-def _name_and_unit(text: str) -> tuple[str, str]:
+def name_and_unit(text: str) -> tuple[str, str]:
     """(name, unit) of `name [unit]`; a text in brackets that is no unit belongs to the name."""
     text = text.strip().strip("\"'")
     match = IN_BRACKETS.match(text)
@@ -305,7 +305,7 @@ class _Body:
     def _check_again(self, line: Line) -> None:
         """Refuse a repeated header (or row of units) that names the columns or their units in another way."""
         header = self.layout.header
-        split = [_name_and_unit(cell) for cell in line.cells]
+        split = [name_and_unit(cell) for cell in line.cells]
         known = [{re.sub(r" \(\d+\)$", "", n), below, ""} for n, below in zip(header.names, header.below, strict=True)]
         same = [name in own for (name, _), own in zip(split, known, strict=True)]
         if not _names_again(line.cells, self.layout):  # a row of units
@@ -345,5 +345,5 @@ def _is_header_again(cells: Sequence[str], layout: Layout) -> bool:
 
 def _names_again(cells: Sequence[str], layout: Layout) -> bool:
     """Whether more than half of the cells name columns of the table, in any order."""
-    names = [_name_and_unit(cell)[0] for cell in cells]
+    names = [name_and_unit(cell)[0] for cell in cells]
     return sum(name in layout.header.names for name in names) > 0.5 * layout.width

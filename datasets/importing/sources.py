@@ -18,6 +18,7 @@ from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, read_gpx
 from .formats.hypack import looks_like_hypack, read_hypack
 from .formats.json_records import looks_like_json, read_json
+from .formats.labview import looks_like_labview, read_labview
 from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet
@@ -37,6 +38,7 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_n2k, read_n2k),
     (looks_like_json, read_json),
     (looks_like_dataflash, read_dataflash),
+    (looks_like_labview, read_labview),
     (looks_like_hypack, read_hypack),
     (looks_transposed, read_transposed),
     (looks_like_nmea, read_nmea),

@@ -16,6 +16,8 @@ from .raw import RawTable
 MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
 OTHER_SCRIPTS = ("cp932", "shift", "euc", "gb", "big5", "hz", "iso2022", "johab", "cp949", "cp1251", "koi8", "cp1253")
 """Encodings of scripts that Windows-1252 does not hold; those of Latin letters are hardly told from it."""
+ASCII, SIGNS = bytes(range(128)), {0xB0, 0xB1, 0xB2, 0xB3, 0xB4, 0xB5, 0xB7, 0xBA, 0x92, 0x96, 0x97, 0xA0}
+"""The bytes of ASCII, and others that are signs in Windows-1252: degree, plus-minus, powers, micro, dashes."""
 COMMENT = re.compile(r"^\s*(#|%|//|!|\*|;(?=\s*[A-Za-z#]))+\s?")
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
 MOST_COLUMNS, LONGEST = 2000, 5000
@@ -49,6 +51,8 @@ def _unstated(data: bytes) -> str:
     """The likely encoding of text that is not UTF-8, by charset-normalizer from the lines that are not ASCII."""
     from charset_normalizer import from_bytes
 
+    if not set(data.translate(None, ASCII)) - SIGNS:  # few lines of one sign, behind which a letter of a script may seem to stand
+        return "cp1252"
     lines = [line for line in data[:1_000_000].splitlines() if not line.isascii()][:50]
     best = from_bytes(b"\n".join(line[:2000] for line in lines)).best()
     return best.encoding if best is not None and best.encoding.startswith(OTHER_SCRIPTS) else "cp1252"
