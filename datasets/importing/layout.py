@@ -33,6 +33,8 @@ NUMBERED = re.compile(
     r"^\W*(?:col(?:umn)?|spalte|channel|kanal|ch)?\.?\s*#?(?P<number>\d{1,3})\s*[:=.)\-]\s*(?P<name>\S.*)$",
     re.IGNORECASE,
 )
+OTHER_SEPARATORS = (",", ";", "\t", "|", None)
+"""Separators of the names in a comment line above data that have another one; None: spaces."""
 SAMPLE = 400
 """Rows that are looked at to find the layout."""
 
@@ -98,9 +100,21 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     start = next(same, None)
     if start is None:
         return None
-    head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells)]
+    head = [_as_header(line, width) for line in lines[:start] if any(cell.strip() for cell in line.cells)]
     header = _header(head, [line for line in lines[start:] if not line.comment], width)
     return Layout(header, start, width)
+
+
+def _as_header(line: Line, width: int) -> Line:
+    """A comment line that another separator than that of the data cuts into as many names as there are columns."""
+    if not line.comment or len(_stripped(line.cells)) in (width, width - 1):
+        return line
+    text = " ".join(line.cells)
+    for separator in OTHER_SEPARATORS:
+        cells = [cell.strip() for cell in text.split(separator)]
+        if len(cells) == width and not any(map(is_number, cells)):
+            return Line(line.number, tuple(cells), True)
+    return line
 
 
 def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:

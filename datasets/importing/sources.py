@@ -19,7 +19,9 @@ from .formats.gpx import looks_like_gpx, read_gpx
 from .formats.hypack import looks_like_hypack, read_hypack
 from .formats.json_records import looks_like_json, read_json
 from .formats.labview import looks_like_labview, read_labview
+from .formats.messages import with_messages
 from .formats.n2k import looks_like_n2k, read_n2k
+from .formats.pospac import with_pospac
 from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet
 from .formats.signalk import with_signal_k
@@ -119,7 +121,8 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
     del data  # of a large file both would fill the memory
     known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
     tables = known(text, path) if known is not None else by_instrument(read_text(text, encoding, path))
-    return [with_ros(with_signal_k(_bounded(table, path))) for table in tables]
+    tables = [part for table in tables for part in with_messages(_bounded(table, path))]
+    return [with_ros(with_pospac(with_signal_k(table))) for table in tables]
 
 
 def _bounded(table: RawTable, path: Path) -> RawTable:
