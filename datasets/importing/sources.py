@@ -17,9 +17,11 @@ from .formats.dataflash_text import looks_like_dataflash, read_dataflash
 from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, read_gpx
 from .formats.hypack import looks_like_hypack, read_hypack
+from .formats.influx import looks_like_influx, read_influx
 from .formats.json_records import looks_like_json, read_json
 from .formats.labview import looks_like_labview, read_labview
 from .formats.messages import with_messages
+from .formats.moos import looks_like_alog, read_alog
 from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.pospac import with_pospac
 from .formats.ros import with_ros
@@ -42,6 +44,8 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_dataflash, read_dataflash),
     (looks_like_labview, read_labview),
     (looks_like_hypack, read_hypack),
+    (looks_like_influx, read_influx),
+    (looks_like_alog, read_alog),
     (looks_transposed, read_transposed),
     (looks_like_nmea, read_nmea),
 )
