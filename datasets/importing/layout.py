@@ -119,7 +119,8 @@ def _as_header(line: Line, width: int) -> Line:
 
 def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     """The header from the lines above the data."""
-    near = [line for line in head[-4:] if _could_be_header(line.cells, width)]
+    several = [line for line in head if sum(map(bool, _stripped(line.cells))) > 1 or width < 3]
+    near = _without_notes([line for line in several[-4:] if _could_be_header(line.cells, width)], width)
     done = []
     units = [""] * width
     if len(near) > 1 and _units_row(near[-1].cells, width):
@@ -151,6 +152,16 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     )
 
 
+def _without_notes(near: Sequence[Line], width: int) -> list[Line]:
+    """Lines that could be headers, without those below the fullest one that fill less than half as many cells."""
+    filled = [sum(map(bool, _stripped(line.cells))) for line in near]
+    fullest = filled.index(max(filled)) if filled else 0
+    return [
+        line for i, line in enumerate(near)
+        if i <= fullest or 2 * filled[i] >= filled[fullest] or _units_row(line.cells, width)
+    ]  # fmt: skip
+
+
 def _other_size(one: str, other: str) -> bool:
     """Whether two texts are both units, and not the same."""
     sizes = [scaled_unit(text.strip("[]() ")) for text in (one, other)]
@@ -159,7 +170,7 @@ def _other_size(one: str, other: str) -> bool:
 
 def _could_be_header(cells: Sequence[str], width: int) -> bool:
     filled = [cell for cell in _stripped(cells) if cell]
-    if any(is_number(cell) for cell in filled):
+    if any(is_number(cell) or TIME_LIKE.fullmatch(cell) for cell in filled):
         return False
     return len(_whole_brackets(cells)) in (width, width - 1) or (len(filled) >= 1 and _units_row(cells, width))
 
@@ -238,7 +249,7 @@ def name_and_unit(text: str) -> tuple[str, str]:
     """(name, unit) of `name [unit]`; a text in brackets that is no unit belongs to the name."""
     text = text.strip().strip("\"'")
     match = IN_BRACKETS.match(text)
-    if match and match["name"] and says_unit(match["unit"]):
+    if match and match["name"] and says_unit(match["unit"]) and not match["unit"].isdigit():
         return match["name"].strip(), match["unit"].strip()
     name, separator, unit = text.rpartition(" in ")
     return (name.strip(), unit.strip()) if separator and says_unit(unit) and tidy(unit) else (text, "")

@@ -142,7 +142,7 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     stamped = found.stamped > 0.9 * len(found.clocks) and not _line_numbers(found)
     times = None if stamped else _times(found, path)
     done = "timed by the stamps beside the sentences" if stamped else (
-        "timed by RMC, GGA, GLL or ZDA; other sentences evenly between, to about one of their periods"
+        "timed by sentences that state it (RMC, GGA, GLL, ZDA, NovAtel); others evenly between, to about a period"
     )  # fmt: skip
     others = +found.others
     skipped = ", ".join(f"{kind} ({n})" for kind, n in others.most_common())
@@ -183,7 +183,7 @@ def _parsed(text: str) -> Sentences:
 
 
 def _novatel_checked(text: str) -> bool:
-    """Whether some checksum of NovAtel's logs is right; a program that rewrites them may leave others in all of them."""
+    """Whether some checksum of NovAtel's logs is right; a program that rewrites them may leave wrong ones in all."""
     return any(novatel_sound(found[0]) for found in NOVATEL.finditer(text))
 
 
@@ -298,7 +298,9 @@ def _times(found: Sentences, path: Path) -> np.ndarray:
 
 
 def _table(path: Path, name: str, group: Group, times: np.ndarray | None) -> RawTable:
-    by = f"{'NovAtel' if group.kind in LOGS else 'NMEA 0183'} states it: {group.kind}" + ("" if name == group.kind else f" of talker {group.talker}")
+    by = f"{'NovAtel' if group.kind in LOGS else 'NMEA 0183'} states it: {group.kind}" + (
+        "" if name == group.kind else f" of talker {group.talker}"
+    )
     values: Any = tuple(group.stamps) if times is None else times[np.array(group.places)]
     columns = [RawColumn("time", "", values, "" if times is None else "time", by)]
     for entry, series in zip(KINDS[group.kind], group.numbers, strict=True):

@@ -1,4 +1,4 @@
-"""Sentences of one make among NMEA 0183: iXblue, Seatex, Furuno, Trimble, RDI and others, and the ASCII logs of NovAtel."""
+"""Sentences of one make among NMEA 0183: iXblue, Seatex, Furuno, Trimble, RDI, and the ASCII logs of NovAtel."""
 
 from __future__ import annotations
 

@@ -13,6 +13,7 @@ from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
 from .contained import read_contained
+from .formats.autopilots import with_px4
 from .formats.dataflash_text import looks_like_dataflash, read_dataflash
 from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, read_gpx
@@ -32,6 +33,7 @@ from .formats.transposed import looks_transposed, read_transposed
 from .instruments import by_instrument
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
+from .several_tables import read_parts
 from .text import LONGEST, MOST_COLUMNS, decoded, read_text
 from .times import find_time
 
@@ -124,9 +126,13 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
     text, encoding = decoded(data, path)
     del data  # of a large file both would fill the memory
     known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
-    tables = known(text, path) if known is not None else by_instrument(read_text(text, encoding, path))
+    if known is not None:
+        tables = known(text, path)
+    else:
+        parts = read_parts(text, path, lambda part: read_text(part, encoding, path))
+        tables = [table for part in parts for table in by_instrument(part)]
     tables = [part for table in tables for part in with_messages(_bounded(table, path))]
-    return [with_ros(with_pospac(with_signal_k(table))) for table in tables]
+    return [with_px4(with_ros(with_pospac(with_signal_k(table)))) for table in tables]
 
 
 def _bounded(table: RawTable, path: Path) -> RawTable:

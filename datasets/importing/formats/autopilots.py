@@ -44,6 +44,7 @@ PX4: dict[str, Fields] = {
 FUNCTION = re.compile(r"SERVO(?P<output>\d{1,2})_FUNCTION")
 STEERING = {21.0: "rudder", 26.0: "rudder"}
 """Function of an ArduPilot's output -> what the column of it is called: rudder, and ground steering."""
+PX4_TOPICS = (*PX4, "vehicle_attitude")
 MOST = 5_000_000
 READS_A_BYTE = 10
 """A sound log needs less than one: two for a message, which has three bytes or more, in each of two passes."""
@@ -166,6 +167,22 @@ def _topic(path: Path, topic: Any) -> RawTable | None:
     if topic.name in ("vehicle_gps_position", "sensor_gps"):
         return _gps(path, name, times, values, by)
     return _table(path, name, times, values, PX4.get(topic.name, {}), by)
+
+
+def with_px4(table: RawTable) -> RawTable:
+    """A CSV file of a topic of PX4, called by it as pyulog writes it, with the units and axes of the topic."""
+    topic = next((name for name in PX4_TOPICS if re.search(rf"(^|_){name}_\d+\.csv$", table.file)), None)
+    stamp = table.column("timestamp")
+    if topic is None or stamp is None:
+        return table
+    fields, by = PX4.get(topic, {}), "PX4's log states it"
+    columns = [replace(stamp, unit="us", known="time", source=by) if c is stamp else c for c in table.columns]
+    columns = [
+        replace(c, known=fields[c.name][1], unit=fields[c.name][2], source=by) if c.name in fields else c
+        for c in columns
+    ]
+    columns = [replace(c, said=(*c.said, "clockwise from north (NED)")) if c.called == "yaw" else c for c in columns]
+    return replace(table, columns=tuple(columns), done=(*table.done, f"PX4, topic {topic}"))
 
 
 def _gps(path: Path, name: str, times: np.ndarray, values: dict[str, np.ndarray], by: str) -> RawTable | None:

@@ -31,7 +31,9 @@ DAY = 86400.0
 def looks_like_hypack(text: str) -> bool:
     """Whether a text begins as a RAW file of Hypack."""
     head = text[:20000]
-    return re.match(r"\s*(FTP|VER|INF)\s", head) is not None and re.search(r"^(DEV|EOH)\b", head, re.MULTILINE) is not None
+    return (
+        re.match(r"\s*(FTP|VER|INF)\s", head) is not None and re.search(r"^(DEV|EOH)\b", head, re.MULTILINE) is not None
+    )
 
 
 def read_hypack(text: str, path: Path) -> list[RawTable]:

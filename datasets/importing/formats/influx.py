@@ -1,4 +1,4 @@
-"""InfluxDB's annotated CSV: blocks of rows below lines of annotations, in long form or with a column for every field."""
+"""InfluxDB's annotated CSV: blocks of rows below annotations, in long form or with a column a field."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Logs of JSON objects: one a line, or a document of them; Signal K deltas, records of topic and value, nested objects."""
+"""Logs of JSON objects: one a line, or a document of them; Signal K deltas, topics and values, nested objects."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ from ..raw import RawColumn, RawTable, Rejected
 from .signalk import is_delta, values_of
 
 LINE = re.compile(r"(?P<stamp>[^{]{0,80}?)[\s;,:]*(?P<object>\{.*\})[\s,;]*$")
-KINDS = frozenset(map(joined, ("class", "type", "msg type", "message type", "kind", "event", "sensor", "device", "node")))
+KINDS = frozenset(
+    map(joined, ("class", "type", "msg type", "message type", "kind", "event", "sensor", "device", "node"))
+)
 """Names of a key that says what kind of record an object is."""
 STAMP = "timestamp"
 MOST_DOCUMENT, MOST_KEYS, MOST_KINDS, MOST_ITEMS, DEEPEST = 200_000_000, 300, 60, 16, 8
@@ -131,7 +133,9 @@ def _of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
         if len(own) < FEWEST or not name:
             continue
         times = RawColumn("time", "", tuple(time for _, time, _ in own), "", "Signal K states it: UTC")
-        column = RawColumn(name, "", np.array([number for *_, number in own]), source=f"source {source}" if source else "")
+        column = RawColumn(
+            name, "", np.array([number for *_, number in own]), source=f"source {source}" if source else ""
+        )
         sheet = f"{source} {name}".strip() if several else name
         rows = np.array([line for line, *_ in own])
         tables.append(RawTable(path.name, (times, column), rows, sheet, path.name, done=(f"{len(own)} values",)))
@@ -222,8 +226,12 @@ def _column(key: str, own: Sequence[Row], units: dict[str, str], keys: Sequence[
     called = parts[-1] if parts and sum(_last(other) == parts[-1] for other in keys) < 2 else ""
     column_name = topic if valued and topic and not place else place if valued and place else key
     if is_time(_last(key)):
-        return RawColumn(_last(key) if sum(_last(k) == _last(key) for k in keys) < 2 else key, "", _cells(values, numbers))
-    return RawColumn(column_name, unit if valued else "", _cells(values, numbers), called=called if called != key else "")
+        return RawColumn(
+            _last(key) if sum(_last(k) == _last(key) for k in keys) < 2 else key, "", _cells(values, numbers)
+        )
+    return RawColumn(
+        column_name, unit if valued else "", _cells(values, numbers), called=called if called != key else ""
+    )
 
 
 def _cells(values: Sequence[Any], numbers: bool) -> Any:

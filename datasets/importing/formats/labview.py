@@ -95,7 +95,9 @@ def _tables(segment: Segment, file: Mapping[str, list[str]], style: Style, path:
     out = []
     for place, (at, group) in enumerate(groups):
         own = texts[at] if at is not None and texts[at].unique() != [""] else None
-        time = _time(own, segment.number("X0", place, 0.0), segment.number("Delta_X", place, np.nan), absolute, rows.size)
+        time = _time(
+            own, segment.number("X0", place, 0.0), segment.number("Delta_X", place, np.nan), absolute, rows.size
+        )
         made = _columns([(names[i], units.get(i, ""), texts[i]) for i in group], style)
         part = sheet if len(groups) == 1 else f"{sheet} {made[0].name if made else ''}".strip()
         if made:

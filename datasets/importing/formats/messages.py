@@ -103,6 +103,7 @@ def _by_message(table: RawTable, matches: list[re.Match[str] | None]) -> list[Ra
 def _stated(column: RawColumn, fields: Mapping[str, tuple[str, str]], field: str, by: str) -> RawColumn:
     """A column with the quantity and unit of its field, unless its header states another unit or its numbers do."""
     quantity, unit = fields.get(field, ("", ""))
+    column = replace(column, called=field) if field != column.name else column
     known = column.numbers[np.isfinite(column.numbers)]
     if not unit or not known.size or (column.unit and scaled_unit(column.unit) != scaled_unit(unit)):
         return column

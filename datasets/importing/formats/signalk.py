@@ -56,7 +56,9 @@ def values_of(message: dict[str, Any], stamp: str) -> Iterator[tuple[str, str, s
 
 
 def _source(source: Any) -> str:
-    label = [str(source[key]) for key in ("label", "src", "talker") if key in source] if isinstance(source, dict) else []
+    label = (
+        [str(source[key]) for key in ("label", "src", "talker") if key in source] if isinstance(source, dict) else []
+    )
     return ".".join(label)
 
 

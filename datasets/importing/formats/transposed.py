@@ -49,7 +49,7 @@ def _numeric(cells: list[str]) -> bool:
 
 
 def read_transposed(text: str, path: Path) -> list[RawTable]:
-    """The table, turned round: a column for every row; BadInput where no row holds as many numbers as there are times."""
+    """The table, turned round: a column for every row; BadInput where no row has a number for every time."""
     lines = [line for line in text.lstrip("\ufeff").splitlines() if line.strip()]
     separator = max(SEPARATORS, key=lines[0].count)
     head, faults = _cells(lines[0], separator), []

@@ -9,6 +9,8 @@ import yaml
 
 from .truth import Run
 
+ROUNDS = 12
+"""Questions in a row after which a log counts as not imported."""
 FACTORS = {
     "rad": 1.0, "deg": np.pi / 180.0, "rad/s": 1.0, "deg/s": np.pi / 180.0, "deg/min": np.pi / 10800.0, "m/s": 1.0,
     "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6, "m": 1.0, "km": 1000.0, "rps": 1.0, "rpm": 1.0 / 60.0,
@@ -31,7 +33,7 @@ class Case:
     """write : of a run into a folder, gives the files.  knows : column -> what it is.  wanted : channels of the record.
 
     side : to which a positive number in the rudder's column turns the ship.  time : form of the time where it is asked,
-    or the name of its column.  loose : of a log that is resampled.
+    or the name of its column.  loose : of a log that is resampled.  questions : how many are needed at most.
     """
 
     write: Callable[[Run, Path], list[Path]]
@@ -43,6 +45,7 @@ class Case:
     variation: str = ""
     loose: float = 0.03
     options: dict = field(default_factory=dict)
+    questions: int = ROUNDS
 
 
 def truth_of(run: Run, channel: str) -> np.ndarray:

@@ -6,16 +6,15 @@ import pytest
 import helmbench
 
 from ....seeds import seed_of
-from .case import Case, Outcome, answer, truth_of
+from .case import ROUNDS, Case, Outcome, answer, truth_of
+from .format_cases import FORMAT_CASES
 from .hostile_cases import HOSTILE_CASES
 from .other_cases import OTHER_CASES
 from .sentence_cases import SENTENCE_CASES
 from .text_cases import TEXT_CASES
 from .truth import sail
 
-CASES = {**TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES}
-ROUNDS = 12
-"""Questions in a row after which a log counts as not imported."""
+CASES = {**TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES, **FORMAT_CASES}
 
 
 def import_case(case: Case, files) -> tuple[object, int, str, list]:
@@ -104,6 +103,12 @@ def test_nothing_goes_in_wrong_without_a_word(outcomes):
 def test_answers_to_questions_suffice(outcomes):
     assert len(outcomes) >= 40 and sum(CASES[name].hostile for name in outcomes) >= len(outcomes) / 2
     assert sum(o.imported for o in outcomes.values()) >= 0.85 * len(outcomes)
+
+
+def test_formats_that_state_what_they_hold_are_imported_with_the_questions_they_need(outcomes):
+    shown = {name: (o.imported, o.asked, o.missing, o.note) for name, o in outcomes.items() if name in FORMAT_CASES}
+    wrong = {name: o for name, o in shown.items() if not o[0] or o[1] > FORMAT_CASES[name].questions}
+    assert wrong == {}
 
 
 def test_every_column_is_named(outcomes):
