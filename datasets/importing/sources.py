@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -31,6 +31,7 @@ from .formats.signalk import with_signal_k
 from .formats.tcx import looks_like_tcx, read_tcx
 from .formats.transposed import looks_transposed, read_transposed
 from .instruments import by_instrument
+from .layout import distinct
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
 from .several_tables import read_parts
@@ -70,6 +71,8 @@ BINARY = {
 BAGS = (b"#ROSBAG", b"SQLite format 3\0", b"\x89MCAP")
 HEAD = 200
 """Rows that tell whether the newest one stands first."""
+MOST_TABLES = 200
+"""Tables of a file that are read."""
 METADATA = "metadata.yaml"
 """The file in the folder of a ROS 2 bag."""
 
@@ -86,9 +89,8 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
         if not (path / METADATA).is_file():
             raise BadInput("is a directory", file=path, hint="name the log files in it")
         return [replace(table, clock=str(path)) for table in read_contained("a ROS bag", b"", path)]
-    return with_sidecar(
-        [_oldest_first(replace(table, clock=str(path))) for table in _tables(_content(path), path)], path
-    )
+    tables = _told_apart(_tables(_content(path), path))
+    return with_sidecar([_oldest_first(replace(table, clock=str(path))) for table in tables], path)
 
 
 def _content(path: Path) -> bytes:
@@ -133,6 +135,17 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
         tables = [table for part in parts for table in by_instrument(part)]
     tables = [part for table in tables for part in with_messages(_bounded(table, path))]
     return [with_px4(with_ros(with_pospac(with_signal_k(table)))) for table in tables]
+
+
+def _told_apart(tables: Sequence[RawTable]) -> list[RawTable]:
+    """Tables of a file of which no two have the same sheet, those with the most rows where they are many."""
+    if len(tables) > MOST_TABLES:
+        least = sorted((table.n for table in tables), reverse=True)[MOST_TABLES - 1]
+        said = f"{len(tables)} tables, the {MOST_TABLES} with the most rows are read"
+        tables = [table for table in tables if table.n >= least][:MOST_TABLES]
+        tables = [replace(tables[0], done=(said, *tables[0].done)), *tables[1:]]
+    sheets = distinct([table.sheet for table in tables])
+    return [replace(table, sheet=sheet) for table, sheet in zip(tables, sheets, strict=True)]
 
 
 def _bounded(table: RawTable, path: Path) -> RawTable:

@@ -6,6 +6,7 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +14,13 @@ import numpy as np
 
 from ....models.errors import BadInput
 from ..instruments import NAMES, UNITS, VALUES
+from ..layout import distinct
 from ..names import is_time, joined
 from ..raw import RawColumn, RawTable, Rejected
 from .signalk import is_delta, values_of
 
-LINE = re.compile(r"(?P<stamp>[^{]{0,80}?)[\s;,:]*(?P<object>\{.*\})[\s,;]*$")
+LONGEST_STAMP = 80
+"""Characters before the object of a line."""
 KINDS = frozenset(
     map(joined, ("class", "type", "msg type", "message type", "kind", "event", "sensor", "device", "node"))
 )
@@ -35,7 +38,7 @@ def looks_like_json(text: str) -> bool:
     head = text[:20000].lstrip("\ufeff \t\r\n")
     lines = [line for line in head.splitlines()[:60] if line.strip()]
     whole = lines[:-1] if len(text) > len(head) + 10 and len(lines) > 1 else lines
-    objects = sum((match := LINE.match(line)) is not None and _loads(match["object"]) is not None for line in whole)
+    objects = sum(_split(line) is not None for line in whole)
     return (bool(whole) and objects > 0.5 * len(whole)) or re.match(r"[\[{]\s*[\[{\"]", head) is not None
 
 
@@ -67,16 +70,23 @@ def _loads(text: str) -> Any:
         return None
 
 
+def _split(line: str) -> tuple[str, dict[str, Any]] | None:
+    """(the stamp before an object, the object) of a line; None where it holds none."""
+    start, stop = line.find("{"), line.rfind("}") + 1
+    if not 0 <= start <= LONGEST_STAMP or line[stop:].strip(" \t\r,;]"):
+        return None
+    found = _loads(line[start:stop])
+    return (line[:start].split(";")[0].strip(" \t,;:\"'[]("), found) if isinstance(found, dict) else None
+
+
 def _objects(text: str, path: Path, faults: list[Rejected]) -> Iterator[Row]:
     """(line, object) of a log; a stamp before an object becomes its time."""
-    if not any(LINE.match(line) for line in text[:20000].splitlines()[:3]):
+    if not any(_split(line) for line in text[:20000].splitlines()[:3]):
         yield from _of_document(text, path)
         return
     for number, line in enumerate(text.splitlines(), start=1):
-        match = LINE.match(line)
-        found = _loads(match["object"]) if match else None
-        if isinstance(found, dict) and match is not None:
-            stamp = match["stamp"].split(";")[0].strip(" ,;\"'[](")
+        if (parts := _split(line)) is not None:
+            stamp, found = parts
             yield number, ({STAMP: stamp} if stamp and not any(map(is_time, found)) else {}) | found
         elif line.strip(" \t[],"):
             faults.append((number, "no JSON object", line))
@@ -163,8 +173,9 @@ def _of_rows(found: Sequence[Row], path: Path) -> list[RawTable]:
 def _by_keys(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Rows by what they hold besides a time, where different objects share nothing but it."""
     groups: dict[frozenset[str], list[Row]] = defaultdict(list)
+    times = {key for key in {key for _, row in rows for key in row} if is_time(_last(key))}
     for line, row in rows:
-        groups[frozenset(key for key in row if not is_time(_last(key)))].append((line, row))
+        groups[frozenset(row.keys() - times)].append((line, row))
     usual = {keys: own for keys, own in groups.items() if len(own) >= max(FEWEST, 0.02 * len(rows))}
     keys = list(usual)
     apart = all(not a & b for i, a in enumerate(keys) for b in keys[:i])
@@ -209,8 +220,11 @@ def _table(own: Sequence[Row], name: str, sheet: str, path: Path) -> RawTable | 
     if len(keys) > MOST_KEYS:
         raise BadInput(f"objects with {len(keys)} keys; at most {MOST_KEYS} are read", file=path,
                        hint="export the values that tell of the ship's motion")  # fmt: skip
-    units = {key: str(value) for _, row in reversed(own) for key, value in row.items() if joined(_last(key)) in UNITS}
+    stated = [key for key in keys if joined(_last(key)) in UNITS]
+    units = {key: next(str(row[key]) for _, row in own if key in row) for key in stated}
     columns = [_column(key, own, units, keys, sheet if name else "") for key in keys if key not in units]
+    names = distinct([column.name for column in columns])
+    columns = [replace(column, name=name) for column, name in zip(columns, names, strict=True)]
     rows = np.array([line for line, _ in own])
     return RawTable(path.name, tuple(columns), rows, sheet, path.name, done=(f"{len(own)} objects",))
 

@@ -40,7 +40,7 @@ def read_sbet(data: bytes, path: Path) -> list[RawTable]:
     The heading counts from the wander azimuth frame, which is turned by the wander angle from north.
     """
     rows = np.frombuffer(data, dtype=ROW)
-    with np.errstate(invalid="ignore", over="ignore"):
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
         heading = (rows[:, HEADING] - rows[:, WANDER]) % (2.0 * np.pi)
         velocity = _velocity(rows, heading)
     columns = [RawColumn("GPS seconds of week", "s", rows[:, TIME].copy(), "", BY)]

@@ -304,6 +304,23 @@ RAW = {
     "raw-parts": "year, month, day, hour, minute, second",
     "raw-halves": "columns to port and to starboard",
     "raw-quoted": "header cells over two lines",
+    "raw-json": "JSON, values with units, stamp before",
+    "raw-document": "JSON, a document of columns",
+    "raw-signalk": "Signal K, deltas",
+    "raw-batch": "Signal K, a column for every time",
+    "raw-influx": "InfluxDB, long",
+    "raw-moos": "MOOS",
+    "raw-dataflash": "dataflash as text",
+    "raw-mavlink": "MAVLink as CSV",
+    "raw-ublox": "u-blox NAV-PVT",
+    "raw-makers": "names before the sentences, iXblue",
+    "raw-novatel": "NovAtel BESTPOS, BESTVEL, HEADING",
+    "raw-hypack": "Hypack RAW",
+    "raw-sbet": "SBET and a pilot's log",
+    "raw-tcx": "TCX and a pilot's log",
+    "raw-labview": "LabVIEW, times of every channel, decimal commas",
+    "raw-fixed": "fixed width, numbers that touch",
+    "raw-tables": "two tables in one file",
 }
 """Reader -> log of the bank whose first file is changed."""
 
