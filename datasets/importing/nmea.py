@@ -22,7 +22,7 @@ from .raw import RawColumn, RawTable, Rejected
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
 SUM = re.compile(r"[$!]([^*]*)\*([0-9A-Fa-f]{2})")
 CELLS = re.compile(
-    r"^(?P<stamp>.*?)[,;\t]?\s*\"?(?P<talker>[A-Z]{2})\"?[,;\t ]?\s*\"?(?P<kind>[A-Z]{3})\"?[,;\t](?P<data>.*)$"
+    r"^(?P<stamp>.{0,200}?)[,;\t]?\s*\"?(?P<talker>[A-Z]{2})\"?[,;\t ]?\s*\"?(?P<kind>[A-Z]{3})\"?[,;\t](?P<data>.*)$"
 )
 TAG = re.compile(r"\\([^\\]*)\\")
 TAG_TIME = re.compile(r"(?:^|,)c:(\d+(?:\.\d+)?)")
