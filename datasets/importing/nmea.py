@@ -18,6 +18,7 @@ from ...models.errors import BadInput
 from .nmea_fields import KINDS, Read, is_void
 from .nmea_makers import LOGS, MAKERS, NOVATEL, maker_kind, maker_message, novatel_kind, novatel_message, novatel_sound
 from .raw import RawColumn, RawTable, Rejected
+from .stamp_texts import time_in
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
 SUM = re.compile(r"[$!]([^*]*)\*([0-9A-Fa-f]{2})")
@@ -26,13 +27,6 @@ CELLS = re.compile(
 )
 TAG = re.compile(r"\\([^\\]*)\\")
 TAG_TIME = re.compile(r"(?:^|,)c:(\d+(?:\.\d+)?)")
-DATE = r"(?:\d{4}[-/.]\d\d[-/.]\d\d|\d\d?[-/.]\d\d?[-/.]\d{2,4}|\d\d?[- ][A-Za-z]{3}[- ]\d{2,4}|\d{8})"
-CLOCK = r"\d\d?:\d\d:\d\d(?:[.,]\d+)?(?:\s?(?:Z|[AaPp][Mm]|UTC|[+-]\d\d:?\d\d)\b)?"
-DATED_STAMP = re.compile(rf"({DATE})[T ,;_\t-]\s?({CLOCK})")
-DAY_OF_YEAR = re.compile(r"(\d{4}):(\d{3}):(\d\d:\d\d:\d\d(?:\.\d+)?)")
-OTHER_STAMPS = (re.compile(rf"(?<![\d:]){CLOCK}"), re.compile(r"(?<![\w.])\d{9,19}(?:\.\d+)?(?![\w.])"),
-                re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])"))  # fmt: skip
-"""Times beside a sentence: a time of day, seconds or parts of them since 1970, seconds."""
 DATED = 1e8
 """Seconds above which a time holds a date."""
 
@@ -114,19 +108,7 @@ def _stamp(before: str, behind: str) -> str:
     if time:
         return time[1]
     before, behind = (side.strip(" ,;\t\"'[](){}<>|:") for side in (TAG.sub("", before), behind))
-    return _time_in(before) or _time_in(behind) or before or behind
-
-
-def _time_in(text: str) -> str:
-    """The time in what stands beside a sentence, among names of channels and instruments; '' where there is none."""
-    dated = DATED_STAMP.search(text)
-    if dated:
-        return f"{dated[1]} {dated[2]}"
-    of_year = DAY_OF_YEAR.search(text)
-    if of_year and 0 < int(of_year[2]) <= 366:
-        day = datetime.date(int(of_year[1]) or 1, 1, 1) + datetime.timedelta(days=int(of_year[2]) - 1)
-        return f"{day} {of_year[3]}"
-    return next((found[0] for form in OTHER_STAMPS if (found := form.search(text))), "")
+    return time_in(before)[0] or time_in(behind)[0] or before or behind
 
 
 def read_nmea(text: str, path: Path) -> list[RawTable]:

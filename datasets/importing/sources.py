@@ -19,6 +19,7 @@ from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, read_gpx
 from .formats.hypack import looks_like_hypack, read_hypack
 from .formats.influx import looks_like_influx, read_influx
+from .formats.influx_lines import looks_like_line_protocol, read_line_protocol
 from .formats.json_records import looks_like_json, read_json
 from .formats.labview import looks_like_labview, read_labview
 from .formats.messages import with_messages
@@ -48,6 +49,7 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_labview, read_labview),
     (looks_like_hypack, read_hypack),
     (looks_like_influx, read_influx),
+    (looks_like_line_protocol, read_line_protocol),
     (looks_like_alog, read_alog),
     (looks_transposed, read_transposed),
     (looks_like_nmea, read_nmea),

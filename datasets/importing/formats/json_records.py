@@ -13,10 +13,12 @@ from typing import Any
 import numpy as np
 
 from ....models.errors import BadInput
-from ..instruments import NAMES, UNITS, VALUES
+from ..headers import read_header
+from ..instruments import NAMES, UNITS, VALUES, last_part
 from ..layout import distinct
-from ..names import is_time, joined
+from ..names import is_time, joined, named
 from ..raw import RawColumn, RawTable, Rejected
+from ..stamp_texts import time_in
 from .signalk import is_delta, values_of
 
 LONGEST_STAMP = 80
@@ -25,7 +27,7 @@ KINDS = frozenset(
     map(joined, ("class", "type", "msg type", "message type", "kind", "event", "sensor", "device", "node"))
 )
 """Names of a key that says what kind of record an object is."""
-STAMP = "timestamp"
+STAMP, TOPIC = "timestamp", "topic"
 MOST_DOCUMENT, MOST_KEYS, MOST_KINDS, MOST_ITEMS, DEEPEST = 200_000_000, 300, 60, 16, 8
 """Characters of a document, keys of an object, kinds of objects, items of an array, and levels that are read."""
 FEWEST = 3
@@ -52,7 +54,7 @@ def read_json(text: str, path: Path) -> list[RawTable]:
     faults: list[Rejected] = []
     found = list(_objects(text, path, faults))
     deltas = [(line, obj) for line, obj in found if is_delta(obj)]
-    tables = _of_deltas(deltas, path) if len(deltas) > 0.5 * len(found) else _of_rows(found, path)
+    tables = _of_deltas(deltas, path) if len(deltas) > 0.5 * len(found) else tables_of_rows(_senml(found), path)
     if not tables:
         hint = "a log is an object a line with a time, names and numbers"
         raise BadInput("no JSON objects with a time and numbers found", file=path, hint=hint)
@@ -76,7 +78,14 @@ def _split(line: str) -> tuple[str, dict[str, Any]] | None:
     if not 0 <= start <= LONGEST_STAMP or line[stop:].strip(" \t\r,;]"):
         return None
     found = _loads(line[start:stop])
-    return (line[:start].split(";")[0].strip(" \t,;:\"'[]("), found) if isinstance(found, dict) else None
+    return (line[:start].strip(" \t,;:\"'[]("), found) if isinstance(found, dict) else None
+
+
+def _beside(text: str) -> dict[str, str]:
+    """The time that stands before an object, and the name behind it."""
+    time, rest = time_in(text)
+    named = [word for word in re.split(r"[\s;,\[\]|]+", rest) if re.search(r"[^\W\d]{2}", word)]
+    return {STAMP: time or text, **({TOPIC: named[-1].rstrip(":")} if time and named else {})}
 
 
 def _objects(text: str, path: Path, faults: list[Rejected]) -> Iterator[Row]:
@@ -87,21 +96,24 @@ def _objects(text: str, path: Path, faults: list[Rejected]) -> Iterator[Row]:
     for number, line in enumerate(text.splitlines(), start=1):
         if (parts := _split(line)) is not None:
             stamp, found = parts
-            yield number, ({STAMP: stamp} if stamp and not any(map(is_time, found)) else {}) | found
+            beside = _beside(stamp) if stamp and not any(map(is_time, found)) else {}
+            yield number, (beside | found)
         elif line.strip(" \t[],"):
             faults.append((number, "no JSON object", line))
 
 
 def _of_document(text: str, path: Path) -> Iterator[Row]:
-    """The objects of the longest list in a document, or the rows of the lists of equal length in it."""
+    """The objects of a document: those of its lists, with the name of the list where there are several; or the rows of
+    its lists of equal length."""
     if len(text) > MOST_DOCUMENT:
         raise BadInput(f"a JSON document of more than {MOST_DOCUMENT:,} characters", file=path,
                        hint="write an object a line")  # fmt: skip
     content = _loads(text.strip("\ufeff"))
-    lists: list[list[Any]] = []
+    lists: list[tuple[str, list[Any]]] = []
     tables: list[dict[str, list[Any]]] = []
-    _search(content, lists, tables)
-    rows = max(lists, key=len, default=[])
+    _search(content, "", lists, tables)
+    long = [(name, own) for name, own in lists if len(own) >= FEWEST]
+    rows = [({TOPIC: name} if len(long) > 1 else {}) | one for name, own in long for one in own]
     for table in tables:
         size = len(next(iter(table.values())))
         if size > len(rows):
@@ -109,23 +121,23 @@ def _of_document(text: str, path: Path) -> Iterator[Row]:
     yield from enumerate(rows, start=1)
 
 
-def _search(content: Any, lists: list[list[Any]], tables: list[dict[str, list[Any]]], depth: int = 0) -> None:
+def _search(content: Any, name: str, lists: list[tuple[str, list[Any]]], tables: list[dict], depth: int = 0) -> None:
     """Lists of objects, and objects of lists of equal length, anywhere in a document."""
     if depth > DEEPEST:
         return
     if isinstance(content, list):
         if content and all(isinstance(one, dict) for one in content):
-            lists.append(content)
+            lists.append((name, content))
         elif content and len(content) < MOST_ITEMS:
             for one in content:
-                _search(one, lists, tables, depth + 1)
+                _search(one, name, lists, tables, depth + 1)
     elif isinstance(content, dict):
         series = {k: v for k, v in content.items() if isinstance(v, list) and v and not isinstance(v[0], dict | list)}
         sizes = {len(v) for v in series.values()}
         if len(series) > 1 and len(sizes) == 1 and len(series) <= MOST_KEYS:
             tables.append(series)
-        for one in content.values():
-            _search(one, lists, tables, depth + 1)
+        for key, one in content.items():
+            _search(one, str(key), lists, tables, depth + 1)
 
 
 # ------------------------------------------------------------------------------------------------ Signal K
@@ -155,8 +167,24 @@ def _of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
 # ------------------------------------------------------------------------------------------------ records
 
 
-def _of_rows(found: Sequence[Row], path: Path) -> list[RawTable]:
-    """A table for every topic or kind of object, or for all objects."""
+def _senml(found: Sequence[Row]) -> Sequence[Row]:
+    """Records of sensor measurement lists (RFC 8428) under names in full, times from their base."""
+    if not found or not all({"n", "v"} <= row.keys() for _, row in found[:FEWEST]):
+        return found
+    out, base = [], ("", 0.0)
+    for line, row in found:
+        base = (str(row.get("bn", base[0])), _number(row.get("bt", base[1])))
+        time = base[1] + _number(row.get("t", 0.0))
+        out.append((line, {"time": time, TOPIC: f"{base[0]}{row.get('n', '')}", "value": row.get("v"),
+                           "unit": str(row.get("u", ""))}))  # fmt: skip
+    return out
+
+
+def tables_of_rows(found: Sequence[Row], path: Path) -> list[RawTable]:
+    """A table for every topic or kind of object, or for all objects.
+
+    found : (line, object) each; objects may hold further ones.
+    """
     rows = [(line, dict(_flat(obj))) for line, obj in found]
     groups: dict[str, list[Row]] = defaultdict(list)
     name, kind = _key(rows, NAMES), _key(rows, KINDS)
@@ -222,30 +250,31 @@ def _table(own: Sequence[Row], name: str, sheet: str, path: Path) -> RawTable | 
                        hint="export the values that tell of the ship's motion")  # fmt: skip
     stated = [key for key in keys if joined(_last(key)) in UNITS]
     units = {key: next(str(row[key]) for _, row in own if key in row) for key in stated}
-    columns = [_column(key, own, units, keys, sheet if name else "") for key in keys if key not in units]
+    columns = [_column(key, own, units, keys, sheet if name else "", sheet) for key in keys if key not in units]
     names = distinct([column.name for column in columns])
     columns = [replace(column, name=name) for column, name in zip(columns, names, strict=True)]
     rows = np.array([line for line, _ in own])
     return RawTable(path.name, tuple(columns), rows, sheet, path.name, done=(f"{len(own)} objects",))
 
 
-def _column(key: str, own: Sequence[Row], units: dict[str, str], keys: Sequence[str], topic: str) -> RawColumn:
+def _column(
+    key: str, own: Sequence[Row], units: dict[str, str], keys: Sequence[str], topic: str, group: str
+) -> RawColumn:
     """A key as a column: the value of a topic is called as the topic; one with a unit beside it has that."""
     place = key.rpartition(".")[0]
     values = [row.get(key) for _, row in own]
     numbers = all(value is None or isinstance(value, bool | int | float) for value in values)
-    valued = joined(_last(key)) in VALUES
-    unit = next((text for other, text in units.items() if other.rpartition(".")[0] == place), "")
-    parts = [part for part in re.split(r"[./]", f"{topic}.{place}" if valued else key) if part]
-    called = parts[-1] if parts and sum(_last(other) == parts[-1] for other in keys) < 2 else ""
-    column_name = topic if valued and topic and not place else place if valued and place else key
+    alone = sum(_last(other) == _last(key) for other in keys) < 2
     if is_time(_last(key)):
-        return RawColumn(
-            _last(key) if sum(_last(k) == _last(key) for k in keys) < 2 else key, "", _cells(values, numbers)
-        )
-    return RawColumn(
-        column_name, unit if valued else "", _cells(values, numbers), called=called if called != key else ""
-    )
+        return RawColumn(_last(key) if alone else key, "", _cells(values, numbers))
+    valued = joined(_last(key)) in VALUES
+    unit = next((text for other, text in units.items() if other.rpartition(".")[0] == place), "") if valued else ""
+    name = (place or topic or key) if valued else key
+    called = last_part(f"{topic}.{place}" if valued else key) if alone or valued else name
+    header = read_header(called)
+    if group and not valued and not any(named(own).may_be for own in (header.words, *(w for w, _ in header.suffixes))):
+        called = f"{last_part(group)} {called}"
+    return RawColumn(name, unit, _cells(values, numbers), called=called if called != name else "")
 
 
 def _cells(values: Sequence[Any], numbers: bool) -> Any:
@@ -258,5 +287,5 @@ def _cells(values: Sequence[Any], numbers: bool) -> Any:
 def _number(value: Any) -> float:
     try:
         return float("nan") if value is None else float(value)
-    except OverflowError:  # a whole number of hundreds of digits
+    except (OverflowError, TypeError, ValueError):  # a whole number of hundreds of digits, or none
         return float("nan")

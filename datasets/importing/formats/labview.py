@@ -87,7 +87,9 @@ def _tables(segment: Segment, file: Mapping[str, list[str]], style: Style, path:
     timed = [i for i, name in enumerate(names) if name.lower().startswith("x_value")]
     kind = (segment.head.get("X_Columns") or file.get("X_Columns") or ["One"])[0].lower()
     channels = [i for i in range(len(names)) if i not in timed]
-    groups = _groups(timed, channels, len(names)) if timed and kind == "multi" else [(timed[0] if timed else None, channels)]
+    groups = (
+        _groups(timed, channels, len(names)) if timed and kind == "multi" else [(timed[0] if timed else None, channels)]
+    )
     rows = np.array([line for line, _ in segment.rows])
     texts = [Texts([cells[i] if i < len(cells) else "" for _, cells in segment.rows]) for i in range(len(names))]
     units = dict(zip(channels, segment.head.get("Y_Unit_Label", []), strict=False))

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..headers import scaled_unit
 from ..raw import RawColumn, RawTable
+from .autopilots import ARDUPILOT
 
 Fields = dict[str, tuple[str, str]]
 _POSITION: Fields = {"lat": ("latitude", "1e-7 deg"), "lon": ("longitude", "1e-7 deg")}
@@ -55,7 +56,7 @@ WHOLE = {"1e-7 deg": 1.8e9, "1e-5 deg": 3.6e7, "cdeg": 36000.0, "cm/s": 1e4, "mm
 def with_messages(table: RawTable) -> list[RawTable]:
     """The tables of a table: with the units that MAVLink or u-blox states, one for every message of MAVLink."""
     matches = [COLUMN.fullmatch(column.name) for column in table.columns]
-    if any(match is not None and match["message"] in MAVLINK for match in matches):
+    if any(match is not None for match in matches):
         return _by_message(table, matches)
     names = {column.name for column in table.columns}
     if "iTOW" in names and len(names & set(UBLOX)) > 3:
@@ -91,13 +92,19 @@ def _by_message(table: RawTable, matches: list[re.Match[str] | None]) -> list[Ra
         rows = np.flatnonzero(filled)
         if rows.size < 3:
             continue
-        by = f"MAVLink states it: {kind}"
-        told = [_stated(c, MAVLINK.get(kind, {}), field, by) for c, field in own if field not in CLOCKS or not shared]
+        by = f"{'ArduPilot' if kind in ARDUPILOT else 'MAVLink'} states it: {kind}"
+        told = [_stated(c, _fields(kind), field, by) for c, field in own if field not in CLOCKS or not shared]
         columns = tuple(replace(c, values=c.at(rows)) for c in (*shared, *told))
         done = (*table.done, f"{rows.size} messages {kind}")
         faults = table.faults if not out else ()
         out.append(replace(table, columns=columns, rows=table.rows[rows], sheet=kind, done=done, faults=faults))
     return out or [table]
+
+
+def _fields(kind: str) -> Fields:
+    """The fields of a message of MAVLink, or of a log of ArduPilot."""
+    own = {name: (quantity, unit) for name, (_, quantity, unit) in ARDUPILOT.get(kind, {}).items()}
+    return MAVLINK.get(kind, own)
 
 
 def _stated(column: RawColumn, fields: Mapping[str, tuple[str, str]], field: str, by: str) -> RawColumn:
