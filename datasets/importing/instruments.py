@@ -54,7 +54,7 @@ def _nameless(table: RawTable) -> tuple[RawColumn | None, RawColumn | None]:
 
 
 def _by_filling(table: RawTable) -> list[RawTable]:
-    """A table for every group of columns that are filled in rows of their own, as of sensors with times of their own."""
+    """A table for every group of columns that are filled in rows of their own: sensors with times of their own."""
     masks = [~c.texts.among(GAPS) if c.texts is not None else np.isfinite(c.numbers) for c in table.columns]
     groups: dict[bytes, list[int]] = {}
     for place, mask in enumerate(masks):

@@ -142,9 +142,9 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
 def _told_apart(tables: Sequence[RawTable]) -> list[RawTable]:
     """Tables of a file of which no two have the same sheet, those with the most rows where they are many."""
     if len(tables) > MOST_TABLES:
-        least = sorted((table.n for table in tables), reverse=True)[MOST_TABLES - 1]
+        longest = sorted(range(len(tables)), key=lambda i: -tables[i].n)[:MOST_TABLES]
         said = f"{len(tables)} tables, the {MOST_TABLES} with the most rows are read"
-        tables = [table for table in tables if table.n >= least][:MOST_TABLES]
+        tables = [tables[i] for i in sorted(longest)]
         tables = [replace(tables[0], done=(said, *tables[0].done)), *tables[1:]]
     sheets = distinct([table.sheet for table in tables])
     return [replace(table, sheet=sheet) for table, sheet in zip(tables, sheets, strict=True)]

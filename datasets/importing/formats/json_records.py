@@ -31,6 +31,8 @@ STAMP, TOPIC = "timestamp", "topic"
 MOST_DOCUMENT, MOST_KEYS, MOST_KINDS, MOST_ITEMS, DEEPEST = 200_000_000, 300, 60, 16, 8
 """Characters of a document, keys of an object, kinds of objects, items of an array, and levels that are read."""
 FEWEST = 3
+HALVES = re.compile(r"\\u[dD][89a-fA-F][0-9a-fA-F]{2}")
+"""Escapes of half a letter, which no text holds alone."""
 
 Row = tuple[int, dict[str, Any]]
 
@@ -66,8 +68,9 @@ def read_json(text: str, path: Path) -> list[RawTable]:
 
 
 def _loads(text: str) -> Any:
+    """The content of a JSON text, halves of letters in it left out; None where it is none."""
     try:
-        return json.loads(text)
+        return json.loads(HALVES.sub("?", text))
     except (ValueError, RecursionError):
         return None
 
@@ -90,7 +93,7 @@ def _beside(text: str) -> dict[str, str]:
 
 def _objects(text: str, path: Path, faults: list[Rejected]) -> Iterator[Row]:
     """(line, object) of a log; a stamp before an object becomes its time."""
-    if not any(_split(line) for line in text[:20000].splitlines()[:3]):
+    if text.strip().count("\n") + 1 < FEWEST or not any(_split(line) for line in text[:20000].splitlines()[:3]):
         yield from _of_document(text, path)
         return
     for number, line in enumerate(text.splitlines(), start=1):
@@ -251,6 +254,8 @@ def _table(own: Sequence[Row], name: str, sheet: str, path: Path) -> RawTable | 
     stated = [key for key in keys if joined(_last(key)) in UNITS]
     units = {key: next(str(row[key]) for _, row in own if key in row) for key in stated}
     columns = [_column(key, own, units, keys, sheet if name else "", sheet) for key in keys if key not in units]
+    if not any(column.numeric for column in columns if not is_time(column.name)):
+        return None
     names = distinct([column.name for column in columns])
     columns = [replace(column, name=name) for column, name in zip(columns, names, strict=True)]
     rows = np.array([line for line, _ in own])
