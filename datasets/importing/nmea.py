@@ -27,6 +27,8 @@ CELLS = re.compile(
 )
 TAG = re.compile(r"\\([^\\]*)\\")
 TAG_TIME = re.compile(r"(?:^|,)c:(\d+(?:\.\d+)?)")
+FEWEST = 3
+"""Sentences of a kind and talker below which they are strays, as from a disturbed line."""
 DATED = 1e8
 """Seconds above which a time holds a date."""
 
@@ -126,6 +128,10 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     done = "timed by the stamps beside the sentences" if stamped else (
         "timed by sentences that state it (RMC, GGA, GLL, ZDA, NovAtel); others evenly between, to about a period"
     )  # fmt: skip
+    few = {name: group for name, group in found.groups.items() if len(group.lines) < FEWEST}
+    if len(few) < len(found.groups):
+        found.others.update({name: len(group.lines) for name, group in few.items()})
+        found.groups = {name: group for name, group in found.groups.items() if name not in few}
     others = +found.others
     skipped = ", ".join(f"{kind} ({n})" for kind, n in others.most_common())
     notes = ("NMEA 0183", done, *((f"sentences not used: {skipped}",) if skipped else ()))

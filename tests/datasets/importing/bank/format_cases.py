@@ -110,9 +110,10 @@ def _delta(run, i):
         {"path": "navigation.position", "value": {"latitude": run.lat[i], "longitude": run.lon[i]}},
     ]
     own = [{"path": "steering.rudderAngle", "value": run.delta[i]}]
+    source = {"label": "can0", "type": "NMEA2000", "pgn": 127245, "src": "204"}
     updates = [
         {"$source": "n2k.1", "timestamp": stamp(run, i), "values": values},
-        {"source": {"label": "can0", "src": "204"}, "timestamp": stamp(run, i), "values": own},
+        {"source": source, "timestamp": stamp(run, i), "values": own},
     ]
     return [json.dumps({"context": "vessels.self", "updates": updates})]
 
@@ -275,6 +276,15 @@ def behind(run, i):
         f"{line},{moment:%Y:%j:%H:%M:%S}.{moment.microsecond // 1000:03d}"
         for line in (heading(run, i), turn(run, i), rudder(run, i))
     ]
+
+
+def _strays(run):
+    """Two single sentences of other talkers, with sums that are right, among those of the gyro."""
+    lines = [
+        f"{stamp(run, i)} {line}" for i in range(run.t.size) for line in (heading(run, i), turn(run, i), rudder(run, i))
+    ]
+    strays = [f"{stamp(run, 50)} {heading(run, 50, 'GE')}", f"{stamp(run, 70)} {heading(run, 70, 'HA', 40.0)}"]
+    return [*lines[:150], strays[0], *lines[150:210], strays[1], *lines[210:]]
 
 
 def novatel(text):
@@ -581,6 +591,7 @@ FORMAT_CASES: dict[str, Case] = {
     "day of the year behind the sentences": log("behind.log", rows(behind)),
     "NovAtel INSPVAS and RSA": log("span.gps", rows(span), (*PLACE, "surge_m_s", "sway_m_s"), end="\r\n", loose=0.06),
     "NovAtel BESTPOS, BESTVEL, HEADING": log("best.gps", rows(best), (*PLACE, "surge_m_s", "sway_m_s"), loose=0.06),
+    "stray sentences of other talkers": log("stray.log", _strays),
     "rudder orders of ROR and HTD": log("ror.log", rows(orders), (*TURN, "rudder_command_rad")),
     "Hypack RAW": log("line.RAW", _hypack, PLACE, end="\r\n"),
     "SBET and a pilot's log": Case(_sbet, False, wanted=GROUND, questions=0),
