@@ -21,6 +21,8 @@ VALUES = frozenset(map(joined, ("value", "wert", "messwert", "reading", "data", 
 UNITS = frozenset(map(joined, ("unit", "units", "einheit", "unite", "unidad", "enhet")))
 ALWAYS, FEWEST = 0.98, 10
 """Share of the rows from which on a column is filled in all, and rows of the least instrument."""
+SAMPLE = 400
+"""Rows that tell whether a table may have columns of sensors with times of their own."""
 MOST = 60
 """Different names in a column that still names instruments or values."""
 
@@ -53,9 +55,17 @@ def _nameless(table: RawTable) -> tuple[RawColumn | None, RawColumn | None]:
     return (words_, numbers) if named else (None, None)
 
 
+def _filled(column: RawColumn) -> np.ndarray:
+    """(N,) whether a cell holds something."""
+    return ~column.texts.among(GAPS) if column.texts is not None else np.isfinite(column.numbers)
+
+
 def _by_filling(table: RawTable) -> list[RawTable]:
     """A table for every group of columns that are filled in rows of their own: sensors with times of their own."""
-    masks = [~c.texts.among(GAPS) if c.texts is not None else np.isfinite(c.numbers) for c in table.columns]
+    head = np.arange(min(table.n, SAMPLE))
+    if sum(_filled(replace(c, values=c.at(head))).mean() <= ALWAYS for c in table.columns if table.n) < 2:
+        return [table]
+    masks = [_filled(column) for column in table.columns]
     groups: dict[bytes, list[int]] = {}
     for place, mask in enumerate(masks):
         if mask.any() and not mask.mean() > ALWAYS:

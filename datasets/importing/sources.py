@@ -22,6 +22,7 @@ from .formats.influx import looks_like_influx, read_influx
 from .formats.influx_lines import looks_like_line_protocol, read_line_protocol
 from .formats.json_records import looks_like_json, read_json
 from .formats.labview import looks_like_labview, read_labview
+from .formats.mavlink_text import looks_like_mavlink_text, read_mavlink_text
 from .formats.messages import with_messages
 from .formats.moos import looks_like_alog, read_alog
 from .formats.n2k import looks_like_n2k, read_n2k
@@ -44,6 +45,7 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_tcx, read_tcx),
     (looks_like_expedition, read_expedition),
     (looks_like_n2k, read_n2k),
+    (looks_like_mavlink_text, read_mavlink_text),
     (looks_like_json, read_json),
     (looks_like_dataflash, read_dataflash),
     (looks_like_labview, read_labview),

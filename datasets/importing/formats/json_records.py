@@ -197,7 +197,8 @@ def tables_of_rows(found: Sequence[Row], path: Path) -> list[RawTable]:
         groups = {"": rows}
     if not name and not kind:
         groups = _by_keys(rows)
-    tables = [_table(own, name if len(groups) > 1 else "", sheet, path) for sheet, own in groups.items()]
+    keys = (name, kind) if len(groups) > 1 else ("", "")
+    tables = [_table(own, keys, sheet, path) for sheet, own in groups.items()]
     return [table for table in tables if table is not None]
 
 
@@ -244,8 +245,9 @@ def _flat(value: Any, prefix: str = "", depth: int = 0) -> Iterator[tuple[str, A
         yield prefix, value
 
 
-def _table(own: Sequence[Row], name: str, sheet: str, path: Path) -> RawTable | None:
-    keys = list(dict.fromkeys(key for _, row in own for key in row if key != name))
+def _table(own: Sequence[Row], told: tuple[str, str], sheet: str, path: Path) -> RawTable | None:
+    """The table of some objects; `told` are the keys that say of which topic and kind they are, '' for none."""
+    keys = list(dict.fromkeys(key for _, row in own for key in row if key not in told))
     if len(own) < FEWEST or not keys:
         return None
     if len(keys) > MOST_KEYS:
@@ -253,7 +255,7 @@ def _table(own: Sequence[Row], name: str, sheet: str, path: Path) -> RawTable | 
                        hint="export the values that tell of the ship's motion")  # fmt: skip
     stated = [key for key in keys if joined(_last(key)) in UNITS]
     units = {key: next(str(row[key]) for _, row in own if key in row) for key in stated}
-    columns = [_column(key, own, units, keys, sheet if name else "", sheet) for key in keys if key not in units]
+    columns = [_column(key, own, units, keys, sheet if told[0] else "", sheet) for key in keys if key not in units]
     if not any(column.numeric for column in columns if not is_time(column.name)):
         return None
     names = distinct([column.name for column in columns])
@@ -276,6 +278,8 @@ def _column(
     unit = next((text for other, text in units.items() if other.rpartition(".")[0] == place), "") if valued else ""
     name = (place or topic or key) if valued else key
     called = last_part(f"{topic}.{place}" if valued else key) if alone or valued else name
+    if len(called) < 3 and place and not valued:
+        called = f"{last_part(place)} {called}"
     header = read_header(called)
     if group and not valued and not any(named(own).may_be for own in (header.words, *(w for w, _ in header.suffixes))):
         called = f"{last_part(group)} {called}"

@@ -36,7 +36,7 @@ class Segment:
 
 def looks_like_labview(text: str) -> bool:
     """Whether a text is a LabVIEW measurement file."""
-    return text.lstrip("\ufeff \t\r\n").startswith("LabVIEW Measurement")
+    return text[:100].lstrip("\ufeff \t\r\n").startswith("LabVIEW Measurement")
 
 
 def read_labview(text: str, path: Path) -> list[RawTable]:

@@ -9,6 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..headers import scaled_unit
+from ..instruments import last_part
 from ..raw import RawColumn, RawTable
 from .autopilots import ARDUPILOT
 
@@ -58,6 +59,10 @@ def with_messages(table: RawTable) -> list[RawTable]:
     matches = [COLUMN.fullmatch(column.name) for column in table.columns]
     if any(match is not None for match in matches):
         return _by_message(table, matches)
+    if table.sheet in MAVLINK:
+        by, fields = f"MAVLink states it: {table.sheet}", MAVLINK[table.sheet]
+        columns = tuple(_stated(c, fields, last_part(c.name), by) for c in table.columns)
+        return [replace(table, columns=columns)]
     names = {column.name for column in table.columns}
     if "iTOW" in names and len(names & set(UBLOX)) > 3:
         columns = tuple(_stated(c, UBLOX, c.name, "u-blox states it: NAV-PVT") for c in table.columns)

@@ -30,6 +30,7 @@ DOWN, UP = (
 FIELDS: tuple[tuple[str, str, str], ...] = (
     (r"angular(_velocity)?[._]z$", "yaw rate", "rad/s"),
     (r"angular(_velocity)?[._]x$", "roll rate", "rad/s"),
+    (r"angular(_velocity)?[._]y$", "pitch rate", "rad/s"),
     (r"twist[._]linear[._]x$|^linear[._]x$", "velocity x", "m/s"),
     (r"twist[._]linear[._]y$|^linear[._]y$", "velocity y", "m/s"),
     (r"position[._]x$", "position x", "m"),

@@ -21,10 +21,11 @@ FEWEST_TIMES, MOST_CHANNELS, HEAD = 10, 500, 4000
 
 def looks_transposed(text: str) -> bool:
     """Whether the first line is a word and then times that rise, and the lines below it are a word and then numbers."""
-    first, _, rest = text.lstrip("\ufeff\r\n").partition("\n")
+    stop = text.find("\n")
+    first, rest = text[:stop].lstrip("\ufeff"), text[stop + 1 : stop + 1 + HEAD]
     for separator in SEPARATORS:
         cells = _cells(first[:HEAD], separator)[: -1 if len(first) > HEAD else None]
-        below = _cells(rest[:HEAD].partition("\n")[0], separator)[:FEWEST_TIMES]
+        below = _cells(rest.partition("\n")[0], separator)[:FEWEST_TIMES]
         if len(cells) > FEWEST_TIMES and _are_times(cells[1:]) and len(below) > 2:
             return not any(map(NUMBER.fullmatch, (cells[0], below[0]))) and _numeric(below[1:])
     return False

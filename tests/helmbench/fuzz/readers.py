@@ -309,6 +309,8 @@ RAW = {
     "raw-signalk": "Signal K, deltas",
     "raw-batch": "Signal K, a column for every time",
     "raw-influx": "InfluxDB, long",
+    "raw-lines": "InfluxDB, line protocol",
+    "raw-mavlink-text": "MAVLink as text",
     "raw-moos": "MOOS",
     "raw-dataflash": "dataflash as text",
     "raw-mavlink": "MAVLink as CSV",

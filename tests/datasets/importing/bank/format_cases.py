@@ -134,7 +134,91 @@ def _batch(run):
     return lines + [",".join([name, *fixed(values, 6)]) for name, values in paths.items()]
 
 
+def _senml(run):
+    out = [{"bn": "ship/", "bt": START, "n": "x", "v": 0.0}]
+    for i, t in enumerate(run.t):
+        out += [
+            {"n": "heading", "u": "deg", "v": run.psi[i] * D % 360, "t": t},
+            {"n": "rate_of_turn", "u": "deg/min", "v": 60 * run.r[i] * D, "t": t},
+            {"n": "rudder", "u": "deg", "v": run.delta[i] * D, "t": t},
+        ]
+    return [json.dumps(out)]
+
+
+def _lists(run):
+    """A document with a list for every signal."""
+    signals = {"heading_deg": run.psi * D % 360, "rateOfTurn_deg_min": 60 * run.r * D, "rudder_deg": run.delta * D}
+    times = [round(1e3 * (START + t)) for t in run.t]
+    return [
+        json.dumps(
+            {k: [{"ts": t, "value": f"{x:.4f}"} for t, x in zip(times, v, strict=True)] for k, v in signals.items()}
+        )
+    ]
+
+
+def _ros(run, i):
+    own = {
+        "header": {
+            "stamp": {"sec": int(START + run.t[i]), "nanosec": round(run.t[i] % 1 * 1e9)},
+            "frame_id": "imu_ned",
+        },
+        "orientation": [0.0, 0.0, np.sin(run.psi[i] / 2), np.cos(run.psi[i] / 2)],
+        "angular_velocity": {"x": 0.0, "y": 0.0, "z": run.r[i]},
+        "rudder_angle_rad": run.delta[i],
+    }
+    return [json.dumps(own)]
+
+
 # ------------------------------------------------------------------------------------------------ data bases, robots
+
+
+def _line_protocol(run, i):
+    time = f"{round(1e3 * (START + run.t[i]))}000000"
+    return [
+        f"gyro,host=a heading_deg={run.psi[i] * D % 360:.3f},rot_deg_min={60 * run.r[i] * D:.3f} {time}",
+        f"rudder,host=b angle_deg={run.delta[i] * D:.3f},ok=true {time}",
+    ]
+
+
+def _subscriber(run, i):
+    """Time, topic and value without a header, as an MQTT subscriber prints them."""
+    values = (
+        ("ship/heading_deg", run.psi[i] * D % 360),
+        ("ship/rudder_angle_deg", run.delta[i] * D),
+        ("ship/rate_of_turn_deg_min", 60 * run.r[i] * D),
+    )
+    return [f"{stamp(run, i)} {topic} {value:.3f}" for topic, value in values]
+
+
+def _sparse(run):
+    """Sensors with times of their own in one table."""
+    out = ["time [s],heading [deg],rot [deg/min],rudder [deg]"]
+    for i, t in enumerate(run.t):
+        out += [
+            f"{t:.2f},{run.psi[i] * D % 360:.3f},{60 * run.r[i] * D:.3f},",
+            f"{t + 0.1:.2f},,,{run.delta[i] * D:.3f}",
+        ]
+    return out
+
+
+def _mavlink_json(run, i):
+    attitude = {"roll": run.roll[i], "yaw": (run.psi[i] + np.pi) % (2 * np.pi) - np.pi, "yawspeed": run.r[i]}
+    place = {
+        "lat": round(1e7 * run.lat[i]),
+        "lon": round(1e7 * run.lon[i]),
+        "vx": round(100 * run.north_speed[i]),
+        "vy": round(100 * run.east_speed[i]),
+    }
+    own = (("ATTITUDE", attitude), ("GLOBAL_POSITION_INT", place), ("STEERING", {"rudder_deg": run.delta[i] * D}))
+    return [json.dumps({"meta": {"type": kind, "timestamp": START + run.t[i]}, "data": data}) for kind, data in own]
+
+
+def _mavlink_text(run, i):
+    yaw, before = (run.psi[i] + np.pi) % (2 * np.pi) - np.pi, stamp(run, i, "").replace("T", " ")
+    return [
+        f"{before}: ATTITUDE {{roll : {run.roll[i]:.6f}, yaw : {yaw:.6f}, yawspeed : {run.r[i]:.6f}}}",
+        f"{before}: STEERING {{rudder_angle_deg : {run.delta[i] * D:.3f}, mode : AUTO}}",
+    ]
 
 
 def _influx(run):
@@ -574,11 +658,19 @@ FORMAT_CASES: dict[str, Case] = {
     "JSON, objects of two kinds": log("kinds.jsonl", rows(_kinds)),
     "JSON, a document of rows": log("document.json", _document),
     "JSON, a document of columns": log("columns.json", _columns),
+    "JSON, SenML": log("senml.json", _senml),
+    "JSON, a list for every signal": log("lists.json", _lists),
+    "JSON, ROS with an array": log("ros.jsonl", rows(_ros)),
     "Signal K, deltas": log("signalk.log", rows(_delta), (*TURN, "north_m", "east_m")),
     "Signal K, multiplexed log": log("skserver-raw.log", rows(_multiplexed), (*TURN, "north_m", "east_m")),
     "Signal K, a column for every time": log("batch.csv", _batch, GROUND),
     "InfluxDB, long": log("influx.csv", _influx),
     "InfluxDB, a column for every field": log("pivot.csv", _pivoted),
+    "InfluxDB, line protocol": log("points.lp", rows(_line_protocol)),
+    "topics without a header": log("subscriber.txt", rows(_subscriber)),
+    "sensors in rows of their own": log("sparse.csv", _sparse),
+    "MAVLink as JSON": log("flight.json", rows(_mavlink_json), GROUND, loose=0.06),
+    "MAVLink as text": log("flight.txt", rows(_mavlink_text)),
     "MOOS": log("run.alog", _alog, PLACE),
     "dataflash as text": log(
         "00000042.log", _dataflash, questions=1, knows={"output 1": Is("rudder", "deg", 1, 0.0875)}, end="\r\n"
