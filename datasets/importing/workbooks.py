@@ -16,6 +16,7 @@ from ...models.errors import BadInput
 from .formats.hdf import hdf_content
 from .layout import Line, table_of
 from .raw import RawColumn, RawTable
+from .several_tables import blocks_of
 
 FEWEST = 10
 """Samples below which an array of a MAT file is no time series."""
@@ -34,7 +35,8 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
     except Exception as error:  # whatever openpyxl raises on damaged workbooks
         hint = "open it in the spreadsheet program and save it as xlsx again"
         raise BadInput(f"not a workbook that can be read ({type(error).__name__})", file=path, hint=hint) from None
-    tables = [(name, table_of(lines, lines, path.name, name, ())) for name, lines in sheets.items() if lines]
+    blocks = [(name, block) for name, lines in sheets.items() for block in (blocks_of(lines) if lines else ())]
+    tables = [(name, table_of(block, block, path.name, name, ())) for name, block in blocks]
     empty = [name for name, table in tables if table is None]
     found = [table for _, table in tables if table is not None]
     if not found:

@@ -641,6 +641,23 @@ def _near_empty(run, folder):
     return [folder / "trial.xlsx"]
 
 
+def _stacked(run, folder):
+    """Two tables below each other in one sheet."""
+    book = openpyxl.Workbook()
+    sheet = book.active
+    for names, columns in (
+        (["Time [s]", "Heading [deg]", "Rudder [deg]"], (run.t, run.psi * D % 360, run.delta * D)),
+        (["t [s]", "North [m]", "East [m]", "ROT [deg/s]"], (run.t, run.north, run.east, run.r * D)),
+    ):
+        sheet.append(["Table"])
+        sheet.append(names)
+        for row in zip(*columns, strict=True):
+            sheet.append([float(x) for x in row])
+        sheet.append([])
+    book.save(folder / "stacked.xlsx")
+    return [folder / "stacked.xlsx"]
+
+
 def _simulink(run, folder):
     signals = np.zeros((2,), dtype=[("values", object), ("dimensions", object), ("label", object)])
     signals[0] = (run.psi * D, 1.0, "heading [deg]")
@@ -700,5 +717,6 @@ FORMAT_CASES: dict[str, Case] = {
     "degrees-minutes with a hyphen": log("place.csv", _minutes, PLACE),
     "two tables in one file": log("two.csv", _two_tables, (*TURN, "north_m", "east_m")),
     "near-empty rows under the header": Case(_near_empty, False, wanted=TURN, questions=0),
+    "two tables in one sheet": Case(_stacked, False, wanted=(*TURN, "north_m", "east_m"), questions=0),
     "Simulink, structure with time": Case(_simulink, False, wanted=TURN, questions=0),
 }
