@@ -16,7 +16,7 @@ from ..columns import ACCEPTED, QUANTITIES
 from ..sidecar_file import SidecarFile
 from .cell_texts import Texts
 from .cells import GAPS, side_of
-from .names import joined, words
+from .names import joined, named, words
 from .quantities import quantities, side_words
 from .raw import RawColumn, RawTable
 from .units import UNITS, unit_of
@@ -24,6 +24,8 @@ from .units import UNITS, unit_of
 SUFFIXES = (".yaml", ".yml", ".json")
 FEW = 100
 """Cells that are looked at before a whole column is."""
+SENTENCE, FEWEST_UNITS = re.compile(r"\bin\s+([A-Za-z°/]+(?:\s+per\s+[a-z]+)?)", re.IGNORECASE), 2
+"""A unit in a sentence, and how many make it a sentence of units."""
 MOST_WORDS = 16
 """Words of a line that says something of one column; longer ones are prose."""
 
@@ -38,7 +40,24 @@ def with_notes(columns: Sequence[RawColumn], notes: Sequence[str]) -> list[RawCo
             place = _named(columns, part)
             if place is not None:
                 said.setdefault(place[0], []).append(place[1])
+    for note in notes:
+        for i, unit in _by_sentence(columns, note):
+            said.setdefault(i, []).append(unit)
     return [replace(c, said=(*c.said, *said[i])) if i in said else c for i, c in enumerate(columns)]
+
+
+def _by_sentence(columns: Sequence[RawColumn], note: str) -> list[tuple[int, str]]:
+    """(column, its unit) by a sentence of units: `(position in Meters, angles in Degrees, velocity in Meter/Sec)`.
+
+    A unit counts for all columns of its dimension, where the sentence states one of that dimension only.
+    """
+    stated = [unit for text in SENTENCE.findall(note) if (unit := unit_of(text)) is not None]
+    units = {unit.dimension: unit.name for unit in stated}
+    if len(stated) < FEWEST_UNITS or len({unit.name for unit in stated}) > len(units):
+        return []
+    kinds = [{quantities()[q].dimension for q in named(words(column.name)).may_be} for column in columns]
+    told = [(i, next((units[kind] for kind in sorted(own) if kind in units), "")) for i, own in enumerate(kinds)]
+    return [(i, unit) for i, unit in told if unit and not columns[i].unit]
 
 
 def _named(columns: Sequence[RawColumn], note: str) -> tuple[int, str] | None:

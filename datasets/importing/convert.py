@@ -21,7 +21,7 @@ FEW, MANY, HALF = 0.02, 0.2, 0.5
 """Share of rows that may be left out, of cells of a column that may be gaps for not being numbers, and of sentences or
 messages that may be left out: their checksums tell the bad ones from the others."""
 ANGLE = re.compile(
-    r"([NSEWO+-]?)\s*(\d{1,3})[°\s:]\s*(\d{1,2}(?:[.,]\d+)?)['\u2032\s:]?\s*(\d{1,2}(?:[.,]\d+)?)?[\"\u2033]?\s*([NSEWO]?)"
+    r"([NSEWO+-]?)\s*(\d{1,3})[°\s:-]\s*(\d{1,2}(?:[.,]\d+)?)['\u2032\s:]?\s*(\d{1,2}(?:[.,]\d+)?)?[\"\u2033]?\s*([NSEWO]?)"
 )
 
 

@@ -267,6 +267,8 @@ def _contradicted(log: Log, found: Finding) -> Finding | None:
         if CONFLICT[0] < ratio < CONFLICT[1]:
             return None
         near = nearest(size, candidates(found.dimension), 0.15)
+        if near is None and found.column.known:  # the format states the unit, and no other one agrees
+            return None
         units = [*([near] if near else []), found.unit]
         text = (
             f"{found.column.name!r} says {found.unit.name}, but {name} is {ratio:.3g} times as fast: what is its unit?"

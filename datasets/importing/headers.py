@@ -13,8 +13,8 @@ from .quantities import side_words, word_list
 from .units import NO_UNIT, TIME_WORDS, Unit, tidy, unit_of
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
-TAIL = re.compile(r"(?:,|;|\s/|:|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
-"""A unit behind a comma, a colon or `in`, `en`, `i`."""
+TAIL = re.compile(r"(?:,|;|\s/|:|\s(?=°)|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
+"""A unit behind a comma, a colon or `in`, `en`, `i`, or one that begins with the sign of degrees."""
 JOINT = (
     r"[\s_]*(?:=|:|\bto\b|\btowards?\b|\bis\b|\bist\b|\bnach\b|\bzu\b|\bvers\b|\ba\b|\bhacia\b|\btil\b|\bmot\b|\bpara\b|\bfor\b"
     r"|が|は|为|を|\bside\b|\bdown\b|\bup\b)*[\s_]*"

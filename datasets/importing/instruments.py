@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
@@ -20,6 +21,10 @@ VALUES = frozenset(map(joined, ("value", "wert", "messwert", "reading", "data", 
 UNITS = frozenset(map(joined, ("unit", "units", "einheit", "unite", "unidad", "enhet")))
 AS_LONG = 0.05
 """Relative difference of their lengths from which on two times are not the same."""
+ALWAYS, FEWEST = 0.98, 10
+"""Share of the rows from which on a column is filled in all, and rows of the least instrument."""
+SAMPLE = 400
+"""Rows that tell whether a table may have columns of sensors with times of their own."""
 MOST = 60
 """Different names in a column that still names instruments or values."""
 
@@ -27,10 +32,61 @@ MOST = 60
 def by_instrument(table: RawTable) -> list[RawTable]:
     """The tables of a table: one for every named value in long form, one for every talker, or the table itself."""
     name, value = _texts(table, NAMES), next((c for c in table.columns if joined(c.name) in VALUES), None)
+    if all(column.name.startswith("column ") for column in table.columns):
+        name, value = _nameless(table)
     if name is not None and value is not None and value.numeric:
         return _long(table, name, value)
     talker = _texts(table, TALKERS)
-    return _by_time(table) if talker is None else _parts(table, talker)
+    if talker is not None:
+        return _parts(table, talker)
+    return [part for block in _by_time(table) for part in _by_filling(block)]
+
+
+def last_part(path: str) -> str:
+    """The last part of a path of names such as `ship/nav/heading`."""
+    return next((part for part in reversed(re.split(r"[./]", path)) if part.strip()), path)
+
+
+def _nameless(table: RawTable) -> tuple[RawColumn | None, RawColumn | None]:
+    """The names and the values of a long form without a header: a time, a few different words, a number."""
+    if not 3 <= len(table.columns) <= 4 or guess_form(table.columns[0], "") is None:
+        return None, None
+    words_, numbers = table.columns[1], table.columns[2]
+    kinds = words_.texts.unique() if words_.texts is not None and not words_.numeric else []
+    named = 1 < len(kinds) <= MOST and all(re.search(r"[^\W\d]{2}", kind) for kind in kinds)
+    return (words_, numbers) if named else (None, None)
+
+
+def _filled(column: RawColumn) -> np.ndarray:
+    """(N,) whether a cell holds something."""
+    return ~column.texts.among(GAPS) if column.texts is not None else np.isfinite(column.numbers)
+
+
+def _by_filling(table: RawTable) -> list[RawTable]:
+    """A table for every group of columns that are filled in rows of their own: sensors with times of their own."""
+    head = np.arange(min(table.n, SAMPLE))
+    if sum(_filled(replace(c, values=c.at(head))).mean() <= ALWAYS for c in table.columns if table.n) < 2:
+        return [table]
+    masks = [_filled(column) for column in table.columns]
+    groups: dict[bytes, list[int]] = {}
+    for place, mask in enumerate(masks):
+        if mask.any() and not mask.mean() > ALWAYS:
+            groups.setdefault(mask.tobytes(), []).append(place)
+    filled = [np.frombuffer(key, dtype=bool) for key in groups]
+    apart = len(filled) > 1 and max(np.sum(filled, axis=0)) == 1 and min(f.sum() for f in filled) > FEWEST
+    shared = [i for i, mask in enumerate(masks) if mask.mean() > ALWAYS]
+    if not apart or not any(guess_form(table.columns[i], "") for i in shared):
+        return [table]
+    out = []
+    for mask, places in zip(filled, groups.values(), strict=True):
+        rows = np.flatnonzero(mask)
+        own = [table.columns[i] for i in sorted((*shared, *places))]
+        names = ", ".join(table.columns[i].name for i in places)[:60]
+        columns = tuple(replace(c, values=c.at(rows)) for c in own)
+        done = (*table.done, f"{names}: filled in rows of their own")
+        faults = table.faults if not out else ()
+        out.append(replace(table, columns=columns, rows=table.rows[rows], sheet=names, done=done, faults=faults))
+    return out
 
 
 def _texts(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:
@@ -117,6 +173,8 @@ def _parts(table: RawTable, talker: RawColumn) -> list[RawTable]:
 def _long(table: RawTable, name: RawColumn, value: RawColumn) -> list[RawTable]:
     """A table for every named value (of every talker) of a table in long form."""
     unit, talker = _one(table, UNITS), _one(table, TALKERS)
+    if unit is None and len(table.columns) == 4 and table.columns[3].name.startswith("column "):
+        unit = table.columns[3]
     times = [c for c in table.columns if is_time(c.name) or c.known == "time"] or list(table.columns[:1])
     out = []
     for key, rows in _rows_of(name, talker):
@@ -124,7 +182,8 @@ def _long(table: RawTable, name: RawColumn, value: RawColumn) -> list[RawTable]:
             continue
         said = unit.text(int(rows[0])) if unit is not None else ""
         columns = [replace(c, values=c.at(rows)) for c in times]
-        columns.append(replace(value, name=key[0], unit=said or value.unit, values=value.at(rows)))
+        short = last_part(key[0]) if "/" in key[0] else ""
+        columns.append(replace(value, name=key[0], unit=said or value.unit, values=value.at(rows), called=short))
         sheet = " ".join(part for part in (*key[1:], key[0]) if part)
         out.append(
             replace(

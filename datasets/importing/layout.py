@@ -135,7 +135,7 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     above = [line for line in head if line.number not in used]
     if above:
         done.append(f"{len(above)} line{'s' if len(above) > 1 else ''} above the header not used as data")
-    split = [_name_and_unit(name) for name in names]
+    split = [name_and_unit(name) for name in names]
     differ = [bool(own and unit) and _other_size(own, unit) for (_, own), unit in zip(split, units, strict=True)]
     done += [f"{name}: the header states {own}, the row of units {unit}: neither is taken"
              for (name, own), unit, other in zip(split, units, differ, strict=True) if other]  # fmt: skip
@@ -150,9 +150,25 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
 
 def _near(head: Sequence[Line], rows: Sequence[Sequence[str]], width: int) -> list[Line]:
     """The lines just above the data that may be header and units, cut by another separator where none fits else."""
-    cut = [replace(line, cells=other_separator(line.cells, width)) for line in head[-4:]]
-    own = any(_placed(line.cells, rows) for line in head[-4:])
-    return [line for line in (head[-4:] if own else cut) if _could_be_header(line.cells, rows, width)]
+    cut = [(line, replace(line, cells=other_separator(line.cells, width))) for line in head]
+    several = [pair for pair in cut if max(_filled(line) for line in pair) > 1 or width < 3][-4:]
+    own = any(_placed(line.cells, rows) for line, _ in several)
+    able = [line if own else other for line, other in several]
+    return _without_notes([line for line in able if _could_be_header(line.cells, rows, width)], width)
+
+
+def _filled(line: Line) -> int:
+    return sum(map(bool, _stripped(line.cells)))
+
+
+def _without_notes(near: Sequence[Line], width: int) -> list[Line]:
+    """Lines that could be headers, without those below the fullest one that fill less than half as many cells."""
+    filled = [_filled(line) for line in near]
+    fullest = filled.index(max(filled)) if filled else 0
+    return [
+        line for i, line in enumerate(near)
+        if i <= fullest or 2 * filled[i] >= filled[fullest] or _units_row(line.cells, width)
+    ]  # fmt: skip
 
 
 def _other_size(one: str, other: str) -> bool:
@@ -163,7 +179,7 @@ def _other_size(one: str, other: str) -> bool:
 
 def _could_be_header(cells: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> bool:
     filled = [cell for cell in _stripped(cells) if cell]
-    if any(is_number(cell) for cell in filled):
+    if any(is_number(cell) or TIME_LIKE.fullmatch(cell) for cell in filled):
         return False
     return (len(filled) >= 1 and _units_row(cells, width)) or _placed(cells, rows) is not None
 
@@ -227,11 +243,11 @@ def _listed_names(head: Sequence[Line]) -> dict[int, str]:
     return names if len(names) > 1 and sorted(names) == list(range(1, len(names) + 1)) else {}
 
 
-def _name_and_unit(text: str) -> tuple[str, str]:
+def name_and_unit(text: str) -> tuple[str, str]:
     """(name, unit) of `name [unit]`; a text in brackets that is no unit belongs to the name."""
     text = text.strip().strip("\"'")
     match = IN_BRACKETS.match(text)
-    if match and match["name"] and says_unit(match["unit"]):
+    if match and match["name"] and says_unit(match["unit"]) and not match["unit"].isdigit():
         return match["name"].strip(), match["unit"].strip()
     name, separator, unit = text.rpartition(" in ")
     return (name.strip(), unit.strip()) if separator and says_unit(unit) and tidy(unit) else (text, "")
@@ -354,7 +370,7 @@ class _Body:
     def _check_again(self, line: Line) -> None:
         """Refuse a repeated header (or row of units) that names the columns or their units in another way."""
         header = self.layout.header
-        split = [_name_and_unit(cell) for cell in line.cells]
+        split = [name_and_unit(cell) for cell in line.cells]
         known = [{re.sub(r" \(\d+\)$", "", n), below, ""} for n, below in zip(header.names, header.below, strict=True)]
         same = [name in own for (name, _), own in zip(split, known, strict=True)]
         if not _names_again(line.cells, self.layout):  # a row of units
@@ -395,5 +411,5 @@ def is_header_again(cells: Sequence[str], layout: Layout) -> bool:
 
 def _names_again(cells: Sequence[str], layout: Layout) -> bool:
     """Whether more than half of the cells name columns of the table, in any order."""
-    names = [_name_and_unit(cell)[0] for cell in cells]
+    names = [name_and_unit(cell)[0] for cell in cells]
     return sum(name in layout.header.names for name in names) > 0.5 * layout.width

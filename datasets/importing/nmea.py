@@ -15,16 +15,20 @@ from typing import Any
 import numpy as np
 
 from ...models.errors import BadInput
-from .nmea_fields import KINDS, TIMED, Read, is_void
+from .nmea_fields import KINDS, Read, is_void
+from .nmea_makers import LOGS, MAKERS, NOVATEL, maker_kind, maker_message, novatel_kind, novatel_message, novatel_sound
 from .raw import RawColumn, RawTable, Rejected
+from .stamp_texts import time_in
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
 SUM = re.compile(r"[$!]([^*]*)\*([0-9A-Fa-f]{2})")
 CELLS = re.compile(
-    r"^(?P<stamp>.*?)[,;\t]?\s*\"?(?P<talker>[A-Z]{2})\"?[,;\t ]?\s*\"?(?P<kind>[A-Z]{3})\"?[,;\t](?P<data>.*)$"
+    r"^(?P<stamp>.{0,200}?)[,;\t]?\s*\"?(?P<talker>[A-Z]{2})\"?[,;\t ]?\s*\"?(?P<kind>[A-Z]{3})\"?[,;\t](?P<data>.*)$"
 )
 TAG = re.compile(r"\\([^\\]*)\\")
 TAG_TIME = re.compile(r"(?:^|,)c:(\d+(?:\.\d+)?)")
+FEWEST = 3
+"""Sentences of a kind and talker below which they are strays, as from a disturbed line."""
 DATED = 1e8
 """Seconds above which a time holds a date."""
 
@@ -66,7 +70,7 @@ class Sentences:
 
     def add(self, line: int, stamp: str, kind: str, talker: str, message: Any) -> None:
         """Keep a sentence."""
-        name = kind if kind == "PASHR" else talker + kind
+        name = kind if kind == "PASHR" or kind in MAKERS or kind in LOGS else talker + kind
         if kind == "RPM":  # one table for every shaft and engine
             name += f" {message.source}{message.engineshaftnum}"
         if name not in self.groups:
@@ -87,8 +91,11 @@ def looks_like_nmea(text: str) -> bool:
 
 def _sentence(line: str) -> tuple[str, str] | None:
     """(stamp beside the sentence, the sentence) of a line; None where it holds none."""
-    found = SENTENCE.search(line)
+    found = SENTENCE.search(line) or NOVATEL.search(line)
     if found:
+        end = SUM.match(found[0])
+        if end is not None:  # what stands behind the checksum is no part of the sentence
+            return _stamp(line[: found.start()], line[found.start() + end.end() :]), end[0]
         return _stamp(line[: found.start()], line[found.end() :]), found[0].strip().rstrip("\"'")
     cells = CELLS.match(line)
     if cells and cells["kind"] in KINDS:
@@ -102,8 +109,8 @@ def _stamp(before: str, behind: str) -> str:
     time = TAG_TIME.search(tag[1].split("*")[0]) if tag else None
     if time:
         return time[1]
-    text = TAG.sub("", before).strip(" ,;\t\"'[](){}<>|:")
-    return text or behind.strip(" ,;\t\"'[]")
+    before, behind = (side.strip(" ,;\t\"'[](){}<>|:") for side in (TAG.sub("", before), behind))
+    return time_in(before)[0] or time_in(behind)[0] or before or behind
 
 
 def read_nmea(text: str, path: Path) -> list[RawTable]:
@@ -119,8 +126,12 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     stamped = found.stamped > 0.9 * len(found.clocks) and not _line_numbers(found)
     times = None if stamped else _times(found, path)
     done = "timed by the stamps beside the sentences" if stamped else (
-        "timed by RMC, GGA, GLL or ZDA; other sentences evenly between, to about one of their periods"
+        "timed by sentences that state it (RMC, GGA, GLL, ZDA, NovAtel); others evenly between, to about a period"
     )  # fmt: skip
+    few = {name: group for name, group in found.groups.items() if len(group.lines) < FEWEST}
+    if len(few) < len(found.groups):
+        found.others.update({name: len(group.lines) for name, group in few.items()})
+        found.groups = {name: group for name, group in found.groups.items() if name not in few}
     others = +found.others
     skipped = ", ".join(f"{kind} ({n})" for kind, n in others.most_common())
     notes = ("NMEA 0183", done, *((f"sentences not used: {skipped}",) if skipped else ()))
@@ -140,6 +151,7 @@ def _line_numbers(found: Sentences) -> bool:
 def _parsed(text: str) -> Sentences:
     """Sentences, lines that hold no sound one, and kinds that are not used; of AIS only the checksums are read."""
     out = Sentences()
+    checked = _novatel_checked(text)
     for number, line in _lines(text):
         found = _sentence(line)
         if found is None:
@@ -147,7 +159,7 @@ def _parsed(text: str) -> Sentences:
             continue
         stamp, sentence = found
         kind = _kind(sentence)
-        if not _sound(sentence):
+        if not (_sound(sentence) if sentence[0] in "$!" else not checked or novatel_sound(sentence)):
             out.faults.append((number, "the checksum of the sentence is wrong", line))
         elif kind not in KINDS:
             out.others[kind] += 1
@@ -156,6 +168,11 @@ def _parsed(text: str) -> Sentences:
         else:
             out.add(number, stamp, kind, sentence[1:3], message)
     return out
+
+
+def _novatel_checked(text: str) -> bool:
+    """Whether some checksum of NovAtel's logs is right; a program that rewrites them may leave wrong ones in all."""
+    return any(novatel_sound(found[0]) for found in NOVATEL.finditer(text))
 
 
 def _lines(text: str) -> Iterator[tuple[int, str]]:
@@ -167,7 +184,9 @@ def _lines(text: str) -> Iterator[tuple[int, str]]:
 
 def _kind(sentence: str) -> str:
     address = sentence[1:].split(",", 1)[0]
-    return address if address.startswith("P") else address[2:]
+    if sentence[0] in "#%":
+        return novatel_kind(sentence)
+    return maker_kind(address, sentence.split("*")[0]) if address.startswith("P") else address[2:]
 
 
 def _sound(sentence: str) -> bool:
@@ -182,7 +201,11 @@ def _message(sentence: str) -> Any:
     from pynmeagps import NMEAMessageError, NMEAParseError, NMEAReader, NMEATypeError
 
     body = sentence[1:].split("*")[0]
+    if sentence[0] in "#%":
+        return novatel_message(sentence)
     try:
+        if (kind := _kind(sentence)) in MAKERS:
+            return maker_message(kind, body)
         return NMEAReader.parse(f"${body}*00\r\n".encode(), validate=0)
     except (
         NMEAMessageError,
@@ -249,20 +272,23 @@ def _times(found: Sentences, path: Path) -> np.ndarray:
     index, value = _stamps(found, path)
     usual = float(np.median(np.diff(value)))
     after = np.minimum(np.append(value[1:], value[-1] + usual), value + 3.0 * usual)
-    out = np.full(len(found.clocks), np.nan)
+    out, stating = np.full(len(found.clocks), np.nan), np.isfinite(np.array(found.clocks))
     for group in found.groups.values():
         places = np.array(group.places)
         spans = np.searchsorted(index, places, side="right") - 1
         places, spans = places[spans >= 0], spans[spans >= 0]
         _, first, count = np.unique(spans, return_index=True, return_counts=True)
         order = np.arange(spans.size) - np.repeat(first, count)
-        share = 0.0 if group.kind in TIMED else order / np.repeat(count, count)
+        timed = places.size > 0 and stating[places].mean() > 0.5
+        share = 0.0 if timed else order / np.repeat(count, count)
         out[places] = value[spans] + share * (after[spans] - value[spans])
     return out
 
 
 def _table(path: Path, name: str, group: Group, times: np.ndarray | None) -> RawTable:
-    by = f"NMEA 0183 states it: {group.kind}" + (f" of talker {group.talker}" if group.kind != "PASHR" else "")
+    by = f"{'NovAtel' if group.kind in LOGS else 'NMEA 0183'} states it: {group.kind}" + (
+        "" if name == group.kind else f" of talker {group.talker}"
+    )
     values: Any = tuple(group.stamps) if times is None else times[np.array(group.places)]
     columns = [RawColumn("time", "", values, "" if times is None else "time", by)]
     for entry, series in zip(KINDS[group.kind], group.numbers, strict=True):

@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from .nmea_makers import LOGS, MAKERS
+
 Read = Callable[[Any], Any]
 
 
@@ -49,6 +51,22 @@ def _wind(name: str) -> Read:
 def _wind_speed(m: Any) -> Any:
     factor = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0}.get(m.speedu)
     return None if m.reference != "T" or m.status not in ("A", "") or factor is None else float(m.speed) * factor
+
+
+def _ordered(m: Any) -> Any:
+    """The rudder that an autopilot orders: L is to port."""
+    return None if not m.cmdrudderdir else float(m.cmdrudderang) * (-1.0 if m.cmdrudderdir == "L" else 1.0)
+
+
+def _transducer(name: str) -> Read:
+    """The angle of the transducer in whose name a word stands."""
+
+    def read(m: Any) -> Any:
+        found = (i for i in range(1, 10) if name in str(getattr(m, f"tdrid_{i:02d}", "")).lower())
+        place = next((i for i in found if getattr(m, f"tdrtype_{i:02d}", "") == "A"), 0)
+        return getattr(m, f"data_{place:02d}") if place else None
+
+    return read
 
 
 NOT = "not used"
@@ -109,15 +127,23 @@ KINDS: dict[str, tuple[Field, ...]] = {
         Field("true wind angle from the bow", NOT, "deg", _wind("angle")),
     ),
     "PASHR": (Field("true heading", "heading", "deg", _plain("trueHdg")), Field("roll", "", "deg", _plain("roll"))),
+    "ROR": (
+        Field("rudder order, starboard or single", "rudder_command", "deg", _if("stbdrudderorder", "stbdrudderstatus")),
+        Field("rudder order, port", "rudder_command", "deg", _if("portrudderorder", "portrudderstatus")),
+    ),
+    "HTC": (Field("rudder order", "rudder_command", "deg", _ordered),),
+    "HTD": (Field("rudder order", "rudder_command", "deg", _ordered),),
+    "XDR": (Field("rudder", "", "deg", _transducer("rud")), Field("roll", "", "deg", _transducer("roll"))),
     "ZDA": (),
+    **{kind: tuple(Field(*entry) for entry in entries) for kind, entries in (MAKERS | LOGS).items()},
 }  # fmt: skip
 """Sentence -> its columns.  The standard states units and signs: turns, rudder and sway positive to starboard."""
-TIMED = ("RMC", "GGA", "GLL", "GNS", "ZDA", "PASHR")
-"""Sentences that state the time."""
 
 
 def is_void(message: Any) -> bool:
     """Whether the data of a sentence are void, its time is not: status V, or the mode of every receiver is N."""
+    if message.msgID == "lost":
+        return True
     status = getattr(message, "status", "") if message.msgID in ("RMC", "GLL") else ""
     mode = str(getattr(message, "posMode", "") or "")
     return status == "V" or (mode != "" and set(mode) == {"N"})

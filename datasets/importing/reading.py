@@ -182,7 +182,8 @@ def _with_unit(found: Finding, header: Header, suffix: str, said: list[Header]) 
             same = tuple(q for q in found.may_be if quantities()[q].dimension == dimension) or (quantity,)
             return found.told("stated", f"unit {unit.name} stated", may_be=same, unit=unit, factor=factor)
     foreign = next((h.foreign for h in headers if h.foreign), "") or next((t for t in texts if t in PERCENT), "")
-    other = next((text for h in headers for text in h.units if unit_of(text) is not None), "")
+    pulses = (text for h in headers for text in h.units if text.lower() in PULSES and found.may_be[0] in WITH_SIDE)
+    other = next((text for h in headers for text in h.units if unit_of(text) is not None), "") or next(pulses, "")
     return _with_foreign(found, foreign or other) if foreign or other else found
 
 

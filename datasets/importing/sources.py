@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -13,20 +13,47 @@ from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
 from .contained import read_contained
+from .formats.autopilots import with_px4
+from .formats.dataflash_text import looks_like_dataflash, read_dataflash
 from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, read_gpx
+from .formats.hypack import looks_like_hypack, read_hypack
+from .formats.influx import looks_like_influx, read_influx
+from .formats.influx_lines import looks_like_line_protocol, read_line_protocol
+from .formats.json_records import looks_like_json, read_json
+from .formats.labview import looks_like_labview, read_labview
+from .formats.mavlink_text import looks_like_mavlink_text, read_mavlink_text
+from .formats.messages import with_messages
+from .formats.moos import looks_like_alog, read_alog
 from .formats.n2k import looks_like_n2k, read_n2k
+from .formats.pospac import with_pospac
 from .formats.ros import with_ros
+from .formats.sbet import looks_like_sbet, read_sbet
+from .formats.signalk import with_signal_k
+from .formats.tcx import looks_like_tcx, read_tcx
+from .formats.transposed import looks_transposed, read_transposed
 from .instruments import by_instrument
+from .layout import distinct
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
+from .several_tables import read_parts
 from .text import LONGEST, MOST_COLUMNS, decoded, read_text
 from .times import find_time
 
 TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]], ...] = (
     (looks_like_gpx, read_gpx),
+    (looks_like_tcx, read_tcx),
     (looks_like_expedition, read_expedition),
     (looks_like_n2k, read_n2k),
+    (looks_like_mavlink_text, read_mavlink_text),
+    (looks_like_json, read_json),
+    (looks_like_dataflash, read_dataflash),
+    (looks_like_labview, read_labview),
+    (looks_like_hypack, read_hypack),
+    (looks_like_influx, read_influx),
+    (looks_like_line_protocol, read_line_protocol),
+    (looks_like_alog, read_alog),
+    (looks_transposed, read_transposed),
     (looks_like_nmea, read_nmea),
 )
 """Kinds of text that are told by their first lines, and their readers."""
@@ -48,6 +75,8 @@ BINARY = {
 BAGS = (b"#ROSBAG", b"SQLite format 3\0", b"\x89MCAP")
 HEAD = 200
 """Rows that tell whether the newest one stands first."""
+MOST_TABLES = 200
+"""Tables of a file that are read."""
 METADATA = "metadata.yaml"
 """The file in the folder of a ROS 2 bag."""
 
@@ -64,9 +93,8 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
         if not (path / METADATA).is_file():
             raise BadInput("is a directory", file=path, hint="name the log files in it")
         return [replace(table, clock=str(path)) for table in read_contained("a ROS bag", b"", path)]
-    return with_sidecar(
-        [_oldest_first(replace(table, clock=str(path))) for table in _tables(_content(path), path)], path
-    )
+    tables = _told_apart(_tables(_content(path), path))
+    return with_sidecar([_oldest_first(replace(table, clock=str(path))) for table in tables], path)
 
 
 def _content(path: Path) -> bytes:
@@ -99,12 +127,29 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
     kind = next((kind for magic, kind in BINARY.items() if data.startswith(magic)), None)
     if kind is not None:
         return [with_ros(_bounded(table, path)) for table in read_contained(kind, data, path)]
+    if looks_like_sbet(data):
+        return read_sbet(data, path)
     text, encoding = decoded(data, path)
     del data  # of a large file both would fill the memory
     known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
     if known is not None:
-        return known(text, path)
-    return [with_ros(table) for table in by_instrument(read_text(text, encoding, path))]
+        tables = known(text, path)
+    else:
+        parts = read_parts(text, path, lambda part: read_text(part, encoding, path))
+        tables = [table for part in parts for table in by_instrument(part)]
+    tables = [part for table in tables for part in with_messages(_bounded(table, path))]
+    return [with_px4(with_ros(with_pospac(with_signal_k(table)))) for table in tables]
+
+
+def _told_apart(tables: Sequence[RawTable]) -> list[RawTable]:
+    """Tables of a file of which no two have the same sheet, those with the most rows where they are many."""
+    if len(tables) > MOST_TABLES:
+        longest = sorted(range(len(tables)), key=lambda i: -tables[i].n)[:MOST_TABLES]
+        said = f"{len(tables)} tables, the {MOST_TABLES} with the most rows are read"
+        tables = [tables[i] for i in sorted(longest)]
+        tables = [replace(tables[0], done=(said, *tables[0].done)), *tables[1:]]
+    sheets = distinct([table.sheet for table in tables])
+    return [replace(table, sheet=sheet) for table, sheet in zip(tables, sheets, strict=True)]
 
 
 def _bounded(table: RawTable, path: Path) -> RawTable:

@@ -10,13 +10,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from ...models.errors import BadInput
-from .layout import LONGEST, SAMPLE, Line, is_value, table_of
+from .fixed_width import EXPONENT, column_ends, header_cells, with_exponents, with_spaces
+from .layout import LONGEST, SAMPLE, Line, is_data, is_value, table_of
 from .plain_rows import plain_reader
 from .raw import RawTable
 
 MARKS = ((b"\xff\xfe", "utf-16"), (b"\xfe\xff", "utf-16"), (b"\xef\xbb\xbf", "utf-8-sig"))
 OTHER_SCRIPTS = ("cp932", "shift", "euc", "gb", "big5", "hz", "iso2022", "johab", "cp949", "cp1251", "koi8", "cp1253")
 """Encodings of scripts that Windows-1252 does not hold; those of Latin letters are hardly told from it."""
+ASCII, SIGNS = bytes(range(128)), {0xB0, 0xB1, 0xB2, 0xB3, 0xB4, 0xB5, 0xB7, 0xBA, 0x92, 0x96, 0x97, 0xA0}
+"""The bytes of ASCII, and others that are signs in Windows-1252: degree, plus-minus, powers, micro, dashes."""
 COMMENT = re.compile(r"^\s*(#|%|//|!|\*|;(?=\s*[A-Za-z#]))+\s?")
 SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "bars", ",": "commas", " ": "spaces"}
 MOST_COLUMNS = 2000
@@ -50,6 +53,10 @@ def _unstated(data: bytes) -> str:
     """The likely encoding of text that is not UTF-8, by charset-normalizer from the lines that are not ASCII."""
     from charset_normalizer import from_bytes
 
+    if (
+        not set(data.translate(None, ASCII)) - SIGNS
+    ):  # few lines of one sign, behind which a letter of a script may seem to stand
+        return "cp1252"
     lines = [line for line in data[:1_000_000].splitlines() if not line.isascii()][:50]
     best = from_bytes(b"\n".join(line[:2000] for line in lines)).best()
     return best.encoding if best is not None and best.encoding.startswith(OTHER_SCRIPTS) else "cp1252"
@@ -77,8 +84,13 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
         raise BadInput("the file is empty", file=path)
     plain = [line for _, line in sample if not COMMENT.match(line)]
     _refuse_two_commas(plain[: 2 * SAMPLE], path)
-    separator = find_separator(plain[: 2 * SAMPLE])
+    tidy = with_exponents(text, plain[:SAMPLE])
+    separator = find_separator([EXPONENT.sub("E", line) for line in plain[: 2 * SAMPLE]])
+    tidy = with_spaces(tidy, plain[:SAMPLE]) if separator == " " else tidy
+    if tidy is not text:
+        text, sample = tidy, [(number, _bounded(number, line, path)) for number, line in _sample(tidy)]
     rows = [_line(number, line, separator) for number, line in sample]
+    rows = _with_names(rows, sample) if separator == " " else rows
     width = _width_without_trailing(rows)
     known = ((number, _bounded(number, line, path)) for number, line in numbered_lines(text))
     lines = (_untrailed(_line(number, line, separator), width) for number, line in known)
@@ -89,6 +101,24 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
         hint = "a log needs a header and rows of numbers"
         raise BadInput("no rows of numbers found", file=path, hint=hint)
     return table
+
+
+def _with_names(rows: list[Line], sample: Sequence[tuple[int, str]]) -> list[Line]:
+    """Rows that are separated by spaces, header lines among them cut into names with spaces."""
+    body = [line for row, (_, line) in zip(rows, sample, strict=True) if not row.comment and is_data(row.cells)][
+        -SAMPLE:
+    ]
+    if not body:
+        return rows
+    width, ends = Counter(len(line.split()) for line in body).most_common(1)[0][0], column_ends(body)
+    out = list(rows)
+    for i, (row, (_, line)) in enumerate(zip(rows, sample, strict=True)):
+        if is_data(row.cells) and not row.comment:
+            break
+        mark = COMMENT.match(line)
+        cells = header_cells(" " * mark.end() + line[mark.end() :] if mark else line, width, ends)
+        out[i] = row if cells is None else Line(row.number, cells, row.comment)
+    return out
 
 
 def numbered_lines(text: str) -> Iterator[tuple[int, str]]:

@@ -16,6 +16,7 @@ from ...models.errors import BadInput
 from .formats.hdf import hdf_content
 from .layout import Line, table_of
 from .raw import RawColumn, RawTable
+from .several_tables import blocks_of
 
 FEWEST = 10
 """Samples below which an array of a MAT file is no time series."""
@@ -34,7 +35,8 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
     except Exception as error:  # whatever openpyxl raises on damaged workbooks
         hint = "open it in the spreadsheet program and save it as xlsx again"
         raise BadInput(f"not a workbook that can be read ({type(error).__name__})", file=path, hint=hint) from None
-    tables = [(name, table_of(lines, lines, path.name, name, ())) for name, lines in sheets.items() if lines]
+    blocks = [(name, block) for name, lines in sheets.items() for block in (blocks_of(lines) if lines else ())]
+    tables = [(name, table_of(block, block, path.name, name, ())) for name, block in blocks]
     empty = [name for name, table in tables if table is None]
     found = [table for _, table in tables if table is not None]
     if not found:
@@ -117,6 +119,7 @@ def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[st
             if name.lower() in UNIT_FIELDS:
                 units[where] = {str(key): str(text) for key, text in value.items() if isinstance(text, str)}
             else:
+                value = _simulink(value) if {"time", "signals"} <= set(value) else value
                 _collect(value, f"{where}.{name}".strip("."), groups, units)
             continue
         array = np.asarray(value)
@@ -124,6 +127,30 @@ def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[st
             continue
         for column, series in _series(name, array):
             groups[where, series.size][column] = series
+
+
+def _simulink(structure: Mapping[str, Any]) -> dict[str, Any]:
+    """A structure with time of Simulink as series: each signal is called by its label, or by its number."""
+    signals = structure["signals"]
+    several = (
+        [signals] if isinstance(signals, Mapping) else [s for s in np.atleast_1d(signals) if isinstance(s, Mapping)]
+    )
+    out: dict[str, Any] = {"time": structure["time"]}
+    for number, signal in enumerate(several, start=1):
+        labels = signal.get("label", "")
+        label = labels if isinstance(labels, str) and labels.strip() else f"signal {number}"
+        out |= _split(label, np.squeeze(np.asarray(signal.get("values", ()))), np.size(structure["time"]))
+    return out
+
+
+def _split(label: str, values: np.ndarray, size: int) -> dict[str, np.ndarray]:
+    """The columns of a signal (N, k), called by the parts of a label with commas where it has as many."""
+    if values.ndim != 2 or size not in values.shape:
+        return {label: values}
+    tall = values if values.shape[0] == size else values.T
+    names = [part.strip() for part in label.split(",")]
+    names = names if len(names) == tall.shape[1] else [f"{label} {i + 1}" for i in range(tall.shape[1])]
+    return {name: tall[:, i].copy() for i, name in enumerate(names)}
 
 
 def _series(name: str, array: np.ndarray) -> list[tuple[str, np.ndarray]]:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import io
+import re
 from collections import defaultdict
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +41,10 @@ PX4: dict[str, Fields] = {
     "actuator_servos": {f"control[{i}]": (f"servo {i}", "", "") for i in range(4)},
 }  # fmt: skip
 """Message -> field -> (name, quantity that the format states, unit): SI or degrees, NED, forward-right-down."""
+FUNCTION = re.compile(r"SERVO(?P<output>\d{1,2})_FUNCTION")
+STEERING = {21.0: "rudder", 26.0: "rudder"}
+"""Function of an ArduPilot's output -> what the column of it is called: rudder, and ground steering."""
+PX4_TOPICS = (*PX4, "vehicle_attitude")
 MOST = 5_000_000
 READS_A_BYTE = 10
 """A sound log needs less than one: two for a message, which has three bytes or more, in each of two passes."""
@@ -49,6 +56,7 @@ def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known kind of message; needs pymavlink."""
     module = needed("pymavlink.DFReader", "pymavlink", "an ArduPilot log", path)
     found: dict[str, list[tuple[float, Any]]] = defaultdict(list)
+    parameters: dict[str, float] = {}
     with (
         as_file(data, ".bin") as name,
         contextlib.redirect_stdout(io.StringIO()),
@@ -62,11 +70,24 @@ def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
                     break
                 if message.get_type() in ARDUPILOT:
                     found[_instance(message)].append((message.TimeUS * 1e-6, message))
+                elif message.get_type() == "PARM":
+                    parameters[str(message.Name)] = float(message.Value)
             log.close()
         except Exception as error:  # whatever pymavlink raises on damaged files
             raise BadInput(f"not an ArduPilot log that can be read ({type(error).__name__})", file=path) from None
     tables = [_messages(path, kind, own) for kind, own in found.items() if len(own) > 2]
-    return _some([table for table in tables if table is not None], path)
+    return with_steering(_some([table for table in tables if table is not None], path), parameters)
+
+
+def with_steering(tables: list[RawTable], parameters: Mapping[str, float]) -> list[RawTable]:
+    """Tables of an ArduPilot whose outputs that steer, by its parameters SERVOn_FUNCTION, are called so."""
+    found = {f"output {match['output']}": STEERING[value] for name, value in parameters.items()
+             if (match := FUNCTION.fullmatch(name)) and value in STEERING}  # fmt: skip
+    if not found:
+        return tables
+    return [
+        replace(t, columns=tuple(replace(c, called=found.get(c.name, c.called)) for c in t.columns)) for t in tables
+    ]
 
 
 def _advancing(reader: Any) -> Any:
@@ -83,11 +104,24 @@ def _advancing(reader: Any) -> Any:
 
 
 def _messages(path: Path, kind: str, own: list[tuple[float, Any]]) -> RawTable | None:
-    fields = ARDUPILOT[kind.split(" ")[0]]
-    values = {name: np.array([float(getattr(message, name, np.nan)) for _, message in own]) for name in fields}
+    names = (*ARDUPILOT[kind.split(" ")[0]], "Status")
+    values = {
+        name: np.array([float(getattr(message, name, np.nan)) for _, message in own])
+        for name in names
+        if any(hasattr(message, name) for _, message in own)
+    }
+    return message_table(path, kind, np.array([time for time, _ in own]), values)
+
+
+def message_table(path: Path, kind: str, times: np.ndarray, values: dict[str, np.ndarray]) -> RawTable | None:
+    """The table of the messages of a kind of ArduPilot; None where no field of them is known.
+
+    kind : name of the message, with a number behind it for the second and later sensors.  times : (N,) s since boot.
+    values : field -> (N,).
+    """
     if kind.startswith("GPS"):
-        values = _with_fix(values, np.array([float(getattr(message, "Status", FIX)) for _, message in own]))
-    return _table(path, kind, np.array([time for time, _ in own]), values, fields, "ArduPilot's log states it")
+        values = _with_fix(values, values.get("Status", np.full(times.size, FIX)))
+    return _table(path, kind, times, values, ARDUPILOT[kind.split(" ")[0]], "ArduPilot's log states it")
 
 
 def _instance(message: Any) -> str:
@@ -133,6 +167,22 @@ def _topic(path: Path, topic: Any) -> RawTable | None:
     if topic.name in ("vehicle_gps_position", "sensor_gps"):
         return _gps(path, name, times, values, by)
     return _table(path, name, times, values, PX4.get(topic.name, {}), by)
+
+
+def with_px4(table: RawTable) -> RawTable:
+    """A CSV file of a topic of PX4, called by it as pyulog writes it, with the units and axes of the topic."""
+    topic = next((name for name in PX4_TOPICS if re.search(rf"(^|_){name}_\d+\.csv$", table.file)), None)
+    stamp = table.column("timestamp")
+    if topic is None or stamp is None:
+        return table
+    fields, by = PX4.get(topic, {}), "PX4's log states it"
+    columns = [replace(stamp, unit="us", known="time", source=by) if c is stamp else c for c in table.columns]
+    columns = [
+        replace(c, known=fields[c.name][1], unit=fields[c.name][2], source=by) if c.name in fields else c
+        for c in columns
+    ]
+    columns = [replace(c, said=(*c.said, "clockwise from north (NED)")) if c.called == "yaw" else c for c in columns]
+    return replace(table, columns=tuple(columns), done=(*table.done, f"PX4, topic {topic}"))
 
 
 def _gps(path: Path, name: str, times: np.ndarray, values: dict[str, np.ndarray], by: str) -> RawTable | None:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as Tree
 from pathlib import Path
 
 import numpy as np
 
 from ....models.errors import BadInput
 from ..raw import RawColumn, RawTable
+from .safe_xml import tag_of, texts_below, xml_root
 
 STATED = {"latitude": ("latitude", "deg"), "longitude": ("longitude", "deg"), "speed": ("speed_over_ground", "m/s"),
           "course": ("course_over_ground", "deg")}  # fmt: skip
@@ -21,16 +21,11 @@ def looks_like_gpx(text: str) -> bool:
 
 def read_gpx(text: str, path: Path) -> list[RawTable]:
     """The points of all tracks of a GPX file; BadInput where there are none, or the file declares entities."""
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise BadInput("a GPX file that declares entities", file=path, hint="export it again")
-    try:
-        root = Tree.fromstring(text.encode("utf-8"))
-    except (Tree.ParseError, ValueError, RecursionError) as error:
-        raise BadInput(f"not a GPX file that can be read ({error})", file=path) from None
-    points = [point for point in root.iter() if _name(point.tag) == "trkpt"]
+    root = xml_root(text, path, "a GPX file")
+    points = [point for point in root.iter() if tag_of(point) == "trkpt"]
     if not points:
         raise BadInput("no track in the GPX file", file=path)
-    below = [{_name(child.tag): (child.text or "").strip() for child in point.iter()} for point in points]
+    below = [texts_below(point) for point in points]
     table = {
         "latitude": [point.get("lat", "") for point in points],
         "longitude": [point.get("lon", "") for point in points],
@@ -41,10 +36,6 @@ def read_gpx(text: str, path: Path) -> list[RawTable]:
     columns = [_column(name, values) for name, values in table.items() if any(values)]
     rows = np.arange(1, len(points) + 1)
     return [RawTable(path.name, (times, *columns), rows, "", path.name, done=(f"GPX, {len(points)} points",))]
-
-
-def _name(tag: object) -> str:
-    return str(tag).rpartition("}")[2].lower()
 
 
 def _column(name: str, values: list[str]) -> RawColumn:

@@ -18,7 +18,7 @@ from .extras import needed
 CANDUMP = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-F]{8}(#|\s+\[\d\])")
 YDVR = re.compile(r"\d\d:\d\d:\d\d\.\d{3}\s+[RT]\s+[0-9A-F]{8}(\s+[0-9A-F]{2})+", re.IGNORECASE)
 PLAIN = re.compile(r"\d{4}-\d\d-\d\d[T-]\d\d:\d\d:\d\d\.\d+Z?,\d+,\d{5,6},\d+,\d+,\d+(,[0-9a-f]{2})+", re.IGNORECASE)
-JSON_LINE = re.compile(r"\s*\{.*\"pgn\"\s*:\s*\"?\d+.*\}\s*,?\s*$")
+JSON_LINE = re.compile(r"\s*\{(?=.*\"fields\").*\"pgn\"\s*:\s*\"?\d+.*\}\s*,?\s*$")
 PGNS: dict[int, dict[str, tuple[str, str, str]]] = {
     127245: {"position": ("rudder position", "rudder", "rad"), "angleorder": ("rudder order", "rudder_command", "rad")},
     127250: {"heading": ("heading", "", "rad"), "variation": ("magnetic variation", "magnetic_variation", "rad"),

@@ -17,6 +17,10 @@ from .extras import needed
 QUATERNION = re.compile(
     r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))[._]?(?P<axis>[xyzw])$", re.IGNORECASE
 )
+INDEXED = re.compile(
+    r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))(?:[._]?(?P<bare>[0-3])|\[(?P<index>[0-3])\])$",
+    re.IGNORECASE,
+)
 SECONDS = re.compile(r"(?P<prefix>.*?(?:stamp|time))[._]?(?:secs?|seconds)$", re.IGNORECASE)
 NANOSECONDS = re.compile(r"(?P<prefix>.*?(?:stamp|time))[._]?(?:nsecs?|nanosecs?|nanoseconds)$", re.IGNORECASE)
 DOWN, UP = (
@@ -26,6 +30,7 @@ DOWN, UP = (
 FIELDS: tuple[tuple[str, str, str], ...] = (
     (r"angular(_velocity)?[._]z$", "yaw rate", "rad/s"),
     (r"angular(_velocity)?[._]x$", "roll rate", "rad/s"),
+    (r"angular(_velocity)?[._]y$", "pitch rate", "rad/s"),
     (r"twist[._]linear[._]x$|^linear[._]x$", "velocity x", "m/s"),
     (r"twist[._]linear[._]y$|^linear[._]y$", "velocity y", "m/s"),
     (r"position[._]x$", "position x", "m"),
@@ -35,7 +40,7 @@ FIELDS: tuple[tuple[str, str, str], ...] = (
 )
 """Path of a field -> what it is called here, and the unit that its message states."""
 ABOUT_Z = ("yaw rate", "velocity y")
-MOST_FIELDS, MOST_MESSAGES = 60, 2_000_000
+MOST_FIELDS, MOST_MESSAGES, LONGEST_ARRAY = 120, 2_000_000, 32
 
 
 def with_ros(table: RawTable) -> RawTable:
@@ -132,7 +137,7 @@ def _quaternion(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set
         match = QUATERNION.fullmatch(path)
         if match:
             parts.setdefault(match["prefix"], {})[match["axis"].lower()] = i
-    whole = next(((prefix, own) for prefix, own in parts.items() if len(own) == 4), None)
+    whole = next(((prefix, own) for prefix, own in parts.items() if len(own) == 4), None) or _indexed(columns, paths)
     if whole is None:
         return None
     prefix, own = whole
@@ -144,6 +149,26 @@ def _quaternion(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set
         RawColumn(f"roll of {prefix}", "rad", roll, source=by, called="roll", said=("positive to starboard",)),
     ]
     return set(own.values()), made
+
+
+def _indexed(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[str, dict[str, int]] | None:
+    """(prefix, axis -> column) of a quaternion with numbered parts; None where there is none.
+
+    Of a ship that hardly rolls, x and y are the small ones.
+    """
+    parts: dict[str, dict[int, int]] = {}
+    for i, path in enumerate(paths):
+        if (match := INDEXED.fullmatch(path)) and columns[i].numeric:
+            parts.setdefault(match["prefix"], {})[int(match["index"] or match["bare"])] = i
+    whole = next(((prefix, own) for prefix, own in parts.items() if len(own) == 4), None)
+    if whole is None:
+        return None
+    prefix, own = whole
+    sizes = [float(np.nanmean(columns[own[k]].numbers ** 2)) for k in range(4)]
+    if not abs(sum(sizes) - 1.0) < 0.1:
+        return None
+    axes = "wxyz" if sizes[1] + sizes[2] < sizes[0] + sizes[1] else "xyzw"
+    return prefix, {axis: own[k] for k, axis in enumerate(axes)}
 
 
 def yaw_and_roll(w: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -229,7 +254,7 @@ def _has_stamp(names: Sequence[str]) -> bool:
 
 
 def _flat(message: Any, prefix: str = "", depth: int = 0) -> list[tuple[str, Any]]:
-    """(path, number or text) of the fields of a message; arrays only up to four numbers."""
+    """(path, number or text) of the fields of a message; arrays only up to `LONGEST_ARRAY` numbers."""
     out: list[tuple[str, Any]] = []
     for name in getattr(message, "__dataclass_fields__", ()):
         if name.startswith("__") or "covariance" in name:
@@ -238,7 +263,7 @@ def _flat(message: Any, prefix: str = "", depth: int = 0) -> list[tuple[str, Any
         if isinstance(value, bool | int | float | str | np.number):
             out.append((path, value))
         elif isinstance(value, list | tuple | np.ndarray):
-            if 0 < len(value) <= 4 and all(isinstance(one, int | float | np.number) for one in value):
+            if 0 < len(value) <= LONGEST_ARRAY and all(isinstance(one, int | float | np.number) for one in value):
                 out += [(f"{path}[{i}]", one) for i, one in enumerate(value)]
         elif depth < 6:
             out += _flat(value, f"{path}.", depth + 1)

@@ -9,6 +9,8 @@ import yaml
 
 from .truth import Run
 
+ROUNDS = 12
+"""Questions in a row after which a log counts as not imported."""
 FACTORS = {
     "rad": 1.0, "deg": np.pi / 180.0, "rad/s": 1.0, "deg/s": np.pi / 180.0, "deg/min": np.pi / 10800.0, "m/s": 1.0,
     "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6, "m": 1.0, "km": 1000.0, "rps": 1.0, "rpm": 1.0 / 60.0,

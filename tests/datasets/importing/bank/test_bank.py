@@ -8,18 +8,19 @@ import pytest
 import helmbench
 
 from ....seeds import seed_of
-from .case import Case, Outcome, answer, truth_of
+from .case import ROUNDS, Case, Outcome, answer, truth_of
 from .choice_cases import CHOICE_CASES
 from .clock_cases import CLOCK_CASES
+from .format_cases import FORMAT_CASES
 from .hostile_cases import HOSTILE_CASES
 from .other_cases import OTHER_CASES
 from .sentence_cases import SENTENCE_CASES
 from .text_cases import TEXT_CASES
 from .truth import START, sail
 
-CASES = {**TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES, **CLOCK_CASES, **CHOICE_CASES}
-ROUNDS = 12
-"""Questions in a row after which a log counts as not imported."""
+CASES = {
+    **TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES, **CLOCK_CASES, **CHOICE_CASES, **FORMAT_CASES,
+}  # fmt: skip
 
 
 def import_case(case: Case, files) -> tuple[object, int, str, list]:
@@ -166,6 +167,12 @@ def test_no_more_is_asked_than_is_needed(outcomes):
     most = {name: case.questions for name, case in CHOICE_CASES.items() if case.questions is not None}
     assert {name: outcomes[name].asked for name in most} == most
     assert {name: outcomes[name].note for name in most if not outcomes[name].imported} == {}
+
+
+def test_formats_that_state_what_they_hold_are_imported_with_the_questions_they_need(outcomes):
+    shown = {name: (o.imported, o.asked, o.missing, o.note) for name, o in outcomes.items() if name in FORMAT_CASES}
+    wrong = {name: o for name, o in shown.items() if not o[0] or o[1] > FORMAT_CASES[name].questions}
+    assert wrong == {}
 
 
 def test_every_column_is_named(outcomes):

@@ -1,0 +1,89 @@
+"""ArduPilot dataflash logs as text: FMT lines name the fields of the messages that follow."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..cells import PLAIN
+from ..raw import RawTable, Rejected
+from .autopilots import ARDUPILOT, message_table, with_steering
+
+FORMAT = re.compile(r"FMT,\s*\d+,\s*\d+,\s*(?P<kind>\w{1,4}),\s*(?P<format>\w+)?,\s*(?P<names>.*)")
+INSTANCE = ("I", "C")
+"""Fields that number the sensor or the filter core of a message."""
+
+
+def looks_like_dataflash(text: str) -> bool:
+    """Whether a text begins as a dataflash log."""
+    lines = [line for line in text[:4000].splitlines() if line.strip()][:10]
+    return sum(FORMAT.match(line) is not None for line in lines) >= min(3, max(len(lines) - 1, 1))
+
+
+def read_dataflash(text: str, path: Path) -> list[RawTable]:
+    """A table for every known kind of message; BadInput where there is none."""
+    names: dict[str, list[str]] = {}
+    rows: dict[str, list[dict[str, float]]] = defaultdict(list)
+    faults: list[Rejected] = []
+    parameters: dict[str, float] = {}
+    count = 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        if match := FORMAT.match(line):
+            names[match["kind"]] = [name.strip() for name in match["names"].split(",")]
+            continue
+        kind, *cells = [cell.strip() for cell in line.split(",")]
+        if kind == "PARM" and (value := _parameter(cells)):
+            parameters |= value
+        if kind not in ARDUPILOT or kind not in names:
+            continue
+        count += 1
+        row = _row(names[kind], cells)
+        if row is None:
+            faults.append((number, f"not the fields of {kind}", line))
+        else:
+            rows[_instance(kind, row)].append(row)
+    made = [_table(path, kind, own) for kind, own in rows.items() if len(own) > 2]
+    tables = [table for table in made if table is not None]
+    if not tables:
+        raise BadInput("no message of the log can be used", file=path, hint=f"read are {', '.join(ARDUPILOT)}")
+    first = tables[0]
+    head = RawTable(first.file, first.columns, first.rows, first.sheet, first.clock, done=first.done,
+                    faults=tuple(faults), lines=count)  # fmt: skip
+    return with_steering([head, *tables[1:]], parameters)
+
+
+def _parameter(cells: list[str]) -> dict[str, float]:
+    """Name and value of a parameter, wherever they stand in its line; nothing where they do not."""
+    name = next((i for i, cell in enumerate(cells) if re.match(r"[A-Z]", cell)), len(cells))
+    return {cells[name]: float(cells[name + 1])} if name + 1 < len(cells) and PLAIN.fullmatch(cells[name + 1]) else {}
+
+
+def _row(names: list[str], cells: list[str]) -> dict[str, float] | None:
+    """Field -> number of a message; None where it has other fields or no time."""
+    if len(cells) != len(names):
+        return None
+    row = {}
+    for name, cell in zip(names, cells, strict=True):
+        try:
+            row[name] = float(cell)
+        except ValueError:
+            row[name] = float("nan")
+    return row if np.isfinite(_seconds(row)) else None
+
+
+def _seconds(row: dict[str, float]) -> float:
+    return 1e-6 * row["TimeUS"] if "TimeUS" in row else 1e-3 * row.get("TimeMS", float("nan"))
+
+
+def _instance(kind: str, row: dict[str, float]) -> str:
+    number = next((row[name] for name in INSTANCE if name in row), 0.0)
+    return f"{kind} {number:g}" if number else kind
+
+
+def _table(path: Path, kind: str, own: list[dict[str, float]]) -> RawTable | None:
+    values = {name: np.array([row[name] for row in own]) for name in own[0]}
+    return message_table(path, kind, np.array([_seconds(row) for row in own]), values)

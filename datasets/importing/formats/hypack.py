@@ -1,0 +1,99 @@
+"""Hypack RAW files: a record a line, of a device that the header names."""
+
+from __future__ import annotations
+
+import datetime
+import re
+from collections import defaultdict
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..raw import RawColumn, RawTable, Rejected
+from .stamps import without_zone
+
+DEVICE = re.compile(r'DEV\s+(?P<number>\d+)\s+\d+\s+"(?P<name>[^"]*)"')
+BEGIN = re.compile(r"TND\s+(?P<hour>\d+):(?P<minute>\d+):(?P<second>\d+)\s+(?P<month>\d+)/(?P<day>\d+)/(?P<year>\d{4})")
+BY = "Hypack's format states it"
+RECORDS: dict[str, tuple[tuple[int, str, str, str], ...]] = {
+    "POS": ((0, "easting", "east", "m"), (1, "northing", "north", "m")),
+    "GYR": ((0, "heading", "heading", "deg"),),
+    "HCP": ((1, "roll", "roll", "deg"),),
+}
+"""Record -> (place of a number behind the time, name, quantity, unit); roll is positive with port up."""
+READINGS = ("EC1", "EC2", "TID", "DFT")
+"""Records of a single reading of a device, whose name says what it is."""
+DAY = 86400.0
+
+
+def looks_like_hypack(text: str) -> bool:
+    """Whether a text begins as a RAW file of Hypack."""
+    head = text[:20000]
+    return (
+        re.match(r"\s*(FTP|VER|INF)\s", head) is not None and re.search(r"^(DEV|EOH)\b", head, re.MULTILINE) is not None
+    )
+
+
+def read_hypack(text: str, path: Path) -> list[RawTable]:
+    """A table for every device and kind of record; BadInput where no record can be used."""
+    devices = {match["number"]: match["name"] for match in map(DEVICE.match, text.splitlines()) if match}
+    begin = BEGIN.search(text)
+    rows: dict[tuple[str, str], list[tuple[int, list[float]]]] = defaultdict(list)
+    faults: list[Rejected] = []
+    count = 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        kind, *cells = line.split() or [""]
+        if (kind not in RECORDS and kind not in READINGS) or len(cells) < 2:
+            continue
+        count += 1
+        numbers = _numbers(cells[1:])
+        if numbers is None or len(numbers) <= max((place for place, *_ in RECORDS.get(kind, ())), default=0) + 1:
+            faults.append((number, f"no numbers of a record {kind}", line))
+        else:
+            rows[kind, cells[0]].append((number, numbers))
+    tables = [_table(path, key, own, devices, begin) for key, own in rows.items() if len(own) > 2]
+    if not tables:
+        hint = f"read are {', '.join((*RECORDS, *READINGS))}"
+        raise BadInput("no record of the file can be used", file=path, hint=hint)
+    first = tables[0]
+    head = RawTable(first.file, first.columns, first.rows, first.sheet, first.clock, done=first.done,
+                    faults=tuple(faults), lines=count)  # fmt: skip
+    return [head, *tables[1:]]
+
+
+def _numbers(cells: list[str]) -> list[float] | None:
+    try:
+        return [float(cell) for cell in cells]
+    except ValueError:
+        return None
+
+
+def _table(path: Path, key: tuple[str, str], own: list, devices: dict[str, str], begin: re.Match | None) -> RawTable:
+    kind, device = key
+    name = devices.get(device, "")
+    seconds = np.array([numbers[0] for _, numbers in own])
+    seconds = seconds + DAY * np.cumsum(np.concatenate([[0.0], np.diff(seconds) < -DAY / 2.0]))
+    day = _day(begin)
+    source = f"{BY}: {kind} of device {device} {name}".strip()
+    time = RawColumn("time", "s", seconds) if day is None else RawColumn("time", "", without_zone(day + seconds))
+    columns = [replace(time, source=source)]
+    if kind in RECORDS:
+        for place, called, quantity, unit in RECORDS[kind]:
+            columns.append(RawColumn(called, unit, np.array([n[1 + place] for _, n in own]), quantity, source))
+    else:
+        columns.append(RawColumn(name or kind, "", np.array([numbers[1] for _, numbers in own])))
+    rows = np.array([line for line, _ in own])
+    return RawTable(path.name, tuple(columns), rows, f"{kind} {device}", path.name, done=(f"{len(own)} records",))
+
+
+def _day(begin: re.Match | None) -> float | None:
+    """Seconds since 1970 of the day on which the file begins; None where the header states none."""
+    if begin is None:
+        return None
+    try:
+        date = datetime.datetime(int(begin["year"]), int(begin["month"]), int(begin["day"]), tzinfo=datetime.UTC)
+    except ValueError:
+        return None
+    return date.timestamp()

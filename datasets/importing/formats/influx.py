@@ -1,0 +1,109 @@
+"""InfluxDB's annotated CSV: blocks of rows below annotations, in long form or with a column a field."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ..cell_texts import Texts
+from ..instruments import UNITS
+from ..names import joined
+from ..raw import RawColumn, RawTable, Rejected
+
+ANNOTATION = re.compile(r"#(datatype|group|default)\b", re.IGNORECASE)
+TIME, FIELD, VALUE, MEASUREMENT = "_time", "_field", "_value", "_measurement"
+OWN = ("", "result", "table", "_start", "_stop", TIME, FIELD, VALUE, MEASUREMENT)
+"""Columns of InfluxDB itself; the others of a block in long form are tags."""
+MOST_SERIES, FEWEST = 200, 3
+GENERIC = ("value", "values", "val", "data")
+"""Names of a field that say nothing: that of the measurement does."""
+
+
+@dataclass
+class Block:
+    """The names of a block and its rows with their line numbers."""
+
+    names: list[str]
+    rows: list[tuple[int, list[str]]] = field(default_factory=list)
+
+
+def looks_like_influx(text: str) -> bool:
+    """Whether a text begins with annotations, or with a header of InfluxDB."""
+    first = text[:4000].lstrip("\ufeff\r\n ").partition("\n")[0]
+    names = [name.strip() for name in first.split(",")]
+    return ANNOTATION.match(first) is not None or (TIME in names and VALUE in names)
+
+
+def read_influx(text: str, path: Path) -> list[RawTable]:
+    """A table for every series; BadInput where no block has times and values."""
+    faults: list[Rejected] = []
+    found = [table for block in _blocks(text, faults) for table in _tables(block, path)]
+    if not found:
+        raise BadInput("no block with times and values", file=path, hint="export it with a header, as annotated CSV")
+    return [replace(found[0], faults=tuple(faults)), *found[1:]]
+
+
+def _blocks(text: str, faults: list[Rejected]) -> list[Block]:
+    """The blocks of a file; a new one begins behind annotations or a blank line."""
+    blocks: list[Block] = []
+    waiting = True
+    for number, line in enumerate(text.lstrip("\ufeff").splitlines(), start=1):
+        if not line.strip(" ,\r") or ANNOTATION.match(line):
+            waiting = True
+            continue
+        cells = next(csv.reader([line[:20000]]), [])
+        if waiting and (TIME in cells or not blocks):
+            blocks.append(Block([cell.strip() for cell in cells]))
+        elif blocks and len(cells) == len(blocks[-1].names):
+            blocks[-1].rows.append((number, cells))
+        else:
+            faults.append((number, f"{len(cells)} cells under {len(blocks[-1].names) if blocks else 0} columns", line))
+        waiting = False
+    return blocks
+
+
+def _tables(block: Block, path: Path) -> Iterator[RawTable]:
+    names = block.names
+    if TIME not in names or not block.rows:
+        return
+    if VALUE in names and FIELD in names:
+        yield from _long(block, path)
+        return
+    rows = np.array([number for number, _ in block.rows])
+    columns = [(name, [cells[i] for _, cells in block.rows]) for i, name in enumerate(names) if name not in OWN]
+    made = [RawColumn(name, "", Texts(cells)) for name, cells in columns if any(cells)]
+    if made:
+        times = _times([cells[names.index(TIME)] for _, cells in block.rows])
+        yield RawTable(path.name, (times, *made), rows, "", path.name, done=("InfluxDB",))
+
+
+def _long(block: Block, path: Path) -> Iterator[RawTable]:
+    """A table for every field of every measurement and set of tags."""
+    place = {name: i for i, name in enumerate(block.names)}
+    tags = [i for name, i in place.items() if name not in OWN]
+    groups: dict[tuple[str, ...], list[tuple[int, list[str]]]] = defaultdict(list)
+    for number, cells in block.rows:
+        measurement = cells[place[MEASUREMENT]] if MEASUREMENT in place else ""
+        groups[measurement, cells[place[FIELD]], *(cells[i] for i in tags)].append((number, cells))
+    several = [k for k, i in enumerate(tags) if len({key[2 + k] for key in groups}) > 1]
+    for (measurement, name, *values), own in list(groups.items())[:MOST_SERIES]:
+        if len(own) < FEWEST:
+            continue
+        unit = next((v for v, i in zip(values, tags, strict=True) if joined(block.names[i]) in UNITS), "")
+        called = measurement if name.lower() in GENERIC and measurement else name
+        sheet = " ".join(dict.fromkeys(part for part in (measurement, name, *(values[k] for k in several)) if part))
+        column = RawColumn(called, unit, Texts([cells[place[VALUE]] for _, cells in own]))
+        rows = np.array([number for number, _ in own])
+        times = _times([cells[place[TIME]] for _, cells in own])
+        yield RawTable(path.name, (times, column), rows, sheet, path.name, done=(f"{len(own)} values",))
+
+
+def _times(cells: Sequence[str]) -> RawColumn:
+    return RawColumn("time", "", Texts(cells), source="InfluxDB states it: UTC")

@@ -1,0 +1,59 @@
+"""MOOS logs (.alog): a value of a variable a line, with the seconds since the log was started."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+
+from ....models.errors import BadInput
+from ....models.number_texts import DECIMAL
+from ..raw import RawColumn, RawTable
+
+LINE = re.compile(rf"(?P<time>-?\d+\.\d+)\s+(?P<name>[A-Za-z]\w{{1,80}})\s+(?P<source>\S+)\s+(?P<value>{DECIMAL})\s*$")
+START = re.compile(r"LOGSTART\s+(\d+\.?\d*)")
+BY = "MOOS states it"
+KNOWN: dict[str, tuple[str, str]] = {
+    "NAV_HEADING": ("heading", "deg"), "NAV_SPEED": ("speed_over_ground", "m/s"), "NAV_X": ("east", "m"),
+    "NAV_Y": ("north", "m"), "NAV_LAT": ("latitude", "deg"), "NAV_LONG": ("longitude", "deg"),
+    "NAV_HEADING_OVER_GROUND": ("course_over_ground", "deg"), "NAV_SPEED_OVER_GROUND": ("speed_over_ground", "m/s"),
+    "NAV_YAW": ("not used", "rad"), "NAV_DEPTH": ("not used", "m"),
+}  # fmt: skip
+"""Variable -> (quantity, unit) by the conventions of MOOS: headings clockwise from north, x to east, y to north."""
+ANGLES = ("RUDDER", "ELEVATOR")
+"""Words in the name of a variable that is an angle in degrees."""
+
+
+def looks_like_alog(text: str) -> bool:
+    """Whether a text is a log of MOOS."""
+    head = text[:6000]
+    if "%% LOG FILE" in head or "%% LOGSTART" in head:
+        return True
+    lines = [line for line in head.splitlines()[:40] if line.strip() and not line.startswith("%")][:-1]
+    variables = [match["name"] for line in lines if (match := LINE.match(line))]
+    return len(variables) > 0.4 * len(lines) and sum(name.isupper() for name in variables) > 5
+
+
+def read_alog(text: str, path: Path) -> list[RawTable]:
+    """A table for every variable of numbers; BadInput where there is none."""
+    start = START.search(text[:20000])
+    since = float(start[1]) if start else 0.0
+    series: dict[str, list[tuple[int, float, float]]] = defaultdict(list)
+    for number, line in enumerate(text.splitlines(), start=1):
+        match = LINE.match(line) if len(line) < 1000 else None
+        if match is not None:
+            series[match["name"]].append((number, since + float(match["time"]), float(match["value"])))
+    tables = [_table(path, name, own, bool(start)) for name, own in series.items() if len(own) > 2]
+    if not tables:
+        raise BadInput("no variable of the MOOS log holds numbers", file=path)
+    return tables
+
+
+def _table(path: Path, name: str, own: list[tuple[int, float, float]], dated: bool) -> RawTable:
+    quantity, unit = KNOWN.get(name, ("", "deg" if any(word in name for word in ANGLES) else ""))
+    time = RawColumn("time", "s", np.array([moment for _, moment, _ in own]), "time" if dated else "", BY)
+    column = RawColumn(name, unit, np.array([value for *_, value in own]), quantity, BY if unit else "")
+    rows = np.array([number for number, *_ in own])
+    return RawTable(path.name, (time, column), rows, name, path.name, done=(f"{len(own)} values",))

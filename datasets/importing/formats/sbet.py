@@ -1,0 +1,74 @@
+"""Smoothed best estimates of a trajectory (SBET): rows of 17 binary numbers without a header."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..raw import RawColumn, RawTable
+
+FIELDS = 17
+TIME, LATITUDE, LONGITUDE, X_SPEED, Y_SPEED, ROLL, HEADING, WANDER, YAW_RATE = 0, 1, 2, 4, 5, 7, 9, 10, 16
+ROW = np.dtype(("<f8", FIELDS))
+HEAD = 50
+"""Rows that tell whether a file is of this form."""
+LONGEST_STEP, FASTEST = 60.0, 100.0
+"""Seconds between rows, and m/s, that such a file holds at most."""
+RADIUS, AGREES = 6.371e6, 0.1
+"""Radius of the earth, m, and the share of the speed within which velocities and positions agree."""
+BY = "the SBET form states it"
+
+
+def looks_like_sbet(data: bytes) -> bool:
+    """Whether a binary file begins with rows of times, positions and angles."""
+    size = min(len(data) // ROW.itemsize, HEAD)
+    if size < 3 or len(data) % ROW.itemsize:
+        return False
+    rows = np.frombuffer(data, dtype=ROW, count=size)
+    if not np.isfinite(rows).all():
+        return False
+    steps = np.diff(rows[:, TIME])
+    limits = {LATITUDE: np.pi / 2.0, LONGITUDE: 7.0, X_SPEED: FASTEST, Y_SPEED: FASTEST, ROLL: 4.0, HEADING: 7.0}
+    inside = all(np.abs(rows[:, place]).max() <= most for place, most in limits.items())
+    return inside and bool((steps > 0.0).all() and steps.max() < LONGEST_STEP and np.ptp(rows[:, LATITUDE]) < 0.1)
+
+
+def read_sbet(data: bytes, path: Path) -> list[RawTable]:
+    """The rows of an SBET file: times in seconds of the GPS week, angles in radians.
+
+    The heading counts from the wander azimuth frame, which is turned by the wander angle from north.
+    """
+    rows = np.frombuffer(data, dtype=ROW)
+    with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+        heading = (rows[:, HEADING] - rows[:, WANDER]) % (2.0 * np.pi)
+        velocity = _velocity(rows, heading)
+    columns = [RawColumn("GPS seconds of week", "s", rows[:, TIME].copy(), "", BY)]
+    columns += [
+        RawColumn(name, unit, np.asarray(values).copy(), name.replace(" ", "_"), BY)
+        for name, unit, values in (
+            ("latitude", "rad", rows[:, LATITUDE]), ("longitude", "rad", rows[:, LONGITUDE]),
+            ("heading", "rad", heading), ("roll", "rad", rows[:, ROLL]), ("yaw rate", "rad/s", rows[:, YAW_RATE]),
+            *velocity,
+        )
+    ]  # fmt: skip
+    done = (f"SBET, {len(rows)} rows",)
+    return [RawTable(path.name, tuple(columns), np.arange(1, len(rows) + 1), "", path.name, done=done)]
+
+
+def _velocity(rows: np.ndarray, heading: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
+    """Velocities to north and east: of the axes that programs use the ones that agree with the positions, or none."""
+    north, east = (RADIUS * np.gradient(rows[:, place], rows[:, TIME]) for place in (LATITUDE, LONGITUDE))
+    track = np.stack([north, east * np.cos(rows[:, LATITUDE])])
+    tried = [_turned(rows[:, X_SPEED], rows[:, Y_SPEED], angle)
+             for angle in (rows[:, WANDER], -rows[:, WANDER], heading)]  # fmt: skip
+    misfits = [float(np.nanmedian(np.abs(own - track))) for own in tried]
+    best = int(np.argmin(misfits))
+    if not misfits[best] < AGREES * float(np.nanmedian(np.hypot(*track))):
+        return []
+    return [("velocity north", "m/s", tried[best][0]), ("velocity east", "m/s", tried[best][1])]
+
+
+def _turned(x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
+    """(2, N) to north and east of a vector along axes that are turned clockwise by an angle."""
+    return np.stack([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)])

@@ -1,0 +1,90 @@
+"""Signal K: the units and signs that its paths state, in deltas and in tables whose columns are named by paths."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..raw import RawColumn, RawTable
+
+RUDDER = "starboard"
+"""Side of a positive rudder angle."""
+PATHS: dict[str, tuple[str, str]] = {
+    "navigation.headingTrue": ("heading", "rad"),
+    "navigation.headingMagnetic": ("heading_magnetic", "rad"),
+    "navigation.magneticVariation": ("magnetic_variation", "rad"),
+    "navigation.magneticDeviation": ("magnetic_deviation", "rad"),
+    "navigation.rateOfTurn": ("yaw_rate", "rad/s"),
+    "navigation.speedOverGround": ("speed_over_ground", "m/s"),
+    "navigation.speedThroughWater": ("speed_through_water", "m/s"),
+    "navigation.courseOverGroundTrue": ("course_over_ground", "rad"),
+    "navigation.courseOverGroundMagnetic": ("not used", "rad"),
+    "navigation.position.latitude": ("latitude", "deg"),
+    "navigation.position.longitude": ("longitude", "deg"),
+    "navigation.attitude.roll": ("roll", "rad"),
+    "navigation.attitude.pitch": ("not used", "rad"),
+    "navigation.attitude.yaw": ("not used", "rad"),
+    "steering.rudderAngle": ("rudder", "rad"),
+    "steering.rudderAngleTarget": ("rudder_command", "rad"),
+    "environment.wind.speedTrue": ("wind_speed", "m/s"),
+    "environment.wind.speedOverGround": ("wind_speed", "m/s"),
+    "environment.wind.directionTrue": ("wind_direction", "rad"),
+}
+"""Path -> (quantity, unit), by the Signal K specification: SI units, radians, turns, rudder and roll to starboard."""
+MOST = {"rad": 6.3, "rad/s": 1.6, "m/s": 60.0, "deg": 180.0}
+"""Largest size of a number of a unit; beyond it whoever wrote the table has changed the units."""
+
+
+def is_delta(message: dict[str, Any]) -> bool:
+    """Whether a JSON object is a Signal K delta."""
+    updates = message.get("updates")
+    return isinstance(updates, list) and all(isinstance(u, dict) and isinstance(u.get("values"), list) for u in updates)
+
+
+def values_of(message: dict[str, Any], stamp: str) -> Iterator[tuple[str, str, str, float]]:
+    """(time, source, path, number) of the values of a delta; the time of one that states none is `stamp`."""
+    for update in message["updates"]:
+        time = str(update.get("timestamp") or stamp)
+        source = str(update.get("$source") or _source(update.get("source")))
+        for entry in update["values"]:
+            if isinstance(entry, dict):
+                yield from ((time, source, *one) for one in _numbers(str(entry.get("path", "")), entry.get("value")))
+
+
+def _source(source: Any) -> str:
+    label = (
+        [str(source[key]) for key in ("label", "src", "talker") if key in source] if isinstance(source, dict) else []
+    )
+    return ".".join(label)
+
+
+def _numbers(path: str, value: Any) -> Iterator[tuple[str, float]]:
+    """(path, number) of a value, or of the parts of one such as a position."""
+    if isinstance(value, dict):
+        for key, part in value.items():
+            yield from _numbers(f"{path}.{key}".strip("."), part) if not isinstance(part, dict) else ()
+    elif isinstance(value, int | float) and not isinstance(value, bool):
+        yield path, float(value) if abs(value) < 1e300 else float("nan")
+
+
+def with_signal_k(table: RawTable) -> RawTable:
+    """A table whose columns that are named by paths have the units and signs of Signal K, unless they have others."""
+    columns = tuple(_told(column) for column in table.columns)
+    if all(one is other for one, other in zip(columns, table.columns, strict=True)):
+        return table
+    return replace(table, columns=columns, done=(*table.done, "names and units of Signal K"))
+
+
+def _told(column: RawColumn) -> RawColumn:
+    path = next((p for p in PATHS if re.search(rf"(?<![a-z]){re.escape(p)}(?:[._]value)?$", column.name)), None)
+    if path is None or column.known or column.unit or not column.numeric:
+        return column
+    quantity, unit = PATHS[path]
+    if np.nanmax(np.abs(column.numbers)) > MOST[unit]:
+        return column
+    side = RUDDER if quantity.startswith("rudder") else ""
+    return replace(column, unit=unit, known=quantity, source=f"Signal K states it: {path}", side=side)
