@@ -58,7 +58,8 @@ def facts(text, fewest, monkeypatch):
         return str(error)
     columns = [
         (c.name, c.unit, c.known, c.style, list(c.values), c.numbers.tobytes(), c.cells.unit, c.cells.positive,
-         c.missing, c.bad.tolist(), c.first(5), c.numeric, c.texts.unique(), c.texts.coded()[1].tolist(), c.at([0, 3])[1])
+         c.missing, c.bad.tolist(), c.first(5), c.numeric, c.texts.unique(), c.texts.coded()[1].tolist(),
+         c.at([0, 3])[1])
         for c in table.columns if c.texts is not None
     ]  # fmt: skip
     return columns, table.rows.tolist(), table.faults, table.done, table.notes
