@@ -68,7 +68,6 @@ def _is_plain(body: bytes) -> bool:
 def _cells(body: bytes, separator: str, width: int, start: int) -> tuple[list[Texts], list[Line]] | None:
     """(The texts of the columns, rows of another width); None where Arrow refuses, or there are many of these."""
     pa = arrow()
-    assert pa is not None
     odd: list[Line] = []
 
     def skip(row: Any) -> str:
