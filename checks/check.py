@@ -15,6 +15,7 @@ import numpy as np
 
 from ..datasets.record import RUDDERS
 from ..models.errors import BadInput, CannotFit
+from ..models.linear_algebra import blas_limited
 from .base import FileCheck
 from .comparison.averages import averaged
 from .comparison.chains import Chain, chains, sums, why_not
@@ -56,7 +57,7 @@ def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> Chec
     given : findings that were made on reading the files.
     """
     records = distinct(records)
-    with np.errstate(all="ignore"):
+    with np.errstate(all="ignore"), blas_limited():
         done = examine(records)
         sensors, why = check_sensors(*_trusted(done), done.derived)
     names = tuple(r.name for r in records)

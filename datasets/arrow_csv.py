@@ -7,7 +7,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ SAME_TEXTS = (1e-4, 1e10)
 """Sizes between which, zero aside, Arrow and Python write a number in the same way."""
 
 
-def arrow() -> ModuleType | None:
+def arrow() -> Any:
     """The module `pyarrow` with `compute` and `csv`; None where it is not installed."""
     try:
         import pyarrow
@@ -31,6 +30,13 @@ def arrow() -> ModuleType | None:
     return pyarrow
 
 
+def compute() -> Any:
+    """Arrow's functions of arrays, made when it is loaded: no checker of types knows them."""
+    from pyarrow import compute
+
+    return compute
+
+
 def columns_of_numbers(body: bytes, names: list[str], delimiter: str) -> dict[str, np.ndarray] | None:
     """Name -> numbers (N,) of CSV without its header, gaps nan; None where a cell is no plain number or gap, a row has
     another length, or Arrow is not installed.
@@ -38,7 +44,7 @@ def columns_of_numbers(body: bytes, names: list[str], delimiter: str) -> dict[st
     Cells in quotes, lines that end with a carriage return alone, and brackets (`nan(1)`, which Arrow takes) are not
     plain.
     """
-    if b'"' in body or b"(" in body or body.count(b"\r") != body.count(b"\r\n"):
+    if b'"' in body or b"(" in body or (b"\r" in body and body.count(b"\r") != body.count(b"\r\n")):
         return None
     pa = arrow()
     if pa is None:
@@ -108,7 +114,7 @@ def write_csv(columns: Mapping[str, np.ndarray], path: Path) -> bool:
     return True
 
 
-def _texts(pa: ModuleType, values: np.ndarray) -> Any:
+def _texts(pa: Any, values: np.ndarray) -> Any:
     """Texts (N,) of numbers, null for nan, as `short_text` writes them."""
     size, known = np.abs(values), ~np.isnan(values)
     rest = known & (size != 0.0) & ~((size >= SAME_TEXTS[0]) & (size < SAME_TEXTS[1]))

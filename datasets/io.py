@@ -119,9 +119,10 @@ def _read(path: Path) -> _Table:
 
 def _read_csv(path: Path) -> _Table:
     data = read_utf8(path)
-    if not data.strip():
+    if not data[:4096].strip() and not data.strip():
         raise BadInput("the file is empty", file=path, row=1)
-    header = re.split(rb"[\r\n]", data, maxsplit=1)[0]
+    end = re.search(rb"[\r\n]", data)
+    header = data[: end.start()] if end else data
     delimiter = max(DELIMITERS, key=header.decode().count)
     names = [name.strip().strip('"') for name in header.decode().split(delimiter)]
     check_header(names, path, row=1)

@@ -1,14 +1,29 @@
-"""Linear algebra that ends: some builds of LAPACK never return from a matrix that holds an infinity.
+"""Linear algebra that ends, by one thread: some builds of LAPACK never return from a matrix that holds an infinity.
 
-Everything here raises LinAlgError where a number of the matrix is not finite, and takes the options of the function of
-numpy.linalg that it stands for.
+Every function of a matrix raises LinAlgError where a number of it is not finite, and takes the options of the function
+of numpy.linalg that it stands for.
 """
 
 from __future__ import annotations
 
+import sys
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
+
+
+@lru_cache(maxsize=1)
+def _thread_pools(modules: int) -> Any:
+    """The thread pools of the loaded libraries, looked for again (some ms) when there are more modules."""
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
+
+
+def blas_limited() -> Any:
+    """Context with one linear-algebra thread: for matrices as small or narrow as ours a second one only costs time."""
+    return _thread_pools(len(sys.modules)).limit(limits=1)
 
 
 def finite(matrix: np.ndarray) -> np.ndarray:

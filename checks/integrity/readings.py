@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -99,16 +100,25 @@ READINGS = (
 )
 
 
+_KNOWN_ERRORS: WeakKeyDictionary[Record, tuple[float, ...]] = WeakKeyDictionary()
+
+
 def better_reading(records: Sequence[Record]) -> Better | None:
     """The reading of velocities and positions that agrees far better than the present one; None without any."""
     usable = [r for r in records if r.has(*TRACK)]
     if not usable:
         return None
-    present = float(np.mean([track_error(r) for r in usable]))
-    errors = [float(np.mean([track_error(reading.read(r)) for r in usable])) for reading in READINGS]
+    present, *errors = (float(np.mean(each)) for each in zip(*map(_errors, usable), strict=True))
     best = int(np.argmin(errors))
     sure = errors[best] < min(BETTER * present, MOST) and present > LEAST
     return Better(READINGS[best], present, errors[best]) if sure else None
+
+
+def _errors(record: Record) -> tuple[float, ...]:
+    """The track's error as a record's columns are read now, and in each of the other readings: several checks ask."""
+    if record not in _KNOWN_ERRORS:
+        _KNOWN_ERRORS[record] = tuple(track_error(r) for r in (record, *(reading.read(record) for reading in READINGS)))
+    return _KNOWN_ERRORS[record]
 
 
 def course_askew(record: Record) -> Track | None:

@@ -114,11 +114,12 @@ def of_side(columns: Sequence[RawColumn], side: str) -> dict[tuple[frozenset[str
 
 def _sides(letters: Texts, before: RawColumn) -> bool:
     """Whether a column of texts names sides; a few of its cells tell of most columns that they are none."""
-    for some in (letters[:FEW], letters.unique()):
-        kinds = {text.strip().lower() for text in some} - GAPS
-        if len(kinds) > 3 or not all(side_of(kind, before.name) for kind in kinds):
-            return False
-    return len(kinds) > 0
+
+    def may_be(texts: Sequence[str]) -> bool:
+        kinds = {text.strip().lower() for text in texts} - GAPS
+        return len(kinds) <= 3 and all(side_of(kind, before.name) for kind in kinds)
+
+    return may_be(letters[:FEW]) and may_be(kinds := letters.unique()) and not GAPS.issuperset(map(str.lower, kinds))
 
 
 def _joined(numbers: Texts, letters: Texts) -> Texts:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.dtypes import StringDType
 
-from ..arrow_csv import arrow_mask, arrow_texts, mask_of_arrow, numbers_of_arrow
+from ..arrow_csv import arrow_mask, arrow_texts, compute, mask_of_arrow, numbers_of_arrow
 
 CHUNK = 50_000
 """Cells that are made Python texts at a time."""
@@ -27,15 +27,14 @@ class Texts(Sequence[str]):
     def __init__(self, cells: Iterable[str] | np.ndarray) -> None:
         """cells : texts in any sequence, or an array (N,) of them."""
         self.arrow: Any = None
+        self._stored: Any = None
         self.array: Any = np.asarray(cells if isinstance(cells, np.ndarray) else list(cells), dtype=StringDType())
 
     @classmethod
     def of_arrow(cls, cells: Any) -> Texts:
         """The texts (N,) of an array of Arrow's, of ASCII characters without line breaks; none is null."""
-        from pyarrow import compute
-
         self = cls.__new__(cls)
-        self._stored, self.arrow = cells, compute.ascii_trim_whitespace(cells)
+        self._stored, self.arrow = cells, compute().ascii_trim_whitespace(cells)
         return self
 
     @cached_property
@@ -79,9 +78,7 @@ class Texts(Sequence[str]):
         known = frozenset(wanted)
         if self.arrow is None:
             return self.tested(lambda text: text.lower() in known)
-        from pyarrow import compute
-
-        return mask_of_arrow(compute.is_in(compute.ascii_lower(self.arrow), value_set=arrow_texts(sorted(known))))
+        return mask_of_arrow(compute().is_in(compute().ascii_lower(self.arrow), value_set=arrow_texts(sorted(known))))
 
     def tested(self, function: Callable[[str], object]) -> np.ndarray:
         """(N,) whether a function of a text, trimmed, is true."""
@@ -92,16 +89,12 @@ class Texts(Sequence[str]):
         greedy ones without another result."""
         if self.arrow is None:
             return self.tested(pattern.fullmatch)
-        from pyarrow import compute
-
-        return mask_of_arrow(compute.match_substring_regex(self.arrow, _as_re2(pattern)))
+        return mask_of_arrow(compute().match_substring_regex(self.arrow, _as_re2(pattern)))
 
     @property
     def longest(self) -> int:
         """Characters of the longest of Arrow's texts."""
-        from pyarrow import compute
-
-        return compute.max(compute.binary_length(self._stored)).as_py() or 0
+        return compute().max(compute().binary_length(self._stored)).as_py() or 0
 
     def characters(self, most: int) -> np.ndarray | None:
         """The characters (N, k) of Arrow's texts as bytes, where all have the same number k of at most so many."""
@@ -114,16 +107,13 @@ class Texts(Sequence[str]):
 
     def replaced(self, old: str, new: str) -> Texts:
         """Arrow's texts with one sign replaced by another."""
-        from pyarrow import compute
-
-        return Texts.of_arrow(compute.replace_substring(self.arrow, old, new))
+        return Texts.of_arrow(compute().replace_substring(self.arrow, old, new))
 
     def floats(self, which: np.ndarray) -> np.ndarray | None:
         """The numbers (N,) of those of Arrow's texts, which (N,), nan elsewhere; None where one is no number."""
         import pyarrow
-        from pyarrow import compute
 
-        wanted = self.arrow if which.all() else compute.if_else(arrow_mask(which), self.arrow, None)
+        wanted = self.arrow if which.all() else compute().if_else(arrow_mask(which), self.arrow, None)
         try:
             return numbers_of_arrow(wanted.cast(pyarrow.float64()))
         except pyarrow.ArrowInvalid:

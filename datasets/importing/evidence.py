@@ -25,6 +25,10 @@ LEAST_TURN_RAD = 0.3
 """Change of the course from which on the sense of rotation shows."""
 
 
+MOST = 50_000
+"""Samples up to which series are compared as they are, lag by lag."""
+
+
 @dataclass(frozen=True)
 class Series:
     """Values (N,) over times (N,), s; series of an equal clock, or that are both dated, can be compared."""
@@ -95,12 +99,20 @@ def slope(first: Series, second: Series) -> float | None:
 
 
 def follows(first: Series, second: Series, longest_s: float = 20.0) -> int | None:
-    """1 where the first series follows the second some seconds later, -1 where it follows its opposite; else None."""
+    """1 where the first series follows the second some seconds later, -1 where it follows its opposite; else None.
+
+    Of a long series averages are compared, over no more than a twentieth of the longest time: lags of parts of that
+    make no difference to whether it follows.
+    """
     shared = together(first, second)
     if shared is None:
         return None
     time, a, b = liveliest(*shared, longest_s)
     step = float(np.median(np.diff(time)))
+    count = min(a.size // MOST, int(longest_s / 20.0 / step))
+    if count > 1:
+        step *= count
+        a, b = (x[: x.size // count * count].reshape(-1, count).mean(axis=1) for x in (a, b))
     lags = range(int(min(a.size // 2, longest_s / step)) + 1)
     found = [_correlation(a[lag:], b[: b.size - lag]) for lag in lags]
     best = max(found, key=abs)

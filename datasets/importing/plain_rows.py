@@ -62,13 +62,12 @@ def _is_plain(body: bytes) -> bool:
     """Whether no row is empty, a comment, or holds a character beyond the plain ones."""
     if body.translate(None, PLAIN) or b"\n\n" in body or b"\n\r\n" in body or b"//" in body:
         return False
-    return not re.search(rb"(?:\A|\n)[ \t]*;", body)
+    return b";" not in body or not (re.match(rb"[ \t]*;", body) or re.search(rb"\n[ \t]*;", body))
 
 
 def _cells(body: bytes, separator: str, width: int, start: int) -> tuple[list[Texts], list[Line]] | None:
     """(The texts of the columns, rows of another width); None where Arrow refuses, or there are many of these."""
     pa = arrow()
-    assert pa is not None
     odd: list[Line] = []
 
     def skip(row: Any) -> str:

@@ -83,7 +83,7 @@ class RawColumn:
             return np.flatnonzero(np.isinf(self.cells.numbers))
         return _not_gaps(self.texts, ~np.isfinite(self.cells.numbers))
 
-    @property
+    @cached_property
     def numeric(self) -> bool:
         """Whether most cells that are no gaps are numbers."""
         known = int(np.isfinite(self.numbers).sum())

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ...models.errors import BadInput, CannotFit, FitFailed
+from ...models.linear_algebra import blas_limited
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -42,19 +41,6 @@ class Fit(NamedTuple):
     """A black box, which has no coefficients, or a model with a learnt part predicts with this instead of the model."""
     fixed: tuple[str, ...] = ()
     """Published parameters that were fixed, not estimated: they have no error."""
-
-
-@lru_cache(maxsize=1)
-def _thread_pools(modules: int) -> Any:
-    """The thread pools of the loaded libraries, looked for again (some ms) when there are more modules."""
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
-
-
-def blas_limited() -> Any:
-    """Context with one linear-algebra thread: for matrices as small as these a second one only costs time."""
-    return _thread_pools(len(sys.modules)).limit(limits=1)
 
 
 @contextmanager

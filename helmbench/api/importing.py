@@ -336,15 +336,20 @@ def _given(
 
 def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
     from ..datasets.importing.importer import draft_tables
+    from ..models.linear_algebra import blas_limited
 
-    made = draft_tables(tables, given.mapping, given.options, given.answers)
+    with blas_limited():
+        made = draft_tables(tables, given.mapping, given.options, given.answers)
     return ImportDraft(*made, tuple(tables), given)
 
 
 def _imported(tables: Sequence[RawTable], given: _Given) -> Import:
     from ..datasets.importing.importer import import_tables
+    from ..models.linear_algebra import blas_limited
 
-    return _outcome(import_tables(tables, given.mapping, given.options, given.answers), given)
+    with blas_limited():
+        made = import_tables(tables, given.mapping, given.options, given.answers)
+    return _outcome(made, given)
 
 
 def _outcome(found: Imported, given: _Given) -> Import:

@@ -193,6 +193,32 @@ def test_check_of_five_records(ratios, benchmark, tmp_path):
     ratios.row("check five records of 600 s at 2 Hz, without the start", "CPU s", middle(found, "own"), most=1.0)
 
 
+MILLION = """
+import helmbench, numpy as np
+from helmbench.datasets.arrow_csv import write_csv
+from helmbench.datasets.io import write_record
+made = helmbench.simulate("mariner", "prbs:20deg/60s", noise="low", duration_s=99999.9, dt_s=0.1)
+names = {"rudder_rad": "rudder [deg]", "heading_rad": "heading [deg]", "yaw_rate_rad_s": "rate of turn [deg/s]"}
+angles = {title: np.round(np.degrees(made.column(name)), 3) for name, title in names.items()}
+write_csv({"time [s]": np.round(made.time_s, 1), **angles}, Path("log.csv"))
+write_record(made, Path("record.csv"))
+start = time.process_time()
+"""
+COMMANDS = {
+    "import": ('helmbench.import_log("log.csv", positive_rudder="port").write("out.csv", force=True)', 2.0),
+    "check": ('helmbench.check("record.csv")', 3.0),
+}
+"""Command -> its call, and the target, CPU s."""
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_a_million_rows(ratios, benchmark, tmp_path, command):
+    call, most = COMMANDS[command]
+    found = repeated(benchmark, MILLION + call + "\nreport(own=time.process_time() - start)", tmp_path)
+    limit = "samples are looked at one by one for spikes, jumps and repeated values"
+    ratios.row(f"{command} a million rows, without the start", "CPU s", middle(found, "own"), most=most, limit=limit)
+
+
 LONG = """
 import helmbench
 made = helmbench.simulate("{vessel}", "zigzag:20/20", noise="low", duration_s=({samples} - 1) * {dt}, dt_s={dt}{more})
