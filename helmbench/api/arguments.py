@@ -31,9 +31,15 @@ def as_records(records: Record | Path | Sequence[Record | Path], positive_rudder
     """One record or several, read where they are paths; BadInput where a file cannot be used or has no rudder."""
     from ..datasets.io import read_record
 
-    read = [read_record(one, positive_rudder) if isinstance(one, str | PathLike) else one for one in listed(records)]
-    for record in read:
-        record.rudder()
+    read = []
+    for one in listed(records):
+        record = read_record(one, positive_rudder) if isinstance(one, str | PathLike) else one
+        try:
+            record.rudder()
+        except BadInput as error:
+            file = fspath(one) if isinstance(one, str | PathLike) else record.name
+            raise BadInput(error.message, file=file, column=error.column, hint=error.hint) from error
+        read.append(record)
     return read
 
 
