@@ -79,11 +79,8 @@ def answer(question, case: Case) -> str | None:
     if question.id == "variation":
         return case.variation or None
     if question.about == "columns":
-        return (
-            "1"
-            if all(f"{name} is {own.quantity.replace('_', ' ')} " in question.text for name, own in case.knows.items())
-            else "none"
-        )
+        meant = [f"{name} is {own.quantity.replace('_', ' ')} [{own.unit}" for name, own in case.knows.items()]
+        return "1" if all(text in question.text for text in meant) else "none"
     if question.id in case.whole:
         return case.whole[question.id]
     if question.id not in ("rudder", "turning"):
