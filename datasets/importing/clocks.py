@@ -26,11 +26,18 @@ STARTS_S = 60.0
 
 @dataclass(frozen=True)
 class Setting:
-    """Seconds to add to a clock, what to say of it, and whether it is in doubt."""
+    """Seconds to add to a clock, what to say of it, and whether it is in doubt; `rate`, `middle`: as of an `Offset`."""
 
     seconds: float
     told: str = ""
     doubt: bool = False
+    rate: float = 0.0
+    middle: float = 0.0
+
+    def of(self, stream: Stream, dated: bool) -> Stream:
+        """A stream on the clock that was set."""
+        set_ = replace(stream, shift_s=self.seconds, rate=self.rate, middle_s=self.middle, dated=dated)
+        return replace(set_, time=set_.on_clock(stream.time))
 
 
 def on_dates(streams: Sequence[Stream]) -> list[Stream]:
@@ -65,7 +72,7 @@ def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Faul
         if not tried:
             break
         own, setting = min(tried, key=lambda entry: entry[1].doubt)
-        out += [replace(s, time=s.time + setting.seconds, shift_s=setting.seconds, dated=out[0].dated) for s in own]
+        out += [setting.of(stream, out[0].dated) for stream in own]
         waiting.remove(own)
         if setting.doubt:
             faults.append(
@@ -91,7 +98,13 @@ def _setting(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
     shared = estimate_offset(base, own)
     if shared is not None:
         told = f"{shared.seconds:+.3f} s (standard error {shared.stderr:.2g} s, correlation {shared.correlation:.4f})"
-        return Setting(shared.seconds, f"clock set {told} to that of {base[0].label}, told by {shared.quantity}")
+        said = f"clock set {told} to that of {base[0].label}, told by {shared.quantity}"
+        if not shared.rate:
+            return Setting(shared.seconds, said)
+        ends = shared.seconds + shared.rate * (own[0].time[[0, -1]] - shared.middle)
+        said += f"; it goes {'slow' if shared.rate > 0.0 else 'fast'} by {abs(100.0 * shared.rate):.2g} %: "
+        said += f"{ends[0]:+.2f} s at its start, {ends[1]:+.2f} s at its end"
+        return Setting(shared.seconds, said, False, shared.rate, shared.middle)
     if all(stream.dated for stream in (*base, *own)):
         return _dated(base, own)
     return _undated(base, own)

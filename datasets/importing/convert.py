@@ -48,7 +48,9 @@ class Stream:
     offset_s: float | None = None
     done: tuple[str, ...] = ()
     shift_s: float = 0.0
-    """What was added to the times to set the clock."""
+    rate: float = 0.0
+    middle_s: float = 0.0
+    """What was added to its times t, s, to set the clock: shift_s + rate (t - middle_s)."""
     parts: tuple[str, ...] = ()
     """Labels of streams that were joined to this one."""
     zoned: bool = False
@@ -63,6 +65,10 @@ class Stream:
     """Column of the time, '' for none."""
     run: int = 0
     """Number of the run, where the time of the table starts again; else 0."""
+
+    def on_clock(self, time: np.ndarray) -> np.ndarray:
+        """Times (N,), s, of this clock before it was set, as they are after that."""
+        return time + self.shift_s + self.rate * (time - self.middle_s)
 
     @property
     def step(self) -> float:

@@ -601,7 +601,7 @@ def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], used: Sequ
                 continue
             rest = [column for column in table.columns if column.name not in channels]
             if any(column.name not in times for column in rest):
-                time = stream.time + run.shift_s - merged.time[0]
+                time = run.on_clock(stream.time) - merged.time[0]
                 own: dict[str, Any] = {c.name: c.at(stream.kept) for c in rest}
                 out[stream.label] = {"time_s": time, **own}
     for _, table in tables:

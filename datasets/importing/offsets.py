@@ -16,18 +16,26 @@ NEAR_S = 120.0
 """Offset that is searched between clocks that both show the date."""
 AGREEING = 0.9
 """Correlation from which on two clocks are compared."""
+MOST_RATE, SURE_RATE = 0.05, 6.0
+"""Largest rate of a clock, and standard errors from which on it is one."""
 MOST_LAGS, FEWEST, OVERLAP = 1500, 30, 0.4
 """Lags that are tried, samples in common, and the share of the shorter log that must overlap."""
 
 
 @dataclass(frozen=True)
 class Offset:
-    """Seconds to add to the times of the second clock, standard error, correlation, and the quantity compared."""
+    """Seconds to add to the times of the second clock, standard error, correlation, and the quantity compared.
+
+    rate : by how much a second of the second clock is shorter than one of the first, where its offset changes: seconds
+    are added at `middle`, s, of the second clock, and rate (t - middle) more at its time t.
+    """
 
     seconds: float
     stderr: float
     correlation: float
     quantity: str
+    rate: float = 0.0
+    middle: float = 0.0
 
 
 def estimate_offset(first: Sequence[Stream], second: Sequence[Stream]) -> Offset | None:
@@ -109,24 +117,42 @@ def _correlation(t1: np.ndarray, x1: np.ndarray, t2: np.ndarray, x2: np.ndarray,
 
 
 def _refined(t1, x1, t2, x2, lag: float, step: float, name: str) -> Offset | None:
-    """Gauss-Newton steps on the offset, with a constant and a trend beside it."""
-    stderr, correlation = math.inf, 0.0
+    """The offset by least squares from a first lag, with a rate where the offset surely changes."""
+    still = _fitted(t1, x1, t2, x2, Offset(lag, math.inf, 0.0, name, 0.0, (t2[0] + t2[-1]) / 2.0), step, 1)
+    if still is None:
+        return None
+    moving = _fitted(t1, x1, t2, x2, still[0], step, 2)
+    if moving is None:
+        return still[0]
+    rate, error = moving[0].rate, moving[1]
+    changes = abs(rate) * (t2[-1] - t2[0]) > 2.0 * step
+    return moving[0] if changes and SURE_RATE * error < abs(rate) < MOST_RATE else still[0]
+
+
+def _fitted(t1, x1, t2, x2, start: Offset, step: float, count: int) -> tuple[Offset, float] | None:
+    """(offset, standard error of its rate) by Gauss-Newton steps on the offset (count 1) and the rate (2), with a
+    constant and a trend beside them; None where too little is in common."""
+    at, error = start, math.inf
     for _ in range(12):
-        grid = _common(t1, t2 + lag, step)
+        moved = t2 + at.seconds + at.rate * (t2 - at.middle)
+        grid = _common(t1, moved, step)
         if grid.size < FEWEST:
             return None
-        a, b = np.interp(grid, t1, x1), np.interp(grid, t2 + lag, x2)
+        a, b = np.interp(grid, t1, x1), np.interp(grid, moved, x2)
         slope = np.gradient(b, grid)
-        columns = np.column_stack([-slope, np.ones(grid.size), grid - grid[0]])
+        own = np.column_stack([slope, slope * (grid - at.seconds - at.middle)])[:, :count]
+        columns = np.column_stack([-own, np.ones(grid.size), grid - grid[0]])
         solution = lstsq(columns, a - b)
         rest = a - b - columns @ solution
-        lag += float(np.clip(solution[0], -5.0 * step, 5.0 * step))
-        stderr = _stderr(rest, slope)
-        line = columns[:, 1:] @ lstsq(columns[:, 1:], a)
-        correlation = math.sqrt(max(0.0, 1.0 - float(rest @ rest) / max(float(np.sum((a - line) ** 2)), 1e-300)))
-        if abs(solution[0]) < 1e-4 * step:
+        line = columns[:, count:] @ lstsq(columns[:, count:], a)
+        fit = math.sqrt(max(0.0, 1.0 - float(rest @ rest) / max(float(np.sum((a - line) ** 2)), 1e-300)))
+        more = float(np.clip(solution[0], -5.0 * step, 5.0 * step))
+        faster = float(np.clip(solution[1], -0.01, 0.01)) if count > 1 else 0.0
+        error = _stderr(rest, own[:, 1]) if count > 1 else math.inf
+        at = Offset(at.seconds + more, _stderr(rest, slope), fit, at.quantity, at.rate + faster, at.middle)
+        if abs(more) < 1e-4 * step and abs(faster) * (t2[-1] - t2[0]) < 1e-4 * step:
             break
-    return Offset(lag, stderr, correlation, name)
+    return at, error
 
 
 def _stderr(rest: np.ndarray, slope: np.ndarray) -> float:

@@ -149,3 +149,15 @@ def test_the_draft_of_tables_without_a_rudder_is_read_again(tmp_path):
     draft.write_mapping(tmp_path / "map.yaml")
     again = helmbench.draft_import(path, mapping=tmp_path / "map.yaml")
     assert [q.id for q in again.questions] == [q.id for q in draft.questions]
+
+
+@pytest.mark.parametrize("rate", [0.0, 0.003, -0.004])
+def test_a_clock_that_goes_fast_or_slow_is_set_at_every_time(rng, rate):
+    run = sail(rng, seconds=1500.0)
+    noise = 2e-3 * rng.standard_normal((2, run.t.size))
+    base = _stream("rudder.csv", run.t, rudder=run.delta, heading=run.psi + noise[0])
+    own = _stream("gyro.csv", (1.0 + rate) * run.t - 7.0, heading=run.psi + noise[1])
+    (_, set_), done, faults, asked = align([base, own])
+    assert not faults and not asked and (f"{100.0 * abs(rate):.2g} %" in done[0]) == (rate != 0.0)
+    assert set_.time == pytest.approx(run.t, abs=0.15)
+    assert set_.on_clock(own.time) == pytest.approx(set_.time, abs=1e-9)
