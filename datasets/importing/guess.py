@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from collections.abc import Mapping as Dict
 from dataclasses import replace
 
+import numpy as np
+
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
 from ..record import Side, is_side
@@ -25,6 +27,8 @@ from .units import UNITS, candidates, unit_of
 
 PASSES = 3
 """How often channels are compared: one that is told may tell the next."""
+RUDDERS_AND_TURNING = ("rudder", "rudder_command", "heading", "heading_magnetic", "yaw_rate")
+"""Quantities that a record is made for."""
 CONFLICT = (0.7, 1.4)
 """Ratio of two channels outside of which a stated unit is questioned."""
 
@@ -62,7 +66,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     meanings.without_twins(log, answers, _answered)
     _each(log, answers, lambda f: _checked(log, f))
     _each(log, answers, lambda f: meanings.ask(log, f) if len(f.may_be) > 1 and not f.questions else f)
-    _each(log, answers, lambda f: units_told.ask(f) if f.quantity and f.unit is None and not f.questions else f)
+    _each(log, answers, lambda f: _ask_unit(log, f) if f.quantity and f.unit is None and not f.questions else f)
     for _ in range(2):  # the answer for one column's sign tells another's
         _each(log, answers, lambda f: _ask_sign(log, f))
     return log
@@ -275,6 +279,17 @@ def _contradicted(log: Log, found: Finding) -> Finding | None:
         )
         return ask_unit(replace(found, factor=1.0), text, tuple(dict.fromkeys(units)))
     return None
+
+
+def _ask_unit(log: Log, found: Finding) -> Finding:
+    """The finding with the question for its unit; unused where nothing would be done with the answer."""
+    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    if known.size and np.ptp(known) == 0.0 and known[0] == 0.0 and found.quantity not in RUDDERS_AND_TURNING:
+        return found.unused("0 in every row")
+    rudder = next((f for f in log.findings if f.quantity == "rudder" and f.unit and not f.questions), None)
+    if found.quantity == "rudder_command" and rudder is not None and not found.foreign and not found.bounded:
+        return found.unused(f"its unit is not stated, and the rudder is column {rudder.column.name}")
+    return units_told.ask(found)
 
 
 def _ask_sign(log: Log, found: Finding) -> Finding:

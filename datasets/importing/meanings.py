@@ -11,7 +11,7 @@ import numpy as np
 
 from .draft import NOT_USED, Answer, Question, Sure
 from .evidence import Series, sense, size_ratio, slope, together, track_velocity
-from .finding import Finding, ask_quantity, identifier, line_of
+from .finding import WITH_SIDE, Finding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
 from .log import Log, speeds
 from .quantities import quantities
@@ -199,6 +199,10 @@ def difference(log: Log, one: Finding, other: Finding) -> tuple[bool, str] | Non
     apart = shared[2] - shared[1]
     apart = (apart + math.pi) % (2.0 * math.pi) - math.pi if angle else apart
     size = float(np.sqrt(np.mean(apart**2)))
+    mirrored = float(np.sqrt(np.mean((shared[1] + shared[2]) ** 2)))
+    stated = one.column.known or other.column.known or (one.side and other.side)
+    if one.quantity in WITH_SIDE and not stated and mirrored < 0.01 * float(np.sqrt(np.mean(shared[1] ** 2))):
+        return True, f"is {one.column.name} with the opposite sign"
     shown = math.degrees(size) if one.dimension in ("angle", "angular rate") else size
     unit_text = {"angle": "deg", "angular rate": "deg/s", "speed": "m/s", "length": "m"}.get(one.dimension, "")
     near = size <= ALIKE.get(one.dimension, 0.0)

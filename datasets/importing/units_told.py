@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
 
-from .evidence import Series, nearest, rate_ratio, size_ratio, slope
+from .evidence import Series, nearest, rate_ratio, size_ratio, slope, together
 from .finding import WITH_SIDE, Finding, ask_scale, ask_unit, is_full_circle
 from .log import Log, speeds
 from .quantities import quantities
@@ -21,6 +22,8 @@ FULL_TURN, MANY_TURNS = 6.3, 200.0
 """Largest size of an angle, rad, in a column without a unit, and in one with, which may go on turning."""
 FASTEST_M_S, FASTEST_RAD_S, FASTEST_RPS = 60.0, 3.5, 100.0
 LARGEST_RUDDER_DEG = 95.0
+COPY = 1e-3
+"""Largest difference, as a share of its largest number, of a column that is a copy of another one."""
 WITHIN = {"angular rate": 0.25, "speed": 0.07, "length": 0.1, "angle": 0.2}
 """How near to a unit's factor the ratio to another channel must be."""
 SPEEDS = ("speed_over_ground", "speed_through_water", "surge")
@@ -35,12 +38,42 @@ def by_channel(log: Log, found: Finding) -> Finding:
         return found
     if found.foreign:
         return _rudder_scale(log, found, raw)
+    copied = _by_copy(log, found, raw)
+    if copied is not None:
+        return copied
     dimension = quantities()[found.quantity].dimension
     for name, size in sizes(log, found, raw):
         unit = nearest(size / found.factor, candidates(dimension), WITHIN[dimension])
         if unit is not None:
             return found.told("other channel", f"{unit.name}: agrees with {name}", unit=unit)
     return found
+
+
+def _by_copy(log: Log, found: Finding, raw: Series) -> Finding | None:
+    """The finding of an angle that another column holds in another unit, with the unit that their factor tells."""
+    if found.dimension != "angle":
+        return None
+    for other in log.findings:
+        pair = other is not found and bool(set(found.may_be) & set(other.may_be)) and other.column.numeric
+        series = log.series(other, raw=True) if pair and not other.foreign else None
+        size = copy_factor(series, raw) if series is not None else None
+        for own, its in itertools.permutations((UNITS["deg"], UNITS["rad"]), 2):
+            fits = size is not None and abs(abs(size) * its.factor / own.factor - 1.0) < COPY
+            if fits and other.unit in (None, its):
+                why = f"{own.name}: column {other.column.name} is the same in {its.name}"
+                return found.told("other channel", why, unit=own)
+    return None
+
+
+def copy_factor(one: Series, other: Series) -> float | None:
+    """What the second series is to be multiplied by to be the first; None where it is no copy."""
+    shared = together(one, other)
+    if shared is None:
+        return None
+    _, a, b = shared
+    power, size = float(b @ b), float(np.abs(a).max())
+    factor = float(a @ b) / power if power > 0.0 else 0.0
+    return factor if factor and float(np.abs(a - factor * b).max()) < COPY * size else None
 
 
 def sizes(log: Log, found: Finding, raw: Series) -> Iterable[tuple[str, float]]:

@@ -101,3 +101,15 @@ def test_headers_of_further_languages(tmp_path, header):
     draft = helmbench.draft_import([log(tmp_path, header, HEADING, YAW_RATE, RUDDER)])
     told = [(row.quantity, row.unit) for row in draft.columns]
     assert told == [("time", "seconds"), ("heading", "deg"), ("yaw_rate", "deg/s"), ("rudder", "deg")]
+
+
+def test_copies_in_another_unit_and_of_the_opposite_sign_are_told(tmp_path):
+    """The rudder in degrees, in radians to the other side, and an order in a unit of its own: nothing is asked."""
+    header = "t [s],heading [deg],rot [deg/s],rudder,delta,-rudder,rudder_command"
+    radians = -np.radians(RUDDER)
+    path = log(tmp_path, header, HEADING, YAW_RATE, RUDDER, radians, -RUDDER, 40.0 + RUDDER)
+    draft = helmbench.draft_import([path])
+    rows = {row.column: row for row in draft.columns}
+    assert [rows[name].quantity for name in ("rudder", "delta", "-rudder")] == ["rudder", "not used", "not used"]
+    assert rows["rudder"].unit == "deg" and "column delta is the same in rad" in rows["rudder"].why
+    assert [question for question in draft.questions if question.about in ("unit", "quantity")] == []
