@@ -17,6 +17,8 @@ LEVELS: tuple[Sure, ...] = ("stated", "other channel", "physics", "guess")
 AS_RECORD = "as the record's positive rudder"
 WITH_SIDE = ("rudder", "rudder_command")
 """Quantities whose sign is the side of the record's positive rudder."""
+EITHER_SIDE = (*WITH_SIDE, "roll")
+"""Angles that lie on either side of zero, also where a file counts them round the full circle."""
 CONVENTIONS = {
     "heading": "clockwise from north", "heading_magnetic": "clockwise from magnetic north",
     "course_over_ground": "clockwise from north", "magnetic_variation": "positive to east",
@@ -83,7 +85,7 @@ class Finding:
         used = unit or self.unit
         assert used is not None
         found = self.sign * used.factor * self.factor * self.column.numbers + self.offset * used.factor
-        return either_side(found) if self.quantity in WITH_SIDE else found
+        return either_side(found) if self.quantity in EITHER_SIDE else found
 
     def told(self, sure: Sure, why: str, **changes: object) -> Finding:
         """The finding with more that is known: as sure as the least sure of it."""
@@ -114,7 +116,7 @@ class Finding:
 
 
 def either_side(angles: np.ndarray) -> np.ndarray:
-    """Rudder angles (N,), rad: of a pod that counts round the full circle those beyond a half turn are negative."""
+    """Angles (N,), rad: of those that count round the full circle the ones beyond a half turn are negative."""
     turned = np.nan_to_num(np.abs(angles)) > np.pi
     return np.where(turned, (angles + np.pi) % (2.0 * np.pi) - np.pi, angles) if turned.any() else angles
 

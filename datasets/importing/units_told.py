@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from .evidence import Series, nearest, rate_ratio, size_ratio, slope, together
-from .finding import WITH_SIDE, Finding, ask_scale, ask_unit, is_full_circle
+from .finding import EITHER_SIDE, Finding, ask_scale, ask_unit, is_full_circle
 from .log import Log, speeds
 from .quantities import quantities
 from .reading import ask_foreign
@@ -22,6 +22,8 @@ FULL_TURN, MANY_TURNS = 6.3, 200.0
 """Largest size of an angle, rad, in a column without a unit, and in one with, which may go on turning."""
 FASTEST_M_S, FASTEST_RAD_S, FASTEST_RPS = 60.0, 3.5, 100.0
 LARGEST_RUDDER_DEG = 95.0
+ALONG, NEARER = 0.95, 0.2
+"""Mean cosine of course and track from which on they go together, and how near to one it is against another unit's."""
 COPY = 1e-3
 """Largest difference, as a share of its largest number, of a column that is a copy of another one."""
 WITHIN = {"angular rate": 0.25, "speed": 0.07, "length": 0.1, "angle": 0.2}
@@ -38,7 +40,7 @@ def by_channel(log: Log, found: Finding) -> Finding:
         return found
     if found.foreign:
         return _rudder_scale(log, found, raw)
-    copied = _by_copy(log, found, raw)
+    copied = _by_copy(log, found, raw) or _by_course(log, found, raw)
     if copied is not None:
         return copied
     dimension = quantities()[found.quantity].dimension
@@ -62,6 +64,24 @@ def _by_copy(log: Log, found: Finding, raw: Series) -> Finding | None:
             if fits and other.unit in (None, its):
                 why = f"{own.name}: column {other.column.name} is the same in {its.name}"
                 return found.told("other channel", why, unit=own)
+    return None
+
+
+def _by_course(log: Log, found: Finding, raw: Series) -> Finding | None:
+    """The finding of a course or heading with the one unit in which it goes along a track."""
+    if found.quantity not in ("course_over_ground", "heading"):
+        return None
+    for name, course in log.turns():
+        shared = together(course, raw)
+        if shared is None or not np.isfinite(shared[1]).any():
+            continue
+        fits = {}
+        for unit in (UNITS["deg"], UNITS["rad"]):
+            apart = np.exp(1j * (shared[1] - unit.factor * shared[2]))
+            fits[unit.name] = float(np.nanmean(apart).real)
+        best, other = sorted(fits, key=lambda unit: -fits[unit])
+        if fits[best] > ALONG and 1.0 - fits[best] < NEARER * (1.0 - fits[other]):
+            return found.told("other channel", f"{best}: goes along the track of {name}", unit=UNITS[best])
     return None
 
 
@@ -158,7 +178,7 @@ def _rudder_scale(log: Log, found: Finding, raw: Series) -> Finding:
 def size_of(found: Finding) -> float:
     """The 99 % quantile of the sizes of the numbers."""
     numbers = found.factor * found.column.numbers
-    if found.may_be[:1] and found.may_be[0] in WITH_SIDE and is_full_circle(found):
+    if found.may_be[:1] and found.may_be[0] in EITHER_SIDE and is_full_circle(found):
         turn = 360.0 if np.nanmax(numbers) > 7.0 else 2.0 * math.pi
         numbers = (numbers + turn / 2.0) % turn - turn / 2.0
     known = np.abs(numbers[np.isfinite(numbers)])
@@ -189,12 +209,20 @@ def _possible(log: Log, found: Finding) -> tuple[Unit | None, str]:
     if quantity in ("rudder", "rudder_command"):
         angle = _names_angle(found)
         return (UNITS["deg"], f"{told} degrees") if angle and 1.65 < size <= LARGEST_RUDDER_DEG else (None, "")
+    if quantity == "roll" and is_full_circle(found) and _jumps(found):
+        return UNITS["rad" if np.nanmax(found.column.numbers) < 7.0 else "deg"], f"{told} a full circle round zero"
     if found.dimension == "angle":
         most = LARGEST_RAD.get(quantity, FULL_TURN)
         return (UNITS["deg"], f"{told} degrees") if most < size <= 3600.0 and size > 1.02 * most else (None, "")
     if quantity == "propeller" and size > 110.0:
         return UNITS["rpm"], f"{told} revolutions a minute"
     return None, ""
+
+
+def _jumps(found: Finding) -> bool:
+    """Whether angles lie at both ends of the full circle and not between them."""
+    shares = found.column.numbers / (2.0 * math.pi if np.nanmax(found.column.numbers) < 7.0 else 360.0)
+    return float(np.nanmean((shares > 0.25) & (shares < 0.75))) < 0.01
 
 
 def _names_angle(found: Finding) -> bool:

@@ -113,3 +113,18 @@ def test_copies_in_another_unit_and_of_the_opposite_sign_are_told(tmp_path):
     assert [rows[name].quantity for name in ("rudder", "delta", "-rudder")] == ["rudder", "not used", "not used"]
     assert rows["rudder"].unit == "deg" and "column delta is the same in rad" in rows["rudder"].why
     assert [question for question in draft.questions if question.about in ("unit", "quantity")] == []
+
+
+def test_angles_that_count_from_zero_to_two_pi_are_radians(tmp_path):
+    """A course that goes along the positions in radians only, and a roll with negative angles at the end of the turn."""
+    roll, course = 0.05 * np.sin(TIME), np.radians(HEADING - 90.0)
+    north = np.cumsum(4.0 * np.cos(course)) * 0.5
+    east = np.cumsum(4.0 * np.sin(course)) * 0.5
+    header = "t [s],COG,Roll,north [m],east [m],rudder [deg]"
+    path = log(tmp_path, header, course % (2.0 * np.pi), roll % (2.0 * np.pi), north, east, RUDDER)
+    draft = helmbench.draft_import([path])
+    rows = {row.column: row for row in draft.columns}
+    assert (rows["COG"].unit, rows["Roll"].unit) == ("rad", "rad")
+    (question,) = draft.questions
+    made = draft.answer({question.id: question.answers[0].key}).import_log().records[0]
+    assert question.about == "sign" and made.column("roll_rad") == pytest.approx(roll, abs=1e-6)
