@@ -116,13 +116,13 @@ def test_copies_in_another_unit_and_of_the_opposite_sign_are_told(tmp_path):
 
 
 def test_angles_that_count_from_zero_to_two_pi_are_radians(tmp_path):
-    """A course that goes along the positions in radians only, and a roll with negative angles at the end of the turn."""
+    """A course that goes along the positions in radians only, and a roll with negative angles near the full turn."""
     roll, course = 0.05 * np.sin(TIME), np.radians(HEADING - 90.0)
     north = np.cumsum(4.0 * np.cos(course)) * 0.5
     east = np.cumsum(4.0 * np.sin(course)) * 0.5
     header = "t [s],COG,Roll,north [m],east [m],rudder [deg]"
     path = log(tmp_path, header, course % (2.0 * np.pi), roll % (2.0 * np.pi), north, east, RUDDER)
-    draft = helmbench.draft_import([path])
+    draft = helmbench.draft_import([path], positive_rudder="port")
     rows = {row.column: row for row in draft.columns}
     assert (rows["COG"].unit, rows["Roll"].unit) == ("rad", "rad")
     (question,) = draft.questions
