@@ -10,7 +10,7 @@ import numpy as np
 
 from ..io import MIN_SAMPLES
 from .draft import NOT_USED
-from .finding import WITH_SIDE, either_side
+from .finding import EITHER_SIDE, either_side
 from .mapping import ColumnMap, TableMap
 from .raw import RawColumn, RawTable
 from .report import Fault
@@ -215,7 +215,7 @@ def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np
     unit = UNITS[str(entry.unit)].factor
     numbers = np.where(np.isfinite(numbers), numbers, np.nan)
     values = numbers * (unit * entry.factor * int(entry.sign)) + entry.offset * unit
-    values = either_side(values) if entry.to in WITH_SIDE else values
+    values = either_side(values) if entry.to in EITHER_SIDE else values
     empty = not np.isfinite(values).any()
     if empty:
         hint = "check its cells, or leave it out of the mapping"
