@@ -6,7 +6,7 @@ import re
 import unicodedata
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from itertools import accumulate
 
 from .quantities import date_names, quantities, side_words, time_names, time_parts, vague_names, week_names, word_list
@@ -35,6 +35,7 @@ class Named:
     why: str = "no known name"
 
 
+@lru_cache(maxsize=4096)
 def words(name: str) -> tuple[str, ...]:
     """A name as words in lower case: `RudderAngle_deg` is (rudder, angle, deg)."""
     name = unicodedata.normalize("NFKC", name).translate(LETTERS)

@@ -34,9 +34,10 @@ STEPPED, SLEWED = 0.8, 0.4
 
 def settle(log: Log, answers: Dict[str, str], answered: Callable[[Finding, Dict[str, str]], Finding]) -> None:
     """Make the earlier of two rudders the order and the later one the rudder; ask where a name says the opposite."""
-    for i, j in combinations(range(len(log.findings)), 2):
+    able = [i for i, found in enumerate(log.findings) if _may_steer(found)]
+    for i, j in combinations(able, 2):
         one, two = log.findings[i], log.findings[j]
-        if not (_may_steer(one) and _may_steer(two)):
+        if not (_may_steer(one) and _may_steer(two)):  # an earlier pair may have settled it
             continue
         lead = leader(log, one, two)
         if lead:
@@ -45,8 +46,8 @@ def settle(log: Log, answers: Dict[str, str], answered: Callable[[Finding, Dict[
 
 
 def _may_steer(found: Finding) -> bool:
-    smoothed = set(words(found.column.name)) & SMOOTHED
-    return bool(found.may_be) and set(found.may_be) <= set(WITH_SIDE) and found.column.numeric and not smoothed
+    rudder = bool(found.may_be) and set(found.may_be) <= set(WITH_SIDE) and found.column.numeric
+    return rudder and not set(words(found.column.name)) & SMOOTHED
 
 
 def _assign(
