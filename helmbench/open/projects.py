@@ -49,7 +49,8 @@ class Analysis:
 class Project:
     """What one tab works on.
 
-    log : outcome of the last reading (`tasks.read_logs`);  answers : id of a question -> its answer;
+    log : outcome of the last reading (`tasks.read_logs`);  answers : id of a question -> its answer;  asked : id of a
+    question -> the question, of all that were open once;
     choices : what the user says of columns;  version : counts changes;  reading : folder of the last reading;
     parts : of the records with these `spans`, (name, from, to) in s;  question : what the user means to ask.
     """
@@ -60,6 +61,7 @@ class Project:
     version: int = 0
     touched: float = field(default_factory=time.time)
     answers: dict[str, str] = field(default_factory=dict[str, str])
+    asked: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
     choices: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict[tuple[str, str], dict[str, Any]])
     positive_rudder: str | None = None
     log: dict[str, Any] | None = None
@@ -136,6 +138,9 @@ class Project:
                 "models": self.names(MODELS),
                 "positive_rudder": self.positive_rudder,
                 "answers": self.answers,
+                "answered": [
+                    _answered(self.asked[name], key) for name, key in self.answers.items() if name in self.asked
+                ],
                 "choices": [[table, column, said] for (table, column), said in self.choices.items()],
                 "log": self.log,
                 "reading": self.reading.name if self.reading else "",
@@ -144,6 +149,12 @@ class Project:
                 "job": self.job.to_json() if self.job else None,
                 "analyses": [one.to_json() for one in reversed(self.analyses)],
             }
+
+
+def _answered(question: dict[str, Any], key: str) -> dict[str, str]:
+    """A question and its answer in words."""
+    texts = {answer["key"]: answer["text"] for answer in question["answers"]}
+    return {"id": question["id"], "text": question["text"], "answer": texts.get(key, key)}
 
 
 def safe_name(name: str, most: int = LONGEST_NAME) -> str:
@@ -240,6 +251,7 @@ class Projects:
         def keep(found: dict[str, Any]) -> None:
             spans = [(one["name"], one["from"], one["to"]) for one in found["records"]]
             project.log, project.reading = found, out
+            project.asked |= {question["id"]: question for question in found["questions"]}
             if spans and spans != project.spans:  # a choice that makes no record costs no part
                 project.parts, project.spans = found["parts"], spans
 

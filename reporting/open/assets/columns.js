@@ -15,7 +15,7 @@ export async function show(state) {
   const log = state.log;
   place.parentElement.hidden = !log;
   if (!log) { shown = ""; return; }
-  const now = JSON.stringify([state.reading, state.choices, state.answers, state.positive_rudder, log.line]);
+  const now = JSON.stringify([state.reading, state.choices, state.answers, state.positive_rudder, log.line, log.questions.length]);
   if (now === shown) return;
   shown = now;
   if (drawn.reading !== state.reading) await load(state);
@@ -24,7 +24,7 @@ export async function show(state) {
 
 async function load(state) {
   const found = { reading: state.reading, columns: {}, records: {} };
-  for (const one of await get(address("/columns")).catch(() => [])) found.columns[`${one.table}\n${one.column}`] = one.values;
+  for (const one of await get(address("/columns")).catch(() => [])) found.columns[`${one.table}\n${one.column}`] = one;
   for (let i = 0; i < Math.min(state.log.records.length, 50); i += 1) {
     found.records[i] = await get(address(`/records/${i}`)).catch(() => null);
   }
@@ -38,6 +38,7 @@ function render(state) {
   const fatal = log.faults.filter((fault) => fault.fatal), other = log.faults.filter((fault) => !fault.fatal);
   const parts = [];
   if (log.line) parts.push(el("p", { className: "warn", id: "log-line" }, `No record yet: ${log.line}.`.replace(/\.\.$/, ".")));
+  parts.push(questions(state), answered(state));
   parts.push(list("What keeps the log from being a record", fatal), list("To be looked at", other));
   const several = new Set(log.columns.map((one) => one.table)).size > 1;
   parts.push(el("div", { className: "two" },
@@ -60,7 +61,7 @@ function list(title, faults) {
 const NOT_USED = "not used";
 
 function column(state, one, i, several) {
-  const values = drawn.columns[`${one.table}\n${one.column}`] ?? [];
+  const values = drawn.columns[`${one.table}\n${one.column}`]?.values ?? [];
   const told = state.choices.some(([name, title]) => name === one.table && title === one.column);
   const used = one.quantity !== NOT_USED, curve = values.some((value) => value !== null);
   const examples = one.smallest === null ? one.samples : [range(one.smallest, one.largest)];
@@ -70,9 +71,17 @@ function column(state, one, i, several) {
       examples.map((value) => el("span", { className: "sub" }, value))),
     curve ? spark(values) : null,
     el("div", { className: "choices" }, one.quantity === "time" ? el("p", { className: "sub" }, `time (${one.unit})`) : controls(one, i)),
-    el("p", { className: "sub why" }, told ? "as you say" : [one.sign, one.why].filter(Boolean).join("; "),
+    el("p", { className: "sub why" }, sampled(one), told ? "as you say" : [one.sign, one.why].filter(Boolean).join("; "),
       told || !used ? null : el("b", {}, ` (${one.sure})`)),
-    one.questions.map((asked, k) => question(one, asked, `column-${i}-${k}`)));
+    one.questions.length ? el("p", { className: "sub why" }, "asked above") : null);
+}
+
+// How a column of numbers was sampled.
+function sampled(one) {
+  if (one.smallest === null) return null;
+  const share = 100 * one.missing;
+  const missing = share === 0 ? "none missing" : `${share < 0.1 ? "less than 0.1" : Number(share.toPrecision(2))} % missing`;
+  return el("span", { className: "sampled" }, [`${one.rows} rows`, one.rate === null ? "" : `${Number(one.rate.toPrecision(3))} Hz`, missing].filter(Boolean).join(", "));
 }
 
 function controls(one, i) {
@@ -92,14 +101,47 @@ function controls(one, i) {
   ];
 }
 
-function question(one, asked, id) {
+// ---- what no one states: every question of the log, wherever it stands, and the answers that were given
+
+const MOST_BUTTONS = 6;
+
+function questions(state) {
+  if (!state.log.questions.length) return null;
+  return el("div", { id: "questions" }, state.log.questions.map((asked, i) => question(state, asked, `question-${i}`)));
+}
+
+function question(state, asked, id) {
   const answer = (key) => read({ ...current().answers, [asked.id]: key });
+  const many = asked.answers.length > MOST_BUTTONS;
   const number = el("input", { id: `${id}-number`, type: "number", step: "any" });
-  return el("div", { className: "question", role: "group", "aria-label": `question about ${one.column}` },
-    el("p", {}, asked.text),
-    asked.answers.map((one_, k) => button(one_.text, () => answer(one_.key), { id: `${id}-answer-${k}`, title: one_.line })),
+  return el("div", { className: "question", role: "group", "aria-label": `question about ${asked.column || "the log"}` },
+    el("p", { className: asked.about === "columns" ? "plain" : "" }, asked.text),
+    asked.about === "columns" ? proposal(state, asked) : null,
+    many ? select(`${id}-answer`, "answer", [{ value: "", text: "choose" }, ...asked.answers.map((one) => ({ value: one.key, text: one.text }))],
+      state.answers[asked.id] ?? "", (key) => { if (key) answer(key); })
+      : asked.answers.map((one, k) => button(one.text, () => answer(one.key),
+        { id: `${id}-answer-${k}`, title: one.line, "aria-pressed": String(state.answers[asked.id] === one.key) })),
     asked.number ? [el("label", { htmlFor: `${id}-number`, className: "field" }, el("span", {}, asked.number), number),
       button("Take this number", () => { if (number.value !== "") answer(number.value); }, { id: `${id}-take` })] : null);
+}
+
+// What the draft takes the columns of a table for.
+function proposal(state, asked) {
+  const rows = state.log.columns.filter((one) => one.table === asked.table);
+  const cell = (text) => el("td", {}, text);
+  return el("div", { className: "scroll", tabIndex: 0, role: "region", "aria-label": "the columns as proposed" }, el("table", { className: "proposal" },
+    el("thead", {}, el("tr", {}, ["column", "is", "unit", "", "from and to", "why"].map((name) => el("th", { scope: "col" }, name)))),
+    el("tbody", {}, rows.map((one) => el("tr", { className: one.quantity === NOT_USED ? "aside" : "" },
+      el("th", { scope: "row" }, one.column), cell(one.quantity.replaceAll("_", " ")), cell(one.unit), el("td", {}, spark(drawn.columns[`${one.table}\n${one.column}`]?.values ?? [])),
+      cell(one.smallest === null ? one.samples[0] ?? "" : range(one.smallest, one.largest)), cell(one.why))))));
+}
+
+function answered(state) {
+  if (!state.answered.length) return null;
+  const before = (i) => Object.fromEntries(Object.entries(state.answers).slice(0, i));
+  return el("details", { id: "answered" }, el("summary", {}, `What you answered (${state.answered.length})`), el("ul", {}, state.answered.map((one) =>
+    el("li", {}, `${one.text} `, el("b", {}, one.answer), " ",
+      button("Take back", () => read(before(Object.keys(state.answers).indexOf(one.id))), { className: "link", title: "this answer and those after it", "aria-label": `take back: ${one.answer}` })))));
 }
 
 function say(one, what) {

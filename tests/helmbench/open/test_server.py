@@ -277,7 +277,7 @@ def test_a_log_becomes_records_with_every_column_told_and_drawn(client, read):
     drawn = client.get(f"{project}/columns").json()
     assert {one["column"] for one in drawn} == set(columns) and all(len(one["values"]) <= 300 for one in drawn)
     roles = [part["role"] for part in state["parts"]]
-    assert roles == ["train", "held_out"] and state["parts"][0]["to"] == state["parts"][1]["from"]
+    assert roles == ["train", "held_out"] and state["parts"][0]["to"] < state["parts"][1]["from"]
     tracks = {one["label"]: one for one in client.get(f"{project}/records/0").json()["tracks"]}
     ends = {label: (one["north"][-1], one["east"][-1]) for label, one in tracks.items()}
     assert ends["speed and heading"] == pytest.approx(ends["positions"], abs=20.0)
