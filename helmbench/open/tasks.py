@@ -81,6 +81,7 @@ def _line(error: Exception, out: str) -> str:
 def read_logs(
     logs: str,
     files: Sequence[str],
+    mapping: str | None,
     out: str,
     answers: Mapping[str, str],
     choices: Sequence[tuple[str, str, Mapping[str, Any]]],
@@ -89,8 +90,8 @@ def read_logs(
 ) -> dict[str, Any]:
     """Read logs as records, which are written into `out` with what the page draws of them.
 
-    logs : folder of the files.  answers : id of a question -> key of its answer.  choices : (table, column, what the
-    user says of it: `to`, `unit`, `sign`).
+    logs : folder of the files.  mapping : path of a mapping that was dropped with them.  answers : id of a question ->
+    key of its answer.  choices : (table, column, what the user says of it: `to`, `unit`, `sign`).
 
     Returns
     -------
@@ -106,7 +107,7 @@ def read_logs(
     empty = ("questions", "columns", "records", "parts", "steps", "faults")
     found: dict[str, Any] = {"line": "", **{name: [] for name in empty}}
     try:
-        draft = draft_import([Path(logs, name) for name in files], positive_rudder=positive_rudder)
+        draft = draft_import([Path(logs, name) for name in files], mapping=mapping, positive_rudder=positive_rudder)
     except BadInput as error:
         return found | {"line": _line(error, out), "faults": _faults(error)}
     draft = _told(draft, answers, choices)

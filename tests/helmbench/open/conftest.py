@@ -36,10 +36,10 @@ class Client:
     def project(self):
         return f"/api/projects/{self.post('/api/projects').json()['id']}"
 
-    def upload(self, project, name, data, kind="logs"):
+    def upload(self, project, name, data):
         headers = {"origin": self.base}
         return self.session.post(
-            f"{self.base}{project}/{kind}", params={"name": name}, data=data, headers=headers, timeout=30
+            f"{self.base}{project}/logs", params={"name": name}, data=data, headers=headers, timeout=30
         )
 
     def finished(self, project, seconds=120.0):

@@ -20,7 +20,7 @@ def written(folder, name, columns, header=True):
 def read(folder, names, answers=(), choices=()):
     out = folder / "out"
     out.mkdir(exist_ok=True)
-    return tasks.read_logs(str(folder), names, str(out), dict(answers), choices, None, lambda _: None)
+    return tasks.read_logs(str(folder), names, None, str(out), dict(answers), choices, None, lambda _: None)
 
 
 def swing(time=TIME):
