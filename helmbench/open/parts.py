@@ -21,7 +21,7 @@ SHORTEST = 0.2
 TESTS = 5 * MIN_SAMPLES
 """Samples of a single manoeuvre below which nothing of it is held out."""
 
-Span = tuple[int, int, str, int, int]
+Span = tuple[int, int, int, str, int]
 """Number of the record, its samples start:stop, what it is, and the how manieth of the record."""
 
 

@@ -168,12 +168,15 @@ def sampling(time: np.ndarray, values: np.ndarray, timed: bool) -> dict[str, Any
 
 
 def _drawn(draft: ImportDraft) -> list[dict[str, Any]]:
-    """The numbers of every column of the logs, as they stand, over time, s, or row numbers."""
+    """The numbers of every column of the logs, as they stand, over time, s, or row numbers where it does not rise."""
+    import numpy as np
+
     from ..reporting.open.curves import envelope, numbers
 
     found: list[dict[str, Any]] = []
     for one in draft.columns:
         time, values = draft.series(one.table, one.column)
+        time = np.arange(time.size) if (np.diff(time) < 0.0).any() else time
         kept = envelope(values, DRAWN)
         found.append({"table": one.table, "column": one.column, "time": numbers(time[kept]),
                       "values": numbers(values[kept])})  # fmt: skip

@@ -57,7 +57,9 @@ def check_view(found: CheckResult) -> dict[str, Any]:
          "next": words.sentence(f.separate_by or "")}
         for f in material
     ]  # fmt: skip
-    if not found.findings:
+    if not found.findings and found.not_checked:
+        said = "No finding in what could be checked. What could not is named below."
+    elif not found.findings:
         said = f"No finding. {check_words.NOTHING.partition(': ')[2].capitalize()}."
     tables = [_table(of_check.findings(found)), _table(of_check.by_record(found))]
     return _view(FAIR if material else GOOD, said, list(found.not_checked), causes=causes, tables=tables)

@@ -1,6 +1,6 @@
 // Every column of the logs: what it was taken for, why, and what would change it; beside them the track, drawn live.
 import { button, el, fill, range, select } from "./dom.js";
-import { group, key, spark, timePlot, trackPlot, zoomButtons } from "./plots.js";
+import { group, key, lying, pairPlot, spark, timePlot, trackPlot, zoomButtons } from "./plots.js";
 import { address, current, get, post, running } from "./server.js";
 
 const place = document.getElementById("columns");
@@ -43,7 +43,7 @@ function render(state) {
   const several = new Set(log.columns.map((one) => one.table)).size > 1;
   parts.push(el("div", { className: "two" },
     el("ul", { className: "columns", "aria-label": "columns" }, log.columns.map((one, i) => column(state, one, i, several))),
-    el("div", { className: "live" }, live(state))));
+    el("div", { className: "live" }, live(state), pair(state))));
   if (log.steps.length) {
     parts.push(el("details", { id: "steps" }, el("summary", {}, "What was done"), el("ul", {}, log.steps.map((step) => el("li", {}, step)))));
   }
@@ -178,15 +178,42 @@ function live(state) {
   const out = [...head];
   if (view.tracks.length) {
     const tracks = view.tracks.map((one) => ({ ...one, colour: TRACKS[one.label], dash: one.label === "positions" ? "" : "6 3" }));
-    out.push(el("h3", {}, "Track"), key(tracks), trackPlot({ label: "track", tracks, group: shared, time: tracks[0].time }));
+    out.push(el("h3", {}, "Track"), key(tracks), agreeing(tracks), trackPlot({ label: "track", tracks, group: shared, time: tracks[0].time }));
   }
   if (view.headings) {
     const curves = [{ label: "heading", values: view.headings.heading, colour: "measured" },
       { label: "by the yaw rate", values: view.headings.yaw_rate, colour: "before", dash: [6, 3] }];
-    out.push(el("h3", {}, "Heading, deg"), key(curves), timePlot({ label: "heading", time: view.headings.time, curves, group: shared, height: 140 }));
+    out.push(el("h3", {}, "Heading, deg"), key(curves), agreeing(curves), timePlot({ label: "heading", time: view.headings.time, curves, group: shared, height: 140 }));
   }
   out.push(el("p", { className: "sub" }, "Lines that leave each other show a wrong sign or unit, or an offset of a sensor."));
   const own = state.log.records[record];
   out.push(zoomButtons(shared, own.from, own.to, "live"));
   return out;
+}
+
+function agreeing(curves) {
+  const told = lying(curves);
+  return told ? el("p", { className: "sub" }, told) : null;
+}
+
+// ---- two columns in one plot
+
+let pairOf = [];
+
+function pair(state) {
+  const shown_ = state.log.columns.filter((one) => one.smallest !== null && one.smallest < one.largest);
+  const name = (one) => `${one.table}\n${one.column}`;
+  const names = shown_.map(name);
+  if (names.length < 2) return null;
+  const first = (...kinds) => names[shown_.findIndex((one) => kinds.includes(one.quantity))];
+  const own = [first("rudder", "rudder_command") ?? names[0], first("yaw_rate") ?? first("heading") ?? names[1]].map((usual, i) =>
+    (names.includes(pairOf[i]) ? pairOf[i] : usual));
+  const several = new Set(shown_.map((one) => one.table)).size > 1;
+  const options = shown_.map((one) => ({ value: name(one), text: several ? `${one.column} (${one.table})` : one.column }));
+  const choose = (i) => (value) => { pairOf = own.map((old, k) => (k === i ? value : old)); render(current()); };
+  const curves = own.map((key_) => ({ label: options.find((one) => one.value === key_).text, ...drawn.columns[key_] }));
+  return el("details", { id: "pair" }, el("summary", {}, "Two columns in one plot"),
+    el("div", { className: "tools" }, select("pair-0", "left axis", options, own[0], choose(0)), select("pair-1", "right axis", options, own[1], choose(1))),
+    curves.every((one) => one.values) ? [key(curves.map((one, i) => ({ label: one.label, colour: ["measured", "before"][i] }))), pairPlot(...curves)] : null,
+    el("p", { className: "sub" }, "Over time in s from the first sample, or over rows where no time is known or it starts again; numbers as they stand in the file."));
 }

@@ -1,6 +1,6 @@
 // The question, how far its computation is, and the answers.
 import { button, el, equation, fill, select, table } from "./dom.js";
-import { colourOf, group, key, timePlot, trackPlot, zoomButtons } from "./plots.js";
+import { colourOf, group, key, lying, timePlot, trackPlot, zoomButtons } from "./plots.js";
 import { address, current, get, once, post, running } from "./server.js";
 
 const ask = document.getElementById("ask"), job = document.getElementById("job"), place = document.getElementById("result");
@@ -188,7 +188,7 @@ function trace(view, i, draw) {
   });
   if (!own.panels.length) return [el("p", {}, "No channel was simulated along this record.")];
   const end = own.time[own.time.length - 1];
-  const figure = (label, curves, height) => el("figure", {}, el("figcaption", {}, label), timePlot({ label, time: own.time, curves, group: shared, height }));
+  const figure = (label, curves, height) => el("figure", {}, el("figcaption", {}, label, lying(curves) ? el("span", { className: "sub" }, ` ${lying(curves)}`) : null), timePlot({ label, time: own.time, curves, group: shared, height }));
   return [
     view.traces.length > 1 ? select("trace", "record", view.traces.map((one, k) => ({ value: String(k), text: `${one.record} (${one.role})` })), String(i),
       (value) => draw(Number(value))) : el("p", { className: "sub" }, `${own.record} (${own.role})`),

@@ -1,5 +1,6 @@
 """What a reading tells the page: questions wherever they stand, sampling of columns, and parts that analyses take."""
 
+import json
 from dataclasses import replace
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 import helmbench
 from helmbench.open import parts, tasks
 
-TIME = np.arange(0.0, 240.0, 0.5)
+from .conftest import TIME, swing
 
 
 def written(folder, name, columns, header=True):
@@ -21,15 +22,6 @@ def read(folder, names, answers=(), choices=()):
     out = folder / "out"
     out.mkdir(exist_ok=True)
     return tasks.read_logs(str(folder), names, None, str(out), dict(answers), choices, None, lambda _: None)
-
-
-def swing(time=TIME):
-    """Heading, deg, yaw rate, deg/s, and rudder, deg, of a first-order ship in a zigzag."""
-    rudder = np.clip(40.0 * np.sin(time / 12.0), -20.0, 20.0)
-    rate = np.zeros_like(time)
-    for i in range(1, time.size):
-        rate[i] = rate[i - 1] + (time[i] - time[i - 1]) * (0.05 * rudder[i - 1] - rate[i - 1]) / 8.0
-    return np.cumsum(rate) * (time[1] - time[0]), rate, rudder
 
 
 @pytest.fixture(scope="module")
@@ -79,6 +71,19 @@ def test_a_column_tells_its_rows_rate_and_missing_share():
     time, values = np.arange(10.0), np.array([1.0, np.nan] * 5)
     assert tasks.sampling(time, values, True) == {"rows": 10, "missing": 0.5, "rate": 0.5}
     assert tasks.sampling(time, values, False)["rate"] is None
+
+
+def test_a_time_that_starts_again_is_drawn_over_rows(tmp_path):
+    heading, rate, rudder = (np.tile(values, 2) for values in swing())
+    columns = {
+        "Time [s]": np.tile(TIME, 2),
+        "Heading [deg]": heading % 360.0,
+        "ROT [deg/s]": rate,
+        "Rudder [deg]": rudder,
+    }
+    read(tmp_path, [written(tmp_path, "a.csv", columns)])
+    for drawn in json.loads((tmp_path / "out" / tasks.COLUMNS).read_text("utf-8")):
+        assert np.all(np.diff(drawn["time"]) > 0.0) and drawn["time"][-1] > TIME.size
 
 
 def test_a_single_manoeuvre_is_split_without_a_common_sample(zigzag):
