@@ -51,7 +51,8 @@ RUNS = {"measured": "measured", "before": "simulated", "after": "extended model"
 def check_view(found: CheckResult) -> dict[str, Any]:
     """Findings in the records themselves."""
     material = [f for f in found.findings if f.material]
-    said = f"{check_words.headline(found)}."
+    named = f": {', '.join(dict.fromkeys(map(of_check.name, material)))}" if material else ""
+    said = f"{check_words.headline(found)}{named}."
     causes = [
         {"title": of_check.name(f), "sizes": of_check.whole_sizes(f), "said": words.sentence(f.evidence),
          "next": words.sentence(f.separate_by or "")}

@@ -116,13 +116,21 @@ function question(state, asked, id) {
   const number = el("input", { id: `${id}-number`, type: "number", step: "any" });
   return el("div", { className: "question", role: "group", "aria-label": `question about ${asked.column || "the log"}` },
     el("p", { className: asked.about === "columns" ? "plain" : "" }, asked.text),
-    asked.about === "columns" ? proposal(state, asked) : null,
+    asked.about === "columns" ? proposal(state, asked) : asked.about === "file" ? null : numbersOf(state, asked),
     many ? select(`${id}-answer`, "answer", [{ value: "", text: "choose" }, ...asked.answers.map((one) => ({ value: one.key, text: one.text }))],
       state.answers[asked.id] ?? "", (key) => { if (key) answer(key); })
       : asked.answers.map((one, k) => button(one.text, () => answer(one.key),
         { id: `${id}-answer-${k}`, title: one.line, "aria-pressed": String(state.answers[asked.id] === one.key) })),
-    asked.number ? [el("label", { htmlFor: `${id}-number`, className: "field" }, el("span", {}, asked.number), number),
+    asked.number ? [el("label", { htmlFor: `${id}-number`, className: "field" }, el("span", { title: asked.number }, asked.number.split(": ")[0]), number),
       button("Take this number", () => { if (number.value !== "") answer(number.value); }, { id: `${id}-take` })] : null);
+}
+
+// The column that a question is about: its curve and its numbers.
+function numbersOf(state, asked) {
+  const one = state.log.columns.find((row) => row.table === asked.table && row.column === asked.column);
+  if (!one || one.smallest === null) return null;
+  return [spark(drawn.columns[`${one.table}\n${one.column}`]?.values ?? []),
+    el("span", { className: "sub" }, `${one.column}: ${range(one.smallest, one.largest)}`)];
 }
 
 // What the draft takes the columns of a table for.

@@ -338,6 +338,7 @@ def test_a_check_finds_the_bias_and_gives_its_files(client, read, log, tmp_path,
     after = client.finished(project)
     assert after["job"]["state"] == "done", after["job"]["message"]
     (answer,) = after["analyses"]
+    assert answer["sentence"].startswith("2 records: ") and "yaw rate bias" in answer["sentence"]
     view = client.get(f"{project}/analyses/{answer['id']}").json()
     assert "yaw rate bias" in [cause["title"] for cause in view["causes"]] and view["tone"] == "fair"
     place = f"{project}/analyses/{answer['id']}/files"

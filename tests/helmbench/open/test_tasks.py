@@ -8,6 +8,7 @@ import pytest
 
 import helmbench
 from helmbench.open import parts, tasks
+from helmbench.reporting.open.views import check_view
 
 from .conftest import TIME, swing
 
@@ -112,3 +113,10 @@ def test_a_run_that_stands_twice_is_not_used_and_said(zigzag):
     assert list(again) == [1] and "again" in again[1]
     found = parts.proposed([zigzag, mirrored], again)
     assert [(part["record"], part["role"]) for part in found] == [(0, "train"), (0, "held_out"), (1, "unused")]
+
+
+def test_a_check_does_not_say_that_channels_agree_which_were_not_compared(zigzag):
+    part = zigzag.slice(0, 30)
+    short = replace(part, channels={name: part.channels[name] for name in ("heading_rad", "surge_m_s")})
+    view = check_view(helmbench.check(short))
+    assert view["told"] and view["sentence"].startswith("No finding in what could be checked")
