@@ -117,13 +117,14 @@ class Assessment:
     def verdict(self) -> str:
         """'explains': residuals are those of the sensors; 'fails': a run diverges, predictions are at no time ahead
         better than without a model, or R^2 is below 0.5 in the mean and they are not better as far as `NEAR` times
-        ahead; 'approximates': between the two."""
+        ahead, or it is below 0 on held-out records or beside residuals that exceed the noise; 'approximates': between
+        the two."""
         better = better_at(self.judged.scores, self.judged.simple, self.name)
         far = len(better) >= NEAR and self.trusted_s >= [*better][NEAR - 1]
-        if self.diverged or (better and not any(better.values())) or not (self.r2 >= POOR or far):
+        unlike = not self.r2 >= 0.0 and (self.held_out is not None or bool(self.exceeding))
+        if self.diverged or unlike or (better and not any(better.values())) or not (self.r2 >= POOR or far):
             return FAILS
-        unlike = self.held_out is not None and not self.r2 >= 0.0
-        return APPROXIMATES if unlike or self.exceeding or not self.train_residuals else EXPLAINS
+        return APPROXIMATES if self.exceeding or not self.train_residuals else EXPLAINS
 
     @property
     def correlated(self) -> tuple[str, ...]:

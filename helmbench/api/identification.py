@@ -162,7 +162,8 @@ def identify(
     records : records, or paths of record files.
     model : the structure: a model, or a vessel id, a family id or the path of a model.json.  'auto' builds one from the
         records (`build_model`); with a method it also tries every family that needs no constants of a ship, and the
-        vessels that the records name (`compare`), and takes the best of them where it predicts as well ahead.
+        vessels that the records name (`compare`), and takes the best of them where it predicts as well ahead or its
+        free runs follow the records better.
     method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine' (`list_methods`);
         'auto' needs none.
     validate : held-out records: 'auto' chooses by them (without any each record, or block of time, is left out in
@@ -269,7 +270,9 @@ def _estimate_built(train: Sequence[Record], others: Sequence[Record], particula
 
 
 def _better_ahead(built: Estimate, best: Estimate, judged: Sequence[Record]) -> bool:
-    """Whether errors ahead of the one are smaller than those of the other by more than LEAST."""
+    """Whether errors ahead of the one are smaller than those of the other by more than LEAST, and its free runs are not
+    worse where those of the other follow the records: windows of a single short record overlap, and tell little."""
+    from ..estimation.judgement.assessment import POOR
     from ..estimation.records.naming import named
     from ..estimation.validation.horizons import mean_ratio
     from ..estimation.validation.validate import validate
@@ -279,7 +282,9 @@ def _better_ahead(built: Estimate, best: Estimate, judged: Sequence[Record]) -> 
         found = validate({"built": built.model, "best": best.model}, named(judged), predictors)
     except BadInput:
         return False
-    return mean_ratio(found.scores, "built", "best") < 1.0 - LEAST
+    own, other = (found.score(None, model=name) for name in ("built", "best"))
+    follows = own is not None and other is not None and other.r2 >= POOR
+    return mean_ratio(found.scores, "built", "best") < 1.0 - LEAST and not (follows and own.r2 < other.r2)
 
 
 def estimate_of(found: Comparison, records: Sequence[Record]) -> Estimate:

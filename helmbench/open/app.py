@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import io
+import json
 import zipfile
 from contextlib import suppress
 from functools import cache
@@ -24,6 +25,8 @@ from .tasks import NO_MODEL, VIEW
 
 MOST_BYTES, MOST_BODY = 1 << 30, 4 << 20
 """Largest file that is taken, and largest other body of a request, bytes."""
+EXAMPLE_BIAS = 0.004
+"""Bias of the yaw rate of the example, rad/s."""
 NOT_READ = "nothing was read yet"
 DISCARD_S = 1.0
 """How long the rest of a body that is too large is still taken, s."""
@@ -109,7 +112,7 @@ def application(projects: Projects, assets: Path, style: Path) -> Starlette:
         Route("/api/projects", server.new, methods=["POST"]),
         Route(one, server.state),
         Route(f"{one}/logs", server.take_log, methods=["POST"]),
-        Route(f"{one}/models", server.take_model, methods=["POST"]),
+        Route(f"{one}/example", server.example, methods=["POST"]),
         Route(f"{one}/logs/{{name}}", server.drop_log, methods=["DELETE"]),
         Route(f"{one}/read", server.read, methods=["POST"]),
         Route(f"{one}/parts", server.parts, methods=["POST"]),
@@ -170,18 +173,13 @@ class _Server:
         return JSONResponse(self._project(request).to_json())
 
     async def take_log(self, request: Request) -> Response:
-        return await self._take(request, LOGS)
-
-    async def take_model(self, request: Request) -> Response:
-        return await self._take(request, MODELS)
-
-    async def _take(self, request: Request, kind: str) -> Response:
         """Write a body into a file of its own as it comes; it gets its name when it is whole."""
         project, name = self._project(request), safe_name(request.query_params.get("name", ""))
-        project.vacant(kind, name)  # too many are refused before they come
+        project.vacant(LOGS, name)  # too many are refused before they come
         coming = project.coming()
         try:
             await _stream(request, coming, name)
+            kind = MODELS if name.lower().endswith(".json") and await asyncio.to_thread(_is_model, coming) else LOGS
             place = project.keep(coming, kind, name)
         except OSError as error:
             raise BadInput(f"cannot be kept ({error.strerror or error})", file=name) from None
@@ -190,7 +188,16 @@ class _Server:
         finally:
             coming.unlink(missing_ok=True)
         project.changed()
-        return JSONResponse({"name": place.name})
+        return JSONResponse({"name": place.name, "kind": kind})
+
+    async def example(self, request: Request) -> Response:
+        """Begin with a log that is simulated."""
+        project = self._project(request)
+        await asyncio.to_thread(_write_example, project.vacant(LOGS, "example.csv"))
+        with project.lock:
+            project.choices, project.answers = {}, {}
+            self._projects.read(project)
+        return JSONResponse(project.to_json())
 
     async def drop_log(self, request: Request) -> Response:
         project = self._project(request)
@@ -198,7 +205,7 @@ class _Server:
         with project.lock:
             self._projects.cancel(project)
             project.choices, project.answers = {}, {}
-            if not project.names():
+            if not project.logs():
                 project.log, project.reading, project.job = None, None, None
                 project.parts, project.spans = [], []
             project.changed()
@@ -345,6 +352,25 @@ def _checked(part: Part, records: list[dict[str, Any]]) -> dict[str, Any]:
         )
     name = safe_name(part.name, LONGEST_PART)
     return {"record": part.record, "name": name, "from": start, "to": stop, "role": part.role}
+
+
+def _is_model(file: Path) -> bool:
+    """Whether a JSON file is a model rather than a log."""
+    if file.stat().st_size > MOST_BODY:
+        return False
+    try:
+        content = json.loads(file.read_bytes())
+    except (ValueError, RecursionError):
+        return False
+    return isinstance(content, dict) and {"family", "coefficients"} <= content.keys()
+
+
+def _write_example(place: Path) -> None:
+    """A zigzag of the Mariner whose yaw rate has a bias, with its sidecar."""
+    from .. import simulate, write_record
+
+    record = simulate("mariner", "zigzag:20/20", noise="low", seed=1)
+    write_record(record.with_channels(yaw_rate_rad_s=record.column("yaw_rate_rad_s") + EXAMPLE_BIAS), place)
 
 
 def _zipped(folder: Path, files: tuple[str, ...]) -> bytes:

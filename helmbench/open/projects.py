@@ -7,7 +7,7 @@ import secrets
 import shutil
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Any
@@ -22,6 +22,8 @@ LONGEST_NAME, LONGEST_PART = 120, 200
 """Bytes of the name of a file, and of a part of it, which has a kind and a number behind; systems take 255."""
 LOGS, MODELS, COMING = "logs", "models", "coming"
 """Folders of a project: logs, models, and what has not wholly come yet."""
+MAPPING = ".map.yaml"
+"""Ends the name of a mapping."""
 READING, RESULT = "reading-", "result-"
 """Begin the names of the folders that jobs write."""
 NOT_IN_NAMES = re.compile(
@@ -49,7 +51,8 @@ class Analysis:
 class Project:
     """What one tab works on.
 
-    log : outcome of the last reading (`tasks.read_logs`);  answers : id of a question -> its answer;
+    log : outcome of the last reading (`tasks.read_logs`);  answers : id of a question -> its answer;  asked : id of a
+    question -> the question, of all that were open once;
     choices : what the user says of columns;  version : counts changes;  reading : folder of the last reading;
     parts : of the records with these `spans`, (name, from, to) in s;  question : what the user means to ask.
     """
@@ -60,6 +63,7 @@ class Project:
     version: int = 0
     touched: float = field(default_factory=time.time)
     answers: dict[str, str] = field(default_factory=dict[str, str])
+    asked: dict[str, dict[str, Any]] = field(default_factory=dict[str, dict[str, Any]])
     choices: dict[tuple[str, str], dict[str, Any]] = field(default_factory=dict[tuple[str, str], dict[str, Any]])
     positive_rudder: str | None = None
     log: dict[str, Any] | None = None
@@ -78,6 +82,15 @@ class Project:
     def names(self, kind: str = LOGS) -> list[str]:
         """Names of the files in the order in which they came."""
         return [path.name for path in sorted((self.folder / kind).iterdir(), key=lambda path: path.stat().st_ctime_ns)]
+
+    def logs(self) -> list[str]:
+        """Names of the files that are read: those that say something of another one are not among them."""
+        names = self.names()
+        return [name for name in names if not is_beside(name, names)]
+
+    def mapping(self) -> str | None:
+        """Name of the mapping that was dropped last, if there is one."""
+        return next((name for name in reversed(self.names()) if name.lower().endswith(MAPPING)), None)
 
     def coming(self) -> Path:
         """The place of a file while it comes, of one upload alone."""
@@ -128,7 +141,11 @@ class Project:
     def to_json(self) -> dict[str, Any]:
         """The state that the page shows."""
         with self.lock:
-            files = [{"name": name, "bytes": (self.folder / LOGS / name).stat().st_size} for name in self.names()]
+            names = self.names()
+            files = [
+                {"name": name, "bytes": (self.folder / LOGS / name).stat().st_size, "beside": is_beside(name, names)}
+                for name in names
+            ]
             return {
                 "id": self.id,
                 "version": self.version,
@@ -136,6 +153,9 @@ class Project:
                 "models": self.names(MODELS),
                 "positive_rudder": self.positive_rudder,
                 "answers": self.answers,
+                "answered": [
+                    _answered(self.asked[name], key) for name, key in self.answers.items() if name in self.asked
+                ],
                 "choices": [[table, column, said] for (table, column), said in self.choices.items()],
                 "log": self.log,
                 "reading": self.reading.name if self.reading else "",
@@ -144,6 +164,21 @@ class Project:
                 "job": self.job.to_json() if self.job else None,
                 "analyses": [one.to_json() for one in reversed(self.analyses)],
             }
+
+
+def is_beside(name: str, names: Sequence[str]) -> bool:
+    """Whether a file is no log: a YAML file, or a JSON file with the name of another file."""
+    place = PurePosixPath(name)
+    if place.suffix.lower() in (".yaml", ".yml"):
+        return True
+    others = [PurePosixPath(other) for other in names if other != name]
+    return place.suffix.lower() == ".json" and any(place.stem in (other.stem, other.name) for other in others)
+
+
+def _answered(question: dict[str, Any], key: str) -> dict[str, str]:
+    """A question and its answer in words."""
+    texts = {answer["key"]: answer["text"] for answer in question["answers"]}
+    return {"id": question["id"], "text": question["text"], "answer": texts.get(key, key)}
 
 
 def safe_name(name: str, most: int = LONGEST_NAME) -> str:
@@ -223,7 +258,7 @@ class Projects:
         ------
         BadInput : there is no log.
         """
-        names = project.names()
+        names, mapping = project.logs(), project.mapping()
         if not names:
             raise BadInput("there is no log to read", hint="drop one")
         out = project.folder / f"{READING}{secrets.token_hex(4)}"
@@ -231,6 +266,7 @@ class Projects:
         arguments = {
             "logs": str(project.folder / LOGS),
             "files": names,
+            "mapping": mapping and str(project.folder / LOGS / mapping),
             "out": str(out),
             "answers": project.answers,
             "choices": [(table, column, said) for (table, column), said in project.choices.items()],
@@ -240,6 +276,7 @@ class Projects:
         def keep(found: dict[str, Any]) -> None:
             spans = [(one["name"], one["from"], one["to"]) for one in found["records"]]
             project.log, project.reading = found, out
+            project.asked |= {question["id"]: question for question in found["questions"]}
             if spans and spans != project.spans:  # a choice that makes no record costs no part
                 project.parts, project.spans = found["parts"], spans
 
@@ -269,7 +306,7 @@ class Projects:
             "records": [str(reading / f"{place}.parquet") for place in range(len(project.log["records"]))],
             "parts": [part for part in project.parts if part["role"] in ("train", "held_out")],
             "recipe": {
-                "logs": tuple(project.names()),
+                "logs": tuple(project.logs()),
                 "mapping": "log.map.yaml",
                 "records": tuple(record["name"] for record in project.log["records"]),
                 "positive_rudder": project.positive_rudder,

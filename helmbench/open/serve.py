@@ -109,9 +109,10 @@ def site() -> Generator[Site]:
 
 
 def _with_logs(projects: Projects, files: Sequence[Path]) -> str:
-    """Begin a project with copies of logs, and read them; returns its id."""
+    """Begin a project with copies of logs and of the sidecars beside them, and read them; returns its id."""
     project = projects.new()
-    for file in files:
+    sidecars = {file.with_suffix(".yaml") for file in files}
+    for file in [*files, *sorted(place for place in sidecars - {*files} if place.is_file())]:
         try:
             shutil.copyfile(file, project.vacant(LOGS, file.name))
         except OSError as error:

@@ -18,6 +18,8 @@ from ..models.plain import plain
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
+    import numpy as np
+
     from .. import ImportDraft
     from ..datasets.record import Record
 
@@ -28,6 +30,8 @@ Stage = Callable[[str], object]
 VIEW, RECORDS, MAP, COLUMNS = "view.json", "records", "log.map.yaml", "columns.json"
 NO_MODEL = ""
 """Stands for a ship of which no simulation is known."""
+DRAWN = 300
+"""Samples of a column that are drawn."""
 READING_STEPS = 4
 """Stages of a reading: the start of the process and those that `read_logs` tells."""
 
@@ -77,6 +81,7 @@ def _line(error: Exception, out: str) -> str:
 def read_logs(
     logs: str,
     files: Sequence[str],
+    mapping: str | None,
     out: str,
     answers: Mapping[str, str],
     choices: Sequence[tuple[str, str, Mapping[str, Any]]],
@@ -85,12 +90,12 @@ def read_logs(
 ) -> dict[str, Any]:
     """Read logs as records, which are written into `out` with what the page draws of them.
 
-    logs : folder of the files.  answers : id of a question -> key of its answer.  choices : (table, column, what the
-    user says of it: `to`, `unit`, `sign`).
+    logs : folder of the files.  mapping : path of a mapping that was dropped with them.  answers : id of a question ->
+    key of its answer.  choices : (table, column, what the user says of it: `to`, `unit`, `sign`).
 
     Returns
     -------
-    Columns, steps, faults, records and parts; `line` says why there is no record.
+    Questions, columns, steps, faults, records and parts; `line` says why there is no record.
 
     Raises
     ------
@@ -99,14 +104,15 @@ def read_logs(
     from .. import draft_import
 
     stage("reading the log" if len(files) == 1 else f"reading {len(files)} logs")
-    found: dict[str, Any] = {"line": "", "columns": [], "records": [], "parts": [], "steps": [], "faults": []}
+    empty = ("questions", "columns", "records", "parts", "steps", "faults")
+    found: dict[str, Any] = {"line": "", **{name: [] for name in empty}}
     try:
-        draft = draft_import([Path(logs, name) for name in files], positive_rudder=positive_rudder)
+        draft = draft_import([Path(logs, name) for name in files], mapping=mapping, positive_rudder=positive_rudder)
     except BadInput as error:
         return found | {"line": _line(error, out), "faults": _faults(error)}
     draft = _told(draft, answers, choices)
     stage("drawing the columns")
-    found["columns"], found["faults"] = _columns(draft), _faults(draft)
+    found |= {"questions": plain(draft.questions), "columns": _columns(draft), "faults": _faults(draft)}
     Path(out, COLUMNS).write_text(json.dumps(_drawn(draft)), "utf-8")
     if draft.questions:
         open_ones = f"{len(draft.questions)} question{'s are' if len(draft.questions) > 1 else ' is'} open"
@@ -136,21 +142,44 @@ def _faults(found: Any) -> list[dict[str, Any]]:
 
 
 def _columns(draft: ImportDraft) -> list[dict[str, Any]]:
-    """A row a column for the page, with the factor, 1 or -1, that its sign is read with."""
+    """A row a column for the page, with the factor, 1 or -1, that its sign is read with, and how it was sampled."""
     turned = draft.turned_columns()
+    timed = {row.table for row in draft.columns if row.quantity == "time" and row.unit}
     rows: list[dict[str, Any]] = plain(draft.columns)
-    return [row | {"factor": -1 if (row["table"], row["column"]) in turned else 1} for row in rows]
+    return [
+        row | {"factor": -1 if (row["table"], row["column"]) in turned else 1}
+        | sampling(*draft.series(row["table"], row["column"]), row["table"] in timed)
+        for row in rows
+    ]  # fmt: skip
+
+
+def sampling(time: np.ndarray, values: np.ndarray, timed: bool) -> dict[str, Any]:
+    """Rows of a column (N,), the share of them without a number, and the numbers a second, None where no time is known.
+
+    time : (N,), s, or row numbers where not `timed`.
+    """
+    import numpy as np
+
+    known = np.isfinite(values) & np.isfinite(time)
+    steps = np.diff(time[known])
+    step = float(np.median(steps)) if timed and steps.size else 0.0
+    missing = 1.0 - float(np.isfinite(values).mean()) if values.size else 0.0
+    return {"rows": values.size, "missing": missing, "rate": 1.0 / step if step > 0.0 else None}
 
 
 def _drawn(draft: ImportDraft) -> list[dict[str, Any]]:
-    """The numbers of every column of the logs, as they stand."""
+    """The numbers of every column of the logs, as they stand, over time, s, or row numbers where it does not rise."""
+    import numpy as np
+
     from ..reporting.open.curves import envelope, numbers
 
     found: list[dict[str, Any]] = []
     for one in draft.columns:
-        values = draft.series(one.table, one.column)[1]
-        kept = envelope(values, 300)
-        found.append({"table": one.table, "column": one.column, "values": numbers(values[kept])})
+        time, values = draft.series(one.table, one.column)
+        time = np.arange(time.size) if (np.diff(time) < 0.0).any() else time
+        kept = envelope(values, DRAWN)
+        found.append({"table": one.table, "column": one.column, "time": numbers(time[kept]),
+                      "values": numbers(values[kept])})  # fmt: skip
     return found
 
 
@@ -158,35 +187,18 @@ def _stored(records: Sequence[Record], out: Path) -> dict[str, Any]:
     """Write the records and their drawings; names, times and the proposed parts."""
     from .. import write_record
     from ..reporting.open.curves import record_view
+    from .parts import copies, lacks, proposed
 
     told: list[dict[str, Any]] = []
+    again = copies(records)
     for number, record in enumerate(records):
         write_record(record, out / f"{number}.parquet")
         Path(out, f"{number}.json").write_text(json.dumps(record_view(record)), "utf-8")
         told.append({"name": record.name, "samples": record.n, "from": float(record.time_s[0]),
                      "to": float(record.time_s[-1]), "channels": list(record.channels),
-                     "positive_rudder": record.meta.positive_rudder})  # fmt: skip
-    return {"records": told, "parts": proposed(records)}
-
-
-def proposed(records: Sequence[Record]) -> list[dict[str, Any]]:
-    """Parts that suit an identification: the manoeuvres, the last of them held out; of a single one its last 40 %."""
-    from ..api.importing import find_manoeuvres
-
-    found: list[dict[str, Any]] = []
-    for number, record in enumerate(records):
-        spans = [(s.kind, s.start, s.stop) for s in find_manoeuvres(record) if s.kind != "straight"]
-        spans = spans or [("record", 0, record.n)]
-        found += [{"record": number, "name": f"{record.name}-{kind}-{place}", "role": "train",
-                   "from": float(record.time_s[start]), "to": float(record.time_s[stop - 1])}
-                  for place, (kind, start, stop) in enumerate(spans, start=1)]  # fmt: skip
-    if len(found) == 1:
-        whole = found[0]
-        middle = round(whole["from"] + 0.6 * (whole["to"] - whole["from"]), 1)
-        found = [whole | {"to": middle}, whole | {"from": middle, "name": f"{whole['name']}-end"}]
-    if found:
-        found[-1]["role"] = "held_out"
-    return found
+                     "positive_rudder": record.meta.positive_rudder, "lacks": lacks(record),
+                     "again": again.get(number, "")})  # fmt: skip
+    return {"records": told, "parts": proposed(records, again)}
 
 
 # ------------------------------------------------------------------------------------------------ analyses

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.judgement.assessment import APPROXIMATES, EXPLAINS, FAILS, POOR
+from ...estimation.judgement.assessment import EXPLAINS, FAILS, POOR
 from ...estimation.likelihood.search import ADEQUATE
 from ..diagnosis.words import size
 from ..numbers import number, r_squared
@@ -25,11 +25,6 @@ if TYPE_CHECKING:
     from ...estimation.judgement.correlation import ChannelResiduals
     from ...estimation.validation.result import Validation
 
-HEADLINES = {
-    EXPLAINS: "The model explains the records.",
-    APPROXIMATES: "The model approximates the records, it does not explain them.",
-    FAILS: "Do not predict with this model.",
-}
 BIASES = {"rudder_offset": "a neutral rudder angle of", "yaw_rate_bias": "a yaw rate bias of"}
 """Bias -> how its size is told."""
 CHANGED, MOST_CHANGED = 0.01, 4
@@ -39,10 +34,25 @@ GROWS = 2.0
 
 
 def headline(found: Assessment) -> str:
-    """The verdict in one sentence."""
-    if found.verdict == FAILS and found.trusted_s > 0.0 and not found.diverged:
-        return f"Do not predict further ahead than {found.trusted_s:.3g} s with this model."
-    return HEADLINES[found.verdict]
+    """The verdict in one sentence, which names the model where it was chosen from several."""
+    chosen = _chosen(found)
+    if found.verdict == FAILS:
+        model = f"this model{f': it is {chosen}' if chosen else ''}"
+        far = f" further ahead than {found.trusted_s:.3g} s" if found.trusted_s > 0.0 and not found.diverged else ""
+        return f"Do not predict{far} with {model}."
+    model = f"{chosen[0].upper()}{chosen[1:]}," if chosen else "The model"
+    told = "explains the records" if found.verdict == EXPLAINS else "approximates the records, it does not explain them"
+    return f"{model} {told}."
+
+
+def _chosen(found: Assessment) -> str:
+    """The name of a model that was chosen from several, and from how many; '' where it was not."""
+    compared, own = found.comparison, (found.estimate.model.id, found.estimate.method)
+    if compared is None:
+        return ""
+    tried = {(one.model.id, one.method) for one in compared.candidates if one.squares} | {own}
+    beaten = [(one.model.id, one.method) for one in compared.candidates if one is not compared.chosen]
+    return "" if own in beaten or len(tried) < 2 else f"the best of {len(tried)} models, {found.name}"
 
 
 def statement(found: Assessment) -> list[str]:

@@ -51,13 +51,16 @@ RUNS = {"measured": "measured", "before": "simulated", "after": "extended model"
 def check_view(found: CheckResult) -> dict[str, Any]:
     """Findings in the records themselves."""
     material = [f for f in found.findings if f.material]
-    said = f"{check_words.headline(found)}."
+    named = f": {', '.join(dict.fromkeys(map(of_check.name, material)))}" if material else ""
+    said = f"{check_words.headline(found)}{named}."
     causes = [
         {"title": of_check.name(f), "sizes": of_check.whole_sizes(f), "said": words.sentence(f.evidence),
          "next": words.sentence(f.separate_by or "")}
         for f in material
     ]  # fmt: skip
-    if not found.findings:
+    if not found.findings and found.not_checked:
+        said = "No finding in what could be checked. What could not is named below."
+    elif not found.findings:
         said = f"No finding. {check_words.NOTHING.partition(': ')[2].capitalize()}."
     tables = [_table(of_check.findings(found)), _table(of_check.by_record(found))]
     return _view(FAIR if material else GOOD, said, list(found.not_checked), causes=causes, tables=tables)

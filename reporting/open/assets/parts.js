@@ -96,7 +96,8 @@ function rows(state) {
   const change = (i, what) => save(state.parts.map((part, k) => (k === i ? { ...part, ...what } : part)));
   fill(list, el("ul", { className: "parts", "aria-label": "parts" }, state.parts.map((part, i) => el("li", { className: part.role },
     el("span", { className: "name" }, el("b", {}, part.name),
-      el("span", { className: "sub" }, `${seconds(part.from)} to ${seconds(part.to)} s`)),
+      el("span", { className: "sub" }, `${seconds(part.from)} to ${seconds(part.to)} s`),
+      state.log.records[part.record].again ? el("span", { className: "sub" }, state.log.records[part.record].again) : null),
     select(`part-${i}-role`, "for", ROLES, part.role, (role) => change(i, { role }), { "aria-label": `${part.name}: what for` }),
     button("Remove", () => save(state.parts.filter((_, k) => k !== i)), { id: `part-${i}-remove`, "aria-label": `remove ${part.name}` })))));
 }

@@ -11,6 +11,25 @@ export function colour(name) {
 const CURVES = ["measured", "before", "after", "fourth", "fifth", "sixth", "seventh", "eighth"];
 export function colourOf(place) { return CURVES[place % CURVES.length]; }
 
+// A line under others is wider than they are, so that it is seen on both sides of them.
+function widthOf(place, count) { return 1.4 + 1.6 * Math.min(count - 1 - place, 3); }
+
+const ON = 0.01;  // of the range: what no eye tells apart
+
+// Which of the curves or tracks lie on an earlier one: as sentences, "" where none does.
+export function lying(curves) {
+  const axes = (curve) => (curve.values ? [curve.values] : [curve.north, curve.east]);
+  const known = (k) => curves.flatMap((curve) => axes(curve)[k].filter((value) => value !== null));
+  const reach = (values) => values.reduce((most, value) => Math.max(most, value), -Infinity) - values.reduce((least, value) => Math.min(least, value), Infinity);
+  const span = Math.max(...axes(curves[0] ?? { values: [] }).map((_, k) => reach(known(k))));
+  const same = (a, b) => axes(a).every((own, k) => own.length === axes(b)[k].length
+    && own.every((value, i) => value === null || axes(b)[k][i] === null || Math.abs(value - axes(b)[k][i]) <= ON * span));
+  return curves.flatMap((curve, i) => {
+    const under = curves.slice(0, i).find((other) => same(curve, other));
+    return under ? [`“${curve.label}” lies on “${under.label}”: they agree.`] : [];
+  }).join(" ");
+}
+
 // Plots that show the same time: { range, point } are shared.
 export function group() {
   const members = new Set();
@@ -49,8 +68,8 @@ export function timePlot(options) {
         { ...axis, size: 62, space: 18 },
       ],
       cursor: { drag: { x: true, y: false, setScale: false, dist: 5 }, points: { size: 6 } },
-      series: [{}, ...options.curves.map((curve) => ({
-        label: curve.label, stroke: colour(curve.colour), width: curve.width ?? 1.3, dash: curve.dash,
+      series: [{}, ...options.curves.map((curve, i) => ({
+        label: curve.label, stroke: colour(curve.colour), width: widthOf(i, options.curves.length), dash: curve.dash,
         points: { show: false }, spanGaps: false,
       }))],
       hooks: {
@@ -105,6 +124,31 @@ export function timePlot(options) {
   shared.members.add(member);
   keep(frame, make, () => plot?.setSize({ width: Math.max(240, frame.clientWidth), height: options.height ?? 150 }));
   frame.member = member;
+  return frame;
+}
+
+// Two columns {label, time, values} over time, each with an axis of its own.
+export function pairPlot(left, right) {
+  const frame = el("div", { className: "plot", role: "img", "aria-label": `${left.label} and ${right.label} over time` });
+  let plot = null;
+  const start = Math.min(...[left, right].flatMap((one) => one.time.filter((value) => value !== null)));
+  const sorted = ({ time, values }) => {
+    const places = [...time.keys()].filter((i) => time[i] !== null).sort((a, b) => time[a] - time[b]);
+    return [places.map((i) => time[i] - start), places.map((i) => values[i])];
+  };
+  function make() {
+    plot?.destroy();
+    const grid = { stroke: colour("line"), width: 1 };
+    const axis = (scale, side, name) => ({ scale, side, stroke: colour(name), grid: side === 1 ? { show: false } : grid, ticks: grid, size: 62, space: 18, font: "12px system-ui, sans-serif" });
+    const series = (one, scale, name, i) => ({ label: one.label, scale, stroke: colour(name), width: widthOf(i, 2), points: { show: false } });
+    plot = new uPlot({
+      width: Math.max(240, frame.clientWidth || 600), height: 200, legend: { show: false },
+      scales: { x: { time: false } }, cursor: { drag: { x: true, y: false } },
+      axes: [{ ...axis("x", 2, "soft"), size: 32, space: 50, values: (_, splits) => splits.map((v) => `${v}`) }, axis("left", 3, "measured"), axis("right", 1, "before")],
+      series: [{}, series(left, "left", "measured", 0), series(right, "right", "before", 1)],
+    }, uPlot.join([sorted(left), sorted(right)]), frame);
+  }
+  keep(frame, make, () => plot?.setSize({ width: Math.max(240, frame.clientWidth), height: 200 }));
   return frame;
 }
 
@@ -168,14 +212,14 @@ export function trackPlot(options) {
       svg("line", { x1: 20, x2: 20 + bar * scale, y1: 306, y2: 306, class: "scale" }),
       Object.assign(svg("text", { x: 26 + bar * scale, y: 310 }), { textContent: `${bar} m` }),
       Object.assign(svg("text", { x: 10, y: 20 }), { textContent: "N ↑" }));
-    tracks.forEach((track) => {
+    tracks.forEach((track, i_) => {
       let path = "", pen = false;
       for (let i = 0; i < track.north.length; i += 1) {
         const drawn = inside(i, track.time ?? options.time) && track.north[i] !== null && track.east[i] !== null;
         if (drawn) path += `${pen ? "L" : "M"}${view.x(track.east[i]).toFixed(1)} ${view.y(track.north[i]).toFixed(1)}`;
         pen = drawn;
       }
-      drawing.append(svg("path", { d: path, class: `curve ${track.colour}`, "stroke-dasharray": track.dash ?? "" }));
+      drawing.append(svg("path", { d: path, class: `curve ${track.colour}`, "stroke-width": widthOf(i_, tracks.length), "stroke-dasharray": track.dash ?? "" }));
     });
   }
 

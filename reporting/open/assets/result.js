@@ -1,6 +1,6 @@
 // The question, how far its computation is, and the answers.
 import { button, el, equation, fill, select, table } from "./dom.js";
-import { colourOf, group, key, timePlot, trackPlot, zoomButtons } from "./plots.js";
+import { colourOf, group, key, lying, timePlot, trackPlot, zoomButtons } from "./plots.js";
 import { address, current, get, once, post, running } from "./server.js";
 
 const ask = document.getElementById("ask"), job = document.getElementById("job"), place = document.getElementById("result");
@@ -24,7 +24,9 @@ export function showQuestion(state) {
   if (!ready) return;
   if (remembered !== state.id) remember(state);
   coming ??= get("/api/choices").then((found) => { choices = found; asked = ""; showQuestion(current()); }).catch(failed);
-  const now = JSON.stringify([kind, model, method, state.models, Boolean(running()), state.parts.some((part) => part.role === "train")]);
+  const missing = lacking(state);
+  const own = missing.length ? "check" : kind;
+  const now = JSON.stringify([own, missing, model, method, state.models, Boolean(running()), state.parts.some((part) => part.role === "train")]);
   if (now === asked) return;
   asked = now;
   const again = () => {
@@ -33,15 +35,24 @@ export function showQuestion(state) {
   };
   const rows = [el("fieldset", {}, el("legend", {}, "What do you want to know?"), Object.entries(QUESTIONS).map(([value, [title, what]]) =>
     el("label", { className: "radio", htmlFor: `kind-${value}` },
-      el("input", { type: "radio", name: "kind", id: `kind-${value}`, value, checked: kind === value, onchange: () => { kind = value; again(); } }),
+      el("input", { type: "radio", name: "kind", id: `kind-${value}`, value, checked: own === value, disabled: missing.length > 0 && value !== "check", onchange: () => { kind = value; again(); } }),
       el("b", {}, title), el("span", { className: "sub" }, what))))];
-  if (kind !== "check" && !choices) rows.push(el("p", { className: "sub" }, "The lists of models and methods are being read …"));
-  if (kind !== "check" && choices) rows.push(el("div", { className: "tools" }, models(state, again), kind === "identify" ? methods(again) : null));
-  if (kind === "diagnose" && model.diagnose === "") {
+  if (missing.length) {
+    rows.push(el("p", { className: "warn", id: "lacking" }, `Identify and diagnose need ${missing.join(", and ")}: the records have none. Say above which column it is, or drop a log that holds it together with this one. The sensors can be checked without it.`));
+  }
+  if (own !== "check" && !choices) rows.push(el("p", { className: "sub" }, "The lists of models and methods are being read …"));
+  if (own !== "check" && choices) rows.push(el("div", { className: "tools" }, models(state, again), own === "identify" ? methods(again) : null));
+  if (own === "diagnose" && model.diagnose === "") {
     rows.push(el("p", { className: "sub" }, "Without a simulation the records tell what steers the craft and what simpler models lack, and a model is built."));
   }
-  rows.push(el("div", { className: "tools" }, button("Start", begin, { id: "start", className: "primary", disabled: running() || !state.parts.some((part) => part.role === "train") })));
+  rows.push(el("div", { className: "tools" }, button("Start", () => begin(own), { id: "start", className: "primary", disabled: running() || !state.parts.some((part) => part.role === "train") })));
   fill(ask, rows);
+}
+
+// What the records of the parts have not got that a model needs.
+function lacking(state) {
+  const used = state.parts.filter((part) => part.role !== "unused").map((part) => state.log.records[part.record]);
+  return [...new Set(used.flatMap((one) => one?.lacks ?? []))];
 }
 
 function remember(state) {
@@ -52,7 +63,7 @@ function remember(state) {
   if (kind !== "check") model = { ...model, [kind]: state.question.model };
 }
 
-function question() { return { kind, model: kind === "check" ? "" : model[kind], method }; }
+function question(asked_ = kind) { return { kind: asked_, model: asked_ === "check" ? "" : model[asked_], method }; }
 
 function models(state, again) {
   const options = (known) => Object.entries(known).map(([value, title]) => ({ value, text: `${value}: ${title}` }));
@@ -70,10 +81,10 @@ function methods(again) {
     (value) => { method = value; again(); });
 }
 
-function begin() {
+function begin(own) {
   document.getElementById("alert").textContent = "";
   chosen = null;
-  post("/analyses", question()).catch(failed);
+  post("/analyses", question(own)).catch(failed);
 }
 
 // ---- how far it is
@@ -177,7 +188,7 @@ function trace(view, i, draw) {
   });
   if (!own.panels.length) return [el("p", {}, "No channel was simulated along this record.")];
   const end = own.time[own.time.length - 1];
-  const figure = (label, curves, height) => el("figure", {}, el("figcaption", {}, label), timePlot({ label, time: own.time, curves, group: shared, height }));
+  const figure = (label, curves, height) => el("figure", {}, el("figcaption", {}, label, lying(curves) ? el("span", { className: "sub" }, ` ${lying(curves)}`) : null), timePlot({ label, time: own.time, curves, group: shared, height }));
   return [
     view.traces.length > 1 ? select("trace", "record", view.traces.map((one, k) => ({ value: String(k), text: `${one.record} (${one.role})` })), String(i),
       (value) => draw(Number(value))) : el("p", { className: "sub" }, `${own.record} (${own.role})`),

@@ -106,10 +106,10 @@ export async function remove(path) { take(await send("DELETE", address(path))); 
 
 // ---- files
 
-export function upload(kind, file, progress) {
+export function upload(file, progress) {
   return new Promise((resolve, reject) => {
     const request = new XMLHttpRequest();
-    request.open("POST", `${address(`/${kind}`)}?name=${encodeURIComponent(file.name)}`);
+    request.open("POST", `${address("/logs")}?name=${encodeURIComponent(file.name)}`);
     request.setRequestHeader("content-type", "application/octet-stream");
     request.setRequestHeader("authorization", bearer(key).authorization);
     request.upload.onprogress = (event) => { if (event.lengthComputable) progress(event.loaded / event.total); };

@@ -85,11 +85,12 @@ def test_a_model_that_is_nowhere_better_than_none_fails(records):
     assert later.verdict == EXPLAINS and f"only later than {first:.3g} s ahead better" in terminal(later)
 
 
-def test_a_model_does_not_explain_held_out_records_that_it_misses(records):
+def test_a_model_with_a_negative_r2_on_held_out_records_fails(records):
     found = assess(fitted(records[:1]), records[:1], records[1:])
     scores = tuple(replace(s, r2=-0.1) if s.channel is None else s for s in found.held_out.scores)
     missed = replace(found, held_out=replace(found.held_out, scores=scores))
-    assert found.verdict == EXPLAINS and missed.verdict == APPROXIMATES
+    assert found.verdict == EXPLAINS and missed.verdict == FAILS
+    assert headline(missed).startswith("Do not predict further ahead than")
     assert not any("counts as explained" in line for line in statement(missed))
 
 

@@ -2,12 +2,15 @@
 
 import json
 import re
+from dataclasses import replace
+from importlib import import_module
 
 import numpy as np
 import pytest
 
 import helmbench
 from helmbench.api import assessment as room
+from helmbench.api.identification import _better_ahead
 
 from ...simulators.response import GAIN, heading_only, steps, turned
 
@@ -121,3 +124,22 @@ def test_a_neutral_rudder_angle_is_told_with_sizes_and_leaves_the_numbers():
     assert abs(found.estimate.parameters["K"] - GAIN) > abs(new - GAIN)
     clean = helmbench.identify(heading_only(turned(steps(3))), "nomoto-1", "output-error").assess()
     assert clean.biases is None and clean.to_json()["biases"] is None
+
+
+@pytest.mark.parametrize(("own", "other", "taken"), [(0.9, 0.8, True), (0.7, 0.8, False), (0.1, 0.2, True)])
+def test_a_built_model_replaces_a_family_that_follows_the_records_only_if_it_does_no_worse(
+    records, monkeypatch, own, other, taken
+):
+    """Ahead its errors are half those of the family; R^2 of the free runs, of which poor ones tell nothing."""
+    family = helmbench.identify(records[0], "nomoto-1", "ls")
+    module = import_module("helmbench.estimation.validation.validate")
+    real = module.validate
+
+    def validate(models, *rest):
+        found = real(models, *rest)
+        halved = (replace(s, rmse=s.rmse * (0.5 if s.model == "built" else 1.0)) for s in found.scores)
+        free = {"built": own, "best": other}
+        return replace(found, scores=tuple(replace(s, r2=free[s.model]) if s.horizon_s is None else s for s in halved))
+
+    monkeypatch.setattr(module, "validate", validate)
+    assert _better_ahead(replace(family, method="ladder"), family, [records[1]]) is taken

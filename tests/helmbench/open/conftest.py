@@ -5,6 +5,7 @@ import time
 from dataclasses import dataclass
 from urllib.parse import parse_qs, urlsplit
 
+import numpy as np
 import pytest
 import requests
 
@@ -13,6 +14,7 @@ from helmbench.open import serve
 
 from ...datasets.importing.raw_logs import bridge
 
+TIME = np.arange(0.0, 240.0, 0.5)
 HOSTILE = "<img src=x onerror=alert(1)>"
 
 
@@ -36,10 +38,10 @@ class Client:
     def project(self):
         return f"/api/projects/{self.post('/api/projects').json()['id']}"
 
-    def upload(self, project, name, data, kind="logs"):
+    def upload(self, project, name, data):
         headers = {"origin": self.base}
         return self.session.post(
-            f"{self.base}{project}/{kind}", params={"name": name}, data=data, headers=headers, timeout=30
+            f"{self.base}{project}/logs", params={"name": name}, data=data, headers=headers, timeout=30
         )
 
     def finished(self, project, seconds=120.0):
@@ -89,3 +91,12 @@ def log(recorded, tmp_path_factory):
     """What the bridge logged of it, with names and cells that a page must not take for markup."""
     (path,) = bridge(recorded, tmp_path_factory.mktemp("log"))
     return path.read_text("utf-8").replace("Remark", HOSTILE, 1).replace("pilot aboard", HOSTILE, 1).encode()
+
+
+def swing(time=TIME):
+    """Heading, deg, yaw rate, deg/s, and rudder, deg, of a first-order ship in a zigzag."""
+    rudder = np.clip(40.0 * np.sin(time / 12.0), -20.0, 20.0)
+    rate = np.zeros_like(time)
+    for i in range(1, time.size):
+        rate[i] = rate[i - 1] + (time[i] - time[i - 1]) * (0.05 * rudder[i - 1] - rate[i - 1]) / 8.0
+    return np.cumsum(rate) * (time[1] - time[0]), rate, rudder

@@ -9,7 +9,7 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
 from ...support.browser import chromium
-from .conftest import HOSTILE
+from .conftest import HOSTILE, TIME, swing
 
 DROP = """([name, text]) => {
   const data = new DataTransfer();
@@ -141,6 +141,27 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
         again.emulate_media(color_scheme=scheme)
         assert again.evaluate("document.documentElement.scrollWidth") <= width
         assert serious(again) == []
+
+
+def test_columns_without_names_are_confirmed_by_one_click_and_that_can_be_taken_back(opened):
+    heading, rate, rudder = swing()
+    rows = zip(TIME, heading, rate, rudder, strict=True)
+    tab = opened()
+    tab.wait_for_selector("#example")
+    tab.evaluate(DROP, ["tank.dat", "\n".join(" ".join(f"{value:.5f}" for value in row) for row in rows)])
+    tab.wait_for_selector("#questions", timeout=LONG_MS)
+    assert tab.locator("#example").is_hidden()
+    table = tab.locator("#questions table.proposal tbody tr")
+    assert [row.split("\t")[1] for row in table.all_inner_texts()] == ["time", "heading", "yaw rate", "rudder"]
+    assert tab.locator("#start").is_hidden() and serious(tab) == []
+    tab.click("#question-0-answer-0")
+    tab.wait_for_selector("#start", timeout=LONG_MS)
+    assert tab.locator("#questions").count() == 0 and "480 rows, 2 Hz, none missing" in tab.inner_text("#columns")
+    tab.locator("#pair summary").click()
+    tab.wait_for_selector("#pair canvas")
+    tab.locator("#answered summary").click()
+    tab.get_by_role("button", name="take back").click()
+    tab.wait_for_selector("#questions", timeout=LONG_MS)
 
 
 @pytest.mark.nightly

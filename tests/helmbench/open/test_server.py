@@ -277,7 +277,7 @@ def test_a_log_becomes_records_with_every_column_told_and_drawn(client, read):
     drawn = client.get(f"{project}/columns").json()
     assert {one["column"] for one in drawn} == set(columns) and all(len(one["values"]) <= 300 for one in drawn)
     roles = [part["role"] for part in state["parts"]]
-    assert roles == ["train", "held_out"] and state["parts"][0]["to"] == state["parts"][1]["from"]
+    assert roles == ["train", "held_out"] and state["parts"][0]["to"] < state["parts"][1]["from"]
     tracks = {one["label"]: one for one in client.get(f"{project}/records/0").json()["tracks"]}
     ends = {label: (one["north"][-1], one["east"][-1]) for label, one in tracks.items()}
     assert ends["speed and heading"] == pytest.approx(ends["positions"], abs=20.0)
@@ -338,6 +338,7 @@ def test_a_check_finds_the_bias_and_gives_its_files(client, read, log, tmp_path,
     after = client.finished(project)
     assert after["job"]["state"] == "done", after["job"]["message"]
     (answer,) = after["analyses"]
+    assert answer["sentence"].startswith("2 records: ") and "yaw rate bias" in answer["sentence"]
     view = client.get(f"{project}/analyses/{answer['id']}").json()
     assert "yaw rate bias" in [cause["title"] for cause in view["causes"]] and view["tone"] == "fair"
     place = f"{project}/analyses/{answer['id']}/files"
@@ -366,7 +367,7 @@ def test_no_answer_names_the_private_folder(client, read, tmp_path):
     project, state = read
     folder = str(client.site.projects.folder)
     model_to_json(helmbench.resolve("mariner"), tmp_path / "own.json")
-    client.upload(project, "own.json", (tmp_path / "own.json").read_bytes(), "models")
+    client.upload(project, "own.json", (tmp_path / "own.json").read_bytes())
     client.post(f"{project}/parts", {"parts": state["parts"]})
     assert client.post(f"{project}/analyses", {"kind": "diagnose", "model": "file:own.json"}).status_code == 200
     after = client.finished(project)
@@ -375,7 +376,7 @@ def test_no_answer_names_the_private_folder(client, read, tmp_path):
     with zipfile.ZipFile(io.BytesIO(archive)) as files:
         assert [name for name in files.namelist() if folder.encode() in files.read(name)] == []
     view = client.get(f"{project}/analyses/{after['analyses'][0]['id']}").text
-    client.upload(project, "broken.json", b"{", "models")
+    client.upload(project, "broken.json", b'{"family": "nomoto-1", "coefficients": {}}')
     client.post(f"{project}/analyses", {"kind": "diagnose", "model": "file:broken.json"})
     refused = client.finished(project)["job"]
     assert refused["state"] == "refused" and refused["message"].startswith("broken.json")
@@ -432,3 +433,45 @@ def test_what_no_one_states_is_asked_and_answered(client, recorded):
     assert "check the units" in client.finished(project)["log"]["line"]
     client.post(f"{project}/read", {"answers": answers})
     assert client.finished(project)["log"]["records"] == state["log"]["records"]
+
+
+def test_a_sidecar_and_a_mapping_go_with_their_log_and_json_is_a_model_by_what_it_holds(client, recorded, tmp_path):
+    """The sidecar says on which side a positive rudder turns the ship; the mapping leaves a column out."""
+    helmbench.write_record(recorded, tmp_path / "run.csv")
+    project = client.project()
+    for name in ("run.yaml", "run.csv"):
+        assert client.upload(project, name, (tmp_path / name).read_bytes()).json()["kind"] == "logs"
+    client.post(f"{project}/read", {})
+    state = client.finished(project)
+    assert [(one["name"], one["beside"]) for one in state["files"]] == [("run.yaml", True), ("run.csv", False)]
+    assert state["log"]["line"] == "" and state["log"]["records"][0]["positive_rudder"] == "port"
+    assert any("run.yaml" in one["why"] for one in state["log"]["columns"])
+    mapping = helmbench.draft_import(tmp_path / "run.csv")
+    mapping = mapping.with_columns({("run.csv", "yaw_rate_rad_s"): {"to": "not used"}})
+    mapping.write_mapping(tmp_path / "run.map.yaml")
+    client.upload(project, "run.map.yaml", (tmp_path / "run.map.yaml").read_bytes())
+    client.post(f"{project}/read", {})
+    assert "yaw_rate_rad_s" not in client.finished(project)["log"]["records"][0]["channels"]
+    assert client.upload(project, "log.json", b'[{"Time": 0}]').json()["kind"] == "logs"
+
+
+def test_an_answer_is_kept_in_words(client, tmp_path):
+    project = client.project()
+    time = np.arange(0.0, 100.0, 0.5)
+    rows = [f"{t};{20 * np.sin(t / 9):.4f};{np.cos(t / 9):.4f}" for t in time]
+    client.upload(project, "log.csv", "\n".join(["Time [s];Kurs;Ruder [deg]", *rows]).encode())
+    client.post(f"{project}/read", {})
+    question = client.finished(project)["log"]["questions"][0]
+    answer = question["answers"][0]
+    client.post(f"{project}/read", {"answers": {question["id"]: answer["key"]}})
+    state = client.finished(project)
+    assert state["answered"] == [{"id": question["id"], "text": question["text"], "answer": answer["text"]}]
+    assert question["id"] not in {one["id"] for one in state["log"]["questions"]}
+
+
+def test_there_is_an_example_to_start_from(client):
+    project = client.project()
+    assert client.post(f"{project}/example").status_code == 200
+    state = client.finished(project)
+    assert [one["name"] for one in state["files"] if not one["beside"]] == ["example.csv"]
+    assert state["log"]["line"] == "" and [part["role"] for part in state["parts"]] == ["train", "held_out"]

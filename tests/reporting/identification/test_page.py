@@ -1,6 +1,7 @@
 """The page and the terminal form of an identification: the figures are those of the JSON document."""
 
 import re
+from dataclasses import replace
 from html import unescape
 from xml.etree import ElementTree
 
@@ -92,6 +93,17 @@ def test_the_page_is_one_file_with_its_charts(found):
     assert "&lt;this&gt;" in page and "<this>" not in page
     assert [head[:2] for head in re.findall(r"<h2>(.*?)</h2>", page)] == ["1.", "2.", "3.", "4.", "5.", "6."]
     assert page.index(headline(found)) < page.index("<h2>")
+
+
+def test_the_headline_names_the_model_that_was_chosen_from_several(found):
+    """A model that was beaten is not called the best, a built one that was taken instead is."""
+    chosen = replace(found, estimate=found.comparison.chosen.estimate)
+    assert headline(chosen).startswith(f"The best of 3 models, {found.name}, ")
+    beaten = next(one.estimate for one in found.comparison.candidates if one is not found.comparison.chosen)
+    assert headline(replace(found, estimate=beaten)).startswith("The model ")
+    built = replace(found, estimate=replace(found.estimate, method="ladder"))
+    assert headline(built).startswith("The best of 4 models, ")
+    assert headline(replace(found, comparison=None)).startswith("The model ")
 
 
 def test_every_sentence_is_on_page_and_terminal(found):
