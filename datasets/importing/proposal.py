@@ -77,17 +77,21 @@ def _propose(log: Log, table: RawTable, able: Sequence[Finding], answers: Mappin
         raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {_keys(question)}")
     if key == NONE:
         return
-    chosen = made[int(key) - 1] if key else made[0]
     if not key:
         log.proposals.append(question)
+    _take(log, table, able, made[int(key) - 1] if key else made[0], bool(key))
+
+
+def _take(log: Log, table: RawTable, able: Sequence[Finding], chosen: Proposal, sure: bool) -> None:
+    """Put what a proposal says into the log: the time of the table, and what its open columns are."""
     log.times[table.label] = chosen.time
     log.forget_times(table.label)
-    for i, found in enumerate(log.findings):
-        if found.table is table and found.column.name == (chosen.time.columns or ("",))[-1]:
-            log.findings[i] = found.unused("the time")
-        elif any(found is one for one in able):
-            log.findings[i] = _meant(found, chosen.assignment.meanings.get(found.column.name), bool(key))
-    log.findings = [f for f in log.findings if f.table is not table or f.column.name not in chosen.time.columns]
+    meant = {f.column.name: _meant(f, chosen.assignment.meanings.get(f.column.name), sure) for f in able}
+    log.findings = [
+        meant.get(f.column.name, f) if f.table is table else f
+        for f in log.findings
+        if f.table is not table or f.column.name not in chosen.time.columns
+    ]
 
 
 def _keys(question: Question) -> str:
@@ -116,8 +120,7 @@ def _proposals(log: Log, table: RawTable, able: Sequence[Finding]) -> list[Propo
         if found is None:
             continue
         values, known = _known(log, table, found[0])
-        names = {c for c in time.columns}
-        values |= {f.column.name: f.column.numbers for f in able if f.column.name not in names}
+        values |= {f.column.name: f.column.numbers for f in able if f.column.name not in time.columns}
         motion = motion_of(found[0], values, known)
         whole = assignments(motion) if motion is not None else []
         made += [Proposal(one, time) for one in whole if len(one.meanings) > 1]
