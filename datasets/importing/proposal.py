@@ -215,4 +215,4 @@ def _lines(able: Sequence[Finding], first: Proposal, made: Proposal) -> str:
         line_of(_meant(f, its.get(f.column.name), True), **({} if f.column.name in its else {"to": NOT_USED}))
         for f in changed
     ]
-    return ", ".join(lines) or "the lines of these columns as the draft says them"
+    return " and ".join(lines) or "nothing more: the draft says it"
