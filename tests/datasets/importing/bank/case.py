@@ -136,5 +136,5 @@ class Outcome:
     start_s: float = 0.0
     """What the record states of its start, and that in seconds since 1970."""
     said: str = ""
-    again: tuple[str, ...] = ()
+    again: Callable[[], tuple[str, ...]] | None = None
     """What differs where the log is imported with the map that the import wrote."""
