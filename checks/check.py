@@ -17,7 +17,7 @@ from ..datasets.record import RUDDERS
 from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
 from .base import FileCheck
-from .comparison.averages import averaged
+from .comparison.averages import averages_of
 from .comparison.chains import Chain, chains, sums, why_not
 from .comparison.courses import deviation
 from .comparison.selection import Compared, compare
@@ -168,10 +168,10 @@ def check_sensors(
     """Sensor errors of records that are free of gross faults, and why some could not be compared.
 
     derived : record name -> columns that are made from each other: they are not compared.  Of long records, averages
-    are (`averaged`).
+    are (`averages_of`).
     """
     found: list[CheckFinding] = []
-    current = [averaged(record) for record in records]
+    current = [averages_of(record) for record in records]
     for done, corrected in compared(current, derived, reasons):
         found, current = [*found, *of_sizes(done)], corrected
         if done.absurd is not None:

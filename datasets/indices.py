@@ -19,6 +19,7 @@ import numpy as np
 
 from ..models.errors import BadInput
 from .record import Record
+from .signals import integral
 
 OVERSHOOTS = ("first_overshoot", "second_overshoot")
 TURNING = ("advance", "transfer", "tactical_diameter")
@@ -197,7 +198,7 @@ def _travelled(record: Record, begin_s: float, end_s: float) -> float:
         north, east = ([_at(time, record.column(name), when) for when in times] for name in ("north_m", "east_m"))
         return float(np.sum(np.hypot(np.diff(north), np.diff(east))))
     speed = np.hypot(record.column("surge_m_s"), record.column("sway_m_s"))
-    way = np.concatenate([[0.0], np.cumsum(np.diff(time) * (speed[1:] + speed[:-1]) / 2.0)])
+    way = integral(speed, time)
     return _at(time, way, end_s) - _at(time, way, begin_s)
 
 

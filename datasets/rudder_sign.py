@@ -7,6 +7,7 @@ import numpy as np
 from ..models.linear_algebra import lstsq
 from .plausibility import PlausibilityWarning
 from .record import Record, Side
+from .signals import integral
 
 ONE_SIDE = 0.9
 """A rudder is held to one side, and a ship turns to one, where this share of the angle, of the yaw rate, is there."""
@@ -78,16 +79,10 @@ def one_sided(values: np.ndarray) -> float:
 
 def _response(time: np.ndarray, rate: np.ndarray, rudder: np.ndarray) -> tuple[float, float]:
     """Gain of the first-order response to the rudder, and the share of the squared error that the rudder takes off."""
-    columns = np.column_stack([_integral(rudder, time), _integral(rate, time), time, np.ones(time.size)])
+    columns = np.column_stack([integral(rudder, time), integral(rate, time), time, np.ones(time.size)])
     gain, error = _least_squares(columns, rate)
     _, error_without = _least_squares(columns[:, 1:], rate)
     return gain, 1.0 - error / error_without if error_without > 0.0 else 0.0
-
-
-def _integral(values: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Trapezoidal integral (N,) of values (N,) from the first time."""
-    steps = np.diff(time) * (values[1:] + values[:-1]) / 2.0
-    return np.concatenate([[0.0], np.cumsum(steps)])
 
 
 def _least_squares(columns: np.ndarray, values: np.ndarray) -> tuple[float, float]:

@@ -28,7 +28,7 @@ AVERAGED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m",
 """Channels that are compared; of others, which wrap or are switched, an average may be none of their values."""
 
 
-def averaged(record: Record) -> Record:
+def averages_of(record: Record) -> Record:
     """The record's compared channels as averages; the record itself where it is short, or where averages would lose
     something of its motion or of a slower channel."""
     channels = {name: record.continuous(name) for name in AVERAGED if record.has(name)}

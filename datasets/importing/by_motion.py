@@ -14,7 +14,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
+from ..signals import integral
 from .units import UNITS
 
 GRID, COARSE = 1500, 400
@@ -134,9 +136,7 @@ def smooth(values: np.ndarray, width: int) -> np.ndarray:
     width = max(1, int(width)) | 1
     if width < 3 or values.size < width:
         return values
-    padded = np.pad(values, width // 2, mode="edge")
-    sums = np.concatenate([[0.0], np.cumsum(padded)])
-    return (sums[width:] - sums[:-width]) / width
+    return uniform_filter1d(values, width, mode="nearest")
 
 
 # ------------------------------------------------------------------------------------------------ relations
@@ -155,10 +155,9 @@ def straight(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return centred - t * float(t @ centred) / float(t @ t)
 
 
-def integral(motion: Motion, whole: str, rate: str) -> tuple[float, float]:
+def rate_fit(motion: Motion, whole: str, rate: str) -> tuple[float, float]:
     """(share of a column beyond a straight line that k times the integral of another one explains, k)."""
-    x = motion.values[rate]
-    summed = np.concatenate([[0.0], np.cumsum((x[1:] + x[:-1]) / 2.0)]) * motion.step
+    summed = integral(motion.values[rate], motion.time)
     y, z = straight(motion.time, motion.values[whole]), straight(motion.time, summed)
     power, other = float(z @ z), float(y @ y)
     if not (power > 0.0 and other > 0.0):
@@ -202,7 +201,7 @@ class Relations:
         self.speeds = {c: np.gradient(smooth(x, self.width), motion.step) for c, x in motion.values.items()}
         self.smoothed = {c: smooth(x, self.width) for c, x in motion.values.items()}
         pairs = itertools.permutations(motion.values, 2)
-        fits = {pair: integral(motion, *pair) for pair in pairs}
+        fits = {pair: rate_fit(motion, *pair) for pair in pairs}
         self.rates = {pair: fit for pair, fit in fits.items() if fit[0] > RATE_FIT}
 
     # ---- heading and yaw rate
@@ -245,7 +244,7 @@ class Relations:
     # ---- tracks
 
     def tracks(self, heading: str, of: Meaning) -> Iterator[Track]:
-        """Pairs of columns whose course goes with a heading: positions, or velocities over ground."""
+        """Pairs of positions whose course goes with a heading."""
         psi = smooth(self.motion.si(heading, of), self.width)[self.coarse]
         for meanings in self._pairs(heading):
             found = self._track(psi, meanings)

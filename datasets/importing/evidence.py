@@ -9,6 +9,7 @@ import numpy as np
 
 from ..angles import unwrapped
 from ..grammar import DEGREE
+from ..signals import integral
 from .units import Unit
 
 FEWEST = 20
@@ -72,9 +73,9 @@ def rate_ratio(angle: Series, rate: Series) -> float | None:
     if shared is None:
         return None
     time, turned, turning = shared
-    integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (turning[1:] + turning[:-1]) / 2.0)])
+    turns = integral(turning, time)
     window = max(1, min(time.size // 10, 50))
-    change, summed = turned[window:] - turned[:-window], integral[window:] - integral[:-window]
+    change, summed = turned[window:] - turned[:-window], turns[window:] - turns[:-window]
     if float(np.std(change)) < 0.1 * DEGREE:
         return None
     return _ratio(change, summed)

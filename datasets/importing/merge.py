@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..angles import unwrapped
+from ..signals import integral
 from ..time_faults import MOST_SAMPLES, time_fault
 from .clocks import align
 from .convert import Stream
@@ -167,23 +168,23 @@ def _averaged(time: np.ndarray, values: np.ndarray, grid: np.ndarray, step: floa
     """
     if time.size < 2:
         return np.full(grid.size, np.nan)
-    integral = np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2.0)])
+    whole = integral(values, time)
     half = np.clip(np.minimum(grid - time[0], time[-1] - grid), -1.0, step / 2.0)
     half = np.where(np.abs(half) < 1e-3 * step, 1e-3 * step, half)
     low, high = grid - half, grid + half
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = (_integral_at(high, time, values, integral) - _integral_at(low, time, values, integral)) / (high - low)
+        mean = (_integral_at(high, time, values, whole) - _integral_at(low, time, values, whole)) / (high - low)
     wide = np.concatenate([[0], np.cumsum(np.diff(time) > LONGEST_GAP * own)])
     first, last = (np.clip(np.searchsorted(time, edge), 0, time.size - 1) for edge in (low, high))
     return np.where((high > low) & (wide[first] == wide[last]), mean, np.nan)
 
 
-def _integral_at(at: np.ndarray, time: np.ndarray, values: np.ndarray, integral: np.ndarray) -> np.ndarray:
+def _integral_at(at: np.ndarray, time: np.ndarray, values: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """Integral (M,) up to some times of the line through samples (N,), whose integral up to each of them is known."""
     place = np.clip(np.searchsorted(time, at, side="right") - 1, 0, time.size - 2)
     since = at - time[place]
     slope = (values[place + 1] - values[place]) / (time[place + 1] - time[place])
-    return integral[place] + since * (values[place] + 0.5 * slope * since)
+    return whole[place] + since * (values[place] + 0.5 * slope * since)
 
 
 def _interpolated(time: np.ndarray, values: np.ndarray, grid: np.ndarray, step: float, own: float) -> np.ndarray:

@@ -20,6 +20,7 @@ from scipy.signal import lfilter
 
 from ...models.linear_algebra import lstsq
 from ..angles import unwrapped
+from ..signals import integral
 from .convert import Stream
 from .geodesy import on_plane
 
@@ -122,7 +123,7 @@ def _heading(stream: Stream) -> Curve | None:
         if name in q:
             return _known(stream.time, unwrapped(q[name]))
     rate = _known(stream.time, q["yaw_rate"]) if "yaw_rate" in q else None
-    return (rate[0], _integral(*rate)) if rate is not None else None
+    return (rate[0], integral(rate[1], rate[0])) if rate is not None else None
 
 
 def _rudder(stream: Stream) -> Curve | None:
@@ -160,10 +161,6 @@ def _of_velocity(time: np.ndarray, north: np.ndarray, east: np.ndarray) -> Curve
     with np.errstate(invalid="ignore"):
         moving = speed > 0.2 * np.nanquantile(speed, 0.9) if np.isfinite(speed).any() else speed > 0.0
     return _known(time, unwrapped(np.where(moving, np.arctan2(east, north), np.nan)))
-
-
-def _integral(time: np.ndarray, values: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0.0], np.cumsum(np.diff(time) * (values[1:] + values[:-1]) / 2.0)])
 
 
 # ------------------------------------------------------------------------------------------------ search

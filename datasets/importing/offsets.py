@@ -10,6 +10,7 @@ import numpy as np
 
 from ...models.linear_algebra import lstsq
 from ..angles import unwrapped
+from ..signals import integral
 from .convert import Stream
 
 NEAR_S = 120.0
@@ -62,7 +63,7 @@ def _series(streams: Sequence[Stream]) -> dict[str, tuple[np.ndarray, np.ndarray
                 out.setdefault("turn", _known(stream.time, unwrapped(q[name])))
         if "yaw_rate" in q:
             time, rate = _known(stream.time, q["yaw_rate"])
-            turned = np.concatenate([[0.0], np.cumsum(np.diff(time) * (rate[1:] + rate[:-1]) / 2.0)])
+            turned = integral(rate, time)
             out.setdefault("turn", (time, turned))
         for name, source in (("speed", "speed_over_ground"), ("north", "north"), ("east", "east"), ("roll", "roll")):
             if source in q:

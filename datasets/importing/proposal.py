@@ -68,15 +68,13 @@ def _is_open(found: Finding) -> bool:
 
 
 def _propose(log: Log, table: RawTable, able: Sequence[Finding], answers: Mapping[str, str]) -> None:
-    made = _proposals(log, table, able)[:MOST] if len(able) <= MOST_COLUMNS else []
+    key = answers.get(_id(table))
+    made = _proposals(log, table, able)[:MOST] if len(able) <= MOST_COLUMNS and key != NONE else []
     if not made:
         return
     question = _question(table, able, made)
-    key = answers.get(question.id)
     if key is not None and question.answer(key) is None:
         raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {_keys(question)}")
-    if key == NONE:
-        return
     if not key:
         log.proposals.append(question)
     _take(log, table, able, made[int(key) - 1] if key else made[0], bool(key))
@@ -92,6 +90,11 @@ def _take(log: Log, table: RawTable, able: Sequence[Finding], chosen: Proposal, 
         for f in log.findings
         if f.table is not table or f.column.name not in chosen.time.columns
     ]
+
+
+def _id(table: RawTable) -> str:
+    """Id of the question what the columns of a table are."""
+    return f"{table.label}/columns"
 
 
 def _keys(question: Question) -> str:
@@ -191,7 +194,7 @@ def _question(table: RawTable, able: Sequence[Finding], made: Sequence[Proposal]
     ]
     rest = Answer(NONE, "no: ask for each column", "change the lines of these columns")
     at = next(iter(first.assignment.meanings))
-    return Question(f"{table.label}/columns", "columns", table.label, at, text, (*answers, rest))
+    return Question(_id(table), "columns", table.label, at, text, (*answers, rest))
 
 
 def _said(meaning: Meaning) -> str:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.checks.check import check
-from helmbench.checks.comparison.averages import MOST, averaged
+from helmbench.checks.comparison.averages import MOST, averages_of
 from helmbench.datasets.record import Record
 
 
@@ -25,12 +25,12 @@ def voyage(rng, n, step_s=0.2, heading_late_s=0.0, yaw_rate_scale=1.0, turns_in_
 
 def test_a_short_record_is_taken_as_it_is(rng):
     record = voyage(rng, MOST)
-    assert averaged(record) is record
+    assert averages_of(record) is record
 
 
 def test_averages_are_means_of_all_samples(rng):
     record = voyage(rng, 4 * MOST + 3)
-    mean = averaged(record)
+    mean = averages_of(record)
     count = record.n // mean.n
     assert 2 <= count <= 4 and mean.n == record.n // count
     for name in ("heading_rad", "yaw_rate_rad_s"):
@@ -41,20 +41,20 @@ def test_averages_are_means_of_all_samples(rng):
 
 def test_averages_do_not_outlast_the_turning(rng):
     quick = voyage(rng, 3 * MOST, step_s=1.0, turns_in_s=5.0)
-    assert averaged(quick) is quick
+    assert averages_of(quick) is quick
 
 
-def test_a_slowly_sampled_channel_is_not_averaged(rng):
+def test_a_slowly_sampled_channel_is_not_averages_of(rng):
     record = voyage(rng, 2 * MOST)
     heading = np.where(np.arange(record.n) % 10 == 0, record.column("heading_rad"), np.nan)
     sparse = record.with_channels(heading_rad=heading)
-    assert averaged(sparse) is sparse
+    assert averages_of(sparse) is sparse
 
 
 def test_no_average_reaches_over_a_gap_in_time(rng):
     record = voyage(rng, 4 * MOST)
     late = np.where(np.arange(record.n) > 1001, record.time_s + 500.0, record.time_s)
-    mean = averaged(Record(late, record.channels, name="gap"))
+    mean = averages_of(Record(late, record.channels, name="gap"))
     lost = np.flatnonzero(np.isnan(mean.column("yaw_rate_rad_s")))
     assert lost.size == 1
     assert late[1001] < mean.time_s[lost[0] + 1] and mean.time_s[lost[0] - 1] < late[1002]
@@ -66,9 +66,9 @@ def test_no_average_reaches_over_a_gap_in_time(rng):
 )
 def test_averages_show_what_all_samples_show(rng, monkeypatch, fault, cause, size):
     record = voyage(rng, 2 * MOST + 10, **fault)
-    assert averaged(record) is not record
+    assert averages_of(record) is not record
     means = check([record]).findings
-    monkeypatch.setattr("helmbench.checks.check.averaged", lambda record: record)
+    monkeypatch.setattr("helmbench.checks.check.averages_of", lambda record: record)
     samples = check([record]).findings
     assert [(f.cause, f.material) for f in means] == [(f.cause, f.material) for f in samples]
     for found in (means, samples):

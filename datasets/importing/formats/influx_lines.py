@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..raw import RawTable
-from .json_records import tables_of_rows
+from .json_records import tables_or_refusal
 
 LINE = re.compile(r"(?P<series>[^\s=]{1,200}(?:,[^\s,=]+=[^\s,=]+)*) (?P<fields>[^\s=,]+=\S.*) (?P<time>\d{10,19})\s*$")
 FIELD = re.compile(rf"(?P<name>[^\s=,]+)=(?:(?P<number>{DECIMAL})[iu]?|\"[^\"]*\"|[a-zA-Z]+)(?:,|$)")
@@ -24,10 +23,7 @@ def looks_like_line_protocol(text: str) -> bool:
 
 def read_line_protocol(text: str, path: Path) -> list[RawTable]:
     """A table for every measurement and set of tags; BadInput where no field holds numbers."""
-    tables = tables_of_rows(list(_rows(text)), path)
-    if not tables:
-        raise BadInput("no measurement with numbers found", file=path)
-    return tables
+    return tables_or_refusal(list(_rows(text)), path, "measurement")
 
 
 def _rows(text: str) -> Iterator[tuple[int, dict[str, Any]]]:

@@ -7,10 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..raw import RawTable
-from .json_records import tables_of_rows
+from .json_records import tables_or_refusal
 
 LINE = re.compile(
     r"(?P<stamp>\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?:\.\d+)?): (?P<name>[A-Z][A-Z0-9_]+) \{(?P<fields>.*)\}\s*$"
@@ -26,10 +25,7 @@ def looks_like_mavlink_text(text: str) -> bool:
 
 def read_mavlink_text(text: str, path: Path) -> list[RawTable]:
     """A table for every kind of message; BadInput where none holds numbers."""
-    tables = tables_of_rows(list(_rows(text)), path)
-    if not tables:
-        raise BadInput("no message with numbers found", file=path)
-    return tables
+    return tables_or_refusal(list(_rows(text)), path, "message")
 
 
 def _rows(text: str) -> Iterator[tuple[int, dict[str, Any]]]:

@@ -191,17 +191,18 @@ def _appended(run, folder, stamps=None):
     return table(folder / "runs.csv", made)
 
 
+def _bridge(time, run):
+    """The columns of a bridge log, with what its time is called."""
+    s = series(run)
+    return {time: s["t"], "Heading [deg]": s["heading"], "ROT [deg/min]": s["rot_min"], "Rudder [deg]": s["rudder"]}
+
+
 def _short_first(run, folder):
     """Twelve rows of another run above the run."""
-    s = series(run)
-    made = {
-        "Time [s]": s["t"],
-        "Heading [deg]": s["heading"],
-        "ROT [deg/min]": s["rot_min"],
-        "Rudder [deg]": s["rudder"],
-    }
+    made = _bridge("Time [s]", run)
+    times = made["Time [s]"]
     return table(folder / "runs.csv", {name: texts[200:212] + texts for name, texts in made.items()} |
-                 {"Time [s]": s["t"][:12] + s["t"]})  # fmt: skip
+                 {"Time [s]": times[:12] + times})  # fmt: skip
 
 
 def _summer_time(run, folder):
@@ -224,15 +225,9 @@ def _comma_header(run, folder):
 
 def _idle_file(run, folder):
     """A file of no use beside the log."""
-    s = series(run)
-    made = {
-        "time [s]": s["t"],
-        "Heading [deg]": s["heading"],
-        "ROT [deg/min]": s["rot_min"],
-        "Rudder [deg]": s["rudder"],
-    }
-    return [*table(folder / "log.csv", made),
-            *table(folder / "pump.csv", {"time [s]": s["t"], "Pump pressure [bar]": fixed(3 + 0 * run.t)})]  # fmt: skip
+    made = _bridge("time [s]", run)
+    pump = {"time [s]": made["time [s]"], "Pump pressure [bar]": fixed(3 + 0 * run.t)}
+    return [*table(folder / "log.csv", made), *table(folder / "pump.csv", pump)]
 
 
 def _missing_name(run, folder):
