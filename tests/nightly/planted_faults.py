@@ -2,8 +2,11 @@
 
     .venv/bin/python -m tests.nightly.planted_faults --count 40 --seed 1 --jobs 2
 
-Works on clones of the last commit in build/planted_faults, never on the checkout itself.  Of a fault that the tests of
-`make test` find the nightly ones are not run: `make test-all` holds both.
+Works on clones of the last commit in build/planted_faults, never on the checkout itself.  All tests are run once
+without a fault, to see which execute the function of each fault: only these are run with it, the nearest first.
+Where that cannot be seen (a line outside of functions, a function that keeps its results or that Numba compiles) all
+tests are run.  Of a fault that the tests of `make test` find the nightly ones are not run: `make test-all` holds
+both.
 """
 
 import argparse
@@ -19,14 +22,27 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
 
+import pytest
+
 ROOT = Path(__file__).resolve().parents[2]
 ROOMS = (
     *("models", "datasets", "checks", "estimation", "methods", "diagnosis", "bench", "reporting", "reproduction"),
     "helmbench",
 )
-NEAR = 2
-"""Test files that import the faulty file over at most so many steps are run first."""
-LIMIT_S = 1500.0
+MARKED = {"property", "cached_property", "staticmethod", "classmethod", "contextmanager", "typed"}
+"""Decorators of functions that a mark can be put into."""
+MARKS = """
+import os
+seen = set()
+def at(number):
+    test = os.environ.get("PYTEST_CURRENT_TEST")
+    if test and (number, test) not in seen:
+        seen.add((number, test))
+        with open({folder!r} + f"/{{number}}", "a", encoding="utf-8") as file:
+            file.write(test + chr(10))
+"""
+"""The module that a mark calls: it notes the test that executes the marked function."""
+LIMIT_S = 3600.0
 """A run that takes longer is stopped: the fault is found, as it makes the program hang."""
 SWAPPED = {
     **{ast.Lt: ">", ast.LtE: ">", ast.Gt: "<", ast.GtE: "<", ast.Eq: "!=", ast.NotEq: "=="},
@@ -197,30 +213,117 @@ def distances(file: str) -> dict[str, int]:
             for new in importers.get(old, ())
             if new not in steps and not steps.update({new: steps[old] + 1})
         ]
-    return {name: n for name, n in steps.items() if re.search(r"(^|/)test_\w+\.py$", name) and "nightly" not in name}
+    return {name: n for name, n in steps.items() if re.search(r"(^|/)test_\w+\.py$", name)}
 
 
-def order(file: str) -> tuple[list[str], list[str]]:
-    """Test files near the fault, the nearest first, and all others."""
+def marked(fault: Fault, number: int, source: str) -> str | None:
+    """The source with a mark in the function of the fault; None where none can be put."""
+    place = Source(fault.file, source)
+    functions = [
+        node
+        for node in ast.walk(place.tree)
+        if isinstance(node, ast.FunctionDef)
+        and place.at(node.body[0].lineno, node.body[0].col_offset) <= fault.start < place.at(*end(node))
+    ]
+    if not functions:
+        return None
+    named = {ast.unparse(d).split("(")[0].split(".")[-1] for f in functions for d in f.decorator_list}
+    if named - MARKED:
+        return None
+    body = functions[-1].body
+    first = next((n for n in body if not (isinstance(n, ast.Expr) and isinstance(n.value, ast.Constant))), body[-1])
+    decorators = getattr(first, "decorator_list", [])
+    line, column = (
+        (decorators[0].lineno, decorators[0].col_offset - 1) if decorators else (first.lineno, first.col_offset)
+    )
+    start = place.at(line, column)
+    gap = "\n" + " " * column if place.lines[line - 1][:column].isspace() else "; "
+    return f'{source[:start]}__import__("fault_marks").at({number}){gap}{source[start:]}'
+
+
+def end(node: ast.FunctionDef) -> tuple[int, int]:
+    """Line and column where a function ends."""
+    assert node.end_lineno is not None and node.end_col_offset is not None
+    return node.end_lineno, node.end_col_offset
+
+
+def executing(faults: list[Fault], folder: Path) -> dict[Fault, list[str] | None]:
+    """The tests that execute the function of each fault: None where that cannot be told, so that all are run.
+
+    A result of a fixture is used by other tests: where a fixture executes the function, the whole file counts.
+    """
+    notes = folder / "build" / "marks"
+    notes.mkdir(parents=True)
+    packages = next((folder / ".venv" / "lib").glob("python3*/site-packages"))
+    (packages / "fault_marks.py").write_text(MARKS.format(folder=str(notes)), "utf-8")
+    texts = {fault: (folder / fault.file).read_text("utf-8") for fault in faults}
+    new = {fault: marked(fault, number, texts[fault]) for number, fault in enumerate(faults)}
+    for fault, text in new.items():
+        if text is not None:
+            (folder / fault.file).write_text(text, "utf-8")
+    done = run(folder, ["-n", "2", "--dist", "worksteal", "tests", "tests/nightly"])
+    print(done.stdout.splitlines()[-1], flush=True)
+    for fault, text in texts.items():
+        (folder / fault.file).write_text(text, "utf-8")
+    return {fault: None if new[fault] is None else tests_of(notes / str(number)) for number, fault in enumerate(faults)}
+
+
+def tests_of(notes: Path) -> list[str]:
+    """The tests (files, or one test of a file) that a mark has noted."""
+    lines = notes.read_text("utf-8").splitlines() if notes.exists() else []
+    phases = [re.fullmatch(r"(.*?)(?:@\S+)? \((\w+)\)", line) for line in lines]
+    whole = {m[1].split("::")[0] for m in phases if m and m[2] == "setup"}
+    single = {m[1] for m in phases if m and m[1].split("::")[0] not in whole}
+    shared = [name for file in whole for name in users(file)]
+    return sorted({*whole, *shared}) + sorted(n for n in single if n.split("::")[0] not in shared)
+
+
+SHARED = ("calibrated", "uncertain", "craft", "board", "run_folder")
+"""Fixtures of the whole run (`tests/shared.py`): one test makes them, others use them."""
+
+
+def users(file: str) -> list[str]:
+    """Other test files that use a fixture of the whole run that this file uses, too."""
+    used = [name for name in SHARED if re.search(rf"\b{name}\b", (ROOT / file).read_text("utf-8"))]
+    return [
+        other
+        for other in test_files()
+        if any(re.search(rf"def test\w*\([^)]*\b{name}\b", (ROOT / other).read_text("utf-8")) for name in used)
+    ]
+
+
+def test_files() -> list[str]:
+    """Every file of tests that the two commands run."""
     every = sorted(str(p.relative_to(ROOT)) for p in (ROOT / "tests").rglob("test_*.py"))
-    skipped = ("tests/nightly/", "tests/timing/")
-    every = [name for name in every if not name.startswith(skipped)]
-    steps = dict.fromkeys(every, len(every)) | distances(file)
-    steps |= {name: 0 for name in every if name.startswith(f"tests/{Path(file).parent}/")}
-    ranked = sorted(every, key=lambda name: (steps[name], name))
-    return [n for n in ranked if steps[n] <= NEAR], [n for n in ranked if steps[n] > NEAR]
+    return [name for name in every if not name.startswith("tests/timing/")]
 
 
-def failing(folder: Path, marker: str, files: list[str]) -> str:
-    """What the tests of some files say of the code in a folder: the first failing test, or nothing."""
-    if not files:
-        return ""
-    command = [".venv/bin/pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", marker, *files]
+def order(file: str, tests: list[str]) -> list[str]:
+    """The tests, those nearest to the fault first."""
+    steps = distances(file)
+    steps |= {name: 0 for name in test_files() if name.startswith(f"tests/{Path(file).parent}/")}
+    return sorted(tests, key=lambda name: (steps.get(name.split("::")[0], 99), name))
+
+
+def run(folder: Path, arguments: list[str]) -> subprocess.CompletedProcess[str]:
+    """Pytest in a clone; raises TimeoutExpired."""
+    command = [".venv/bin/pytest", "-q", "-p", "no:cacheprovider", *arguments]
     environment = os.environ | {"PYTHONDONTWRITEBYTECODE": "1", "NUMBA_CACHE_DIR": str(folder / "build" / "numba")}
+    return subprocess.run(
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
+    )
+
+
+def failing(folder: Path, marker: str, tests: list[str]) -> str:
+    """What some tests say of the code in a folder: the first failing one, or nothing."""
+    if not tests:
+        return ""
+    listed = folder / "build" / "tests.txt"
+    listed.write_text("\n".join(tests), "utf-8")
     try:
-        done = subprocess.run(
-            command, cwd=folder, env=environment, capture_output=True, text=True, timeout=LIMIT_S, check=False
-        )
+        done = run(folder, ["-x", "-m", marker, f"@{listed}"])
+        if done.returncode == pytest.ExitCode.USAGE_ERROR:  # a name that pytest does not find again
+            done = run(folder, ["-x", "-m", marker, *dict.fromkeys(name.split("::")[0] for name in tests)])
     except subprocess.TimeoutExpired:
         return f"no end in {LIMIT_S:.0f} s"
     if done.returncode in (0, 5):
@@ -229,18 +332,17 @@ def failing(folder: Path, marker: str, files: list[str]) -> str:
     return first.group(1) if first else done.stdout[-200:] + done.stderr[-200:]
 
 
-def judged(fault: Fault, folder: Path) -> tuple[str, str]:
+def judged(fault: Fault, tests: list[str] | None, folder: Path) -> tuple[str, str]:
     """Which command finds a fault (`test`, `test-all`, `none`), and by which test."""
     path = folder / fault.file
     source = path.read_text("utf-8")
     path.write_text(fault.planted(source), "utf-8")
+    ranked = order(fault.file, test_files() if tests is None else tests)
     try:
-        near, others = order(fault.file)
-        for files in (near, others):
-            if said := failing(folder, "not nightly", files):
-                return "test", said
-        said = failing(folder, "nightly", [*near, *others])
-        return ("test-all", said) if said else ("none", "")
+        for command, marker in (("test", "not nightly"), ("test-all", "nightly")):
+            if said := failing(folder, marker, ranked):
+                return command, said
+        return "none", ""
     finally:
         path.write_text(source, "utf-8")
 
@@ -250,7 +352,7 @@ def clone(number: int) -> Path:
     folder = ROOT / "build" / "planted_faults" / str(number)
     subprocess.run(["rm", "-rf", str(folder)], check=True)
     subprocess.run(["git", "clone", "-q", str(ROOT), str(folder)], check=True)
-    subprocess.run(["make", "-s", "env"], cwd=folder, check=True, capture_output=True)
+    subprocess.run(["make", "-s", "env", "browser", "compiler"], cwd=folder, check=True, capture_output=True)
     return folder
 
 
@@ -264,13 +366,15 @@ def main() -> None:
     faults = drawn(asked.count, asked.seed)
     print(f"{len(faults)} faults, seed {asked.seed}", flush=True)
     folders: SimpleQueue[Path] = SimpleQueue()
-    for number in range(asked.jobs):
-        folders.put(clone(number))
+    clones = [clone(number) for number in range(asked.jobs)]
+    tests = executing(faults, clones[0])
+    for folder in clones:
+        folders.put(folder)
 
     def one(fault: Fault) -> str:
         folder = folders.get()
         try:
-            finder, said = judged(fault, folder)
+            finder, said = judged(fault, tests[fault], folder)
         finally:
             folders.put(folder)
         print(f"{finder:9} {fault.kind:10} {fault.file}:{fault.line} -> {fault.text!r}  {said}", flush=True)
