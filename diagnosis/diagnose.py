@@ -19,6 +19,7 @@ from .checked import put_back, with_checks
 from .gain.guard import log_fall
 from .gain.runs import with_runs
 from .one_bank.diagnose import by_pieces
+from .one_bank.remaining import with_remaining
 from .options import Options
 from .prepared import Prepared, corrected_records, without_doubtful
 from .result import Diagnosis
@@ -33,6 +34,7 @@ CHECKS, BASE_MODEL = "checks of sensors and files", "identification of the base 
 PIECES, FREE_RUNS = "free runs of left-out pieces", "free runs of left-out records"
 CAUSES_BESIDE = "causes beside an uncertain base model"
 CAUSES = "causes and gain"
+REST = "forces that describe the rest"
 """Stages of a diagnosis; not every diagnosis has all of them."""
 
 
@@ -93,7 +95,7 @@ def _diagnosed(
         watch(BASE_MODEL)
         model = identified(model, given.train)
     held = put_back(given.recorded, given.faults, model)
-    found = _found(model, given, held, options, watch)
+    found = _described(_found(model, given, held, options, watch), given, held, options, watch)
     found = with_checks(found, given.checked, (*given.train, *given.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
@@ -120,6 +122,21 @@ def _found(
         return likely
     better = _left(likely) > LEFT and _fall(likely, pieces.diagnosis) > (CLEARLY if pieces.selects else FAR)
     return pieces.diagnosis if likely.verdict == "unexplained" or better else likely
+
+
+def _described(
+    found: Diagnosis, given: Prepared, held_out: Sequence[Record], options: Options, watch: Callable[[str], object]
+) -> Diagnosis:
+    """The diagnosis with what describes the rest, where the records and the model allow it."""
+    if found.verdict == "inconclusive" or not found.model.is_3dof or options.only is not None:
+        return found
+    watch(REST)
+    try:
+        with arithmetic_guard():
+            cleaned = behind_sensors(given, given.sensors(options.causes()))
+            return with_remaining(found, cleaned, held_out, options)
+    except (BadInput, CannotFit, FitFailed):
+        return found
 
 
 def _left(diagnosis: Diagnosis) -> float:

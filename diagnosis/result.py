@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from .trace import Trace
 
 SCHEMA = 2
-VERDICTS = ("inconclusive", "unexplained", "partly_named", "tied", "named", "adequate")
+VERDICTS = ("inconclusive", "unexplained", "described", "partly_named", "tied", "named", "adequate")
 """In the order of precedence."""
 
 
@@ -50,6 +50,41 @@ class Entry:
     p_adjusted: float | None
     power: float | None
     why: str
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A force over the variable that it depends on, where there are data, arrays (N,), with a 90 % band."""
+
+    variable: str
+    variable_unit: str
+    force_unit: str
+    values: tuple[float, ...]
+    force: tuple[float, ...]
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class RemainingForce:
+    """A force, or the drift of a sensor, that no known cause explains.
+
+    axis : X, Y or N, or the state that a sensor shows.  depends_on : variables in words.
+    share : of the squared error of left-out pieces beyond noise that it takes off; None where only several together do.
+    gain : channel -> root mean square error of left-out pieces before and after, SI.
+    extended : whether it is a term of the extended model.  reading : what it may be.  next_manoeuvre : what would tell.
+    """
+
+    axis: str
+    depends_on: tuple[str, ...]
+    text: str
+    share: float | None
+    gain: dict[str, tuple[float, float]]
+    sizes: tuple[Size, ...]
+    extended: bool
+    reading: str
+    next_manoeuvre: str
+    curve: Curve | None = None
 
 
 @dataclass(frozen=True)
@@ -87,7 +122,8 @@ class Diagnosis:
     bank: tuple[Entry, ...]
     gain: dict[str, Gain]
     hypothesis: dict[str, Any] | None
-    """Of an unexplained effect: the sparse term that fits best, and whether held-out records confirm it."""
+    """Of an unexplained effect that free runs do not show: the sparse term that fits best, and whether held-out records
+    confirm it."""
     noise: dict[str, Any]
     """Sensor sds, force sds and correlation time that were estimated."""
     traces: tuple[Trace, ...]
@@ -111,8 +147,15 @@ class Diagnosis:
     of_held_out: dict[str, dict[str, float]] = field(default_factory=dict)
     """Held-out record -> what belongs to it (current, wind), estimated on its first part: coefficients with which the
     extended model is run along it."""
+    remaining: tuple[RemainingForce, ...] = ()
+    """What describes the error that known causes leave."""
     ahead: Validation | None = None
     """Errors some time ahead on held-out records, or else on those of training; None where none were computed."""
+
+    @property
+    def extends(self) -> bool:
+        """Whether the extended model differs from the base model."""
+        return bool(self.causes) or any(force.extended for force in self.remaining)
 
     def to_json(self) -> dict[str, Any]:
         """The document of schema version 2 (diagnosis.json), plain numbers only."""
@@ -133,6 +176,7 @@ class Diagnosis:
             "ahead": None if self.ahead is None else plain(self.ahead.told_ahead()),
             "bank": plain(self.bank),
             "hypothesis": plain(self.hypothesis),
+            "remaining": plain(self.remaining),
             "noise": plain(self.noise),
             "base_coefficients": None if self.calibration is None else plain(self.calibration.to_json()),
             "where": plain(self.where),

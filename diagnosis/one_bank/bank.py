@@ -4,8 +4,10 @@
     model      a number of the model, or of a term that it lacks (`models.coefficient_groups`)
     steering   a number of the rudder's linkage (`models.instruments`), or the inverse of a limit
     flow       a steady current or wind, or a steady force in body axes, of all records or of one
-    term       a force in body axes along the measured motion, with the parameter of a model extension as its size
+    term       a force in body axes along the measured motion (`Bank.series`)
+    window     a force in body axes over one of so many windows of a piece (entries: its number, their count)
     sensor     numbers of instruments that show the motion
+    drift      a sensor's error: what it grows by in a second (column 0), or what it is at the record's start (1)
 
 Standard deviations and trial values are in natural units: s in ship lengths sailed (L/U), m/s in the ship's speed,
 rad/s in U/L, forces in rho/2 L^2 U^2 and moments in rho/2 L^3 U^2.
@@ -25,9 +27,11 @@ from ..calibration.calibrate import causes_of
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
+from .terms import term_of
 
 if TYPE_CHECKING:
     from ...models.model import Model
+    from .motion import Series
 
 DEGREE = np.pi / 180.0
 INPUT, HULL, FORCE = 0, 1, 2
@@ -106,6 +110,7 @@ class Bank:
 
     model : with the terms that it lacks, at zero.  own : its own numbers under their priors.  places : number -> what
     it moves.  causes : id of a candidate's `of` -> cause that it is told as.  titles : the same -> words.
+    series : number of a term -> its force along a motion.
     """
 
     model: Model
@@ -114,6 +119,7 @@ class Bank:
     places: Mapping[str, Place]
     causes: Mapping[str, str]
     titles: Mapping[str, str] = field(default_factory=dict)
+    series: Mapping[str, Series] = field(default_factory=dict)
 
     def cause_of(self, candidate: Candidate) -> str:
         """The cause of the taxonomy that a candidate is told as."""
@@ -147,7 +153,8 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
         barely = every_own_number(groups)
         own = {n.name: n for n in _numbers(barely, barely.sd, numbers)}
     kept = [c for c in candidates if only is None or told.get(c.of, BaseCoefficients.id) in only]
-    return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups})
+    series = {name: term_of(name) for name, place in places.items() if place.kind == "term"}
+    return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups}, series)
 
 
 def _of_group(group: Group, values: Mapping[str, float]) -> Iterator[Candidate]:

@@ -68,7 +68,7 @@ def by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options
         said = with_runs(
             _concluded(model, given, choice, options), given.train, given.instruments, held_out, options.channels
         )
-        rest = withdrawn(choice) if _worse(said) else None
+        rest = withdrawn(choice) if worsens(said) else None
         if rest is None:
             return ByPieces(said, bool(choice.selection.entered), _decisive(choice, said, options))
         choice = rest
@@ -90,7 +90,7 @@ def runs_of(model: Model, records: Sequence[Record], options: Options) -> FreeRu
     return FreeRuns(bank, units_of(bank.model, records, length), length)
 
 
-def _worse(said: Diagnosis) -> bool:
+def worsens(said: Diagnosis) -> bool:
     """Whether some channel of the held-out records is predicted worse, also with each record's own trim."""
     return any(g.own_after > WORSE * g.own_before and g.rmse_after > WORSE * g.rmse_before for g in said.gain.values())
 

@@ -7,7 +7,8 @@ its number.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from dataclasses import replace
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -26,12 +27,13 @@ from ...models.errors import CannotFit
 from ...models.instruments import SENSORS
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
-from .terms import term_series
+from .motion import motion_of
 from .units import Rudder
 
 if TYPE_CHECKING:
     from ...estimation.selection.number import Number
-    from .bank import Bank
+    from .bank import Bank, Place
+    from .motion import Motion, Series
     from .units import Unit
 
 STEP, OWN_STEP = 0.05, 0.3
@@ -88,6 +90,18 @@ class FreeRuns:
         turning = [c for c, s in enumerate(self.symbols) if s in ("r", "psi")]
         if not np.any(self.motion[turning] > self.floor[turning]):
             raise CannotFit("the ship does not turn: the records hold no manoeuvre")
+
+    def with_numbers(self, places: Mapping[str, Place], series: Mapping[str, Series]) -> FreeRuns:
+        """The same runs with further numbers: what they move, and forces along a motion."""
+        bank = replace(self.bank, places={**self.places, **places}, series={**self.bank.series, **series})
+        return FreeRuns(bank, self.units, self.length_s)
+
+    def force_units(self) -> dict[str, float]:
+        """Axis -> force of one in the prime system at the approach speed, with the area L^2: N, N m."""
+        numbers = self.bank.model.environment_numbers()
+        length = numbers.get("L", numbers["wind_L"])
+        unit = 0.5 * numbers["rho"] * length**2 * self.bank.model.speed_m_s**2
+        return {"X": unit, "Y": unit, "N": unit * length}
 
     @property
     def record_names(self) -> dict[int, str]:
@@ -190,10 +204,13 @@ class FreeRuns:
 
     def _start(self, lane: Lane) -> np.ndarray:
         """The state (n,) that a lane starts from: the smoothed one, without what its sensors add to it."""
-        start, own = self.units[lane.unit].start, self._sensors(lane)
-        if not own:
+        unit = self.units[lane.unit]
+        start, own, drifts = unit.start, self._sensors(lane), self._drifts(lane)
+        if not own and not drifts:
             return start
         start = start.copy()
+        for c, first, slope in drifts:
+            start[self._columns[c]] -= first + slope * (unit.grid_s[0] - unit.record.time_s[0])
         for c, symbol in zip(self._columns, self.symbols, strict=True):
             short = SENSOR[symbol]
             start[c] = (start[c] - own.get(f"{short}_bias", 0.0)) / (1.0 + own.get(f"{short}_scale", 0.0))
@@ -207,6 +224,17 @@ class FreeRuns:
         moved = {n: x for n, x in lane.values.items() if x and self.places[n].kind == "sensor"}
         return {entry: x for n, x in moved.items() for entry in self.places[n].entries}
 
+    def _drifts(self, lane: Lane) -> list[tuple[int, float, float]]:
+        """Channels whose sensors drift in a lane, with their errors at the start of the record and growth in a
+        second."""
+        number = self.units[lane.unit].number
+        own = [(p, x) for n, x in lane.values.items() if x and (p := self.places[n]).kind == "drift"]
+        return [
+            (self.symbols.index(p.entries[0]), *((x, 0.0) if p.column else (0.0, x)))
+            for p, x in own
+            if p.record in (None, number)
+        ]
+
     def _inputs(self, lane: Lane) -> np.ndarray:
         """Inputs (M + 1, nu) of a lane, with those of the environment where it or the record has some."""
         unit = self.units[lane.unit]
@@ -214,7 +242,7 @@ class FreeRuns:
         linkage: dict[str, float] = {}
         for name, x in lane.values.items():
             place = self.places[name]
-            if x == 0.0 or place.kind in ("model", "sensor") or place.record not in (None, unit.number):
+            if x == 0.0 or place.kind in ("model", "sensor", "drift") or place.record not in (None, unit.number):
                 continue
             if place.kind == "steering":
                 entry = place.entries[0]
@@ -231,9 +259,23 @@ class FreeRuns:
     def _change(self, k: int, linkage: tuple[tuple[str, float], ...]) -> np.ndarray:
         return self.rudders[self.units[k].number].change(dict(linkage), self.units[k].grid_s)
 
-    @lru_cache(maxsize=4096)  # noqa: B019
+    @cached_property
+    def motions(self) -> dict[int, Motion]:
+        """Number of a record -> its measured motion."""
+        return {n: motion_of(self.model, r.record, SMOOTH * self.length_s) for n, r in self.rudders.items()}
+
+    @cache  # noqa: B019
     def _term(self, k: int, name: str) -> np.ndarray:
-        return term_series(self.model, self.units[k], name, SMOOTH * self.length_s)
+        unit, place = self.units[k], self.places[name]
+        if place.kind == "window":
+            number, count = map(int, place.entries)
+            share = (unit.grid_s - unit.grid_s[0]) / (unit.grid_s[-1] - unit.grid_s[0])
+            return (np.minimum(share * count, count - 1).astype(int) == number).astype(float)
+        return np.interp(unit.grid_s, self.motions[unit.number].time_s, self._along(unit.number, name))
+
+    @cache  # noqa: B019
+    def _along(self, number: int, name: str) -> np.ndarray:
+        return self.bank.series[name](self.motions[number])
 
     def _errors(self, lanes: Sequence[Lane], states: np.ndarray) -> np.ndarray:
         """Errors (B, N, C) of the lanes of one unit from their states (B, M, n)."""
@@ -246,6 +288,8 @@ class FreeRuns:
             }
             if own:
                 self._show(row, own, series.dt)
+            for c, first, slope in self._drifts(lane):
+                row[:, c] += first + slope * (self.units[k].grid_s[: len(row)] - self.units[k].record.time_s[0])
         error = self.measured[k] - np.moveaxis(series.observe(np.moveaxis(shown, 0, 1)), 1, 0)
         limit = LIMIT * self.floor
         error = np.where(np.isfinite(error), np.clip(error, -limit, limit), limit)

@@ -419,18 +419,22 @@ EXTENSIONS: dict[str, Extension] = {
 TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+")
 """Identifier of an added force or moment that is a product: N_r_absv is N' r' |v'|, d the rudder angle (rad)."""
 
+FORCE = re.compile("(?P<axis>[XYN])_(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd]))")
+"""Identifier of an added force by the heading (so many times a turn), the speed, the past of v', r' or the rudder."""
+
 
 RUDDER_FORCE, OFFSET = "rudder_force", "rudder_offset"
 """What may differ in a regime beside single numbers: all that the rudder adds to the forces, its neutral angle."""
 
 
 def is_made_up(name: str) -> bool:
-    """Whether an extension's identifier says all of it: a product term, or a number that differs in a regime."""
-    return TERM.fullmatch(name) is not None or EXTENSION.fullmatch(name) is not None
+    """Whether an extension's identifier says all of it: a product, a force, or a number that differs in a regime."""
+    return any(pattern.fullmatch(name) for pattern in (TERM, FORCE, EXTENSION))
 
 
 def extension_of(name: str) -> Extension:
-    """The extension of an identifier: one of EXTENSIONS, a product term of a 3-DOF model, or a number in a regime.
+    """The extension of an identifier: one of EXTENSIONS, a product term or a force of a 3-DOF model, or a number in a
+    regime.
 
     Raises
     ------
@@ -441,6 +445,9 @@ def extension_of(name: str) -> Extension:
         names, unit = regime_parameters(name), VARIABLES[local["variable"]]
         units = dict(zip(names, ("rad" if local["number"] == OFFSET else "1", unit, unit), strict=True))
         return Extension(units, _in_regime(**local.groupdict()), held=names)
+    force = FORCE.fullmatch(name)
+    if force is not None:
+        return _force(name, **force.groupdict())
     if TERM.fullmatch(name) is None:
         return EXTENSIONS[name]
     axis, *factors = name.split("_")
@@ -511,6 +518,63 @@ def _product(row: int, factors: Sequence[str]) -> Apply:
         forces = list(definition.forces)
         forces[row] += unit[row] * parameters[0] * sp.prod(known[factor] for factor in factors)
         return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
+
+    return apply
+
+
+def _force(name: str, axis: str, count: str | None, speed: str | None, past: str | None) -> Extension:
+    """A force or moment along the motion: a cos(k psi) + b sin(k psi), a U + b U^2, or in the prime system a x + b z
+    with T z_dot = x - z of x = v', r' or the rudder angle."""
+    row, unit = "XYN".index(axis), "N m" if axis == "N" else "N"
+    if past is not None:
+        units = {f"{name}_now": "1", f"{name}_late": "1", f"{name}_time": "s"}
+        return Extension(units, _lagging(row, past), three_dof=True, held=(f"{name}_time",))
+    if speed is not None:
+        return Extension({f"{name}_1": f"{unit} s/m", f"{name}_2": f"{unit} s2/m2"}, _by_speed(row), three_dof=True)
+    return Extension(
+        dict.fromkeys((f"{name}_cos", f"{name}_sin"), unit), _turning(row, int(count or 1)), three_dof=True
+    )
+
+
+def _in_si(definition: Definition, row: int, force: sp.Expr) -> Definition:
+    """The definition with a force, N, or moment, N m, on an axis."""
+    scale, forces = definition.force_scale, list(definition.forces)
+    assert scale is not None
+    forces[row] += scale[row] * force
+    return replace(definition, forces=forces)
+
+
+def _turning(row: int, count: int) -> Apply:
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        psi = next(s for s in definition.states if s.name == "psi")
+        return _in_si(definition, row, parameters[0] * sp.cos(count * psi) + parameters[1] * sp.sin(count * psi))
+
+    return apply
+
+
+def _by_speed(row: int) -> Apply:
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        u, v = definition.states[:2]
+        square = u**2 + v**2 + sp.Float(1e-12)
+        return _in_si(definition, row, parameters[0] * sp.sqrt(square) + parameters[1] * square)
+
+    return apply
+
+
+def _lagging(row: int, motion: str) -> Apply:
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        now, late, time = parameters
+        helpers, vp, rp, unit = _primes(definition, late.name)
+        x, z = {"v": vp, "r": rp, "d": definition.inputs[0]}[motion], sp.Symbol(f"{late.name}_state", real=True)
+        forces = list(definition.forces)
+        forces[row] += unit[row] * (now * x + late * z)
+        return replace(
+            definition,
+            states=[*definition.states, z],
+            forces=forces,
+            helpers={**definition.helpers, **helpers},
+            kinematics=[*definition.kinematics, (x - z) / time],
+        )
 
     return apply
 

@@ -123,6 +123,21 @@ def bars(groups: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], 
     return svg(draw, (WIDTH, 0.9 + 0.2 * len(groups) * (len(names) + 1)))
 
 
+def band(
+    x: np.ndarray, y: Sequence[float], ends: tuple[Sequence[float], Sequence[float]], label: str, unit: str
+) -> str:
+    """An SVG file of a curve y (N,) over x (N,) in the band between its ends (N,)."""
+
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        axes.fill_between(x, *ends, color=AFTER, alpha=0.2, linewidth=0.0)
+        axes.plot(x, y, color=AFTER, linewidth=1.5)
+        axes.axhline(0.0, color=SOFT, linewidth=0.7)
+        axes.set(xlabel=label, ylabel=unit, xlim=(x[0], x[-1]))
+
+    return svg(draw, (WIDTH, 2.6))
+
+
 def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tuple[float, float] | None:
     """Padded range of what is finite, at most `limit` (None: twice its range) beyond the first array; None where
     nothing is."""

@@ -1,4 +1,4 @@
-"""Figures of a published diagnosis: errors by record, spectra of the errors."""
+"""Figures of a published diagnosis: errors by record, spectra of the errors, forces that remain."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from . import words
-from .charts import AFTER, BEFORE, Curve, bars, spectra
+from .charts import AFTER, BEFORE, Curve, band, bars, spectra
 from .errors import banded, residual, rms
 from .panels import CHANNELS
 
 if TYPE_CHECKING:
-    from ...diagnosis.result import Diagnosis
+    from ...diagnosis.result import Diagnosis, RemainingForce
     from ...diagnosis.trace import Trace
 
 BANDS = 14
@@ -22,9 +22,10 @@ COLOURS = {"before": BEFORE, "after": AFTER}
 
 
 def figures(found: Diagnosis) -> dict[str, str]:
-    """Name -> SVG file: errors by record, and a spectrum of the errors for each channel."""
+    """Name -> SVG file: errors by record, a spectrum of the errors for each channel, and a curve for each force."""
     drawn = {"errors": error_bars(found)}
     drawn |= {f"spectrum-{name}": spectrum_figure(found, name) for name in CHANNELS}
+    drawn |= {f"remaining-{number}": curve_chart(force) for number, force in enumerate(found.remaining, 1)}
     return {name: svg for name, svg in drawn.items() if svg}
 
 
@@ -59,8 +60,18 @@ def spectrum_figure(found: Diagnosis, name: str) -> str:
     return spectra(np.sqrt(edges[:-1] * edges[1:]), curves, f"{unit} / √Hz")
 
 
+def curve_chart(force: RemainingForce) -> str:
+    """A force over the variable that it depends on with its 90 % band; empty where it has no curve."""
+    curve = force.curve
+    if curve is None:
+        return ""
+    unit, factor = ("deg", words.DEG) if curve.variable_unit == "rad" else (curve.variable_unit, 1.0)
+    label = curve.variable + (f", {unit}" if unit != "1" else ", U/L")
+    return band(factor * np.array(curve.values), curve.force, (curve.low, curve.high), label, curve.force_unit)
+
+
 def _runs(found: Diagnosis) -> tuple[str, ...]:
-    return ("before", "after")[: 1 + bool(found.causes)]
+    return ("before", "after")[: 1 + found.extends]
 
 
 def _bands(traces: Sequence[Trace]) -> np.ndarray | None:

@@ -54,6 +54,11 @@ def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) 
         words.sentence(found.reason),
     ]
     parts += [_finding(finding) for finding in found.causes]
+    for number, force in enumerate(found.remaining, 1):
+        parts += [f"- {words.remaining(force)}"]
+        parts += [
+            _figure(files, f"remaining-{number}", "The force with its 90 % band, where the records hold data", "")
+        ]
     parts += ["## 1. What was simulated and what was measured", STATISTICS]
     parts += [tables.markdown(errors) if errors.rows else ""]
     parts += [_figure(files, "errors", "Root mean square errors of the free runs")]
@@ -121,7 +126,7 @@ def _finding(finding: Finding) -> str:
 def _equations(found: Diagnosis) -> list[str]:
     from ..equations import equations
 
-    if not found.causes:
+    if not found.extends:
         return ["The model stays as it is."]
     extended = equations(found.extended, found.model)
     blocks = [f"$$\n{line.latex}\n$$" for line in (*extended.relations, *extended.dynamics) if line.new]
@@ -130,5 +135,5 @@ def _equations(found: Diagnosis) -> list[str]:
     return ["Equations that are new or changed:", *blocks, "\n".join(values)]
 
 
-def _figure(files: Mapping[str, str], name: str, caption: str) -> str:
-    return f"![{caption}]({files[name]})\n\n*{caption}; red: before, blue: after.*" if name in files else ""
+def _figure(files: Mapping[str, str], name: str, caption: str, colours: str = "; red: before, blue: after") -> str:
+    return f"![{caption}]({files[name]})\n\n*{caption}{colours}.*" if name in files else ""

@@ -12,6 +12,7 @@ from ..templating import render
 from ..validation.tables import horizon_table, trusted_lines
 from . import words
 from .charts import AFTER, BEFORE, MEASURED
+from .figures import curve_chart
 from .panels import panel
 from .tables import added_table, bank_table, gain_table, instrument_rows, not_testable_table, where_table
 
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 def html(found: Diagnosis) -> str:
     """The page, self-contained."""
-    extended = found.extended is not found.model and bool(found.causes)
+    extended = found.extended is not found.model and found.extends
     model = equations(found.extended, found.model) if extended else None
     return render(
         "diagnosis.html.j2",
@@ -42,6 +43,7 @@ def html(found: Diagnosis) -> str:
         gain=gain_table(found),
         horizons=None if found.ahead is None else horizon_table(found.ahead),
         trusted=[] if found.ahead is None else trusted_lines(found.ahead),
+        remaining=[(force, words.remaining(force), curve_chart(force)) for force in found.remaining],
         facts=words.facts(found),
         colours={"measured": MEASURED, "before": BEFORE, "after": AFTER},
     )

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ...checks.result import Size
-    from ...diagnosis.result import Diagnosis, Entry, Finding
+    from ...diagnosis.result import Diagnosis, Entry, Finding, RemainingForce
 
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 SHARES = ("e", "s", "share", "fraction", "change")
@@ -101,19 +101,34 @@ def headline(found: Diagnosis) -> str:
         "unexplained": "the simulation is wrong in a way that no known cause explains",
     }
     told = f"{cause(found.verdict).capitalize()}: "
+    if found.verdict == "described":
+        return f"{told}{found.remaining[0].text.partition(';')[0]}, of no known cause{_ending(found)}"
     if found.verdict in alone or not found.causes:
         return f"{told}{alone.get(found.verdict, 'a part of the error is explained')}."
     of_records, of_model = _by_stage(found)
     wrong = [f for f in of_model if f.cause == BaseCoefficients.id and not f.tied_with]
     names = [*_wrong_groups(found, wrong), *(tie(f) for f in (*of_model, *of_records) if f not in wrong)]
-    gained = next((n for n in CHANNEL_WORDS if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
-    ending = f"; held-out error {_without_trim(found) or _change(found, gained)}." if gained else "."
+    ending = _ending(found)
     for count in range(len(names), 0, -1):
         more = [f"{len(names) - count} more"] if count < len(names) else []
         line = f"{told}{_in_line([*names[:count], *more])}{ending}"
         if len(line.split()) <= LONGEST:
             return line
     return f"{told}{len(names)} causes{ending}"
+
+
+def _ending(found: Diagnosis) -> str:
+    """What the extended model does to the error of held-out records, at the end of a headline."""
+    gained = next((n for n in CHANNEL_WORDS if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
+    return f"; held-out error {_without_trim(found) or _change(found, gained)}." if gained else "."
+
+
+def remaining(force: RemainingForce) -> str:
+    """A force that no known cause explains: what it depends on, its sizes, what it may be, and what would tell."""
+    sizes = "; ".join(map(size, force.sizes))
+    said = f"{sentence(force.text)[:-1]} ({sizes})." if sizes else sentence(force.text)
+    known = "" if force.extended else " It is not a term of the extended model."
+    return f"{said}{known} It may be {force.reading}. To tell: {force.next_manoeuvre}."
 
 
 def _wrong_groups(found: Diagnosis, findings: Sequence[Finding]) -> list[str]:
@@ -143,6 +158,7 @@ def _findings(found: Diagnosis) -> tuple[str, str]:
         "adequate": "The simulation agrees with the records: no further cause is needed.",
         "inconclusive": "The records do not allow a conclusion.",
         "unexplained": unexplained + best,
+        "described": f"{unexplained}, but what remains is described.",
         "named": f"{lacking}.",
         "partly_named": f"{lacking}; a part of its error remains." if of_model else "A part of its error remains.",
         "tied": f"{lacking}; the records cannot distinguish between the tied causes.",

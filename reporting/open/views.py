@@ -36,6 +36,7 @@ TONES = {
     "named": FAIR,
     "tied": FAIR,
     "partly_named": FAIR,
+    "described": FAIR,
     "inconclusive": FAIR,
     "approximates": FAIR,
     "unexplained": BAD,

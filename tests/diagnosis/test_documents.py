@@ -17,8 +17,8 @@ def document(**changes) -> dict:
         "threads": 2, "verdict": "adequate", "reason": "nothing shows", "causes": [], "gain": {}, "calibrated_gain": {},
         "of_held_out": {},
         "bank": [],
-        "hypothesis": None, "noise": noise, "base_coefficients": None, "where": [], "next_manoeuvre": None,
-        "doubts": [], "checks": [], "wall_s": 1.0, "cpu_s": 1.0,
+        "hypothesis": None, "remaining": [], "noise": noise, "base_coefficients": None, "where": [],
+        "next_manoeuvre": None, "doubts": [], "checks": [], "wall_s": 1.0, "cpu_s": 1.0,
     }  # fmt: skip
     return made | changes
 

@@ -157,6 +157,7 @@ def of_diagnosis(found):
         "bank": [
             f"{status}: {', '.join(sorted(bank[status]))}" for status in sorted(bank) if status not in UNREMARKABLE
         ],
+        "remaining": [force.text for force in found.remaining],
         "gain": [change(channel, g.rmse_before, g.rmse_after) for channel, g in sorted(found.gain.items())],
     }
 

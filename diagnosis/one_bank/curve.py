@@ -1,0 +1,63 @@
+"""A force over the variable that it depends on, where the records hold data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..result import Curve
+from .forces import AXES
+from .motion import Motion
+
+if TYPE_CHECKING:
+    from .forces import Force
+    from .free_runs import FreeRuns
+
+POINTS, ENDS = 61, (1.0, 99.0)
+"""Points of a curve, and percentiles of the data that it ends at."""
+
+
+def curve_of(force: Force, runs: FreeRuns, sizes: Mapping[str, tuple[float, float]]) -> Curve | None:
+    """The curve of a force with its band; None where it depends on more than one variable, or on the past of one.
+
+    sizes : number -> value, and half of its 90 % interval.
+    """
+    variable = "".join(force.shape.depends_on)
+    if force.axis not in AXES or variable not in VARIABLES:
+        return None
+    field, unit = VARIABLES[variable]
+    motions = list(runs.motions.values())
+    data = np.concatenate([getattr(m, "past_s" if field == "time_s" else field) for m in motions])
+    if variable == "drift":
+        data = np.arctan(-data)
+    if variable == "heading":
+        data = np.mod(data, 2.0 * np.pi)
+    grid = np.linspace(*np.percentile(data, ENDS), POINTS)
+    motion = _along(motions[0], field, np.tan(-grid) if variable == "drift" else grid)
+    parts = [term(motion, force.axis) for term in force.shape.terms.values()]
+    names = [name.format(force.axis) for name in force.shape.terms]
+    values, halves = np.array([sizes[n] for n in names]).T
+    total = values @ np.array(parts)
+    half = np.sqrt(halves**2 @ np.array(parts) ** 2)
+    columns = (tuple(column.tolist()) for column in (grid, total, total - half, total + half))
+    return Curve(variable, unit, "N m" if force.axis == "N" else "N", *columns)
+
+
+VARIABLES = {
+    "heading": ("heading", "rad"), "drift": ("v", "rad"), "yaw rate": ("r", "1"), "rudder angle": ("rudder", "rad"),
+    "speed": ("speed", "m/s"), "time": ("time_s", "s"),
+}  # fmt: skip
+"""Variable -> its field of a motion, and its unit; the yaw rate in U/L."""
+
+
+def _along(motion: Motion, field: str, values: np.ndarray) -> Motion:
+    """A motion at approach speed in which one field takes values (N,), all others being zero."""
+    speed = float(np.median(motion.speed))
+    pressure = np.full(values.size, motion.pressure[0] * speed**2 / motion.speed[0] ** 2)
+    still = np.zeros(values.size)
+    even = np.linspace(0.0, 1.0, values.size)
+    flat = Motion(even, np.full(values.size, speed), still, still, still, still, pressure, motion.length_m)
+    return replace(flat, **{field: values})

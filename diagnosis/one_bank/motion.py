@@ -1,0 +1,92 @@
+"""The measured motion of a record, smoothed, that forces follow."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.ndimage import uniform_filter1d
+from scipy.signal import lfilter
+
+from ...datasets.signals import bridged
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...models.model import Model
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion on even times of a record, arrays (N,) in SI units.
+
+    v and r are in the prime system, v' = v/U and r' = r L/U at the instantaneous speed U; pressure is rho/2 A U^2, N,
+    A = L d where the family knows the draught d, else L^2.  time_s : of the record; past_s : from its start.
+    """
+
+    time_s: np.ndarray
+    speed: np.ndarray
+    v: np.ndarray
+    r: np.ndarray
+    heading: np.ndarray
+    rudder: np.ndarray
+    pressure: np.ndarray
+    length_m: float
+
+    @property
+    def step_s(self) -> float:
+        """Time between two values."""
+        return float(self.time_s[1] - self.time_s[0])
+
+    @property
+    def past_s(self) -> np.ndarray:
+        """Time (N,) from the start of the record."""
+        return self.time_s - self.time_s[0]
+
+    def unit(self, axis: str) -> np.ndarray:
+        """Force X, Y, N, or moment N, N m, (N,) of one in the prime system."""
+        return self.pressure * self.length_m if axis == "N" else self.pressure
+
+
+Series = Callable[[Motion], np.ndarray]
+"""Force, N, or moment, N m, (N,) along a motion, for a number of one."""
+
+
+def motion_of(model: Model, record: Record, smooth_s: float) -> Motion:
+    """The motion of a record in the model's sign of the rudder, averaged over smooth_s; a state that is not measured
+    is that of the approach."""
+    own = np.asarray(record.time_s, float)
+    time_s = np.arange(own[0], own[-1] + 1e-9, float(np.median(np.diff(own))))
+    width = max(1, int(smooth_s / (time_s[1] - time_s[0])) | 1)
+
+    def on_grid(values: np.ndarray) -> np.ndarray:
+        return np.interp(time_s, own, bridged(values, own))
+
+    def smoothed(channel: str, otherwise: float) -> np.ndarray:
+        if not record.has(channel):
+            return np.full(time_s.size, otherwise)
+        values = record.column(channel)
+        known = np.isfinite(values)
+        if channel == "heading_rad":
+            values = np.where(known, values, np.nan)
+            values[known] = np.unwrap(values[known])
+        return uniform_filter1d(on_grid(values), width, mode="nearest")
+
+    u, v = smoothed("surge_m_s", model.speed_m_s), smoothed("sway_m_s", 0.0)
+    heading = smoothed("heading_rad", 0.0)
+    r = smoothed("yaw_rate_rad_s", 0.0) if record.has("yaw_rate_rad_s") else np.gradient(heading, time_s)
+    if not record.has("heading_rad"):
+        heading = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(time_s))])
+    numbers = model.environment_numbers()
+    length = numbers.get("L", numbers["wind_L"])
+    speed = np.sqrt(u**2 + v**2 + 1e-12)
+    pressure = 0.5 * numbers["rho"] * length * numbers.get("d", length) * speed**2
+    return Motion(time_s, speed, v / speed, r * length / speed, heading, on_grid(record.rudder()),
+                  pressure, length)  # fmt: skip
+
+
+def lagged(values: np.ndarray, time_s: float, step_s: float) -> np.ndarray:
+    """What follows values (N,) with a time constant, z_dot = (x - z)/T, from the first of them."""
+    share = 1.0 - np.exp(-step_s / time_s)
+    return lfilter([share], [1.0, share - 1.0], values, zi=[(1.0 - share) * values[0]])[0]

@@ -1,0 +1,315 @@
+"""What remains is described: forces along the measured motion that no cause of the bank explains.
+
+Known causes go first: forces are tried beside what was named and beside the base model's own numbers, and with a higher
+bar.  A force that follows a motion is a term of the extended model, unless it worsens held-out records; one in time is
+described only.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...checks.result import Size
+from ...checks.statistics.tails import student_quantile
+from ...datasets.instruments import corrected
+from ...datasets.signals import sensor_sd
+from ...estimation.selection.minimiser import minimise
+from ...estimation.selection.score import fall
+from ...estimation.selection.selection import Entered, Rules, Selection, clearly_worse, floor_squares, select
+from ...models.extend import extended
+from ...models.model import CHANNELS
+from ..causes.base import Cause
+from ..causes.registry import causes
+from ..gain.guard import log_fall
+from ..gain.runs import with_runs
+from ..result import RemainingForce
+from .bank import FLOWS
+from .curve import curve_of
+from .diagnose import runs_of, worsens
+from .events import events
+from .forces import AXES, READINGS, Forces, forces_along, reading_of
+from .search import Choice
+from .told import INTERVAL, extended_model
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.selection.minimiser import Fitted
+    from ...estimation.selection.number import Candidate, Number
+    from ...models.model import Model
+    from ..options import Options
+    from ..prepared import Prepared
+    from ..result import Diagnosis
+    from .events import Event
+    from .free_runs import FreeRuns
+
+RULES = Rules(least=0.02, level=0.9995, most=3, leaders=5, of_each=2)
+"""Forces have a higher bar than causes: hundreds are tried, and gusts are none."""
+NOISE, LITTLE = 1.2, 0.02
+"""Factor on the sensors' squared noise, which is estimated, and error beyond it, as a share of the motion, that is no
+matter."""
+TAKEN_OFF = 0.5
+"""Share of what remains of the squared error that forces have to take off: less is no description of it."""
+
+
+class Remainder(NamedTuple):
+    """Free runs over all forces, what was selected of these, and the fit that the extended model is made of."""
+
+    runs: FreeRuns
+    forces: Forces
+    selection: Selection
+    fitted: Fitted
+
+
+def with_remaining(found: Diagnosis, given: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
+    """The diagnosis with forces that describe what it leaves of left-out pieces, and a model extended by them.
+
+    given : the records as they were corrected.  held_out : as they were read.
+
+    Raises
+    ------
+    CannotFit : the records lack what free runs need.
+    FitFailed : the arithmetic fails.
+    """
+    of_records = {*found.model.instruments, *given.instruments}
+    named = {name: x for name, x in found.extended.instruments.items() if name not in of_records}
+    train = [corrected(record, named) for record in given.train]
+    base, model = (replace(m, instruments={}) for m in (found.model, found.extended))
+    if found.verdict not in ("named", "tied", "partly_named"):
+        model = base
+    flows = {f.cause for f in found.causes if f.cause in FLOWS and any(s.record for s in f.sizes)}
+    now = _Beside.of(model, train, options, flows)
+    if not now.leaves(now.plain):
+        return found
+    acting = _events(now, events(now.runs, now.plain))
+    if sum(event.share or 0.0 for event in acting) > TAKEN_OFF:
+        return replace(found, remaining=acting, hypothesis=None)
+    rest = _beside_numbers(now)
+    if rest is not None:
+        if any(_of_hull(f.cause) for f in found.causes) and model is not base:
+            alone = _refitted(_Beside.of(base, train, options, flows), rest)
+            if not clearly_worse(now.runs, alone.fitted, rest.fitted, RULES.least):
+                return _told(found, _without_hull(found), base, alone, given, held_out, options)
+        return _told(found, found, model, rest, given, held_out, options)
+    rest = _instead(now, now if model is base else _Beside.of(base, train, options, flows))
+    if rest is not None:
+        return _told(found, _without_hull(found), base, rest, given, held_out, options)
+    return found
+
+
+def _of_hull(name: str) -> bool:
+    entry = causes().get(name)
+    return isinstance(entry, Cause) and entry.describes_hull
+
+
+def _without_hull(found: Diagnosis) -> Diagnosis:
+    return replace(found, causes=tuple(f for f in found.causes if not _of_hull(f.cause)), calibration=None)
+
+
+# ---- the selection
+@dataclass(frozen=True)
+class _Beside:
+    """Free runs of a model over all forces.
+
+    flows : components of currents and winds that each record has of its own, free in every fit.
+    plain : the fit of these alone.  exact : whether the model's own numbers are known.
+    """
+
+    runs: FreeRuns
+    forces: Forces
+    flows: tuple[Number, ...]
+    plain: Fitted
+    exact: bool
+
+    @classmethod
+    def of(cls, model: Model, records: Sequence[Record], options: Options, flows: Collection[str]) -> _Beside:
+        """The runs along records; flows : causes (current, wind) of which each record has its own."""
+        bare = runs_of(model, records, options)
+        forces = forces_along(bare)
+        runs = bare.with_numbers(forces.places, forces.series)
+        own = tuple(n for c in runs.bank.candidates if c.id in flows for n in c.numbers if ":" in n.name)
+        plain = minimise(runs, own, {}, runs.no_own)
+        return cls(runs, forces, own, plain, options.coefficient_sd == 0.0)
+
+    @property
+    def numbers(self) -> tuple[Number, ...]:
+        """Numbers that are free beside every force: the model's own, unless it is known to be exact, and flows."""
+        return (*self.flows, *(() if self.exact else self.runs.bank.own))
+
+    @cached_property
+    def whole(self) -> Fitted:
+        """The fit with these numbers."""
+        if len(self.numbers) == len(self.flows):
+            return self.plain
+        return minimise(self.runs, self.numbers, self.plain.point.values, self.plain.point.own)
+
+    def fit(self, candidates: Sequence[Candidate]) -> Fitted:
+        """The fit with candidates, and without the model's own numbers."""
+        numbers = {n.name: n for n in (*self.flows, *(n for c in candidates for n in c.numbers))}
+        return minimise(self.runs, tuple(numbers.values()), self.plain.point.values, self.plain.point.own)
+
+    def leaves(self, fitted: Fitted) -> bool:
+        """Whether a fit leaves errors that matter."""
+        return bool(np.any(_excess(self.runs, fitted) > LITTLE * self.runs.motion))
+
+
+def _beside_numbers(now: _Beside) -> Remainder | None:
+    """Forces that are needed beside the model's own numbers."""
+    if not now.leaves(now.whole):
+        return None
+    selection = select(now.runs, now.forces.candidates, RULES, now.whole, now.numbers)
+    if not selection.entered:
+        return None
+    simple = now.fit(selection.candidates)
+    beside = clearly_worse(now.runs, simple, selection.final, RULES.least)
+    return Remainder(now.runs, now.forces, selection, selection.final if beside else simple)
+
+
+def _instead(now: _Beside, base: _Beside) -> Remainder | None:
+    """Forces in the place of what is named: where they predict left-out pieces clearly better than that, and no worse
+    than all numbers of the base model together."""
+    selection = _exchanged(
+        base, select(base.runs, base.forces.candidates, replace(RULES, most=1), base.plain, base.flows)
+    )
+    worse = partial(clearly_worse, base.runs, least=RULES.least)
+    if not selection.entered or worse(selection.final, base.whole) or not worse(now.plain, selection.final):
+        return None
+    return Remainder(base.runs, base.forces, selection, selection.final)
+
+
+def _exchanged(base: _Beside, selection: Selection) -> Selection:
+    """The selection of one force with the best of all ways in which a force may depend on its variables: the screen is
+    linear, and lags are far from each other."""
+    if not selection.entered:
+        return selection
+    one = selection.entered[0]
+    fits = {c: base.fit([c]) for c in base.forces.candidates if c.of == one.candidate.of}
+    between = {c: fall(selection.base.left_out, f.left_out, floor_squares(base.runs)) for c, f in fits.items()}
+    best = max(between, key=lambda c: between[c].gain)
+    return Selection(selection.base, (Entered(best, between[best], one.tied_with),), fits[best])
+
+
+def _refitted(base: _Beside, rest: Remainder) -> Remainder:
+    """The forces that were selected, fitted beside another model."""
+    return Remainder(base.runs, base.forces, rest.selection, base.fit(rest.selection.candidates))
+
+
+def _excess(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
+    """Root mean square error (C,) of left-out pieces beyond the sensors' noise and what counts as none."""
+    records = [u.stretch.record for u in runs.units]
+    noise = [[sensor_sd(r.column(CHANNELS[s])) ** 2 for r in records if r.has(CHANNELS[s])] for s in runs.symbols]
+    floor = NOISE * np.array([np.mean(own) if own else 0.0 for own in noise]) + runs.floor**2
+    return np.sqrt(np.maximum(_mean(runs, fitted) - floor, 0.0))
+
+
+def _mean(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
+    """Mean squared errors (C,) of left-out pieces."""
+    return fitted.left_out.sum(axis=0) / np.maximum(runs.counts.sum(axis=0), 1.0)
+
+
+def _share(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
+    """Share of the squared error of left-out pieces beyond noise that a fit takes off, eq. 10 of
+    docs/mathematics/pieces.md."""
+    taken = np.sum((_mean(runs, before) - _mean(runs, after)) / runs.motion**2)
+    return float(np.clip(taken / max(float(np.sum(_excess(runs, before) ** 2 / runs.motion**2)), 1e-12), 0.0, 1.0))
+
+
+# ---- what is told
+def _told(
+    before: Diagnosis,
+    found: Diagnosis,
+    start: Model,
+    rest: Remainder,
+    given: Prepared,
+    held_out: Sequence[Record],
+    options: Options,
+) -> Diagnosis:
+    """The diagnosis with forces that were selected; the one before where these worsen held-out records."""
+    remaining = tuple(_force(rest, one) for one in rest.selection.entered)
+    model = _extended(start, rest) if any(force.extended for force in remaining) else start
+    model = replace(model, instruments=found.extended.instruments)
+    plain = with_runs(
+        replace(found, extended=model, traces=(), remaining=remaining, hypothesis=None),
+        given.train, given.instruments, held_out, options.channels,
+    )  # fmt: skip
+    share = _share(rest.runs, rest.selection.base, rest.selection.final)
+    if share < TAKEN_OFF or _errs_more(before, plain):
+        return before
+    if not found.causes or found.verdict in ("unexplained", "partly_named"):
+        said = f"no known cause explains what remains, but it is described: {remaining[0].text}"
+        named = found.verdict == "partly_named" and found.causes
+        without = plain if named else _without_hull(plain)
+        return replace(without, verdict="named" if named else "described", reason=said)
+    return plain
+
+
+def _errs_more(before: Diagnosis, after: Diagnosis) -> bool:
+    """Whether the extended model predicts held-out records worse than the base model does, or than that of the
+    diagnosis before."""
+    falls = {c: g.own_after for c, g in before.gain.items()}, {c: g.own_after for c, g in after.gain.items()}
+    changed = any(force.extended for force in after.remaining)
+    return changed and (worsens(after) or (bool(after.gain) and log_fall(*falls) < 0.0))
+
+
+def _force(rest: Remainder, one: Entered) -> RemainingForce:
+    force, runs = rest.forces.forces[one.candidate.id], rest.runs
+    share = _share(runs, rest.selection.base, rest.selection.final) if len(rest.selection.entered) == 1 else None
+    before, after = (np.sqrt(_mean(runs, f)) for f in (rest.selection.base, rest.selection.final))
+    gain = {CHANNELS[s]: (float(b), float(a)) for s, b, a in zip(runs.symbols, before, after, strict=True)}
+    said = force.text
+    if share is not None:
+        said += f"; it takes {100.0 * share:.0f} % off the squared error of left-out pieces"
+    reading, following = reading_of(force)
+    sizes = tuple(_sizes(rest, one))
+    return RemainingForce(
+        force.axis, force.shape.depends_on, said, share, gain, sizes, bool(force.extensions), reading, following,
+        curve_of(force, runs, {s.parameter: (s.value, s.high - s.value) for s in sizes}),
+    )  # fmt: skip
+
+
+def _events(now: _Beside, acting: Sequence[Event]) -> tuple[RemainingForce, ...]:
+    """Events as forces that are in no model."""
+    runs, fitted = now.runs, now.plain
+    whole = np.sum(_excess(runs, fitted) ** 2 / runs.motion**2) or 1.0
+    out = []
+    for event in acting:
+        taken = np.sum((event.before - event.after) / np.maximum(runs.counts.sum(axis=0), 1.0) / runs.motion**2)
+        count = np.maximum(runs.counts[event.unit], 1.0)
+        gain = {
+            CHANNELS[s]: (float(b), float(a))
+            for s, b, a in zip(runs.symbols, *(np.sqrt(e / count) for e in (event.before, event.after)), strict=True)
+        }
+        half = student_quantile(INTERVAL, max(len(runs.units) - 1, 1)) * event.sd
+        unit = "N m" if event.axis == "N" else "N"
+        size = Size(f"{event.axis}_event", event.size, event.size - half, event.size + half, unit, event.record)
+        said = f"a {AXES[event.axis]} that acts for a time: {event.record}, {event.begin_s:.0f} to {event.end_s:.0f} s"
+        out.append(
+            RemainingForce(event.axis, ("time",), said, float(np.clip(taken / whole, 0.0, 1.0)), gain, (size,), False,
+                           *READINGS["event"])
+        )  # fmt: skip
+    return tuple(out)
+
+
+def _sizes(rest: Remainder, one: Entered) -> Iterator[Size]:
+    """Sizes of a force's numbers with 90 % intervals."""
+    factor = student_quantile(INTERVAL, max(len(rest.runs.units) - 1, 1))
+    sd = {n.name: float(x) for n, x in zip(rest.fitted.numbers, rest.fitted.sd, strict=True)}
+    force = rest.forces.forces[one.candidate.id]
+    for name in one.candidate.names:
+        value, half = rest.fitted.value(name), factor * sd[name]
+        yield Size(name.partition("@")[0], value, value - half, value + half, force.unit(name))
+
+
+def _extended(start: Model, rest: Remainder) -> Model:
+    """The model with the forces that follow its motion, and with its own numbers where these moved."""
+    choice = Choice(rest.runs, Selection(rest.selection.base, (), rest.fitted))
+    out = extended_model(start, choice, {})
+    for one in rest.selection.entered:
+        force = rest.forces.forces[one.candidate.id]
+        for extension, values in force.parameters({n: rest.fitted.value(n) for n in one.candidate.names}):
+            out = extended(out, extension, values)
+    return out

@@ -1,0 +1,152 @@
+"""Forces that no cause explains: along the motion as the extended model has them, and described where they act."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.bench.faults import Case, Effect, inject
+from helmbench.datasets.generator import record_run
+from helmbench.datasets.manoeuvres import parse_manoeuvre
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.one_bank.diagnose import runs_of
+from helmbench.diagnosis.one_bank.forces import AXES, Force, forces_along, shapes
+from helmbench.diagnosis.one_bank.free_runs import Lane
+from helmbench.diagnosis.one_bank.motion import lagged
+from helmbench.diagnosis.options import Options
+from helmbench.models.extend import extended
+from helmbench.models.families.extensions import extension_of
+from helmbench.models.model import resolve
+
+SIZES = {"N_heading_3": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 5e-4, "Y_past_d": 0.01}
+"""Extension of the Mariner -> size of its first force parameter."""
+
+
+@pytest.fixture(scope="module")
+def mariner():
+    return resolve("mariner")
+
+
+def sailed(model, text="zigzag:20/20", duration_s=300.0):
+    """A record of a model without noise."""
+    return record_run(model, parse_manoeuvre(text), duration_s=duration_s, dt_s=0.5, seed=1)
+
+
+def over_forces(model, records):
+    """Free runs of pieces with every force in their bank."""
+    bare = runs_of(model, records, Options().checked(model))
+    forces = forces_along(bare)
+    return bare.with_numbers(forces.places, forces.series), forces
+
+
+def squared(runs, values):
+    """Sum of squared errors in floors over all pieces."""
+    errors = runs.errors([Lane(k, values, runs.no_own[0]) for k in range(len(runs.units))])
+    return sum(float(np.sum((e / runs.floor) ** 2)) for e in errors)
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_a_force_along_the_measured_motion_is_that_of_the_extended_model(mariner, name):
+    """A record of the extended model is followed by the base model with the force as a number."""
+    _, forces = over_forces(mariner, [sailed(mariner)])
+    force = next(f for f in forces.forces.values() if name in f.extensions and f.axis == name[0])
+    number = next(n.format(name[0]) for n in force.shape.terms if name in n.format(name[0]))
+    values = dict(force.parameters(dict.fromkeys((n.format(name[0]) for n in force.shape.terms), 0.0)))[name]
+    nature = extended(mariner, name, values | {number.partition("@")[0]: SIZES[name]})
+    runs, _ = over_forces(mariner, [sailed(nature)])
+    assert squared(runs, {number: SIZES[name]}) < 0.02 * squared(runs, {})
+
+
+def test_every_force_of_the_motion_is_a_term_of_an_extended_model():
+    names = set()
+    for shape in shapes(20.0, 600.0):
+        for axis in AXES:
+            force = Force(axis, shape)
+            numbers = {term.format(axis): 1.0 for term in shape.terms}
+            stated = {e: {*values} for e, values in force.parameters(numbers)}
+            assert stated == {e: {*extension_of(e).units} for e in force.extensions}
+            assert bool(force.extensions) == ("time" not in shape.depends_on)
+            assert force.id not in names
+            names.add(force.id)
+    assert len(names) > 300
+
+
+def test_what_lags_follows_a_step_with_its_time_constant():
+    step = np.concatenate([np.zeros(10), np.ones(1000)])
+    late = lagged(step, 5.0, 0.01)
+    assert late[:10].max() == 0.0
+    assert late[10 + 500] == pytest.approx(1.0 - np.exp(-1.0), rel=2e-3)
+    assert np.all(lagged(np.full(5, 0.3), 2.0, 0.1) == pytest.approx(0.3))
+
+
+def test_a_sensor_that_drifts_is_followed(mariner):
+    record = sailed(mariner)
+    drift = 1e-5 * (record.time_s - record.time_s[0])
+    changed = record.with_channels(yaw_rate_rad_s=record.column("yaw_rate_rad_s") + 2e-3 + drift)
+    runs, _ = over_forces(mariner, [changed])
+    assert squared(runs, {"r_first": 2e-3, "r_drift": 1e-5}) < 1e-3 * squared(runs, {})
+
+
+def injected(kind, constants, size, rng, **facts):
+    effect = Effect(kind, {"constants": constants, "size": size})
+    return inject(Case("mariner", (), effects=(effect,), duration_s=300.0, dt_s=1.0, **facts), rng)
+
+
+@pytest.fixture(scope="module")
+def by_heading():
+    """A yaw moment of three times the heading, planted by the independent simulator, and its diagnosis."""
+    case = injected("harmonic", (1.0, 3.0, 2.0, 0.5, 0.0, 0.0), 0.3, np.random.default_rng(5))
+    return case, diagnose(resolve("mariner"), case.train, case.held_out)
+
+
+def test_a_moment_that_depends_on_the_heading_is_described_and_extends_the_model(by_heading):
+    _, found = by_heading
+    assert found.verdict == "described" and not found.causes
+    (force,) = found.remaining
+    assert force.axis == "N" and force.depends_on == ("heading",) and force.extended
+    assert "three times a turn" in force.text and force.share > 0.9
+    assert found.extended.family.endswith("+N_heading_3")
+    gain = found.gain["heading_rad"]
+    assert gain.rmse_after < 0.2 * gain.rmse_before
+    assert found.hypothesis is None
+
+
+def test_its_size_and_its_curve_are_those_of_the_truth(by_heading):
+    """a cos(3 psi + .5): the phase is known, and the cosine and sine have one amplitude."""
+    _, found = by_heading
+    cos, sin = found.remaining[0].sizes
+    assert np.arctan2(-sin.value, cos.value) == pytest.approx(0.5, abs=0.1)
+    curve = found.remaining[0].curve
+    amplitude = np.hypot(cos.value, sin.value)
+    assert curve.variable == "heading" and curve.force_unit == "N m"
+    assert np.allclose(
+        curve.force, amplitude * np.cos(3.0 * np.array(curve.values) + np.arctan2(-sin.value, cos.value))
+    )
+    assert np.all(np.array(curve.low) < curve.force) and np.all(np.array(curve.high) > curve.force)
+
+
+def test_a_period_is_described_and_is_no_term_of_the_model(rng):
+    omega = 0.25
+    case = injected("periodic", (1.0, omega, 2.0, 0.3, 0.0, 0.0), 0.3, rng)
+    found = diagnose(resolve("mariner"), case.train, case.held_out)
+    (force,) = found.remaining
+    assert force.depends_on == ("time",) and not force.extended and force.axis == "N"
+    period = float(force.text.partition("period of ")[2].split()[0])
+    assert period == pytest.approx(2.0 * np.pi / omega, rel=0.05)
+    assert found.extended.family == found.model.family
+
+
+def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(rng):
+    case = injected("pulse", (1.0, 150.0, 2.0, 40.0, 0.0, 0.0), 0.5, rng)
+    clean = inject(Case("mariner", (), duration_s=300.0, dt_s=1.0), rng)
+    train = [clean.train[0], case.train[1], clean.train[2]]
+    found = diagnose(resolve("mariner"), [replace(r, name=f"run-{i}") for i, r in enumerate(train)])
+    event = found.remaining[0]
+    assert event.text.startswith("a yaw moment that acts for a time: run-1, ")
+    begin, end = (float(x) for x in event.text.split("run-1, ")[1].removesuffix(" s").split(" to "))
+    assert begin == pytest.approx(150.0, abs=15.0) and end == pytest.approx(190.0, abs=15.0)
+
+
+def test_nothing_is_described_where_nothing_is_wrong(rng):
+    case = inject(Case("mariner", (), gusts="slow", duration_s=300.0, dt_s=1.0), rng)
+    assert diagnose(resolve("mariner"), case.train, case.held_out).remaining == ()
