@@ -73,6 +73,7 @@ class RemainingForce:
     share : of the squared error of left-out pieces beyond noise that it takes off; None where only several together do.
     gain : channel -> root mean square error of left-out pieces before and after, SI.
     extended : whether it is a term of the extended model.  reading : what it may be.  next_manoeuvre : what would tell.
+    tied_with : other forces that would do as well, in words.
     """
 
     axis: str
@@ -84,6 +85,7 @@ class RemainingForce:
     extended: bool
     reading: str
     next_manoeuvre: str
+    tied_with: tuple[str, ...] = ()
     curve: Curve | None = None
 
 

@@ -26,7 +26,7 @@ STRENGTHS = {
 }
 #: Strengths by size: factors on the size that a kind draws (an offset near .1 deg, a delay near .2 s, a current near
 #: 3 cm/s), increased where that would not be detectable
-SIZED = {"small": 1.0, "moderate": 3.0, "large": 10.0}
+SIZED = {"small": 1.0, "moderate": 3.0, "large": 10.0, "largest": 60.0}
 TRAIN = ("zigzag:20/20", "turn:25:port", "steps:25deg/{:g}s")
 HELD_OUT = ("zigzag:10/10:port", "sine:15deg/{:g}s")
 

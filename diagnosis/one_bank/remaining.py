@@ -265,9 +265,10 @@ def _force(rest: Remainder, one: Entered) -> RemainingForce:
         said += f"; it takes {100.0 * share:.0f} % off the squared error of left-out pieces"
     reading, following = reading_of(force)
     sizes = tuple(_sizes(rest, one))
+    rivals = tuple(rest.forces.forces[c.id].text for c in one.tied_with)
     return RemainingForce(
         force.axis, force.shape.depends_on, said, share, gain, sizes, bool(force.extensions), reading, following,
-        curve_of(force, runs, {s.parameter: (s.value, s.high - s.value) for s in sizes}),
+        rivals, curve_of(force, runs, {s.parameter: (s.value, s.high - s.value) for s in sizes}),
     )  # fmt: skip
 
 

@@ -128,6 +128,7 @@ def remaining(force: RemainingForce) -> str:
     sizes = "; ".join(map(size, force.sizes))
     said = f"{sentence(force.text)[:-1]} ({sizes})." if sizes else sentence(force.text)
     known = "" if force.extended else " It is not a term of the extended model."
+    known += f" As likely: {_in_line(list(force.tied_with))}." if force.tied_with else ""
     return f"{said}{known} It may be {force.reading}. To tell: {force.next_manoeuvre}."
 
 

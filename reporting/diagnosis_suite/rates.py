@@ -22,7 +22,16 @@ GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 CASE = ["group", "vessel", "injected", "strength", "gusts", "seed"]
 SCOPES = ("vessel", "gusts", "strength", "injected", "base", "records")
 FOUND = ("alone", "tie")
-LATER = ("regime_true", "regime_named", "regime_f1", "healthy_bias", "names", "false_names")
+LATER = (
+    "regime_true",
+    "regime_named",
+    "regime_f1",
+    "healthy_bias",
+    "names",
+    "false_names",
+    "described",
+    "right_variable",
+)
 """Columns that old stores do not have."""
 WORSE = 1.05
 """Ratio of errors that an extended model may not exceed."""
@@ -138,6 +147,15 @@ def _effects(frame: Frame) -> Frame:
     return frame["group"].isin(["injected", "pair"])
 
 
+def _of_known_variable(frame: Frame) -> Frame:
+    """Unknown effects of the largest size whose variable is known."""
+    return (frame["strength"] == "largest") & frame["right_variable"].notna() & frame["group"].isin(["anticipated"])
+
+
+def _described(frame: Frame) -> Frame:
+    return frame["described"].fillna("") != ""
+
+
 def _further(frame: Frame) -> Frame:
     """Also cases of stores that do not count them: none."""
     return frame.get("extra_names", frame["tie_size"] * 0).fillna(0) > 0
@@ -171,6 +189,28 @@ RATES = (
     Rate("anticipated_clean", "anticipated unknowns unexplained, clean", _of("anticipated", True), _unexplained, 0.95),
     Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", _of("anticipated", False), _unexplained, 0.70),
     Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", _of("unforeseen", True), _unexplained, 0.70),
+    Rate(
+        "right_variable",
+        "unknowns of the largest size described by the right variable",
+        _of_known_variable,
+        lambda f: f["right_variable"].fillna(value=False).astype(bool),
+        0.80,
+    ),
+    Rate(
+        "halved",
+        "... whose held-out heading error is halved",
+        _of_known_variable,
+        lambda f: f["rmse_after_heading_rad"] <= 0.5 * f["rmse_before_heading_rad"],
+        0.0,
+    ),
+    Rate(
+        "described",
+        "something is described where nothing is, gusts or none",
+        lambda f: f["group"] == "null",
+        _described,
+        0.02,
+        False,
+    ),
     Rate("extra", "runs with a further name that is none of the hull's", _effects, _further, 0.05, False),
     Rate(
         "named_beside", "true cause first or in its tie (imperfect base; the oracle names it)", _nameable, _named, 0.92

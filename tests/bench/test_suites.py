@@ -19,7 +19,7 @@ def test_the_suites_are_there():
         "sampling",
         "tuners",
     ]
-    diagnosis = ["diagnosis", "exam", "false-discovery", "imperfect", "input-faults", "one-bug", "regimes"]
+    diagnosis = ["diagnosis", "exam", "false-discovery", "imperfect", "input-faults", "one-bug", "regimes", "unknown"]
     assert suite_names() == sorted(
         ["default", "generalise", "measured", "quick", "response-models", *diagnosis, *themes]
     )

@@ -77,6 +77,10 @@ class AnticipatedForce(ForceKind):
         return [rng.choice([-1.0, 1.0]), *values]
 
 
+MOTIONS = ("rudder angle", "yaw rate", "drift")
+"""What a diagnosis calls the motions of `motion`."""
+
+
 def motions(s: Setting) -> list[int]:
     """Motions of the ship that a force may follow."""
     return [0, 1, 2] if s.ship.is_3dof else [0, 1]

@@ -75,6 +75,11 @@ class EffectKind(ABC):
     three_dof: ClassVar[bool] = True
     response: ClassVar[bool] = False
 
+    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
+        """Variables that an unknown effect with these parameters depends on, as a diagnosis tells them; one of them is
+        enough."""
+        return frozenset()
+
     def carried_by(self, ship: Ship) -> bool:
         """Whether a ship can carry it."""
         return self.three_dof if ship.is_3dof else self.response

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from ._forces import AnticipatedForce, motion, motions
@@ -20,3 +23,6 @@ class Drift(AnticipatedForce):
 
     def constants(self, s: Setting, axis: int, rng: np.random.Generator) -> list[float]:
         return [rng.choice([*motions(s), 3]), axis, s.duration_s]
+
+    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset({"time"})

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from math import cos
+from typing import Any
 
 import numpy as np
 
@@ -22,3 +24,6 @@ class Harmonic(AnticipatedForce):
 
     def constants(self, s: Setting, axis: int, rng: np.random.Generator) -> list[float]:
         return [rng.choice([2, 3]), axis, rng.uniform(-np.pi, np.pi)]
+
+    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset({"heading"})

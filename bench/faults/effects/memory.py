@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
-from ._forces import AnticipatedForce, motion, motions
+from ._forces import MOTIONS, AnticipatedForce, motion, motions
 from .base import Setting
 
 
@@ -21,3 +24,6 @@ class Memory(AnticipatedForce):
 
     def constants(self, s: Setting, axis: int, rng: np.random.Generator) -> list[float]:
         return [rng.choice(motions(s)), axis, s.ship.clock * np.exp(rng.uniform(np.log(10.0), np.log(80.0)))]
+
+    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset({f"past of the {MOTIONS[int(p['constants'][1])]}"})

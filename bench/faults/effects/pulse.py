@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from ._forces import AnticipatedForce
@@ -20,3 +23,6 @@ class Pulse(AnticipatedForce):
 
     def constants(self, s: Setting, axis: int, rng: np.random.Generator) -> list[float]:
         return [rng.uniform(0.2, 0.7) * s.duration_s, axis, s.ship.clock * rng.uniform(20.0, 60.0)]
+
+    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset({"time"})

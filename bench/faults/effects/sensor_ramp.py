@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -27,3 +28,6 @@ class SensorRamp(SensorKind):
 
     def apply(self, rows, time, p, noise_sd, rng) -> None:
         rows[p["channel"]] = rows[p["channel"]] + p["size"] * time / time[-1]
+
+    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset({"time"})

@@ -35,6 +35,8 @@ CASE_COLUMNS = {
     "extra_names": "int",
     "names": "int",
     "false_names": "int",
+    "described": "string",
+    "right_variable": "bool",
     "regime_true": "string",
     "regime_named": "string",
     "regime_f1": "float",
@@ -43,8 +45,8 @@ CASE_COLUMNS = {
     **TIMES,
 }
 """`named`: findings of the diagnosis in its order, joined by +, tied causes by /; `outcome`: see `judge.OUTCOMES`;
-`regime_`, `healthy_bias`: see `localisation`; `rmse_`: on held-out records, of free runs of the model before and after,
-and of the true ship without gusts."""
+`described`: variables of what remains; `regime_`, `healthy_bias`: see `localisation`; `rmse_`: on held-out records, of
+free runs of the model before and after, and of the true ship without gusts."""
 
 SIZE_COLUMNS = {
     **KEYS,

@@ -27,7 +27,7 @@ OUTCOMES = {
     "both": "each of two causes is in a finding of its own",
     "one": "one of two causes is named, or both in the same finding",
     "among": "what is wrong with the base model is in one of several findings",
-    "unexplained": "an effect outside the taxonomy, or a planted null, was reported as unexplained",
+    "unexplained": "an effect outside the taxonomy, or a planted null, was reported as of no known cause",
     "named": "an effect outside the taxonomy, or a planted null, was named as a cause of the taxonomy",
     "adequate": "no effect is injected and nothing was found",
     "false_alarm": "no effect is injected and something was found",
@@ -111,7 +111,7 @@ def of_base(name: str, base: str) -> bool:
 
 
 def _outcome(diagnosis: Said, group: str, injected: Sequence[str], findings: Sequence[frozenset[str]]) -> str:
-    unexplained = diagnosis.verdict == "unexplained"
+    unexplained = diagnosis.verdict in ("unexplained", "described")
     if group == "null":
         return "false_alarm" if findings or unexplained else "adequate"
     if group in UNKNOWN:
@@ -130,6 +130,17 @@ def _separate(injected: Sequence[str], findings: Sequence[frozenset[str]]) -> bo
     """Whether two causes are in two findings, one each."""
     first, second = ([i for i, found in enumerate(findings) if cause in found] for cause in injected)
     return any(i != j for i in first for j in second)
+
+
+def described(diagnosis: Diagnosis, effects: Sequence[Effect]) -> dict[str, Any]:
+    """The scored columns of what describes the rest: the variables, and whether a force that is told, or one that is as
+    likely, depends on what an unknown effect depends on (None where no variable of it is known)."""
+    right = frozenset(v for effect in effects for v in effect.kind.variables(effect.parameters))
+    words = [" ".join((*force.depends_on, *force.tied_with)) for force in diagnosis.remaining]
+    return {
+        "described": "+".join("/".join(force.depends_on) for force in diagnosis.remaining),
+        "right_variable": any(variable in said for variable in right for said in words) if right else None,
+    }
 
 
 def gain(diagnosis: Diagnosis) -> dict[str, float]:

@@ -1,5 +1,7 @@
 """Scores of hand-made diagnoses: every outcome, tie, wrong name and size, one by one."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -11,6 +13,7 @@ from helmbench.bench.faults.ships import VESSELS, ship
 from helmbench.bench.kinds.diagnosis.judge import (
     OUTCOMES,
     compare,
+    described,
     detectable,
     gain,
     judge,
@@ -19,6 +22,7 @@ from helmbench.bench.kinds.diagnosis.judge import (
     wrapped,
 )
 from helmbench.datasets.record import Record, RecordMeta
+from helmbench.diagnosis.result import RemainingForce
 
 OFFSET = ("rudder_offset",)
 PAIR = ("rudder_offset", "wind")
@@ -83,6 +87,27 @@ def test_names_that_are_false_are_counted(diagnosis_of, group, base, findings, n
 def test_what_fits_best_of_an_unexplained_error_is_no_stated_name(diagnosis_of):
     scored = judge(diagnosis_of("wind", verdict="unexplained"), "unforeseen", ("memory",))
     assert (scored["named"], scored["names"], scored["false_names"]) == ("wind", 0, 0)
+
+
+@pytest.mark.parametrize(
+    ("kind", "constants", "variables", "right"),
+    [
+        ("harmonic", (1.0, 3.0, 2.0, 0.0, 0.0, 0.0), ("heading",), True),
+        ("harmonic", (1.0, 3.0, 2.0, 0.0, 0.0, 0.0), ("time",), False),
+        ("memory", (1.0, 1.0, 2.0, 20.0, 0.0, 0.0), ("past of the yaw rate",), True),
+        ("memory", (1.0, 2.0, 2.0, 20.0, 0.0, 0.0), ("past of the yaw rate",), False),
+        ("pulse", (1.0, 100.0, 2.0, 20.0, 0.0, 0.0), (), False),
+    ],
+)
+def test_an_unknown_effect_is_described_by_its_variable(diagnosis_of, kind, constants, variables, right):
+    force = RemainingForce("N", variables, "a yaw moment", 0.9, {}, (), True, "a current", "turn")
+    diagnosis = replace(diagnosis_of(verdict="described"), remaining=(force,) if variables else ())
+    scored = described(diagnosis, [Effect(kind, {"constants": constants, "size": 0.1})])
+    assert scored == {"described": "/".join(variables), "right_variable": right}
+
+
+def test_no_variable_is_right_where_none_is_known(diagnosis_of):
+    assert described(diagnosis_of(), [Effect("rudder_offset", {"delta0": 0.1})])["right_variable"] is None
 
 
 def test_gains_keep_known_channels_only(diagnosis_of):
