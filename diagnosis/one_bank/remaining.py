@@ -199,7 +199,8 @@ def _refitted(base: _Beside, rest: Remainder) -> Remainder:
 
 
 def _excess(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
-    """Root mean square error (C,) of left-out pieces beyond the sensors' noise and what counts as none."""
+    """Root mean square error (C,) of left-out pieces beyond the sensors' noise and what counts as none, eq. 12 of
+    docs/mathematics/pieces.md."""
     records = [u.stretch.record for u in runs.units]
     noise = [[sensor_sd(r.column(CHANNELS[s])) ** 2 for r in records if r.has(CHANNELS[s])] for s in runs.symbols]
     floor = NOISE * np.array([np.mean(own) if own else 0.0 for own in noise]) + runs.floor**2
