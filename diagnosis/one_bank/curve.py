@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -48,7 +47,8 @@ def curve_of(force: Force, runs: FreeRuns, sizes: Mapping[str, tuple[float, floa
 
 VARIABLES = {
     "heading": ("heading", "rad"), "drift": ("v", "rad"), "yaw rate": ("r", "1"), "rudder angle": ("rudder", "rad"),
-    "speed": ("speed", "m/s"), "time": ("time_s", "s"),
+    "speed": ("speed", "m/s"), "time": ("time_s", "s"), "place to the north": ("north", "m"),
+    "place to the east": ("east", "m"),
 }  # fmt: skip
 """Variable -> its field of a motion, and its unit; the yaw rate in U/L."""
 
@@ -59,5 +59,7 @@ def _along(motion: Motion, field: str, values: np.ndarray) -> Motion:
     pressure = np.full(values.size, motion.pressure[0] * speed**2 / motion.speed[0] ** 2)
     still = np.zeros(values.size)
     even = np.linspace(0.0, 1.0, values.size)
-    flat = Motion(even, np.full(values.size, speed), still, still, still, still, pressure, motion.length_m)
+    flat = Motion(
+        even, np.full(values.size, speed), still, still, still, still, still, still, pressure, motion.length_m
+    )
     return replace(flat, **{field: values})

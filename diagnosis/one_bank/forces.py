@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
-from ...models.families.extensions import extension_of
+from ...models.families.extensions import WAVES_OF_PLACE, extension_of
 from .bank import FORCE, FORCES, Place
 from .motion import Motion, lagged
 
@@ -47,6 +47,8 @@ READINGS = {
     "yaw rate": ("damping of another form", "turn with rudder of several sizes to both sides"),
     "rudder angle": ("a rudder whose force is not as the model has it, or that works differently to each side",
                      "turn with rudder of several sizes to both sides"),
+    "place": ("a bank, shallow water, a lee, or a current that differs from place to place",
+              "sail the same track the other way, and another track"),
     "past": ("memory of the flow, a slow steering gear, or a filter in the logger",
              "hold the rudder for long, and move it quickly, in turn"),
     "time": ("wind, current, waves, load or engine that changed, or a sensor that drifts",
@@ -128,16 +130,20 @@ def reading_of(force: Force) -> tuple[str, str]:
     if force.axis not in AXES:
         return "a sensor that warms up, or integrates an error", READINGS["time"][1]
     first = force.shape.depends_on[0]
-    return READINGS["past" if first.startswith("past") else first]
+    return READINGS[next(word for word in READINGS if first.startswith(word))]
 
 
-def shapes(length_s: float, longest_s: float) -> list[Shape]:
-    """Every shape, for a ship that sails her length in length_s and records of at most longest_s."""
+def shapes(length_s: float, longest_s: float, places: Mapping[str, tuple[float, float]]) -> list[Shape]:
+    """Every shape, for a ship that sails her length in length_s and records of at most longest_s.
+
+    places : north, east -> the first place that is reached, m, and the span of all of them, m.
+    """
     return [
         *map(_by_heading, range(1, len(COUNTS) + 1)),
         *_by_motion(),
         _by_speed(),
         *(shape for x in MOTIONS for share in LAGS for shape in _by_past(x, share * length_s)),
+        *(_by_place(side, first_m, span_m) for side, (first_m, span_m) in places.items()),
         *_in_time(longest_s),
         *map(_periodic, _periods(length_s, longest_s)),
     ]
@@ -185,6 +191,18 @@ def _factor(m: Motion, name: str) -> np.ndarray:
 def _by_speed() -> Shape:
     terms: dict[str, Term] = {"{}_speed_1": lambda m, axis: m.speed, "{}_speed_2": lambda m, axis: m.speed**2}
     return Shape(("speed",), "depends on the speed", terms, ("{}_speed",))
+
+
+def _by_place(side: str, first_m: float, span_m: float) -> Shape:
+    name = f"{{}}_place_{side}"
+
+    def along(m: Motion, count: int) -> np.ndarray:
+        share = np.clip(((m.north if side == "north" else m.east) - first_m) / span_m, 0.0, 1.0)
+        return np.cos(count * np.pi * share)
+
+    terms: dict[str, Term] = {f"{name}_{k}": lambda m, axis, k=k: along(m, k) for k in range(1, WAVES_OF_PLACE + 1)}
+    held = ((f"{name}_first", first_m), (f"{name}_span", span_m))
+    return Shape((f"place to the {side}",), f"depends on the place to the {side}", terms, (name,), held)
 
 
 def _by_past(x: str, time_s: float) -> Iterator[Shape]:
@@ -258,7 +276,7 @@ def forces_along(runs: FreeRuns) -> Forces:
     candidates: list[Candidate] = []
     places: dict[str, Place] = {}
     series: dict[str, Series] = {}
-    for shape in shapes(length_s, longest_s):
+    for shape in shapes(length_s, longest_s, _places(motions)):
         for axis, (_, column, sd) in zip(AXES, FORCES, strict=True):
             force = Force(axis, shape)
             own = {name.format(axis): _on(axis, term) for name, term in shape.terms.items()}
@@ -275,6 +293,12 @@ def forces_along(runs: FreeRuns) -> Forces:
             candidates.append(_candidate(force, sds))
             places |= own_places
     return Forces(forces, tuple(candidates), places, series)
+
+
+def _places(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:
+    """North, east -> first place and span of all records; nothing where a record measures no positions."""
+    sides = {side: np.concatenate([getattr(m, side) for m in motions]) for side in ("north", "east")}
+    return {side: (float(x.min()), float(np.ptp(x))) for side, x in sides.items() if np.ptp(x) > 0.0}
 
 
 def _drifts(symbol: str, records: int) -> Iterator[dict[str, Place]]:

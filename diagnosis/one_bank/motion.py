@@ -22,7 +22,8 @@ class Motion:
     """Motion on even times of a record, arrays (N,) in SI units.
 
     v and r are in the prime system, v' = v/U and r' = r L/U at the instantaneous speed U; pressure is rho/2 A U^2, N,
-    A = L d where the family knows the draught d, else L^2.  time_s : of the record; past_s : from its start.
+    A = L d where the family knows the draught d, else L^2.  north, east : nan where no positions are measured.
+    time_s : of the record; past_s : from its start.
     """
 
     time_s: np.ndarray
@@ -31,6 +32,8 @@ class Motion:
     r: np.ndarray
     heading: np.ndarray
     rudder: np.ndarray
+    north: np.ndarray
+    east: np.ndarray
     pressure: np.ndarray
     length_m: float
 
@@ -83,7 +86,7 @@ def motion_of(model: Model, record: Record, smooth_s: float) -> Motion:
     speed = np.sqrt(u**2 + v**2 + 1e-12)
     pressure = 0.5 * numbers["rho"] * length * numbers.get("d", length) * speed**2
     return Motion(time_s, speed, v / speed, r * length / speed, heading, on_grid(record.rudder()),
-                  pressure, length)  # fmt: skip
+                  smoothed("north_m", np.nan), smoothed("east_m", np.nan), pressure, length)  # fmt: skip
 
 
 def lagged(values: np.ndarray, time_s: float, step_s: float) -> np.ndarray:

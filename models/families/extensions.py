@@ -419,8 +419,13 @@ EXTENSIONS: dict[str, Extension] = {
 TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+")
 """Identifier of an added force or moment that is a product: N_r_absv is N' r' |v'|, d the rudder angle (rad)."""
 
-FORCE = re.compile("(?P<axis>[XYN])_(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd]))")
-"""Identifier of an added force by the heading (so many times a turn), the speed, the past of v', r' or the rudder."""
+FORCE = re.compile(
+    "(?P<axis>[XYN])_(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd])|place_(?P<place>north|east))"
+)
+"""Identifier of an added force by the heading (so many times a turn), the speed, the past of v', r' or the rudder, or
+the place."""
+WAVES_OF_PLACE = 3
+"""Cosines over the range of places that a force by the place is made of."""
 
 
 RUDDER_FORCE, OFFSET = "rudder_force", "rudder_offset"
@@ -522,10 +527,17 @@ def _product(row: int, factors: Sequence[str]) -> Apply:
     return apply
 
 
-def _force(name: str, axis: str, count: str | None, speed: str | None, past: str | None) -> Extension:
-    """A force or moment along the motion: a cos(k psi) + b sin(k psi), a U + b U^2, or in the prime system a x + b z
-    with T z_dot = x - z of x = v', r' or the rudder angle."""
+def _force(
+    name: str, axis: str, count: str | None, speed: str | None, past: str | None, place: str | None
+) -> Extension:
+    """A force or moment along the motion: a cos(k psi) + b sin(k psi); a U + b U^2; in the prime system a x + b z with
+    T z_dot = x - z of x = v', r' or the rudder angle; or the sum of a_k cos(k pi s), k = 1, 2, ..., of the place
+    s = (north - first)/span, 0 to 1 and constant beyond."""
     row, unit = "XYN".index(axis), "N m" if axis == "N" else "N"
+    if place is not None:
+        held = {f"{name}_first": "m", f"{name}_span": "m"}
+        units = {f"{name}_{k}": unit for k in range(1, WAVES_OF_PLACE + 1)} | held
+        return Extension(units, _by_place(row, place), three_dof=True, held=tuple(held))
     if past is not None:
         units = {f"{name}_now": "1", f"{name}_late": "1", f"{name}_time": "s"}
         return Extension(units, _lagging(row, past), three_dof=True, held=(f"{name}_time",))
@@ -548,6 +560,20 @@ def _turning(row: int, count: int) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         psi = next(s for s in definition.states if s.name == "psi")
         return _in_si(definition, row, parameters[0] * sp.cos(count * psi) + parameters[1] * sp.sin(count * psi))
+
+    return apply
+
+
+def _by_place(row: int, place: str) -> Apply:
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        *sizes, first, span = parameters
+        at = next(s for s in definition.states if s.name == {"north": "x", "east": "y"}[place])
+        share = sp.Symbol(f"{first.name}_share", real=True)
+        along = (at - first) / span
+        inside = (primitives.absv(along) - primitives.absv(along - 1) + 1) / 2
+        force = sum((a * sp.cos(k * sp.pi.evalf() * share) for k, a in enumerate(sizes, 1)), sp.S.Zero)
+        changed = _in_si(definition, row, force)
+        return replace(changed, helpers={share: inside, **changed.helpers})
 
     return apply
 

@@ -18,7 +18,8 @@ from helmbench.models.extend import extended
 from helmbench.models.families.extensions import extension_of
 from helmbench.models.model import resolve
 
-SIZES = {"N_heading_3": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 5e-4, "Y_past_d": 0.01}
+SIZES = {"N_heading_3": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 5e-4, "Y_past_d": 0.01,
+         "N_place_east": 3e6}  # fmt: skip
 """Extension of the Mariner -> size of its first force parameter."""
 
 
@@ -59,7 +60,7 @@ def test_a_force_along_the_measured_motion_is_that_of_the_extended_model(mariner
 
 def test_every_force_of_the_motion_is_a_term_of_an_extended_model():
     names = set()
-    for shape in shapes(20.0, 600.0):
+    for shape in shapes(20.0, 600.0, {"north": (0.0, 900.0), "east": (-100.0, 200.0)}):
         for axis in AXES:
             force = Force(axis, shape)
             numbers = {term.format(axis): 1.0 for term in shape.terms}
