@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import fields
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,9 +58,6 @@ def _along(motion: Motion, field: str, values: np.ndarray) -> Motion:
     """A motion at approach speed in which one field takes values (N,), all others being zero."""
     speed = float(np.median(motion.speed))
     pressure = np.full(values.size, motion.pressure[0] * speed**2 / motion.speed[0] ** 2)
-    still = np.zeros(values.size)
-    even = np.linspace(0.0, 1.0, values.size)
-    flat = Motion(
-        even, np.full(values.size, speed), still, still, still, still, still, still, pressure, motion.length_m
-    )
-    return replace(flat, **{field: values})
+    flat = {f.name: np.zeros(values.size) for f in fields(Motion) if f.name != "length_m"}
+    flat |= {"time_s": np.linspace(0.0, 1.0, values.size), "speed": np.full(values.size, speed), "pressure": pressure}
+    return Motion(**flat | {field: values}, length_m=motion.length_m)

@@ -7,9 +7,9 @@ described only.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -52,8 +52,9 @@ RULES = Rules(least=0.02, level=0.9995, most=3, leaders=5, of_each=2)
 NOISE, LITTLE = 1.2, 0.02
 """Factor on the sensors' squared noise, which is estimated, and error beyond it, as a share of the motion, that is no
 matter."""
-TAKEN_OFF = 0.5
-"""Share of what remains of the squared error that forces have to take off: less is no description of it."""
+TAKEN_OFF, MOST_OF_IT = 0.5, 0.8
+"""Share of what remains of the squared error that forces have to take off: less is no description of it;
+and share from which events are not looked for."""
 
 
 class Remainder(NamedTuple):
@@ -85,20 +86,44 @@ def with_remaining(found: Diagnosis, given: Prepared, held_out: Sequence[Record]
     now = _Beside.of(model, train, options, flows)
     if not now.leaves(now.plain):
         return found
+    known = any(_of_hull(f.cause) for f in found.causes) and model is not base
+
+    @cache
+    def of_base() -> _Beside:
+        return now if model is base else _Beside.of(base, train, options, flows)
+
+    described = found
+    for of_model, rest in _explanations(now, of_base, known):
+        kept, start = (found, model) if of_model else (_without_hull(found), base)
+        described = _told(found, kept, start, rest, given, held_out, options)
+        if described is not found:
+            break
+    if _share_of(described) > MOST_OF_IT:
+        return described
     acting = _events(now, events(now.runs, now.plain))
     if sum(event.share or 0.0 for event in acting) > TAKEN_OFF:
         return replace(found, remaining=acting, hypothesis=None)
+    return described
+
+
+def _explanations(now: _Beside, of_base: Callable[[], _Beside], known: bool) -> Iterator[tuple[bool, Remainder]]:
+    """Whether beside the model that the diagnosis has told, and forces, the preferred first: beside the base alone
+    where names of the hull (known) are needless then, beside the model, and few forces in the place of these names."""
     rest = _beside_numbers(now)
     if rest is not None:
-        if any(_of_hull(f.cause) for f in found.causes) and model is not base:
-            alone = _refitted(_Beside.of(base, train, options, flows), rest)
+        if known:
+            alone = _refitted(of_base(), rest)
             if not clearly_worse(now.runs, alone.fitted, rest.fitted, RULES.least):
-                return _told(found, _without_hull(found), base, alone, given, held_out, options)
-        return _told(found, found, model, rest, given, held_out, options)
-    rest = _instead(now, now if model is base else _Beside.of(base, train, options, flows))
-    if rest is not None:
-        return _told(found, _without_hull(found), base, rest, given, held_out, options)
-    return found
+                yield False, alone
+        yield True, rest
+    few = _instead(now, of_base())
+    if few is not None:
+        yield False, few
+
+
+def _share_of(found: Diagnosis) -> float:
+    """Share of the error that forces take off together; 1 where only several together do."""
+    return max((1.0 if force.share is None else force.share for force in found.remaining), default=0.0)
 
 
 def _of_hull(name: str) -> bool:
@@ -170,11 +195,10 @@ def _beside_numbers(now: _Beside) -> Remainder | None:
 
 
 def _instead(now: _Beside, base: _Beside) -> Remainder | None:
-    """Forces in the place of what is named: where they predict left-out pieces clearly better than that, and no worse
-    than all numbers of the base model together."""
-    selection = _exchanged(
-        base, select(base.runs, base.forces.candidates, replace(RULES, most=1), base.plain, base.flows)
-    )
+    """One or two forces in the place of what is named, where they predict left-out pieces clearly better than it, and
+    no worse than all numbers of the base model together."""
+    few = replace(RULES, most=2)
+    selection = _exchanged(base, select(base.runs, base.forces.candidates, few, base.plain, base.flows))
     worse = partial(clearly_worse, base.runs, least=RULES.least)
     if not selection.entered or worse(selection.final, base.whole) or not worse(now.plain, selection.final):
         return None
@@ -184,7 +208,7 @@ def _instead(now: _Beside, base: _Beside) -> Remainder | None:
 def _exchanged(base: _Beside, selection: Selection) -> Selection:
     """The selection of one force with the best of all ways in which a force may depend on its variables: the screen is
     linear, and lags are far from each other."""
-    if not selection.entered:
+    if len(selection.entered) != 1:
         return selection
     one = selection.entered[0]
     fits = {c: base.fit([c]) for c in base.forces.candidates if c.of == one.candidate.of}
