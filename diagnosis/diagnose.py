@@ -16,7 +16,7 @@ from .beside_numbers import behind_sensors, of_uncertain_base
 from .by_free_runs import by_free_runs, refused_by_free_runs
 from .by_residuals import concluded, selected
 from .checked import put_back, with_checks
-from .gain.guard import log_fall
+from .gain.guard import log_fall, training_errors
 from .gain.runs import with_runs
 from .one_bank.diagnose import by_pieces
 from .one_bank.remaining import with_remaining
@@ -145,7 +145,7 @@ def _left(diagnosis: Diagnosis) -> float:
     if diagnosis.gain:
         shares = [np.sqrt(max(1.0 - g.r2_after, 0.0)) for g in diagnosis.gain.values()]
     else:
-        shares = [error / motion for error, motion in _errors_after(diagnosis).values() if motion > 0.0]
+        shares = [error / motion for error, motion in training_errors(diagnosis).values() if motion > 0.0]
     known = [share for share in shares if np.isfinite(share)]
     return float(np.mean(known)) if known else 0.0
 
@@ -159,20 +159,8 @@ def _fall(old: Diagnosis, new: Diagnosis) -> float:
     if new.gain:
         errors = [{c: g.own_after for c, g in d.gain.items()} for d in (old, new)]
     else:
-        errors = [{c: error for c, (error, _) in _errors_after(d).items()} for d in (old, new)]
+        errors = [{c: error for c, (error, _) in training_errors(d).items()} for d in (old, new)]
     return log_fall(*errors)
-
-
-def _errors_after(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
-    """Channel -> root mean square error of the extended model's free runs of the training records, and of the motion
-    about its mean."""
-    parts: dict[str, list[np.ndarray]] = {}
-    for trace in (t for t in diagnosis.traces if t.role == "train"):
-        for channel, measured in trace.measured.items():
-            both = np.stack([measured - trace.after[channel], measured])
-            parts.setdefault(channel, []).append(both[:, np.isfinite(both).all(axis=0)])
-    whole = {c: np.concatenate(blocks, axis=1) for c, blocks in parts.items()}
-    return {c: (float(np.sqrt(np.mean(e**2))), float(np.std(y))) for c, (e, y) in whole.items() if e.size}
 
 
 def _by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> ByPieces | None:

@@ -1,8 +1,14 @@
 """How much worse than the base model an extended model may predict what it was not fitted to, and falls of errors."""
 
+from __future__ import annotations
+
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from ..result import Diagnosis
 
 WORSE = 1.05
 """Ratio of the free-run errors (rms) of left-out records to the base model's, in any channel, from which a cause or a
@@ -14,3 +20,15 @@ def log_fall(before: Mapping[str, float], after: Mapping[str, float]) -> float:
     where there is none."""
     shared = [c for c, error in after.items() if error > 0.0 and before.get(c, 0.0) > 0.0]
     return float(np.mean([np.log(before[c] / after[c]) for c in shared])) if shared else 0.0
+
+
+def training_errors(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
+    """Channel -> root mean square error of the extended model's free runs of the training records, and of the motion
+    about its mean."""
+    parts: dict[str, list[np.ndarray]] = {}
+    for trace in (t for t in diagnosis.traces if t.role == "train"):
+        for channel, measured in trace.measured.items():
+            both = np.stack([measured - trace.after[channel], measured])
+            parts.setdefault(channel, []).append(both[:, np.isfinite(both).all(axis=0)])
+    whole = {c: np.concatenate(blocks, axis=1) for c, blocks in parts.items()}
+    return {c: (float(np.sqrt(np.mean(e**2))), float(np.std(y))) for c, (e, y) in whole.items() if e.size}

@@ -104,6 +104,11 @@ class Force:
         """Extensions of a family that hold its numbers."""
         return [name.format(self.axis) for name in self.shape.extensions]
 
+    @property
+    def at_once(self) -> bool:
+        """Whether it holds a force that is linear in a motion now, which numbers of the model are as well."""
+        return any("_now@" in name for name in self.shape.terms)
+
     def parameters(self, values: Mapping[str, float]) -> Iterator[tuple[str, dict[str, float]]]:
         """Extensions with their parameters for values of the numbers."""
         known = self.held | {name.partition("@")[0]: value for name, value in values.items()}

@@ -25,7 +25,7 @@ from ...models.extend import extended
 from ...models.model import CHANNELS
 from ..causes.base import Cause
 from ..causes.registry import causes
-from ..gain.guard import log_fall
+from ..gain.guard import log_fall, training_errors
 from ..gain.runs import with_runs
 from ..result import RemainingForce
 from .bank import FLOWS
@@ -186,7 +186,8 @@ def _beside_numbers(now: _Beside) -> Remainder | None:
     """Forces that are needed beside the model's own numbers."""
     if not now.leaves(now.whole):
         return None
-    selection = select(now.runs, now.forces.candidates, RULES, now.whole, now.numbers)
+    free = [c for c in now.forces.candidates if not now.numbers or not now.forces.forces[c.id].at_once]
+    selection = select(now.runs, free, RULES, now.whole, now.numbers)
     if not selection.entered:
         return None
     simple = now.fit(selection.candidates)
@@ -274,10 +275,16 @@ def _told(
 
 def _errs_more(before: Diagnosis, after: Diagnosis) -> bool:
     """Whether the extended model predicts held-out records worse than the base model does, or than that of the
-    diagnosis before."""
-    falls = {c: g.own_after for c, g in before.gain.items()}, {c: g.own_after for c, g in after.gain.items()}
-    changed = any(force.extended for force in after.remaining)
-    return changed and (worsens(after) or (bool(after.gain) and log_fall(*falls) < 0.0))
+    diagnosis before, or the training ones no better.
+
+    Along the measured motion a force can hold a simulation to it, as an observer does: only a simulation with the force
+    shows whether it is one.  Forces in time are in no model.
+    """
+    if not any(force.extended for force in after.remaining):
+        return False
+    held_out = [{c: g.own_after for c, g in d.gain.items()} for d in (before, after)]
+    train = [{c: error for c, (error, _) in training_errors(d).items()} for d in (before, after)]
+    return worsens(after) or (bool(after.gain) and log_fall(*held_out) < 0.0) or log_fall(*train) <= 0.0
 
 
 def _force(rest: Remainder, one: Entered) -> RemainingForce:
