@@ -224,8 +224,10 @@ def _refitted(base: _Beside, rest: Remainder) -> Remainder:
 
 
 def _excess(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
-    """Root mean square error (C,) of left-out pieces beyond the sensors' noise and what counts as none, eq. 12 of
-    docs/mathematics/pieces.md."""
+    """Root mean square error (C,) of left-out pieces beyond the sensors' noise and what counts as none.
+
+    Eq. 12 of docs/mathematics/pieces.md.
+    """
     records = [u.stretch.record for u in runs.units]
     noise = [[sensor_sd(r.column(CHANNELS[s])) ** 2 for r in records if r.has(CHANNELS[s])] for s in runs.symbols]
     floor = NOISE * np.array([np.mean(own) if own else 0.0 for own in noise]) + runs.floor**2
@@ -238,8 +240,10 @@ def _mean(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
 
 
 def _share(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
-    """Share of the squared error of left-out pieces beyond noise that a fit takes off, eq. 10 of
-    docs/mathematics/pieces.md."""
+    """Share of the squared error of left-out pieces beyond noise that a fit takes off.
+
+    Eq. 10 of docs/mathematics/pieces.md.
+    """
     taken = np.sum((_mean(runs, before) - _mean(runs, after)) / runs.motion**2)
     return float(np.clip(taken / max(float(np.sum(_excess(runs, before) ** 2 / runs.motion**2)), 1e-12), 0.0, 1.0))
 

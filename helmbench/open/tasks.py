@@ -38,7 +38,7 @@ READING_STEPS = 4
 
 def steps_of(kind: str, model: str) -> int:
     """The most stages of an analysis, the start of its process among them."""
-    return {"check": 4, "identify": 5, "diagnose": 7 if model == NO_MODEL else 8}[kind]
+    return {"check": 4, "identify": 5, "diagnose": 7 if model == NO_MODEL else 9}[kind]
 
 
 def work(pipe: Connection) -> None:

@@ -9,11 +9,14 @@ from helmbench.bench.faults import Case, Effect, inject
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.kinematics.stage import Shown
 from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.forces import AXES, Force, forces_along, shapes
 from helmbench.diagnosis.one_bank.free_runs import Lane
 from helmbench.diagnosis.one_bank.motion import lagged
+from helmbench.diagnosis.one_bank.remaining import with_remaining
 from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.prepared import Prepared
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import extension_of
 from helmbench.models.model import resolve
@@ -126,22 +129,32 @@ def test_its_size_and_its_curve_are_those_of_the_truth(by_heading):
     assert np.all(np.array(curve.low) < curve.force) and np.all(np.array(curve.high) > curve.force)
 
 
-def test_a_period_is_described_and_is_no_term_of_the_model(rng):
+def described(diagnosis_of, train, held_out):
+    """An unexplained diagnosis of exact numbers with what describes the rest."""
+    model = resolve("mariner")
+    unexplained = replace(
+        diagnosis_of(verdict="unexplained"), model=model, extended=model, causes=(), traces=(), gain={}
+    )
+    given = Prepared(list(train), list(held_out), [], Shown())
+    return with_remaining(unexplained, given, held_out, Options(coefficient_sd=0.0).checked(model))
+
+
+def test_a_period_is_described_and_is_no_term_of_the_model(diagnosis_of, rng):
     omega = 0.25
     case = injected("periodic", (1.0, omega, 2.0, 0.3, 0.0, 0.0), 0.3, rng)
-    found = diagnose(resolve("mariner"), case.train, case.held_out)
-    (force,) = found.remaining
-    assert force.depends_on == ("time",) and not force.extended and force.axis == "N"
+    found = described(diagnosis_of, case.train, case.held_out)
+    force = found.remaining[0]
+    assert all(f.depends_on == ("time",) and not f.extended and f.axis == "N" for f in found.remaining)
     period = float(force.text.partition("period of ")[2].split()[0])
     assert period == pytest.approx(2.0 * np.pi / omega, rel=0.05)
     assert found.extended.family == found.model.family
 
 
-def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(rng):
+def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(diagnosis_of, rng):
     case = injected("pulse", (1.0, 150.0, 2.0, 40.0, 0.0, 0.0), 0.5, rng)
     clean = inject(Case("mariner", (), duration_s=300.0, dt_s=1.0), rng)
     train = [clean.train[0], case.train[1], clean.train[2]]
-    found = diagnose(resolve("mariner"), [replace(r, name=f"run-{i}") for i, r in enumerate(train)])
+    found = described(diagnosis_of, [replace(r, name=f"run-{i}") for i, r in enumerate(train)], [])
     event = found.remaining[0]
     assert event.text.startswith("a yaw moment that acts for a time: run-1, ")
     begin, end = (float(x) for x in event.text.split("run-1, ")[1].removesuffix(" s").split(" to "))

@@ -29,7 +29,7 @@ def runs(case_of):
     missed = {"outcome": "missed", "named": "", "verdict": "adequate", "tie_size": None}
     wrong = {"outcome": "wrong_first", "named": "wind", "confident_wrong": True, "tie_size": None}
     clean = {"group": "null", "injected": "", "strength": "none", "detectable": None, "noncentrality": None}
-    quiet = clean | {"outcome": "adequate", "named": "", "verdict": "adequate"}
+    quiet = clean | {"outcome": "adequate", "named": "", "verdict": "adequate", "described": ""}
     loud = clean | {"outcome": "false_alarm", "named": "wind"}
     unknown = {
         "group": "unforeseen",
@@ -61,10 +61,27 @@ def test_rates_count_what_they_say(runs):
     told = {name: (rate(board, name)["hits"], rate(board, name)["n"]) for name in board.rates["rate"].unique()}
     assert told == {
         "named": (2, 5), "alone": (1, 5), "false_clean": (1, 3), "false_slow": (0, 1), "wrong": (1, 8),
-        "unforeseen_clean": (1, 2), "both": (1, 2), "extra": (0, 8), "worse": (0, 8),
+        "described": (0, 4), "unforeseen_clean": (1, 2), "both": (1, 2), "extra": (0, 8), "worse": (0, 8),
     }  # fmt: skip
     assert (rate(board, "named", "naive")["hits"], rate(board, "false_clean", "naive")["hits"]) == (0, 1)
     assert rate(board, "named", scope="gusts", group="slow")["value"] == 1.0
+
+
+def test_descriptions_are_counted(case_of):
+    """Two unknown effects of the largest size, one described by its variable and halved; two clean records, one of them
+    described."""
+    unknown = {"group": "anticipated", "injected": "harmonic", "strength": "largest", "outcome": "unexplained"}
+    clean = {"group": "null", "injected": "", "strength": "none", "outcome": "adequate", "detectable": None}
+    before = {"rmse_before_heading_rad": 1.0}
+    board = board_of([
+        case_of(seed=1, **unknown, **before, rmse_after_heading_rad=0.4, described="heading", right_variable=True),
+        case_of(seed=2, **unknown, **before, rmse_after_heading_rad=0.9, described="time", right_variable=False),
+        case_of(seed=3, **clean, described=""),
+        case_of(seed=4, **clean, described="speed"),
+    ])  # fmt: skip
+    assert [(rate(board, n)["hits"], rate(board, n)["n"]) for n in ("right_variable", "halved", "described")] == [
+        (1, 2), (1, 2), (1, 2)
+    ]  # fmt: skip
 
 
 def test_worse_than_the_base_counts_apart_where_the_true_ship_is_not(case_of):
