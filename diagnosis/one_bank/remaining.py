@@ -54,7 +54,7 @@ NOISE, LITTLE = 1.2, 0.02
 matter."""
 TAKEN_OFF, MOST_OF_IT = 0.5, 0.8
 """Share of what remains of the squared error that forces have to take off: less is no description of it;
-and share from which events are not looked for."""
+share that events have to take off, and from which they are not looked for."""
 
 
 class Remainder(NamedTuple):
@@ -101,7 +101,7 @@ def with_remaining(found: Diagnosis, given: Prepared, held_out: Sequence[Record]
     if _share_of(described) > MOST_OF_IT:
         return described
     acting = _events(now, events(now.runs, now.plain))
-    if sum(event.share or 0.0 for event in acting) > TAKEN_OFF:
+    if sum(event.share or 0.0 for event in acting) > MOST_OF_IT:
         return replace(found, remaining=acting, hypothesis=None)
     return described
 
