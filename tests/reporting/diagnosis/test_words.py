@@ -8,7 +8,10 @@ import pytest
 
 from helmbench.checks.result import Size
 from helmbench.diagnosis.calibration.result import Moved
+from helmbench.diagnosis.result import Curve, RemainingForce
 from helmbench.reporting.diagnosis import words
+from helmbench.reporting.diagnosis.markdown import write_markdown
+from helmbench.reporting.diagnosis.page import html
 from helmbench.reporting.diagnosis.text import terminal
 
 from ...made_up.diagnosis import made_up
@@ -191,3 +194,49 @@ def test_the_headline_without_a_name_is_the_verdict(verdict):
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
     told = words.headline(replace(found, verdict=verdict))
     assert told.startswith(verdict.capitalize()) and "rudder offset" not in told
+
+
+@pytest.fixture
+def described():
+    """A diagnosis that a moment by the heading describes, beside a force in time."""
+    size = Size("N_heading_3_cos", 2e6, 1.9e6, 2.1e6, "N m")
+    curve = Curve(
+        "heading", "rad", "N m", (0.0, 1.0, 2.0), (2e6, -2e6, 2e6), (1.9e6, -2.1e6, 1.9e6), (2.1e6, -1.9e6, 2.1e6)
+    )
+    by_heading = RemainingForce(
+        "N", ("heading",), "a yaw moment that depends on the heading, three times a turn; it takes 97 % off", 0.97,
+        {"heading_rad": (0.3, 0.05)}, (size,), True, "a current", "turn through all headings",
+        ("a yaw moment that grows through the record",), curve,
+    )  # fmt: skip
+    event = RemainingForce(
+        "Y", ("time",), "a sway force that acts for a time", 0.9, {}, (), False, "a tug", "do it again"
+    )
+    return replace(made_up(verdict="described"), causes=(), remaining=(by_heading, event))
+
+
+def test_the_headline_of_what_is_described_names_what_it_depends_on_and_its_gain(described):
+    line = words.headline(described)
+    assert line.startswith(
+        "Described: a yaw moment that depends on the heading, three times a turn, of no known cause; "
+    )
+    assert "held-out error of the" in line and "97" not in line
+
+
+def test_what_remains_is_said_with_size_reading_and_what_would_tell(described):
+    first, second = map(words.remaining, described.remaining)
+    assert (
+        f"({words.size(described.remaining[0].sizes[0])})" in first and "To tell: turn through all headings." in first
+    )
+    assert "As likely: a yaw moment that grows through the record." in first and "It may be a current." in first
+    assert "It is not a term of the extended model." in second and "not a term" not in first
+    told = terminal(described)
+    assert first in told and second in told
+
+
+def test_the_page_and_the_published_text_show_the_force_as_a_curve(described, tmp_path):
+    page = html(described)
+    assert words.remaining(described.remaining[0]) in page
+    assert page.count("With its 90 % band") == 1
+    paths = write_markdown(described, tmp_path, "moment", "A moment")
+    assert tmp_path / "moment-remaining-1.svg" in paths and tmp_path / "moment-remaining-2.svg" not in paths
+    assert "moment-remaining-1.svg" in (tmp_path / "moment.md").read_text("utf-8")
