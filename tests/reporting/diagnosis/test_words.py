@@ -209,7 +209,7 @@ def described():
         ("a yaw moment that grows through the record",), curve,
     )  # fmt: skip
     event = RemainingForce(
-        "Y", ("time",), "a sway force that acts for a time", 0.9, {}, (), False, "a tug", "repeat it"
+        "Y", ("time",), "a sway force that acts once", 0.9, {}, (), False, "a tug", "repeat it"
     )
     gain = {"heading_rad": Gain(0.3, 0.05, 0.1, 0.2, 0.5, 0.9, 1.0, 0.2, 0.03)}
     return replace(made_up(verdict="described"), causes=(), remaining=(by_heading, event), gain=gain)
