@@ -23,7 +23,7 @@ def with_errors_ahead(found: Diagnosis, records: Sequence[Record]) -> Diagnosis:
 
     The extended model stands first.  Without a model that can be run along the records it stays as it is.
     """
-    models = {EXTENDED: found.extended} if found.causes else {}
+    models = {EXTENDED: found.extended} if found.extends else {}
     models |= {found.model.id: found.model}
     known = {name: model for name, model in models.items() if model.known}
     try:
