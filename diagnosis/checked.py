@@ -75,7 +75,7 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
     """The diagnosis with what the files of all records showed: named where it is a cause of the bank; and without a
     word of the model while records stand in doubt, or where free runs do not follow the motion."""
     found, lost = replace(found, checks=checks), without_motion(found.traces)
-    if lost is not None and found.verdict in ("named", "tied"):
+    if lost is not None and found.verdict in ("named", "tied", "described"):
         found = replace(found, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).named and f.blanked):
         found = _named(found, of_left_out_samples(name, checks, records))
@@ -87,7 +87,7 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
             sensors = {error.id for error in sensor_errors()}
             found = replace(found, causes=tuple(f for f in found.causes if f.cause not in sensors))
         return _withheld(found, "inconclusive", reason, "the records are in doubt")
-    if lost is not None and any(f.stage != BY_CHANNELS for f in found.causes):
+    if lost is not None and (found.remaining or any(f.stage != BY_CHANNELS for f in found.causes)):
         said = "free runs with all that fits do not follow even half of the yaw motion"
         return _withheld(found, "unexplained", f"{said}: no number of the hull is named", said)
     return found
@@ -126,6 +126,7 @@ def _withheld(found: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosi
         extended=found.model,
         gain={},
         hypothesis=None,
+        remaining=(),
         where=(),
         traces=tuple(replace(t, after=t.before) for t in found.traces),
         calibration=None,

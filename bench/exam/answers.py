@@ -125,7 +125,7 @@ def said(found: Diagnosis, causes: dict[str, Any]) -> dict[str, Any]:
             known = [*sorted(GROUP + name for name in names & groups), *sorted(names & set(causes) - groups)]
             if known:
                 out.append(_named(finding, known[0], known[1:]))
-    unnamed = found.verdict == "unexplained" or bool(found.causes)
+    unnamed = found.verdict in ("unexplained", "described") or bool(found.causes)
     return {"named": out, "unexplained": unnamed and not out}
 
 

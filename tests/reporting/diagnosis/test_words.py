@@ -208,9 +208,7 @@ def described():
         {"heading_rad": (0.3, 0.05)}, (size,), True, "a current", "turn through all headings",
         ("a yaw moment that grows through the record",), curve,
     )  # fmt: skip
-    event = RemainingForce(
-        "Y", ("time",), "a sway force that acts once", 0.9, {}, (), False, "a tug", "repeat it"
-    )
+    event = RemainingForce("Y", ("time",), "a sway force that acts once", 0.9, {}, (), False, "a tug", "repeat it")
     gain = {"heading_rad": Gain(0.3, 0.05, 0.1, 0.2, 0.5, 0.9, 1.0, 0.2, 0.03)}
     return replace(made_up(verdict="described"), causes=(), remaining=(by_heading, event), gain=gain)
 
