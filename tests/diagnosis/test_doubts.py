@@ -9,6 +9,7 @@ import helmbench
 from helmbench.checks.result import CheckFinding
 from helmbench.diagnosis.checked import with_checks
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.result import RemainingForce
 from helmbench.models.model import resolve
 
 from ..simulators.response import GAIN, T_S, steps, turned
@@ -64,6 +65,21 @@ def test_a_doubt_about_the_rudder_gives_way_where_free_runs_follow(model):
     assert with_checks(lost, (response,), records).verdict == "inconclusive"
     torn_file = replace(response, cause="time_stamps", channels=("time_s",))
     assert with_checks(found, (torn_file,), records).verdict == "inconclusive"
+
+
+def test_what_remains_is_withheld_with_the_model(model):
+    """Where records stand in doubt, and where free runs with the described force do not follow the motion."""
+    records = [turned(steps(1))]
+    force = RemainingForce("N", ("heading",), "a yaw moment", 0.9, {}, (), True, "a current", "turn")
+    found = replace(diagnose(model, records), verdict="described", remaining=(force,))
+    assert with_checks(found, (), records).remaining == (force,)
+    torn_file = CheckFinding("time_stamps", "file", ("run",), ("time_s",), (), "rows are missing", standing=True)
+    assert with_checks(found, (torn_file,), records).remaining == ()
+    lost = replace(
+        found, traces=tuple(replace(t, after={c: 0.0 * y for c, y in t.after.items()}) for t in found.traces)
+    )
+    told = with_checks(lost, (), records)
+    assert told.verdict == "unexplained" and told.remaining == ()
 
 
 def test_a_neutral_angle_is_named_by_the_heading_alone_beside_numbers_of_these_records():
