@@ -52,6 +52,8 @@ RULES = Rules(least=0.02, level=0.9995, most=3, leaders=5, of_each=2)
 NOISE, LITTLE = 1.2, 0.02
 """Factor on the sensors' squared noise, which is estimated, and error beyond it, as a share of the motion, that is no
 matter."""
+BIASES = {"r": ("yaw_rate_bias", "yaw_rate_bias"), "v": ("sway_offset", "sway_bias")}
+"""State that a drifting sensor shows -> cause and instrument of its steady error, whose place the drift takes."""
 TAKEN_OFF, MOST_OF_IT = 0.5, 0.8
 """Share of what remains of the squared error that forces have to take off: less is no description of it;
 share that events have to take off, and from which they are not looked for."""
@@ -133,6 +135,14 @@ def _of_hull(name: str) -> bool:
 
 def _without_hull(found: Diagnosis) -> Diagnosis:
     return replace(found, causes=tuple(f for f in found.causes if not _of_hull(f.cause)), calibration=None)
+
+
+def _without_biases(found: Diagnosis, axes: Collection[str]) -> Diagnosis:
+    """The diagnosis without steady errors of sensors that drift."""
+    ids, names = ({pair[i] for axis, pair in BIASES.items() if axis in axes} for i in (0, 1))
+    kept = {name: x for name, x in found.extended.instruments.items() if name not in names}
+    causes = tuple(f for f in found.causes if f.cause not in ids)
+    return replace(found, causes=causes, extended=replace(found.extended, instruments=kept))
 
 
 # ---- the selection
@@ -260,6 +270,7 @@ def _told(
 ) -> Diagnosis:
     """The diagnosis with forces that were selected; the one before where these worsen held-out records."""
     remaining = tuple(_force(rest, one) for one in rest.selection.entered)
+    found = _without_biases(found, {force.axis for force in remaining})
     model = _extended(start, rest) if any(force.extended for force in remaining) else start
     model = replace(model, instruments=found.extended.instruments)
     plain = with_runs(

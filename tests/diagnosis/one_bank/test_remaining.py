@@ -164,3 +164,17 @@ def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(diagnosis
 def test_nothing_is_described_where_nothing_is_wrong(rng):
     case = inject(Case("mariner", (), gusts="slow", duration_s=300.0, dt_s=1.0), rng)
     assert diagnose(resolve("mariner"), case.train, case.held_out).remaining == ()
+
+
+@pytest.mark.nightly
+def test_a_gyro_that_drifts_is_described_and_is_no_steady_bias(rng):
+    case = inject(Case("mariner", (), duration_s=300.0, dt_s=1.0), rng)
+    train = [
+        r.with_channels(yaw_rate_rad_s=r.column("yaw_rate_rad_s") + 4e-3 * (r.time_s - r.time_s[0]) / 300.0)
+        for r in case.train
+    ]
+    found = diagnose(resolve("mariner"), train, case.held_out)
+    assert [force.axis for force in found.remaining] == ["r"] and "yaw_rate_bias" not in {f.cause for f in found.causes}
+    slope = next(size for size in found.remaining[0].sizes if size.parameter.startswith("r_drift"))
+    assert slope.value == pytest.approx(4e-3 / 300.0, rel=0.2)
+    assert found.gain["heading_rad"].rmse_after <= 1.05 * found.gain["heading_rad"].rmse_before
