@@ -13,7 +13,7 @@ import helmbench
 from helmbench.bench.exam import folder as exams
 from helmbench.bench.exam.judging import EffectSizes, naming
 from helmbench.bench.exam.key_file import WorldKey
-from helmbench.bench.exam.motion import error, errors, predicted
+from helmbench.bench.exam.motion import error, errors, opening, predicted
 from helmbench.bench.exam.names import group_list
 from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
 from helmbench.bench.exam.submission import read_submission, stated
@@ -28,6 +28,8 @@ from helmbench.bench.kinds.diagnosis.plan import CaseSpec, plan
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 from helmbench.datasets import randomness
+from helmbench.datasets.record import Record
+from helmbench.diagnosis.gain.free_runs import FIRST_PART
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.reporting.exam import folder_texts
@@ -406,3 +408,10 @@ def test_the_commands_make_answer_and_score(tmp_path, monkeypatch, capsys):
     found = helmbench.score_exam("exam", "nothing", "key.json")
     assert len(found.answers) == 2 and all(row.named == "" for row in found.answers)
     assert len(found.to_dataframe()) == len(found.scores) == 3
+
+
+def test_the_opening_of_a_record_is_its_first_part():
+    time = np.arange(0.0, 100.5, 0.5)
+    record = Record(time, {"rudder_rad": np.zeros(time.size)}, "held")
+    shown = opening(record)
+    assert time[shown - 2] < FIRST_PART * 100.0 <= time[shown - 1]

@@ -2,6 +2,7 @@
 
 import json
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -120,3 +121,14 @@ def test_a_check_does_not_say_that_channels_agree_which_were_not_compared(zigzag
     short = replace(part, channels={name: part.channels[name] for name in ("heading_rad", "surge_m_s")})
     view = check_view(helmbench.check(short))
     assert view["told"] and view["sentence"].startswith("No finding in what could be checked")
+
+
+def test_manoeuvres_of_a_record_share_no_sample(monkeypatch, zigzag):
+    """The second begins where the first ends, a straight course is none, and a short rest of one is left out."""
+    least = parts.MIN_SAMPLES
+    ends = [(0, 4 * least, "turn"), (3 * least, 7 * least, "zigzag"), (7 * least, 9 * least, "straight"),
+            (6 * least, 7 * least + 1, "turn")]  # fmt: skip
+    drawn = [SimpleNamespace(start=a, stop=b, kind=kind) for a, b, kind in ends]
+    monkeypatch.setattr("helmbench.api.importing.find_manoeuvres", lambda record: drawn)
+    spans = parts._spans(2, zigzag)
+    assert spans == [(2, 0, 4 * least, "turn", 1), (2, 4 * least, 7 * least, "zigzag", 2)]

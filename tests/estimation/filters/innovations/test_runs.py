@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.estimation.filters.innovations.estimator import estimator
-from helmbench.estimation.filters.innovations.runs import Recent
+from helmbench.estimation.filters.innovations.runs import Recent, content_of
 
 
 @pytest.fixture
@@ -58,3 +58,14 @@ def test_the_run_that_was_not_asked_for_longest_is_let_go():
     assert kept.get(("a",), False) == ("a", None)
     kept.put(("c",), ("c", None))
     assert [kept.get((key,), False) is not None for key in "abc"] == [True, False, True]
+
+
+def test_the_time_of_a_rudder_fault_counts_where_there_is_one(est):
+    """Of no size it changes no run; of a size it does."""
+
+    def content(size, time):
+        changed = est.with_entries(est.start(), {"rudder_fault": size, "rudder_fault_time": time})
+        return content_of(changed, 0, est.index)
+
+    assert content(0.0, 10.0) == content(0.0, 20.0)
+    assert content(0.1, 10.0) != content(0.1, 20.0)
