@@ -27,6 +27,7 @@ from ..causes.base import Cause
 from ..causes.registry import causes
 from ..gain.guard import log_fall, training_errors
 from ..gain.runs import with_runs
+from ..report.bank import demoted
 from ..result import RemainingForce
 from .bank import FLOWS
 from .curve import curve_of
@@ -54,6 +55,7 @@ NOISE, LITTLE = 1.2, 0.02
 matter."""
 BIASES = {"r": ("yaw_rate_bias", "yaw_rate_bias"), "v": ("sway_offset", "sway_bias")}
 """State that a drifting sensor shows -> cause and instrument of its steady error, whose place the drift takes."""
+INSTEAD = "what remains is described without it"
 TAKEN_OFF, MOST_OF_IT = 0.5, 0.8
 """Share of what remains of the squared error that forces have to take off: less is no description of it;
 share that events have to take off, and from which they are not looked for."""
@@ -134,15 +136,23 @@ def _of_hull(name: str) -> bool:
 
 
 def _without_hull(found: Diagnosis) -> Diagnosis:
-    return replace(found, causes=tuple(f for f in found.causes if not _of_hull(f.cause)), calibration=None)
+    """The diagnosis without causes of the hull, and without what the model's own numbers explain."""
+    return replace(_without(found, {f.cause for f in found.causes if _of_hull(f.cause)}), calibration=None)
+
+
+def _without(found: Diagnosis, ids: Collection[str]) -> Diagnosis:
+    """The diagnosis without some causes, in the bank, too."""
+    kept = tuple(f for f in found.causes if f.cause not in ids)
+    of = ("named", "tied", "explained_by")
+    bank = (e if e.cause not in ids else demoted([e], of, "not_significant", INSTEAD)[0] for e in found.bank)
+    return replace(found, causes=kept, bank=tuple(bank))
 
 
 def _without_biases(found: Diagnosis, axes: Collection[str]) -> Diagnosis:
     """The diagnosis without steady errors of sensors that drift."""
     ids, names = ({pair[i] for axis, pair in BIASES.items() if axis in axes} for i in (0, 1))
     kept = {name: x for name, x in found.extended.instruments.items() if name not in names}
-    causes = tuple(f for f in found.causes if f.cause not in ids)
-    return replace(found, causes=causes, extended=replace(found.extended, instruments=kept))
+    return replace(_without(found, ids), extended=replace(found.extended, instruments=kept))
 
 
 # ---- the selection
