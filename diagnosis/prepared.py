@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from ..checks.comparison.chains import chains
@@ -41,8 +42,18 @@ class Prepared:
     recorded: Sequence[Record] = ()
 
     def sensors(self, only: Collection[Check] | None) -> Sensors:
-        """The records behind what channels show of their sensors; only : errors that are looked for (None: all)."""
-        return sensors_of(self.train, self.held_out, only, derived=self.derived)
+        """The records behind what channels show of their sensors; only : errors that are looked for (None: all).
+
+        Several stages ask for it: it is computed once.
+        """
+        key = None if only is None else frozenset(only)
+        if key not in self._sensors:
+            self._sensors[key] = sensors_of(self.train, self.held_out, only, derived=self.derived)
+        return self._sensors[key]
+
+    @cached_property
+    def _sensors(self) -> dict[frozenset[Check] | None, Sensors]:
+        return {}
 
     @property
     def instruments(self) -> dict[str, float]:

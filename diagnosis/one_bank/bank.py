@@ -215,13 +215,19 @@ def flow_name(cause: str, side: str, record: int | None) -> str:
     return f"{cause}_towards_{side}" if record is None else f"{cause}_towards_{side}:{record}"
 
 
-def _forces(model: Model) -> Iterator[tuple[Candidate, dict[str, Place]]]:
-    """Steady forces in body axes, each alone and all together."""
+def force_units(model: Model) -> dict[str, float]:
+    """Axis -> force of one at the approach speed: rho/2 L^2 U^2, N, and rho/2 L^3 U^2, N m."""
     numbers = model.environment_numbers()
     length = numbers.get("L", numbers["wind_L"])
     unit = 0.5 * numbers["rho"] * length**2 * model.speed_m_s**2
+    return {"X": unit, "Y": unit, "N": unit * length}
+
+
+def _forces(model: Model) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+    """Steady forces in body axes, each alone and all together."""
+    units = force_units(model)
     places = {name: Place("flow", column=column) for name, column, _ in FORCES}
-    whole = tuple(Number(name, sd * unit * (length if name.endswith("N") else 1.0)) for name, _, sd in FORCES)
+    whole = tuple(Number(name, sd * units[name[-1]]) for name, _, sd in FORCES)
     for numbers_of in (*((n,) for n in whole), whole):
         yield Candidate("constant_force", numbers_of, FORCE), places
 

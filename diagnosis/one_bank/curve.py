@@ -18,6 +18,12 @@ if TYPE_CHECKING:
 
 POINTS, ENDS = 61, (1.0, 99.0)
 """Points of a curve, and percentiles of the data that it ends at."""
+VARIABLES = {
+    "heading": ("heading", "rad"), "drift": ("v", "rad"), "yaw rate": ("r", "1"), "rudder angle": ("rudder", "rad"),
+    "speed": ("speed", "m/s"), "time": ("time_s", "s"), "place to the north": ("north", "m"),
+    "place to the east": ("east", "m"),
+}  # fmt: skip
+"""Variable -> its field of a motion, and its unit; the yaw rate in U/L."""
 
 
 def curve_of(force: Force, runs: FreeRuns, sizes: Mapping[str, tuple[float, float]]) -> Curve | None:
@@ -44,14 +50,6 @@ def curve_of(force: Force, runs: FreeRuns, sizes: Mapping[str, tuple[float, floa
     half = np.sqrt(halves**2 @ np.array(parts) ** 2)
     columns = (tuple(column.tolist()) for column in (grid, total, total - half, total + half))
     return Curve(variable, unit, "N m" if force.axis == "N" else "N", *columns)
-
-
-VARIABLES = {
-    "heading": ("heading", "rad"), "drift": ("v", "rad"), "yaw rate": ("r", "1"), "rudder angle": ("rudder", "rad"),
-    "speed": ("speed", "m/s"), "time": ("time_s", "s"), "place to the north": ("north", "m"),
-    "place to the east": ("east", "m"),
-}  # fmt: skip
-"""Variable -> its field of a motion, and its unit; the yaw rate in U/L."""
 
 
 def _along(motion: Motion, field: str, values: np.ndarray) -> Motion:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...estimation.selection.number import Number
-from .bank import FORCES, Place
+from ...estimation.selection.quadratic import own_step
+from .bank import FORCES, Place, force_units
 
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted
@@ -45,11 +46,11 @@ class Event(NamedTuple):
     after: np.ndarray
 
 
-def with_windows(runs: FreeRuns) -> tuple[FreeRuns, list[Number]]:
+def _with_windows(runs: FreeRuns) -> tuple[FreeRuns, list[Number]]:
     """The runs with a force over each window of a piece on each axis, and their numbers."""
     places = {f"{name[-1]}_window_{i}": Place("window", (str(i), str(WINDOWS)), column)
               for name, column, _ in FORCES for i in range(WINDOWS)}  # fmt: skip
-    units = runs.force_units()
+    units = force_units(runs.model)
     return runs.with_numbers(places, {}), [Number(name, 1e-2 * units[name[0]]) for name in places]
 
 
@@ -58,7 +59,7 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
 
     Eq. 13 of docs/mathematics/pieces.md.
     """
-    windowed, numbers = with_windows(runs)
+    windowed, numbers = _with_windows(runs)
     point = fitted.point
     quadratic = windowed.quadratic(point.values, point.own, numbers)
     each = point.squares / np.maximum(runs.counts, 1.0)
@@ -78,8 +79,7 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
         fall, axis, first, last, value, sd = best[k]
         step = np.zeros((len(runs.units), len(numbers)))
         step[k, axis * WINDOWS + first : axis * WINDOWS + last] = value
-        own = normal.back[:, :, -1] - np.einsum("kmi,ki->km", normal.back[:, :, :-1], step)
-        after = quadratic.squares(step, own, range(len(numbers)))[k]
+        after = quadratic.squares(step, own_step(normal, step), range(len(numbers)))[k]
         unit = runs.units[k]
         grid = unit.grid_s - unit.record.time_s[0]
         edges = np.linspace(grid[0], grid[-1], WINDOWS + 1)

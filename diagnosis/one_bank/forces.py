@@ -14,7 +14,7 @@ import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
 from ...models.families.extensions import WAVES_OF_PLACE, extension_of
-from .bank import FORCE, FORCES, Place
+from .bank import FORCE, FORCES, Place, force_units
 from .motion import Motion, lagged
 
 if TYPE_CHECKING:
@@ -36,8 +36,6 @@ STEPS = 9
 DRIFTS = {"u": ("speed", 0.05), "v": ("sway velocity", 0.05), "r": ("yaw rate", 0.05), "psi": ("heading", 0.1)}
 """State -> its sensor in words, and prior standard deviation of its drift through the longest record: of the approach
 speed, of U/L, rad."""
-
-
 READINGS = {
     "heading": ("current, wind or swell from one side, or a compass that errs with the heading",
                 "turn through all headings, at another place or on another day"),
@@ -217,19 +215,19 @@ def _by_past(x: str, time_s: float) -> Iterator[Shape]:
     def late(m: Motion, axis: str) -> np.ndarray:
         return m.unit(axis) * lagged(_factor(m, x), time_s, m.step_s)
 
-    lagging: dict[str, Term] = {f"{name}_late@{time_s:.4g}": late}
-    at_once: dict[str, Term] = {f"{name}_now@{time_s:.4g}": _product((x,))}
+    past: dict[str, Term] = {f"{name}_late@{time_s:.4g}": late}
+    now: dict[str, Term] = {f"{name}_now@{time_s:.4g}": _product((x,))}
     held = ((f"{name}_now", 0.0), (f"{name}_time", time_s))
     how = f"depends on the past of the {word}, over {time_s:.3g} s"
-    yield Shape((f"past of the {word}",), how, lagging, (name,), held)
-    yield Shape((f"past of the {word}",), f"{how}, and on the {word} now", lagging | at_once, (name,), held)
+    yield Shape((f"past of the {word}",), how, past, (name,), held)
+    yield Shape((f"past of the {word}",), f"{how}, and on the {word} now", past | now, (name,), held)
 
 
 def _in_time(longest_s: float) -> Iterator[Shape]:
     steady: dict[str, Term] = {"{}_first": lambda m, axis: np.ones(m.time_s.size)}
-    growing: dict[str, Term] = {"{}_growth": lambda m, axis: m.past_s / longest_s}
-    yield Shape(("time",), "grows through the record", growing)
-    yield Shape(("time",), "changes evenly through the record", steady | growing)
+    growth: dict[str, Term] = {"{}_growth": lambda m, axis: m.past_s / longest_s}
+    yield Shape(("time",), "grows through the record", growth)
+    yield Shape(("time",), "changes evenly through the record", steady | growth)
     for x, word in MOTIONS.items():
         yield Shape(("time", word), f"follows the {word}, by more and more through the record",
                     {f"{{}}_growth_{x}": _growing(_product((x,)), longest_s)})  # fmt: skip
@@ -275,7 +273,7 @@ class Forces:
 
 def forces_along(runs: FreeRuns) -> Forces:
     """Forces along the motions of the records, and drifts of the sensors that show them."""
-    model, motions, length_s, units = runs.model, list(runs.motions.values()), runs.length_s, runs.force_units()
+    model, motions, length_s, units = runs.model, list(runs.motions.values()), runs.length_s, force_units(runs.model)
     longest_s = max(float(m.past_s[-1]) for m in motions)
     forces: dict[str, Force] = {}
     candidates: list[Candidate] = []

@@ -7,12 +7,14 @@ its number.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from copy import copy
 from dataclasses import replace
-from functools import cache, cached_property, lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.signals import sensor_sd
 from ...estimation.diagnosis_only.mixed_effects.problem import (
     CORRELATION,
     FLOOR,
@@ -87,21 +89,24 @@ class FreeRuns:
             for span, n in zip(spans, self.counts.max(axis=1), strict=True)
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
+        self._terms: dict[tuple[int, str], np.ndarray] = {}
         turning = [c for c, s in enumerate(self.symbols) if s in ("r", "psi")]
         if not np.any(self.motion[turning] > self.floor[turning]):
             raise CannotFit("the ship does not turn: the records hold no manoeuvre")
 
     def with_numbers(self, places: Mapping[str, Place], series: Mapping[str, Series]) -> FreeRuns:
         """The same runs with further numbers: what they move, and forces along a motion."""
-        bank = replace(self.bank, places={**self.places, **places}, series={**self.bank.series, **series})
-        return FreeRuns(bank, self.units, self.length_s)
+        runs = copy(self)
+        runs.bank = replace(self.bank, places={**self.places, **places}, series={**self.bank.series, **series})
+        runs.places, runs._terms = runs.bank.places, {}
+        return runs
 
-    def force_units(self) -> dict[str, float]:
-        """Axis -> force of one in the prime system at the approach speed, with the area L^2: N, N m."""
-        numbers = self.bank.model.environment_numbers()
-        length = numbers.get("L", numbers["wind_L"])
-        unit = 0.5 * numbers["rho"] * length**2 * self.bank.model.speed_m_s**2
-        return {"X": unit, "Y": unit, "N": unit * length}
+    @cached_property
+    def noise(self) -> np.ndarray:
+        """Mean squared noise (C,) of the sensors in the units."""
+        records = [u.stretch.record for u in self.units]
+        sds = [[sensor_sd(r.column(CHANNELS[s])) for r in records if r.has(CHANNELS[s])] for s in self.symbols]
+        return np.array([np.mean(np.square(own)) if own else 0.0 for own in sds])
 
     @property
     def record_names(self) -> dict[int, str]:
@@ -264,18 +269,20 @@ class FreeRuns:
         """Number of a record -> its measured motion."""
         return {n: motion_of(self.model, r.record, SMOOTH * self.length_s) for n, r in self.rudders.items()}
 
-    @cache  # noqa: B019
     def _term(self, k: int, name: str) -> np.ndarray:
+        """Force (M + 1,) on the grid of a unit for a number of one."""
+        if (k, name) not in self._terms:
+            self._terms[k, name] = self._term_of(k, name)
+        return self._terms[k, name]
+
+    def _term_of(self, k: int, name: str) -> np.ndarray:
         unit, place = self.units[k], self.places[name]
         if place.kind == "window":
             number, count = map(int, place.entries)
             share = (unit.grid_s - unit.grid_s[0]) / (unit.grid_s[-1] - unit.grid_s[0])
             return (np.minimum(share * count, count - 1).astype(int) == number).astype(float)
-        return np.interp(unit.grid_s, self.motions[unit.number].time_s, self._along(unit.number, name))
-
-    @cache  # noqa: B019
-    def _along(self, number: int, name: str) -> np.ndarray:
-        return self.bank.series[name](self.motions[number])
+        motion = self.motions[unit.number]
+        return np.interp(unit.grid_s, motion.time_s, self.bank.series[name](motion))
 
     def _errors(self, lanes: Sequence[Lane], states: np.ndarray) -> np.ndarray:
         """Errors (B, N, C) of the lanes of one unit from their states (B, M, n)."""

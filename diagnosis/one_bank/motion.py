@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 from scipy.signal import lfilter
 
-from ...datasets.signals import bridged
+from ...datasets.signals import bridged, integral
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -69,18 +69,13 @@ def motion_of(model: Model, record: Record, smooth_s: float) -> Motion:
     def smoothed(channel: str, otherwise: float) -> np.ndarray:
         if not record.has(channel):
             return np.full(time_s.size, otherwise)
-        values = record.column(channel)
-        known = np.isfinite(values)
-        if channel == "heading_rad":
-            values = np.where(known, values, np.nan)
-            values[known] = np.unwrap(values[known])
-        return uniform_filter1d(on_grid(values), width, mode="nearest")
+        return uniform_filter1d(on_grid(record.continuous(channel)), width, mode="nearest")
 
     u, v = smoothed("surge_m_s", model.speed_m_s), smoothed("sway_m_s", 0.0)
     heading = smoothed("heading_rad", 0.0)
     r = smoothed("yaw_rate_rad_s", 0.0) if record.has("yaw_rate_rad_s") else np.gradient(heading, time_s)
     if not record.has("heading_rad"):
-        heading = np.concatenate([[0.0], np.cumsum(0.5 * (r[1:] + r[:-1]) * np.diff(time_s))])
+        heading = integral(r, time_s)
     numbers = model.environment_numbers()
     length = numbers.get("L", numbers["wind_L"])
     speed = np.sqrt(u**2 + v**2 + 1e-12)

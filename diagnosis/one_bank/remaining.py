@@ -15,12 +15,18 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.result import Size
-from ...checks.statistics.tails import student_quantile
 from ...datasets.instruments import corrected
-from ...datasets.signals import sensor_sd
 from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.score import fall
-from ...estimation.selection.selection import Entered, Rules, Selection, clearly_worse, floor_squares, select
+from ...estimation.selection.selection import (
+    Entered,
+    Rules,
+    Selection,
+    clearly_worse,
+    floor_squares,
+    mean_squares,
+    select,
+)
 from ...models.extend import extended
 from ...models.model import CHANNELS
 from ..causes.base import Cause
@@ -35,7 +41,7 @@ from .diagnose import runs_of, worsens
 from .events import events
 from .forces import AXES, READINGS, Forces, forces_along, reading_of
 from .search import Choice
-from .told import INTERVAL, extended_model
+from .told import extended_model, half_intervals, interval_factor
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -81,8 +87,8 @@ def with_remaining(found: Diagnosis, given: Prepared, held_out: Sequence[Record]
     FitFailed : the arithmetic fails.
     """
     of_records = {*found.model.instruments, *given.instruments}
-    named = {name: x for name, x in found.extended.instruments.items() if name not in of_records}
-    train = [corrected(record, named) for record in given.train]
+    instruments = {name: x for name, x in found.extended.instruments.items() if name not in of_records}
+    train = [corrected(record, instruments) for record in given.train]
     base, model = (replace(m, instruments={}) for m in (found.model, found.extended))
     if found.verdict not in ("named", "tied", "partly_named"):
         model = base
@@ -90,32 +96,32 @@ def with_remaining(found: Diagnosis, given: Prepared, held_out: Sequence[Record]
     now = _Beside.of(model, train, options, flows)
     if not now.leaves(now.plain):
         return found
-    known = any(_of_hull(f.cause) for f in found.causes) and model is not base
+    hull = any(_of_hull(f.cause) for f in found.causes) and model is not base
 
     @cache
     def of_base() -> _Beside:
         return now if model is base else _Beside.of(base, train, options, flows)
 
-    described = found
-    for of_model, rest in _explanations(now, of_base, known):
-        kept, start = (found, model) if of_model else (_without_hull(found), base)
-        described = _told(found, kept, start, rest, given, held_out, options)
-        if described is not found:
+    answer = found
+    for of_model, rest in _explanations(now, of_base, hull):
+        rival, start = (found, model) if of_model else (_without_hull(found), base)
+        answer = _told(found, rival, start, rest, given, held_out, options)
+        if answer is not found:
             break
-    if _share_of(described) > MOST_OF_IT:
-        return described
-    acting = _events(now, events(now.runs, now.plain))
-    if sum(event.share or 0.0 for event in acting) > MOST_OF_IT:
-        return replace(found, remaining=acting, hypothesis=None)
-    return described
+    if _share_of(answer) > MOST_OF_IT:
+        return answer
+    of_pieces = _events(now, events(now.runs, now.plain))
+    if sum(event.share or 0.0 for event in of_pieces) > MOST_OF_IT:
+        return replace(found, remaining=of_pieces, hypothesis=None)
+    return answer
 
 
-def _explanations(now: _Beside, of_base: Callable[[], _Beside], known: bool) -> Iterator[tuple[bool, Remainder]]:
+def _explanations(now: _Beside, of_base: Callable[[], _Beside], hull: bool) -> Iterator[tuple[bool, Remainder]]:
     """Whether beside the model that the diagnosis has told, and forces, the preferred first: beside the base alone
-    where names of the hull (known) are needless then, beside the model, and few forces in the place of these names."""
+    where names of the hull (hull) are needless then, beside the model, and few forces in the place of these names."""
     rest = _beside_numbers(now)
     if rest is not None:
-        if known:
+        if hull:
             alone = _refitted(of_base(), rest)
             if not clearly_worse(now.runs, alone.fitted, rest.fitted, RULES.least):
                 yield False, alone
@@ -248,15 +254,13 @@ def _excess(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
 
     Eq. 12 of docs/mathematics/pieces.md.
     """
-    records = [u.stretch.record for u in runs.units]
-    noise = [[sensor_sd(r.column(CHANNELS[s])) ** 2 for r in records if r.has(CHANNELS[s])] for s in runs.symbols]
-    floor = NOISE * np.array([np.mean(own) if own else 0.0 for own in noise]) + runs.floor**2
-    return np.sqrt(np.maximum(_mean(runs, fitted) - floor, 0.0))
+    floor = NOISE * runs.noise + runs.floor**2
+    return np.sqrt(np.maximum(mean_squares(runs, fitted.left_out) - floor, 0.0))
 
 
-def _mean(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
-    """Mean squared errors (C,) of left-out pieces."""
-    return fitted.left_out.sum(axis=0) / np.maximum(runs.counts.sum(axis=0), 1.0)
+def _relative_excess(runs: FreeRuns, fitted: Fitted) -> float:
+    """Its square as a share of the motion's, the sum over channels."""
+    return float(np.sum(_excess(runs, fitted) ** 2 / runs.motion**2))
 
 
 def _share(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
@@ -264,8 +268,8 @@ def _share(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
 
     Eq. 10 of docs/mathematics/pieces.md.
     """
-    taken = np.sum((_mean(runs, before) - _mean(runs, after)) / runs.motion**2)
-    return float(np.clip(taken / max(float(np.sum(_excess(runs, before) ** 2 / runs.motion**2)), 1e-12), 0.0, 1.0))
+    taken = np.sum(mean_squares(runs, before.left_out - after.left_out) / runs.motion**2)
+    return float(np.clip(taken / max(_relative_excess(runs, before), 1e-12), 0.0, 1.0))
 
 
 # ---- what is told
@@ -315,8 +319,8 @@ def _errs_more(before: Diagnosis, after: Diagnosis) -> bool:
 def _force(rest: Remainder, one: Entered) -> RemainingForce:
     force, runs = rest.forces.forces[one.candidate.id], rest.runs
     share = _share(runs, rest.selection.base, rest.selection.final) if len(rest.selection.entered) == 1 else None
-    before, after = (np.sqrt(_mean(runs, f)) for f in (rest.selection.base, rest.selection.final))
-    gain = {CHANNELS[s]: (float(b), float(a)) for s, b, a in zip(runs.symbols, before, after, strict=True)}
+    fits = rest.selection.base, rest.selection.final
+    gain = _gain(runs, *(mean_squares(runs, f.left_out) for f in fits))
     said = force.text
     if share is not None:
         said += f"; it takes {100.0 * share:.0f} % off the squared error of left-out pieces"
@@ -329,19 +333,22 @@ def _force(rest: Remainder, one: Entered) -> RemainingForce:
     )  # fmt: skip
 
 
-def _events(now: _Beside, acting: Sequence[Event]) -> tuple[RemainingForce, ...]:
+def _gain(runs: FreeRuns, before: np.ndarray, after: np.ndarray) -> dict[str, tuple[float, float]]:
+    """Channel -> root mean square errors of mean squares (C,) before and after."""
+    pairs = zip(np.sqrt(before).tolist(), np.sqrt(after).tolist(), strict=True)
+    return {CHANNELS[s]: pair for s, pair in zip(runs.symbols, pairs, strict=True)}
+
+
+def _events(now: _Beside, of_pieces: Sequence[Event]) -> tuple[RemainingForce, ...]:
     """Events as forces that are in no model."""
     runs, fitted = now.runs, now.plain
-    whole = np.sum(_excess(runs, fitted) ** 2 / runs.motion**2) or 1.0
+    whole = _relative_excess(runs, fitted) or 1.0
     out = []
-    for event in acting:
-        taken = np.sum((event.before - event.after) / np.maximum(runs.counts.sum(axis=0), 1.0) / runs.motion**2)
+    for event in of_pieces:
+        taken = np.sum(mean_squares(runs, (event.before - event.after)[None]) / runs.motion**2)
         count = np.maximum(runs.counts[event.unit], 1.0)
-        gain = {
-            CHANNELS[s]: (float(b), float(a))
-            for s, b, a in zip(runs.symbols, *(np.sqrt(e / count) for e in (event.before, event.after)), strict=True)
-        }
-        half = student_quantile(INTERVAL, max(len(runs.units) - 1, 1)) * event.sd
+        gain = _gain(runs, event.before / count, event.after / count)
+        half = interval_factor(runs) * event.sd
         unit = "N m" if event.axis == "N" else "N"
         size = Size(f"{event.axis}_event", event.size, event.size - half, event.size + half, unit, event.record)
         said = f"a {AXES[event.axis]} that acts for a time: {event.record}, {event.begin_s:.0f} to {event.end_s:.0f} s"
@@ -354,11 +361,10 @@ def _events(now: _Beside, acting: Sequence[Event]) -> tuple[RemainingForce, ...]
 
 def _sizes(rest: Remainder, one: Entered) -> Iterator[Size]:
     """Sizes of a force's numbers with 90 % intervals."""
-    factor = student_quantile(INTERVAL, max(len(rest.runs.units) - 1, 1))
-    sd = {n.name: float(x) for n, x in zip(rest.fitted.numbers, rest.fitted.sd, strict=True)}
+    halves = half_intervals(rest.runs, rest.fitted)
     force = rest.forces.forces[one.candidate.id]
     for name in one.candidate.names:
-        value, half = rest.fitted.value(name), factor * sd[name]
+        value, half = rest.fitted.value(name), halves[name]
         yield Size(name.partition("@")[0], value, value - half, value + half, force.unit(name))
 
 

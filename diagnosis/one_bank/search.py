@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.selection.minimiser import minimise
-from ...estimation.selection.selection import Rules, Selection, clearly_worse, select
+from ...estimation.selection.selection import Rules, Selection, clearly_worse, mean_squares, select
 from ..causes.base import Cause
 from ..causes.registry import causes
 from .bank import FLOWS, INPUT
@@ -131,5 +131,5 @@ def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
 
 def _left_to_explain(runs: FreeRuns, selection: Selection) -> bool:
     """Whether errors of left-out pieces are left that matter where the base model may be inexact."""
-    mean = selection.final.left_out.sum(axis=0) / np.maximum(runs.counts.sum(axis=0), 1.0)
+    mean = mean_squares(runs, selection.final.left_out)
     return bool(np.any(np.sqrt(mean) > np.maximum(ENOUGH * runs.motion, runs.floor)))

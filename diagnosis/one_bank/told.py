@@ -10,7 +10,7 @@ import numpy as np
 
 from ...checks.result import Size
 from ...checks.statistics.tails import chi2_tail, student_quantile, student_tail
-from ...estimation.selection.selection import independent
+from ...estimation.selection.selection import independent, mean_squares
 from ...models.coefficient_groups import grown, stated_groups
 from ...models.extend import extended
 from ...models.families.extensions import extension_of
@@ -26,8 +26,10 @@ from .bank import FLOWS, TERMS, flow_name
 
 if TYPE_CHECKING:
     from ...checks.base import Check
+    from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.selection import Entered
     from ...models.model import Model
+    from .free_runs import FreeRuns
     from .search import Choice
 
 INTERVAL = 0.95
@@ -92,15 +94,15 @@ def _title(choice: Choice, of: str) -> str:
 # ---- sizes
 def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
     """Sizes of the numbers of a candidate with 90 % intervals."""
-    fitted, factor = choice.selection.final, student_quantile(INTERVAL, max(len(choice.runs.units) - 1, 1))
-    sd = {n.name: float(x) for n, x in zip(fitted.numbers, fitted.sd, strict=True)}
+    fitted = choice.selection.final
+    halves = half_intervals(choice.runs, fitted)
     if cause in FLOWS:
-        yield from _flow_sizes(choice, cause, one, {name: factor * x for name, x in sd.items()})
+        yield from _flow_sizes(choice, cause, one, halves)
         return
     values = _model_values(choice)
     entry = causes().get(cause)
     for name in one.candidate.names:
-        place, value, half = choice.bank.places[name], fitted.value(name), factor * sd.get(name, 0.0)
+        place, value, half = choice.bank.places[name], fitted.value(name), halves.get(name, 0.0)
         if place.kind == "model":
             yield Size(name, values[name], values[name] - half, values[name] + half, "1")
             continue
@@ -112,6 +114,17 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
         unit = UNITS.get(name) or ("1" if cause in TERMS else entry.unit.partition(",")[0] if entry else "1")
         record = None if place.record is None else choice.runs.record_names[place.record]
         yield Size(said, float(value), float(ends[0]), float(ends[1]), unit, record)
+
+
+def interval_factor(runs: FreeRuns) -> float:
+    """Standard deviations that half of a 90 % interval has."""
+    return student_quantile(INTERVAL, max(len(runs.units) - 1, 1))
+
+
+def half_intervals(runs: FreeRuns, fitted: Fitted) -> dict[str, float]:
+    """Number -> half of its 90 % interval."""
+    factor = interval_factor(runs)
+    return {n.name: factor * float(x) for n, x in zip(fitted.numbers, fitted.sd, strict=True)}
 
 
 def _model_values(choice: Choice) -> dict[str, float]:
@@ -161,7 +174,7 @@ def verdict(choice: Choice, found: Sequence[Finding], exact: bool) -> tuple[str,
     Eq. 10 of docs/mathematics/pieces.md.
     """
     runs = choice.runs
-    before, after = (_mean(choice, f.left_out) for f in (choice.selection.base, choice.selection.final))
+    before, after = (mean_squares(choice.runs, f.left_out) for f in (choice.selection.base, choice.selection.final))
     worst = float(np.max(np.sqrt(after) / runs.motion))
     said = f"free runs of left-out pieces err by {100.0 * worst:.2g} % of the motion in the worst channel"
     if not found:
@@ -173,11 +186,6 @@ def verdict(choice: Choice, found: Sequence[Finding], exact: bool) -> tuple[str,
         return ("partly_named" if share > PARTLY else "unexplained"), said
     ties = [f for f in found if f.tied_with or "would do as well" in f.details]
     return ("tied" if ties else "named"), said
-
-
-def _mean(choice: Choice, squares: np.ndarray) -> np.ndarray:
-    """Mean squared errors (C,) of units (K, C)."""
-    return squares.sum(axis=0) / np.maximum(choice.runs.counts.sum(axis=0), 1.0)
 
 
 # ---- the extended model

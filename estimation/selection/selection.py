@@ -115,6 +115,11 @@ def floor_squares(problem: Problem) -> np.ndarray:
     return problem.counts * problem.floor**2
 
 
+def mean_squares(problem: Problem, squares: np.ndarray) -> np.ndarray:
+    """Mean squared errors (C,) over all samples from sums of squares (K, C) of units."""
+    return squares.sum(axis=0) / np.maximum(problem.counts.sum(axis=0), 1.0)
+
+
 def independent(problem: Problem) -> float:
     """Independent values of the channel that has most of them, one at least."""
     return max(float(np.max(problem.weight @ problem.counts)), 1.0)
@@ -135,8 +140,7 @@ class _Search:
         """Whether left-out units are predicted as well as needed."""
         if self.rules.enough is None:
             return False
-        mean = fitted.left_out.sum(axis=0) / np.maximum(self.problem.counts.sum(axis=0), 1)
-        return bool(np.all(np.sqrt(mean) < self.rules.enough))
+        return bool(np.all(np.sqrt(mean_squares(self.problem, fitted.left_out)) < self.rules.enough))
 
     def numbers_of(self, candidates: Sequence[Candidate]) -> tuple[Number, ...]:
         """Numbers of candidates behind those that are always free, each once, without their trial values."""

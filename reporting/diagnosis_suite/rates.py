@@ -149,7 +149,7 @@ def _effects(frame: Frame) -> Frame:
 
 def _of_known_variable(frame: Frame) -> Frame:
     """Unknown effects of the largest size whose variable is known."""
-    return (frame["strength"] == "largest") & frame["right_variable"].notna() & frame["group"].isin(["anticipated"])
+    return (frame["strength"] == "largest") & frame["right_variable"].notna() & (frame["group"] == "anticipated")
 
 
 def _described(frame: Frame) -> Frame:

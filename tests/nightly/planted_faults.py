@@ -83,8 +83,8 @@ class Source:
         """Place of a node's line (from 1) and column (bytes of UTF-8) in the text."""
         return self.rows[line - 1] + len(self.lines[line - 1].encode()[:column].decode())
 
-    def span(self, node: ast.expr) -> tuple[int, int]:
-        """First and last place of an expression."""
+    def span(self, node: ast.expr | ast.stmt) -> tuple[int, int]:
+        """First and last place of an expression or a statement."""
         assert node.end_lineno is not None and node.end_col_offset is not None
         return self.at(node.lineno, node.col_offset), self.at(node.end_lineno, node.end_col_offset)
 
@@ -223,7 +223,7 @@ def marked(fault: Fault, number: int, source: str) -> str | None:
         node
         for node in ast.walk(place.tree)
         if isinstance(node, ast.FunctionDef)
-        and place.at(node.body[0].lineno, node.body[0].col_offset) <= fault.start < place.at(*end(node))
+        and place.at(node.body[0].lineno, node.body[0].col_offset) <= fault.start < place.span(node)[1]
     ]
     if not functions:
         return None
@@ -239,12 +239,6 @@ def marked(fault: Fault, number: int, source: str) -> str | None:
     start = place.at(line, column)
     gap = "\n" + " " * column if place.lines[line - 1][:column].isspace() else "; "
     return f'{source[:start]}__import__("fault_marks").at({number}){gap}{source[start:]}'
-
-
-def end(node: ast.FunctionDef) -> tuple[int, int]:
-    """Line and column where a function ends."""
-    assert node.end_lineno is not None and node.end_col_offset is not None
-    return node.end_lineno, node.end_col_offset
 
 
 def executing(faults: list[Fault], folder: Path) -> dict[Fault, list[str] | None]:
@@ -265,7 +259,7 @@ def executing(faults: list[Fault], folder: Path) -> dict[Fault, list[str] | None
     print(done.stdout.splitlines()[-1], flush=True)
     for fault, text in texts.items():
         (folder / fault.file).write_text(text, "utf-8")
-    return {fault: None if new[fault] is None else tests_of(notes / str(number)) for number, fault in enumerate(faults)}
+    return {fault: tests_of(notes / str(number)) or None for number, fault in enumerate(faults)}
 
 
 def tests_of(notes: Path) -> list[str]:
@@ -278,13 +272,10 @@ def tests_of(notes: Path) -> list[str]:
     return sorted({*whole, *shared}) + sorted(n for n in single if n.split("::")[0] not in shared)
 
 
-SHARED = ("calibrated", "uncertain", "craft", "board", "run_folder")
-"""Fixtures of the whole run (`tests/shared.py`): one test makes them, others use them."""
-
-
 def users(file: str) -> list[str]:
     """Other test files that use a fixture of the whole run that this file uses, too."""
-    used = [name for name in SHARED if re.search(rf"\b{name}\b", (ROOT / file).read_text("utf-8"))]
+    every = re.findall(r"@pytest\.fixture.*\ndef (\w+)", (ROOT / "tests" / "shared.py").read_text("utf-8"))
+    used = [name for name in every if re.search(rf"\b{name}\b", (ROOT / file).read_text("utf-8"))]
     return [
         other
         for other in test_files()

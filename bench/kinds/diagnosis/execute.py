@@ -9,7 +9,7 @@ import numpy as np
 from ...execution import attempt, guarded, measured_cost
 from .bases import EXACT, base_model
 from .bugs import bug_of
-from .judge import KNOWN, described, detectable, gain, judge, judge_names, size_rows, truth_errors
+from .judge import KNOWN, description, detectable, gain, judge, judge_names, size_rows, truth_errors
 from .localisation import healthy_bias, regime_scores
 from .plan import ORACLE, PLANTED, CaseSpec
 from .records import RECORDS
@@ -81,7 +81,7 @@ def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, A
         found = diagnoser.diagnose(model, case.train, case.held_out, options)
     right, wrong = right_names(spec)
     scored = judge_names(found, right) if right else judge(found, spec.group, spec.injected, spec.base)
-    row |= scored | described(found, case.effects) | gain(found) | truth_errors(case) | regime_scores(found, case)
+    row |= scored | description(found, case.effects) | gain(found) | truth_errors(case) | regime_scores(found, case)
     row |= {"healthy_bias": healthy_bias(found, resolve(spec.vessel), right | wrong) if right else None}
     if spec.group not in KNOWN or spec.method == ORACLE:
         return []

@@ -132,7 +132,7 @@ def _separate(injected: Sequence[str], findings: Sequence[frozenset[str]]) -> bo
     return any(i != j for i in first for j in second)
 
 
-def described(diagnosis: Diagnosis, effects: Sequence[Effect]) -> dict[str, Any]:
+def description(diagnosis: Diagnosis, effects: Sequence[Effect]) -> dict[str, Any]:
     """The scored columns of what describes the rest: the variables, and whether a force that is told, or one that is as
     likely, depends on what an unknown effect depends on (None where no variable of it is known)."""
     right = frozenset(v for effect in effects for v in effect.kind.variables(effect.parameters))

@@ -5,7 +5,7 @@ import numpy as np
 from helmbench.bench.faults import Case, Effect, inject
 from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.diagnosis.columns import CASE_COLUMNS, KEYS, SIZE_COLUMNS
-from helmbench.bench.kinds.diagnosis.judge import compare, described, gain, judge
+from helmbench.bench.kinds.diagnosis.judge import compare, description, gain, judge
 from helmbench.bench.kinds.diagnosis.localisation import regime_scores
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec
 
@@ -20,7 +20,7 @@ def test_keys_are_those_of_a_planned_case():
 def test_a_case_fills_every_column_but_none_beside(diagnosis_of):
     filled = {*SPEC.row_key(), *judge(diagnosis_of("wind"), "pair", SPEC.injected), *gain(diagnosis_of()), *TIMES}
     filled |= {
-        *described(diagnosis_of(), [Effect("harmonic", {"constants": (1.0, 3.0, 2.0, 0.0, 0.0, 0.0), "size": 0.1})])
+        *description(diagnosis_of(), [Effect("harmonic", {"constants": (1.0, 3.0, 2.0, 0.0, 0.0, 0.0), "size": 0.1})])
     }
     filled |= {"status", "error", "noncentrality", "detectable", "healthy_bias"}
     filled |= set(regime_scores(diagnosis_of(), inject(Case("cargo", duration_s=20.0), np.random.default_rng(0))))

@@ -13,7 +13,7 @@ from helmbench.bench.faults.ships import VESSELS, ship
 from helmbench.bench.kinds.diagnosis.judge import (
     OUTCOMES,
     compare,
-    described,
+    description,
     detectable,
     gain,
     judge,
@@ -102,12 +102,12 @@ def test_what_fits_best_of_an_unexplained_error_is_no_stated_name(diagnosis_of):
 def test_an_unknown_effect_is_described_by_its_variable(diagnosis_of, kind, constants, variables, right):
     force = RemainingForce("N", variables, "a yaw moment", 0.9, {}, (), True, "a current", "turn")
     diagnosis = replace(diagnosis_of(verdict="described"), remaining=(force,) if variables else ())
-    scored = described(diagnosis, [Effect(kind, {"constants": constants, "size": 0.1})])
+    scored = description(diagnosis, [Effect(kind, {"constants": constants, "size": 0.1})])
     assert scored == {"described": "/".join(variables), "right_variable": right}
 
 
 def test_no_variable_is_right_where_none_is_known(diagnosis_of):
-    assert described(diagnosis_of(), [Effect("rudder_offset", {"delta0": 0.1})])["right_variable"] is None
+    assert description(diagnosis_of(), [Effect("rudder_offset", {"delta0": 0.1})])["right_variable"] is None
 
 
 def test_gains_keep_known_channels_only(diagnosis_of):
