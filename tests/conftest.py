@@ -96,7 +96,7 @@ def hsva():
     return lambda stem: measured.load("kvlcc2-hsva", stem).turned("starboard")
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def run_of():
     """Factory of stored runs."""
     return make_run
@@ -108,7 +108,7 @@ def parameter_of():
     return make_parameter
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def manifest():
     """Factory of manifests for `planned` runs."""
 

@@ -23,25 +23,29 @@ WORKING = """() => { const bar = document.querySelector("#job progress");
 """Whether the page shows at once how far a job is and a way to end it; a moment later the job may be done."""
 
 
+@pytest.fixture(scope="module")
+def browser():
+    with sync_playwright() as playwright:
+        yield playwright.chromium.launch(executable_path=chromium(), args=QUIET)
+
+
 @pytest.fixture
-def opened(site):
+def opened(site, browser):
     """Opens the page in a new tab: opened(); errors of its scripts and requests to elsewhere fail the test."""
     errors = []
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium(), args=QUIET)
-        context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
-        context.on("request", lambda call: None if _own(call.url, site) else errors.append(call.url))
+    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+    context.on("request", lambda call: None if _own(call.url, site) else errors.append(call.url))
 
-        def build(work=""):
-            tab = context.new_page()
-            tab.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
-            tab.on("pageerror", lambda error: errors.append(str(error)))
-            tab.on("dialog", lambda dialog: errors.append(dialog.message))
-            tab.goto(site.link(work))
-            return tab
+    def build(work=""):
+        tab = context.new_page()
+        tab.on("console", lambda message: errors.append(message.text) if message.type == "error" else None)
+        tab.on("pageerror", lambda error: errors.append(str(error)))
+        tab.on("dialog", lambda dialog: errors.append(dialog.message))
+        tab.goto(site.link(work))
+        return tab
 
-        yield build
-        browser.close()
+    yield build
+    context.close()
     assert errors == []
 
 
@@ -165,22 +169,19 @@ def test_columns_without_names_are_confirmed_by_one_click_and_that_can_be_taken_
 
 
 @pytest.mark.nightly
-def test_a_link_opens_one_tab_which_a_reload_keeps(site):
+def test_a_link_opens_one_tab_which_a_reload_keeps(site, browser):
     link = site.link()
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=chromium(), args=QUIET)
-        tab, other = browser.new_context().new_page(), browser.new_context().new_page()
-        tab.goto(link)
-        tab.wait_for_selector("#work li", state="attached")
-        other.goto(link)
-        other.get_by_role("alert").get_by_text("used already").wait_for()
-        other.goto(f"{site.address}/#{tab.url.partition('#')[2]}")  # the address of the first tab, in another browser
-        other.get_by_role("alert").get_by_text("Open the link that the terminal shows").wait_for()
-        work = tab.url
-        tab.reload()
-        tab.wait_for_selector("#work li", state="attached")
-        assert tab.url == work and tab.inner_text("#alert") == ""
-        browser.close()
+    tab, other = browser.new_context().new_page(), browser.new_context().new_page()
+    tab.goto(link)
+    tab.wait_for_selector("#work li", state="attached")
+    other.goto(link)
+    other.get_by_role("alert").get_by_text("used already").wait_for()
+    other.goto(f"{site.address}/#{tab.url.partition('#')[2]}")  # the address of the first tab, in another browser
+    other.get_by_role("alert").get_by_text("Open the link that the terminal shows").wait_for()
+    work = tab.url
+    tab.reload()
+    tab.wait_for_selector("#work li", state="attached")
+    assert tab.url == work and tab.inner_text("#alert") == ""
 
 
 @pytest.mark.nightly

@@ -17,8 +17,7 @@ from helmbench.reporting.leaderboard.standings import STANDING_COLUMNS
 from helmbench.reporting.report import write_report
 
 
-@pytest.fixture
-def finished(tmp_path, manifest, run_of):
+def finished_in(folder, manifest, run_of):
     """A directory with eight runs of three methods, one failed and one not applicable."""
     runs = [
         run_of(error=e, r2=1 - e, method=m, noise=n, vessel=v)
@@ -30,11 +29,23 @@ def finished(tmp_path, manifest, run_of):
         run_of(method="c", vessel="cargo", status="failed", reason="<singular> | matrix"),
         run_of(method="c", vessel="s175", status="not_applicable", reason="no sway"),
     ]
-    with Store.create(tmp_path / "out", manifest(len(runs))) as store:
+    with Store.create(folder / "out", manifest(len(runs))) as store:
         for run in runs:
             store.append(run)
         store.write_tables()
-    return tmp_path / "out"
+    return folder / "out"
+
+
+@pytest.fixture
+def finished(tmp_path, manifest, run_of):
+    return finished_in(tmp_path, manifest, run_of)
+
+
+@pytest.fixture(scope="module")
+def reported(tmp_path_factory, manifest, run_of):
+    """(directory, its report) for tests that change neither."""
+    folder = finished_in(tmp_path_factory.mktemp("reported"), manifest, run_of)
+    return folder, report.write_report(folder)
 
 
 class Page(html.parser.HTMLParser):
@@ -88,8 +99,8 @@ def test_the_stored_tables_are_written_as_csv_too(finished):
         assert [float(row[number] or "nan") for row in rows] == pytest.approx(list(frame[number]), rel=0.0, nan_ok=True)
 
 
-def test_markdown_shows_ranks_intervals_and_failures(finished):
-    text = report.write_report(finished).markdown
+def test_markdown_shows_ranks_intervals_and_failures(reported):
+    text = reported[1].markdown
     overall = text.split("## Overall")[1].split("##")[0].strip().splitlines()
     assert [line.split("|")[1].strip() for line in overall if line.startswith("| ")][2:] == ["a", "b", "c"]
     assert "0.01 [0.01, 0.01]" in overall[2] and "1 / 1 / 2" in overall[4]
@@ -111,28 +122,26 @@ def test_cells_without_truth_are_listed_and_what_they_share_is_told_once(tmp_pat
     assert "Z_25_05" in cells and "0.900" in cells and "Z_10_10_P" in cells
 
 
-def test_cells_with_truth_are_left_to_the_page(finished):
-    assert "All cells" not in report.write_report(finished).markdown
+def test_cells_with_truth_are_left_to_the_page(reported):
+    assert "All cells" not in reported[1].markdown
 
 
-def test_every_line_of_a_markdown_table_has_the_same_columns(finished):
-    for block in re.findall(r"(?:^\|.*\n)+", report.write_report(finished).markdown, flags=re.M):
+def test_every_line_of_a_markdown_table_has_the_same_columns(reported):
+    for block in re.findall(r"(?:^\|.*\n)+", reported[1].markdown, flags=re.M):
         counts = {len(re.findall(r"(?<!\\)\|", line)) for line in block.splitlines()}
         assert len(counts) == 1, block
 
 
-def test_csv_holds_all_standings_with_fixed_columns(finished):
-    report.write_report(finished)
-    rows = list(csv.DictReader((finished / "leaderboard.csv").read_text().splitlines()))
+def test_csv_holds_all_standings_with_fixed_columns(reported):
+    rows = list(csv.DictReader((reported[0] / "leaderboard.csv").read_text().splitlines()))
     assert list(rows[0]) == STANDING_COLUMNS
     assert {(row["scope"], row["group"]) for row in rows} == {
         ("overall", "all"), ("noise", "none"), ("noise", "low"), ("vessel", "cargo"), ("vessel", "s175"),
     }  # fmt: skip
 
 
-def test_html_is_one_balanced_page_without_outside_links(finished):
-    report.write_report(finished)
-    text = (finished / "leaderboard.html").read_text()
+def test_html_is_one_balanced_page_without_outside_links(reported):
+    text = (reported[0] / "leaderboard.html").read_text()
     page = Page(text)
     assert page.open == [] and all(link.startswith("#") for link in page.links)
     assert "<singular>" not in text and "<singular> | matrix" in page.cells
@@ -175,11 +184,11 @@ def test_timings_are_shown_where_they_are_stored(finished):
         report.write_report(finished, elsewhere)
 
 
-def test_every_value_on_the_page_is_that_of_the_stored_results(finished):
+def test_every_value_on_the_page_is_that_of_the_stored_results(reported):
     """The standings on the page, computed again here from the stored runs by the rules of `How to read it`."""
-    report.write_report(finished)
-    results, _ = read_tables(finished)
-    page = Page((finished / "leaderboard.html").read_text())
+    folder = reported[0]
+    results, _ = read_tables(folder)
+    page = Page((folder / "leaderboard.html").read_text())
     columns = [title.strip() for title in page.tables[0][0]]
     shown = {row[0]: dict(zip(columns, row, strict=True)) for row in page.tables[0][1:]}
     assert set(shown) == {"a", "b", "c"}
@@ -198,12 +207,12 @@ def test_every_value_on_the_page_is_that_of_the_stored_results(finished):
             assert row["yaw rate RMSE (deg/s)"] == numbers.number(rmse)
 
 
-def test_page_markdown_and_csv_show_the_same_standings(finished):
-    text = report.write_report(finished).markdown
-    page = Page((finished / "leaderboard.html").read_text())
+def test_page_markdown_and_csv_show_the_same_standings(reported):
+    folder, text = reported[0], reported[1].markdown
+    page = Page((folder / "leaderboard.html").read_text())
     lines = text.split("## Overall")[1].split("##")[0].strip().splitlines()
     told = [[html.unescape(cell.strip()) for cell in line.strip("|").split(" | ")] for line in [lines[0], *lines[2:]]]
     assert told == page.tables[0]
-    stored = [row for row in csv.DictReader((finished / "leaderboard.csv").read_text().splitlines())]
+    stored = [row for row in csv.DictReader((folder / "leaderboard.csv").read_text().splitlines())]
     ranks = {row["method"]: numbers.number(float(row["mean_rank"])) for row in stored if row["scope"] == "overall"}
     assert {row[0]: row[1] for row in told[1:]} == ranks
