@@ -17,12 +17,12 @@ from ..datasets.record import RUDDERS
 from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
 from .base import FileCheck
-from .comparison.averages import averages_of
 from .comparison.chains import Chain, chains, sums, why_not
 from .comparison.courses import deviation
 from .comparison.selection import Compared, compare
 from .fault import Fault, cleaned
 from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
+from .integrity.averages import averages_of
 from .registry import check_of, column_checks, file_checks
 from .result import CheckFinding, CheckResult
 

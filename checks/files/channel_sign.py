@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from ...datasets.axes import track_of
 from ..base import FileCheck
 from ..fault import Fault, cleaned, exact
+from ..integrity.averages import averages_of
 from ..integrity.ratios import AGREE, heading_ratio, turns_back
 from ..integrity.readings import BETTER, LEAST, TRACK, better_reading, course_askew, track_error
 
@@ -43,7 +44,7 @@ class ChannelSign(FileCheck):
         if ratio is None or ratio.correlation > -AGREE or not turns_back(ratio.slope):
             return None
         said = f"yaw_rate_rad_s turns against the heading (correlation {ratio.correlation:.3f})"
-        size, track = (exact("ratio", ratio.slope, "1"),), track_of(record)
+        size, track = (exact("ratio", ratio.slope, "1"),), track_of(averages_of(record))
         if track is None:
             said += "; without positions nothing tells which of the two is wrong"
             return Fault(said, ("heading_rad", "yaw_rate_rad_s"), size, standing=True)
@@ -54,8 +55,9 @@ class ChannelSign(FileCheck):
     def _of_track(self, record: Record) -> Fault | None:
         if not record.has(*TRACK):
             return None
-        present = track_error(record)
-        errors = {name: track_error(record.with_channels(**{name: -record.column(name)})) for name in TRACK[1:]}
+        short = averages_of(record)
+        present = track_error(short)
+        errors = {name: track_error(short.with_channels(**{name: -short.column(name)})) for name in TRACK[1:]}
         best = min(errors, key=lambda name: errors[name])
         if not errors[best] < BETTER * present > BETTER * LEAST:
             return None
@@ -70,7 +72,7 @@ class ChannelSign(FileCheck):
 
     def _of_course(self, record: Record) -> Fault | None:
         """Positions alone, without velocities or together with them: their track turns to the other side."""
-        found = track_of(record)
+        found = track_of(averages_of(record))
         if found is None or not found.mirrored:
             return None
         said = f"the track turns against the heading, as if {found.reading}; or the heading counts anticlockwise"

@@ -13,7 +13,6 @@ from ..integrity.ratios import (
     AGREE,
     ANGLES,
     PLACES,
-    SMALL_TURN,
     SPEEDS,
     TURN,
     Ratio,
@@ -22,9 +21,9 @@ from ..integrity.ratios import (
     speed_ratio,
     turns_back,
     unit_of,
-    wraps_at_small_turn,
 )
 from ..integrity.readings import better_reading
+from ..integrity.wraps import SMALL_TURN, wraps_at_small_turn
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

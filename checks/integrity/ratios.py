@@ -1,4 +1,4 @@
-"""Units and signs: the ratio of what a channel shows to what another one gives."""
+"""Units and signs: the ratio of what a channel shows to what another one gives; of long records, of averages."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ import numpy as np
 
 from ...datasets.geometry import over_ground, position_over_ground
 from ...datasets.signals import integral
+from .averages import averages_of
+from .wraps import without_wraps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -25,8 +27,6 @@ AGREE = 0.95
 """Correlation from which a ratio is believed."""
 NEAR = 0.06
 """Share by which a ratio may differ from that of two units."""
-SMALL_TURN = 2.0 * np.pi * np.pi / 180.0
-"""A full turn in radians that was taken for degrees, rad."""
 ANGLES = {np.pi / 180.0: "radians where degrees are meant", 180.0 / np.pi: "degrees where radians are meant"}
 PLACES = {1.0 / 0.3048: "ft", 1e-3: "km", 1.0 / 1852.0: "nautical miles"}
 SPEEDS = {3600.0 / 1852.0: "knots", 3.6: "km/h", 1.0 / 0.3048: "ft/s"}
@@ -44,6 +44,7 @@ def heading_ratio(record: Record) -> Ratio | None:
 
     A heading that wraps at 360 is unwrapped there.
     """
+    record = averages_of(record)
     if not record.has(*TURN):
         return None
     heading = record.column("heading_rad")
@@ -53,24 +54,9 @@ def heading_ratio(record: Record) -> Ratio | None:
     return _ratio(record.time_s[known], without_wraps(heading[known]), record.column("yaw_rate_rad_s")[known])
 
 
-def without_wraps(heading: np.ndarray) -> np.ndarray:
-    """Heading (N,) without its wraps: at a full turn in radians, in degrees, or in radians taken for degrees."""
-    turn, step, span = 2.0 * np.pi, float(np.max(np.abs(np.diff(heading)))), float(np.ptp(heading))
-    if span > 3.0 * turn and step > 0.5 * 360.0:
-        turn = 360.0
-    elif wraps_at_small_turn(heading):
-        turn = SMALL_TURN
-    return np.unwrap(heading, period=turn) if span < 1.2 * turn else heading
-
-
-def wraps_at_small_turn(heading: np.ndarray) -> bool:
-    """Whether a heading (N,) without gaps wraps at a full turn in radians that was taken for degrees."""
-    span, step = float(np.ptp(heading)), float(np.max(np.abs(np.diff(heading))))
-    return span < 1.01 * SMALL_TURN and step > 0.9 * SMALL_TURN
-
-
 def course_ratio(record: Record) -> Ratio | None:
     """Changes of the track's course over those of the heading, over windows; None where they cannot be compared."""
+    record = averages_of(record)
     if not record.has("heading_rad", "north_m", "east_m"):
         return None
     place = position_over_ground(record)
@@ -99,6 +85,7 @@ def speed_ratio(record: Record) -> float | None:
 
     Without a heading it is the length of the path: a craft that turns in a window comes to less.
     """
+    record = averages_of(record)
     if not record.has("surge_m_s", "north_m", "east_m"):
         return None
     surge, sway = (

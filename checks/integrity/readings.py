@@ -11,7 +11,9 @@ import numpy as np
 from ...datasets.axes import Track, goes_astern, track_of
 from ...datasets.geometry import body_velocities, position_over_ground, velocity_over_ground
 from ...datasets.signals import integral
-from .ratios import WINDOW_S, whole_windows, without_wraps
+from .averages import averages_of
+from .ratios import WINDOW_S, whole_windows
+from .wraps import without_wraps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -117,14 +119,15 @@ def better_reading(records: Sequence[Record]) -> Better | None:
 def _errors(record: Record) -> tuple[float, ...]:
     """The track's error as a record's columns are read now, and in each of the other readings: several checks ask."""
     if record not in _KNOWN_ERRORS:
-        _KNOWN_ERRORS[record] = tuple(track_error(r) for r in (record, *(reading.read(record) for reading in READINGS)))
+        short = averages_of(record)
+        _KNOWN_ERRORS[record] = tuple(track_error(r) for r in (short, *(reading.read(short) for reading in READINGS)))
     return _KNOWN_ERRORS[record]
 
 
 def course_askew(record: Record) -> Track | None:
     """The track of a record without velocities that stands at an angle to its heading which no drift or current
     explains; None for any other, and for a craft whose log says that it goes astern."""
-    track = None if record.has(*TRACK) or goes_astern(record) else track_of(record)
+    track = None if record.has(*TRACK) or goes_astern(record) else track_of(averages_of(record))
     return track if track is not None and track.askew else None
 
 

@@ -14,7 +14,6 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
 
 from ..signals import integral
 from .units import UNITS
@@ -136,6 +135,8 @@ def smooth(values: np.ndarray, width: int) -> np.ndarray:
     width = max(1, int(width)) | 1
     if width < 3 or values.size < width:
         return values
+    from scipy.ndimage import uniform_filter1d
+
     return uniform_filter1d(values, width, mode="nearest")
 
 

@@ -14,9 +14,6 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from scipy.ndimage import uniform_filter1d
-from scipy.optimize import nnls
-from scipy.signal import lfilter
 
 from ...models.linear_algebra import lstsq
 from ..angles import unwrapped
@@ -208,6 +205,8 @@ def _common(led: Curve, leader: Curve, offset: float) -> tuple[np.ndarray, np.nd
 
 def _by_course(window_s: float) -> Left:
     """A function for the share of a course, a mean over a time, that heading and drift leave."""
+    from scipy.ndimage import uniform_filter1d
+    from scipy.optimize import nnls
 
     def left(course: Curve, heading: Curve, offset: float) -> float:
         shared = _common(course, heading, offset)
@@ -230,6 +229,8 @@ def _lagged(values: np.ndarray, step: float, lag: float) -> np.ndarray:
     """Values (N,) through a first-order lag, s."""
     if lag == 0.0:
         return values
+    from scipy.signal import lfilter
+
     kept = math.exp(-step / lag)
     return lfilter([1.0 - kept], [1.0, -kept], values - values[0]) + values[0]
 
@@ -259,4 +260,6 @@ def _by_rudder(window_s: float) -> Left:
 
 def _mean(values: np.ndarray, width: int) -> np.ndarray:
     """Values (N,) in means over a number of samples, twice."""
+    from scipy.ndimage import uniform_filter1d
+
     return uniform_filter1d(uniform_filter1d(values, width), width)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.checks.check import check
-from helmbench.checks.comparison.averages import MOST, averages_of
+from helmbench.checks.integrity.averages import MOST, averages_of
 from helmbench.datasets.record import Record
 
 

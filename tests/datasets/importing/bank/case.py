@@ -37,7 +37,7 @@ class Case:
     of its answer.  questions : how many are asked, None where that is not counted.  records : of the log; the longest
     is compared.  start : the key under which the record states its start, '' where none is known.  first_s : when the
     record begins after the run by its clock, to `within_s`.  refused, said : what the import says, as a refusal or as
-    a doubt.
+    a doubt.  seconds : how long the log is.
     """
 
     write: Callable[[Run, Path], list[Path]]
@@ -57,6 +57,7 @@ class Case:
     within_s: float = 0.6
     refused: str = ""
     said: str = ""
+    seconds: float = 160.0
 
 
 def truth_of(run: Run, channel: str) -> np.ndarray:

@@ -314,7 +314,7 @@ CLOCK_CASES: dict[str, Case] = {
         _two_clocks(zone=""), True, {}, TURN, questions=0, start=UNKNOWN, first_s=47.3, loose=0.05
     ),
     "a stopwatch for the positions": Case(
-        _stopwatch, True, {}, PLACED, questions=0, start=UTC, first_s=12.0, within_s=2.0, loose=0.06
+        _stopwatch, True, {}, PLACED, questions=0, start=UTC, first_s=12.0, within_s=2.0, loose=0.06, seconds=240.0
     ),
     "rudder and heading apart, without dates": Case(
         _rudder_apart, True, {"clock": Is("0")}, ("rudder_rad", "heading_rad"), questions=1

@@ -8,10 +8,12 @@ the share of noise; they are taken over less time than the comparison can tell f
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from ...datasets.signals import sensor_sd
+from .wraps import without_wraps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -24,17 +26,32 @@ CLEAR = 4.0
 """Times its noise that the power of the yaw acceleration must be."""
 KNOWN = 0.98
 """Share of samples that every channel must have: where one is sampled more slowly, averages would be late."""
-AVERAGED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+HEADING = "heading_rad"
+AVERAGED = (HEADING, "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
 """Channels that are compared; of others, which wrap or are switched, an average may be none of their values."""
 
 
+_KNOWN_AVERAGES: WeakKeyDictionary[Record, Record] = WeakKeyDictionary()
+
+
 def averages_of(record: Record) -> Record:
-    """The record's compared channels as averages; the record itself where it is short, or where averages would lose
-    something of its motion or of a slower channel."""
-    channels = {name: record.continuous(name) for name in AVERAGED if record.has(name)}
-    if record.n <= MOST or any(np.mean(np.isfinite(x)) < KNOWN for x in channels.values()):
+    """The record's compared channels as averages, the heading without wraps; the record itself where it is short, or
+    where averages would lose something of its motion or of a slower channel.  Several checks ask for those of one
+    record."""
+    if record.n <= MOST:
         return record
-    count = min(record.n // MOST, _most(record))
+    if record not in _KNOWN_AVERAGES:
+        _KNOWN_AVERAGES[record] = _averages(record)
+    return _KNOWN_AVERAGES[record]
+
+
+def _averages(record: Record) -> Record:
+    channels = {name: record.column(name) for name in AVERAGED if record.has(name)}
+    if any(np.mean(np.isfinite(x)) < KNOWN for x in channels.values()):
+        return record
+    if HEADING in channels:
+        channels[HEADING] = _unwrapped(channels[HEADING])
+    count = min(record.n // MOST, _most(channels.get(HEADING), record))
     if count < 2:
         return record
     steps = np.diff(_blocks(record.time_s, count), axis=1)
@@ -48,17 +65,22 @@ def _blocks(values: np.ndarray, count: int) -> np.ndarray:
     return values[: values.size // count * count].reshape(-1, count)
 
 
-def _most(record: Record) -> int:
-    """Samples over which averages keep the turning: of an unknown heading 1."""
-    if not record.has("heading_rad"):
-        return 1
-    return int(SHARE * _turning_time_s(record) / record.dt)
+def _unwrapped(heading: np.ndarray) -> np.ndarray:
+    """The heading (N,) without its wraps, whatever its unit."""
+    known = np.isfinite(heading)
+    out = heading.copy()
+    out[known] = without_wraps(heading[known])
+    return out
 
 
-def _turning_time_s(record: Record) -> float:
-    """Yaw rate over yaw acceleration (rms of both), s, from the shortest averages of the heading whose noise hides
+def _most(heading: np.ndarray | None, record: Record) -> int:
+    """Samples over which averages keep the turning: of an unknown heading (N,) 1."""
+    return 1 if heading is None else int(SHARE * _turning_time_s(heading, record) / record.dt)
+
+
+def _turning_time_s(heading: np.ndarray, record: Record) -> float:
+    """Yaw rate over yaw acceleration (rms of both), s, from the shortest averages of the heading (N,) whose noise hides
     neither; the length of the record where all are hidden, as on a straight course."""
-    heading = record.heading_unwrapped()
     white = sensor_sd(heading)
     count = 1
     while record.n // count > 200:

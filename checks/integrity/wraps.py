@@ -1,0 +1,24 @@
+"""Wraps of a heading, whatever its unit is."""
+
+from __future__ import annotations
+
+import numpy as np
+
+SMALL_TURN = 2.0 * np.pi * np.pi / 180.0
+"""A full turn in radians that was taken for degrees, rad."""
+
+
+def without_wraps(heading: np.ndarray) -> np.ndarray:
+    """Heading (N,) without its wraps: at a full turn in radians, in degrees, or in radians taken for degrees."""
+    turn, step, span = 2.0 * np.pi, float(np.max(np.abs(np.diff(heading)))), float(np.ptp(heading))
+    if span > 3.0 * turn and step > 0.5 * 360.0:
+        turn = 360.0
+    elif wraps_at_small_turn(heading):
+        turn = SMALL_TURN
+    return np.unwrap(heading, period=turn) if span < 1.2 * turn else heading
+
+
+def wraps_at_small_turn(heading: np.ndarray) -> bool:
+    """Whether a heading (N,) without gaps wraps at a full turn in radians that was taken for degrees."""
+    span, step = float(np.ptp(heading)), float(np.max(np.abs(np.diff(heading))))
+    return span < 1.01 * SMALL_TURN and step > 0.9 * SMALL_TURN
