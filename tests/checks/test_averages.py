@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.checks.check import check
+from helmbench.checks.check import check, examine
 from helmbench.checks.integrity.averages import MOST, averages_of
 from helmbench.datasets.record import Record
 
@@ -58,6 +58,46 @@ def test_no_average_reaches_over_a_gap_in_time(rng):
     lost = np.flatnonzero(np.isnan(mean.column("yaw_rate_rad_s")))
     assert lost.size == 1
     assert late[1001] < mean.time_s[lost[0] + 1] and mean.time_s[lost[0] - 1] < late[1002]
+
+
+def tracked(rng, n):
+    """A voyage with speed and positions."""
+    record = voyage(rng, n)
+    way = 5.0 * np.exp(1j * record.heading_unwrapped()) * record.dt
+    place = np.concatenate([[0.0], np.cumsum(0.5 * (way[1:] + way[:-1]))]) + rng.normal(0.0, 0.3, (2, n)).T @ [1, 1j]
+    speed, sway = 5.0 + rng.normal(0.0, 0.05, n), rng.normal(0.0, 0.05, n)
+    return record.with_channels(surge_m_s=speed, sway_m_s=sway, north_m=place.real, east_m=place.imag)
+
+
+DEGREE = np.pi / 180.0
+FILES = {
+    "degrees": (lambda r: {"heading_rad": r.column("heading_rad") / DEGREE}, "wrong_unit"),
+    "radians taken for degrees": (
+        lambda r: {name: DEGREE * r.column(name) for name in ("heading_rad", "yaw_rate_rad_s")}, "wrong_unit",
+    ),
+    "knots": (lambda r: {"surge_m_s": r.column("surge_m_s") * 1.9438}, "wrong_unit"),
+    "a rate of the other sign": (lambda r: {"yaw_rate_rad_s": -r.column("yaw_rate_rad_s")}, "channel_sign"),
+    "east of the other sign": (lambda r: {"east_m": -r.column("east_m")}, "channel_sign"),
+    "positions exchanged": (
+        lambda r: {"north_m": r.column("east_m"), "east_m": r.column("north_m")},
+        "channel_swap",
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("fault", FILES)
+def test_faults_of_a_long_file_are_those_of_its_samples(rng, monkeypatch, fault):
+    change, cause = FILES[fault]
+    monkeypatch.setattr("helmbench.checks.integrity.averages.MOST", 3000)
+    record = tracked(rng, 15_010)
+    record = record.with_channels(**change(record))
+    assert averages_of(record) is not record
+    means = examine([record]).findings
+    for module in ("ratios", "readings"):
+        monkeypatch.setattr(f"helmbench.checks.integrity.{module}.averages_of", lambda record: record)
+    samples = examine([record.with_channels()]).findings
+    assert cause in [f.cause for f in samples]
+    assert [(f.cause, f.channels) for f in means] == [(f.cause, f.channels) for f in samples]
 
 
 @pytest.mark.parametrize(

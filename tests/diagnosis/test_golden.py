@@ -90,7 +90,7 @@ CHECKED = {
 """Checks of records of the Mariner: name -> effects."""
 CASES = (*KNOWN, *DEFAULT, *IDENTIFIED, *MEASURED, *CALIBRATED, *CHECKED)
 KEPT = (
-    *("clean", "rudder-offset", "outside-the-bank", "clean-10", "gyro-bias-10"),
+    *("clean", "rudder-offset", "outside-the-bank", "gyro-bias-10"),
     *("identified-clean", "identified-offset"),
     *("calibrated-correct", *CHECKED),
 )

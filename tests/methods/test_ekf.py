@@ -10,11 +10,14 @@ from helmbench.methods.ekf import Ekf
 from helmbench.models.errors import BadInput, CannotFit
 
 from ..made_up.records import relative_errors
+from ..nightly_marks import nightly_but
 
 LOW = {"yaw_rate_rad_s": np.deg2rad(0.01), "heading_rad": np.deg2rad(0.02)}
 
 
-@pytest.mark.parametrize("vessel", ["remus-kt", "response-2", "cargo", "kvlcc2-l7", "s175"])
+@pytest.mark.parametrize(
+    "vessel", nightly_but(["remus-kt", "response-2", "cargo", "kvlcc2-l7", "s175"], "remus-kt", "response-2", "cargo")
+)
 def test_exact_without_noise(suite, vessel):
     model, records = suite(vessel)
     estimate = Ekf().fit(records, model.blanked())

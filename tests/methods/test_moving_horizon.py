@@ -16,6 +16,7 @@ from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 
 from ..made_up.records import relative_errors
+from ..nightly_marks import nightly_but
 
 WHOLE = Horizon(steps=100_000, stretches=1, forgetting=1.0)
 
@@ -38,7 +39,7 @@ def test_one_horizon_over_the_whole_record_is_output_error(suite, vessel, seed):
     assert np.sqrt(np.diag(own.covariance)) == pytest.approx(sd, rel=0.02)
 
 
-@pytest.mark.parametrize("vessel", ["response-2", "kvlcc2-l7"])
+@pytest.mark.parametrize("vessel", nightly_but(["response-2", "kvlcc2-l7"], "response-2"))
 def test_a_small_horizon_is_exact_without_noise(suite, vessel):
     model, records = suite(vessel)
     estimate = MovingHorizon(horizon=60, passes=3).fit([records[1], records[-1]], model.blanked())
