@@ -10,6 +10,7 @@ from helmbench.methods.ls import Ls
 from helmbench.methods.registry import methods
 
 SLOW = {"pem", "grey-gp", "grey-residual", "ls-svr", "iv", "output-error", "ekf", "ukf", "eso-rw-lssvr", "lts"}
+SLOW |= {"rw-ls-svr", "svf-ls"}
 SLOW |= {name for name, cls in methods().items() if cls.minutes or issubclass(cls, Learner)}
 """Methods whose whole contract takes more than a few seconds."""
 BRIEF = (contract.check_options, contract.check_estimate, contract.check_missing_channels)

@@ -56,6 +56,7 @@ def test_the_extended_model_predicts_held_out_records_better(fixed, tmp_path):
     assert resolve(tmp_path / "extended.json").family == found.extended.family
 
 
+@pytest.mark.nightly
 def test_a_drawn_cause_on_a_drawn_base(rng):
     cause, vessel = str(rng.choice(DRAWN)), str(rng.choice(["mariner", "cargo"]))
     base = str(rng.choice(["off-5", "off-10"]))

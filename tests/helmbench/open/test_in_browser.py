@@ -8,6 +8,7 @@ import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
+from ...seeds import SHIFT
 from ...support.browser import chromium
 from .conftest import HOSTILE, TIME, swing
 
@@ -18,6 +19,8 @@ DROP = """([name, text]) => {
 }"""
 QUIET = ["--no-sandbox", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync"]
 LONG_MS = 120_000
+LOOKS = ((1280, "dark"), (390, "light"), *(((1280, "light"), (390, "dark")) if SHIFT else ()))
+"""Widths and colours: all by `make test-all`."""
 WORKING = """() => { const bar = document.querySelector("#job progress");
   return document.querySelector("#cancel") && bar && 0 <= bar.position && bar.position < 1 }"""
 """Whether the page shows at once how far a job is and a way to end it; a moment later the job may be done."""
@@ -140,7 +143,7 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
     # both colours, desktop and phone
     again = opened(work)
     again.wait_for_selector("#verdict")
-    for width, scheme in ((1280, "light"), (1280, "dark"), (390, "light"), (390, "dark")):
+    for width, scheme in LOOKS:
         again.set_viewport_size({"width": width, "height": 844})
         again.emulate_media(color_scheme=scheme)
         assert again.evaluate("document.documentElement.scrollWidth") <= width
