@@ -32,7 +32,7 @@ ifneq ($(shell test "$$(cat $(STAMP) 2>/dev/null)" = "$$(pwd -P)" && echo here),
 .PHONY: $(STAMP)
 endif
 
-.PHONY: help env bench board-picture page-picture docs reproduce verdicts diagnosis-reports exam-report indices-report test test-all lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
+.PHONY: help env bench board-picture page-picture docs reproduce verdicts diagnosis-reports exam-report indices-report test every-behaviour test-all lint types format rates ugly wrong-data fuzz timing fit-times clean hashes audit \
 	browser compiler reports board-pages reproduction-pages asset dist packages sizes image
 .DELETE_ON_ERROR:
 
@@ -128,9 +128,12 @@ compiler:
 
 # In a new environment the first collection compiles what the tests import: once, not once by each worker.
 TEST = test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
-	$(BIN)/pytest -n $(WORKERS) --dist worksteal $(1)
+	MAKEFLAGS= MAKELEVEL= $(BIN)/pytest -n $(WORKERS) --dist worksteal $(1)
 
-test: lint types browser compiler
+test: lint browser compiler
+	@$(MAKE) --no-print-directory --jobs 2 types every-behaviour
+
+every-behaviour: env
 	@$(call TEST,-m "not nightly")
 
 # Every seed is shifted by a number that is drawn and printed; the rates are drawn a few times each.

@@ -10,8 +10,8 @@ Sure: TypeAlias = Literal["stated", "other channel", "physics", "guess"]
 """How surely a column is known: the file, its format, the map or an answer states it; another channel agrees; nothing
 else is physically possible; or it is a guess, and then there is a question."""
 About: TypeAlias = Literal["quantity", "unit", "sign", "time", "numbers", "rudder side", "file", "columns"]
-NOT_USED = "not used"
-"""What a column is that becomes no channel."""
+NOT_USED, TIME = "not used", "time"
+"""What a column is that becomes no channel, and one of the time, whose unit is its form."""
 
 
 @dataclass(frozen=True)

@@ -24,7 +24,7 @@ from .clock import FORMS, seconds, spread
 from .clocks import on_dates
 from .convert import Stream, streams_of
 from .derive import derive
-from .draft import NOT_USED, Answer, DraftColumn, Question
+from .draft import NOT_USED, TIME, Answer, DraftColumn, Question
 from .finding import AS_RECORD, Finding
 from .guess import entry_of, examine, missing, stated_side
 from .log import Log
@@ -106,8 +106,8 @@ def raw_series(tables: Sequence[RawTable], drafted: Drafted, label: str, name: s
     column = table.column(name) if table is not None else None
     if table is None or column is None:
         raise BadInput(f"no column {name!r} in {label!r}")
-    times = [row.column for row in drafted.columns if row.table == label and row.quantity == "time"]
-    form = next((row.unit for row in drafted.columns if row.table == label and row.quantity == "time"), None)
+    times = [row.column for row in drafted.columns if row.table == label and row.quantity == TIME]
+    form = next((row.unit for row in drafted.columns if row.table == label and row.quantity == TIME), None)
     if form not in FORMS:
         return np.arange(table.n, dtype=float), column.numbers
     return spread(seconds([c for n in times if (c := table.column(n))], form))[0], column.numbers
@@ -395,7 +395,7 @@ def _time_row(table: RawTable, column: RawColumn, time: TableTime) -> DraftColum
     values = span(column.numbers)
     why = time.why if time.zoned else f"{time.why}; the zone is not stated"
     return DraftColumn(
-        table.label, column.name, "time", time.form or "", "", why, time.sure, asked, *values, column.first()
+        table.label, column.name, TIME, time.form or "", "", why, time.sure, asked, *values, column.first()
     )
 
 

@@ -13,7 +13,7 @@ from pydantic import Field, field_validator, model_validator
 
 from ...models.yaml_file import FileContent, checked, read_yaml
 from .clock import FORMS, Form
-from .draft import NOT_USED
+from .draft import NOT_USED, TIME
 from .quantities import quantities
 from .units import UNITS
 
@@ -145,15 +145,26 @@ def read_mapping(path: Path) -> Mapping:
 
 
 def with_columns(mapping: Mapping, said: Dict[tuple[str, str], Dict[str, Any]]) -> Mapping:
-    """The mapping with (table, column) -> `to`, a quantity or 'not used', `unit`, `sign`; or BadInput."""
+    """The mapping with (table, column) -> `to`, a quantity, 'time' or 'not used', `unit`, of a time its form, `sign`;
+    or BadInput."""
     tables: list[dict[str, Any]] = []
     for table in mapping.tables:
         own = {column: entry for (label, column), entry in said.items() if label == table.label}
-        columns = [_changed(column, own.get(column.column)) for column in table.columns]
+        time, own = _timed(table.time, own)
+        columns = [_changed(c, own.get(c.column)) for c in table.columns if c.column not in time["columns"]]
         known = {column.column for column in table.columns}
         columns += [{"column": name, **entry} for name, entry in own.items() if name not in known]
-        tables.append(table.model_dump() | {"columns": columns})
+        tables.append(table.model_dump() | {"time": time, "columns": columns})
     return checked(Mapping, mapping.model_dump() | {"tables": tables}, Path("mapping"))
+
+
+def _timed(time: TimeMap, own: Dict[str, Dict[str, Any]]) -> tuple[dict[str, Any], dict[str, Dict[str, Any]]]:
+    """The time of a table as the user says, and what is said of other columns."""
+    others = {name: entry for name, entry in own.items() if entry["to"] != TIME}
+    column = next((name for name, entry in own.items() if entry["to"] == TIME), None)
+    if column is not None:
+        return {"columns": (column,), "form": own[column].get("unit") or "?"}, others
+    return time.model_dump(), others
 
 
 def _changed(column: ColumnMap, entry: Dict[str, Any] | None) -> dict[str, Any]:

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from .log import Log
     from .raw import RawTable
 
-NONE = "none"
-"""Key of the answer that no proposal is right."""
+NONE, SEVERAL = "none", "several"
+"""Keys of the answers that no proposal is right, and that more than one column is wrong."""
 MOST, MOST_COLUMNS = 3, 40
 """Proposals that are shown; columns beyond which none is made."""
 SI = {"angle": "rad", "angular rate": "rad/s", "speed": "m/s", "length": "m"}
@@ -43,7 +43,8 @@ class Proposal:
 
 def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
     """Take the columns that no name tells for what they are by their motion, with a question for each table that says
-    all of it; those of an answer surely, and nothing where the answer is that none is right.
+    all of it; those of an answer surely.  Where none is right one more question says which column is wrong: the others
+    are taken, and nothing is where several are wrong.
 
     A single column is left to the question which one is the rudder.
     """
@@ -68,16 +69,28 @@ def _is_open(found: Finding) -> bool:
 
 
 def _propose(log: Log, table: RawTable, able: Sequence[Finding], answers: Mapping[str, str]) -> None:
-    key = answers.get(_id(table))
-    made = _proposals(log, table, able)[:MOST] if len(able) <= MOST_COLUMNS and key != NONE else []
+    wrong = answers.get(_id_of_wrong(table))
+    made = _proposals(log, table, able)[:MOST] if len(able) <= MOST_COLUMNS and wrong != SEVERAL else []
     if not made:
         return
     question = _question(table, able, made)
+    key = said = _key(question, answers)
+    if key == NONE:
+        question, known = _question_of_wrong(table, made[0]), wrong in {f.column.name for f in able}
+        said = _key(question, answers) if known or not table.column(wrong or "") else wrong
+        able = [f for f in able if f.column.name != wrong]
+    if not said:
+        log.proposals.append(question)
+    chosen = made[int(key) - 1] if key and key != NONE else made[0]
+    _take(log, table, able, chosen, bool(said))
+
+
+def _key(question: Question, answers: Mapping[str, str]) -> str | None:
+    """The key that was answered; BadInput where it is none of the question's."""
+    key = answers.get(question.id)
     if key is not None and question.answer(key) is None:
         raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {_keys(question)}")
-    if not key:
-        log.proposals.append(question)
-    _take(log, table, able, made[int(key) - 1] if key else made[0], bool(key))
+    return key
 
 
 def _take(log: Log, table: RawTable, able: Sequence[Finding], chosen: Proposal, sure: bool) -> None:
@@ -95,6 +108,11 @@ def _take(log: Log, table: RawTable, able: Sequence[Finding], chosen: Proposal, 
 def _id(table: RawTable) -> str:
     """Id of the question what the columns of a table are."""
     return f"{table.label}/columns"
+
+
+def _id_of_wrong(table: RawTable) -> str:
+    """Id of the question which column is not what it is proposed to be."""
+    return f"{table.label}/wrong column"
 
 
 def _keys(question: Question) -> str:
@@ -192,9 +210,19 @@ def _question(table: RawTable, able: Sequence[Finding], made: Sequence[Proposal]
         Answer(str(i), "yes, all of it" if i == 1 else f"no, but {_difference(first, one)}", _lines(able, first, one))
         for i, one in enumerate(made, start=1)
     ]
-    rest = Answer(NONE, "no: ask for each column", "change the lines of these columns")
+    rest = Answer(NONE, "no", "change the lines of these columns")
     at = next(iter(first.assignment.meanings))
     return Question(_id(table), "columns", table.label, at, text, (*answers, rest))
+
+
+def _question_of_wrong(table: RawTable, first: Proposal) -> Question:
+    """The question which column of the proposal is not what it is proposed to be."""
+    meanings = first.assignment.meanings
+    told = ", ".join(f"{name} is {_said(m)}" for name, m in meanings.items())
+    columns = [Answer(name, f"{name} is not {_said(m)}", f"change the line of {name}") for name, m in meanings.items()]
+    rest = Answer(SEVERAL, "several, or the time: ask for each column", "change the lines of these columns")
+    text = f"Which column is wrong? By how they move together {told}."
+    return Question(_id_of_wrong(table), "columns", table.label, next(iter(meanings)), text, (*columns, rest))
 
 
 def _said(meaning: Meaning) -> str:

@@ -385,8 +385,12 @@ def _zipped(folder: Path, files: tuple[str, ...]) -> bytes:
 def _about() -> dict[str, Any]:
     """What the columns may be, and how much is taken: known at once."""
     from ..api.importing import list_quantities
+    from ..datasets.importing.clock import FORMS
+    from ..datasets.importing.draft import TIME
+    from ..datasets.importing.mapping import PARTS
 
-    return plain({"quantities": list_quantities(), "version": version("helmbench"), "most_bytes": MOST_BYTES})
+    quantities = {**list_quantities(), TIME: [form for form in FORMS if form not in ("rows", "gps week", *PARTS)]}
+    return plain({"quantities": quantities, "version": version("helmbench"), "most_bytes": MOST_BYTES})
 
 
 @cache

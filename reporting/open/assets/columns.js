@@ -58,7 +58,7 @@ function list(title, faults) {
       fault.hint ? el("span", { className: "sub" }, `: ${fault.hint}`) : null))));
 }
 
-const NOT_USED = "not used";
+const NOT_USED = "not used", TIME = "time";
 
 function column(state, one, i, several) {
   const values = drawn.columns[`${one.table}\n${one.column}`]?.values ?? [];
@@ -70,7 +70,7 @@ function column(state, one, i, several) {
       several ? el("span", { className: "sub" }, one.table) : null,
       examples.map((value) => el("span", { className: "sub" }, value))),
     curve ? spark(values) : null,
-    el("div", { className: "choices" }, one.quantity === "time" ? el("p", { className: "sub" }, `time (${one.unit})`) : controls(one, i)),
+    el("div", { className: "choices" }, inParts(state, one) ? el("p", { className: "sub" }, `time (${one.unit})`) : controls(one, i)),
     el("p", { className: "sub why" }, sampled(one), told ? "as you say" : [one.sign, one.why].filter(Boolean).join("; "),
       told || !used ? null : el("b", {}, ` (${one.sure})`)),
     one.questions.length ? el("p", { className: "sub why" }, "asked above") : null);
@@ -84,6 +84,12 @@ function sampled(one) {
   return el("span", { className: "sampled" }, [`${one.rows} rows`, one.rate === null ? "" : `${Number(one.rate.toPrecision(3))} Hz`, missing].filter(Boolean).join(", "));
 }
 
+// Whether a column is one of several that are the time together.
+function inParts(state, one) {
+  return one.quantity === TIME && state.log.columns.filter((row) => row.table === one.table && row.quantity === TIME).length > 1;
+}
+
+// A time stays one until another column is said to be it.
 function controls(one, i) {
   const quantity = about.quantities[one.quantity] ? one.quantity : NOT_USED;
   const name = one.column || "(no name)";
@@ -92,11 +98,11 @@ function controls(one, i) {
   const choose = (change) => say(one, { to: quantity, unit: one.unit || units[0] || "", sign: one.factor, ...change });
   const open = one.unit === "" ? [{ value: "", text: "?" }] : [];
   return [
-    select(`column-${i}-to`, "is", kinds, quantity, (to) => choose({ to, unit: (about.quantities[to] ?? [""])[0], sign: 1 }),
+    select(`column-${i}-to`, "is", quantity === TIME ? [{ value: TIME, text: TIME }] : kinds, quantity, (to) => choose({ to, unit: (about.quantities[to] ?? [""])[0], sign: 1 }),
       { "aria-label": `${name}: quantity` }),
-    units.length ? select(`column-${i}-unit`, "unit", [...open, ...units.map((value) => ({ value, text: value }))], one.unit,
-      (unit) => choose({ unit }), { "aria-label": `${name}: unit` }) : null,
-    units.length ? button("±", () => choose({ sign: -one.factor }),
+    units.length ? select(`column-${i}-unit`, quantity === TIME ? "form" : "unit", [...open, ...units.map((value) => ({ value, text: value }))], one.unit,
+      (unit) => choose({ unit }), { "aria-label": `${name}: ${quantity === TIME ? "form" : "unit"}` }) : null,
+    units.length && quantity !== TIME ? button("±", () => choose({ sign: -one.factor }),
       { id: `column-${i}-sign`, title: "turn the sign", "aria-pressed": String(one.factor < 0), "aria-label": `${name}: turn the sign` }) : null,
   ];
 }

@@ -110,9 +110,22 @@ def test_the_question_is_answered_with_a_number_or_with_none(ship, tmp_path):
     (question,) = draft.questions
     assert [answer.key for answer in question.answers] == ["1", "none"]
     assert draft.answer({question.id: "1"}).questions == ()
-    assert len(draft.answer({question.id: "none"}).questions) > 5
     with pytest.raises(helmbench.BadInput, match=r"'2' is no answer to 'tank.dat/columns'; give one of: 1, none"):
         draft.answer({question.id: "2"})
+
+
+def test_where_one_column_is_wrong_it_alone_is_asked_and_all_are_where_several_are(ship, tmp_path):
+    draft = helmbench.draft_import([nameless(ship, tmp_path)]).answer({"tank.dat/columns": "none"})
+    (question,) = draft.questions
+    assert [answer.key for answer in question.answers] == [*(f"column {i}" for i in (2, 3, 7, 8, 5, 6, 4)), "several"]
+    wrong = draft.answer({question.id: "column 6"})
+    (other,) = wrong.questions
+    assert (other.column, other.about) == ("column 6", "quantity")
+    made = wrong.answer({other.id: "not used"}).import_log()
+    assert not made.records[0].has("sway_m_s") and made.records[0].has("surge_m_s", "heading_rad", "rudder_rad")
+    assert len(draft.answer({question.id: "several"}).questions) > 5
+    with pytest.raises(helmbench.BadInput, match=r"'column 1' is no answer to 'tank.dat/wrong column'; give one of: "):
+        draft.answer({question.id: "column 1"})
 
 
 def test_names_that_are_not_known_are_told_beside_those_that_are(ship, tmp_path):

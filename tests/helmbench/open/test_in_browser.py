@@ -36,7 +36,9 @@ def browser():
 def opened(site, browser):
     """Opens the page in a new tab: opened(); errors of its scripts and requests to elsewhere fail the test."""
     errors = []
-    context = browser.new_context(viewport={"width": 1280, "height": 900}, accept_downloads=True)
+    context = browser.new_context(
+        viewport={"width": 1280, "height": 900}, accept_downloads=True, reduced_motion="reduce"
+    )
     context.on("request", lambda call: None if _own(call.url, site) else errors.append(call.url))
 
     def build(work=""):

@@ -455,6 +455,22 @@ def test_a_sidecar_and_a_mapping_go_with_their_log_and_json_is_a_model_by_what_i
     assert client.upload(project, "log.json", b'[{"Time": 0}]').json()["kind"] == "logs"
 
 
+def test_a_time_that_was_misread_is_said_in_its_column(client):
+    project = client.project()
+    time = np.arange(0.0, 100.0, 0.5)
+    rows = [f"{t:.1f},{t:.1f},{20 * np.sin(t / 9):.4f},{10 * np.cos(t / 9):.4f}" for t in time]
+    client.upload(project, "log.csv", "\n".join(["Time [s],Other,Heading [deg],Rudder [deg]", *rows]).encode())
+    forms = client.get("/api/about").json()["quantities"]["time"]
+    assert {"seconds", "minutes", "iso", "clock"} <= set(forms) and "rows" not in forms
+
+    for column, form, last_s in (("Time", "minutes", 5970.0), ("Other", "seconds", 99.5)):
+        said = {"choices": [["log.csv", column, {"to": "time", "unit": form}]], "positive_rudder": "starboard"}
+        client.post(f"{project}/read", said)
+        log = client.finished(project)["log"]
+        assert [(one["column"], one["unit"]) for one in log["columns"] if one["quantity"] == "time"] == [(column, form)]
+        assert log["records"][0]["to"] == pytest.approx(last_s)
+
+
 def test_an_answer_is_kept_in_words(client, tmp_path):
     project = client.project()
     time = np.arange(0.0, 100.0, 0.5)
