@@ -80,7 +80,7 @@ class FreeRuns:
         self._columns = [bank.model.states.index(s) for s in self.symbols]
         self.floor = np.array([FLOOR[s] * unit[s] for s in self.symbols])
         self._own_places = [bank.model.states.index(s) for s in started_states(bank.model)]
-        self.own_sd = start_sd(bank.model, length_s)
+        self.own_sd = start_sd(bank.model, length_s, self.symbols)
         self.measured = [u.measured(self.symbols) for u in self.units]
         self.counts = np.array([np.isfinite(m).sum(axis=0) for m in self.measured], float)
         spans = [u.stretch.series.dt * len(u.grid_s) for u in self.units]

@@ -2,7 +2,7 @@
 
 The stretch is what the hull did: behind the model's instruments, in its rudder sign.  Runs start from states that are
 smoothed from the record alone (`smoothed_states`), so that all models start alike and the noise of a single sample does
-not count; a state that it does not measure starts as on a straight course, and at later origins as the model has it
+not count; a velocity that it does not measure starts as the model has it then (`start_state`), and at later origins as
 when it is run up to there.  Measured current acts, and measured wind where the vessel has windage; no random forces do.
 """
 
@@ -23,6 +23,7 @@ from ..records.gaps import SHORTEST, clock_of, stretches
 from ..records.series import samples, series_of, with_weather, yaw_rate_of
 from ..results.predictor import ModelPredictor
 from .squares import Squares, squares
+from .start import start_state
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -97,11 +98,9 @@ class Stretch:
         return self.run(self.state_at(0), self.series.inputs)
 
     def state_at(self, point: int) -> np.ndarray:
-        """State (n,) at a grid point: smoothed, and as on a straight course where the record does not tell it."""
-        state = self.series.start.copy()
-        for number, values in self.known.items():
-            state[number] = values[point]
-        return state
+        """State (n,) at a grid point: smoothed, and as `start_state` says where the record does not tell it."""
+        known = {number: values[point:] for number, values in self.known.items()}
+        return start_state(self.model, self.series.start, known, self.series.inputs[point:], self.series.dt)
 
     def channels(self, states: np.ndarray) -> dict[str, np.ndarray]:
         """States (K, n) as channels of a record: column name -> (K,)."""
@@ -137,7 +136,7 @@ class Stretch:
         """Samples at which predictions start, with their grid points and states (n,)."""
         n = len(self.series.index)
         chosen = range(0, n - 1, max(1, -(-n // ORIGINS)))
-        state, before = self.series.start.copy(), 0
+        state, before = self.state_at(0), 0
         for sample in chosen:
             first = int(self.series.index[sample])
             if len(self.known) < state.size and first > before:

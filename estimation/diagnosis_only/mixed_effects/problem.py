@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,6 +13,7 @@ from ....models.errors import CannotFit
 from ....models.regimes import Regime
 from ....models.time_scale import time_scale_s
 from ...records.series import MEASURED, Series, samples, series_of, with_weather
+from ...run.start import start_state
 from ...run.stretch import known_states
 
 if TYPE_CHECKING:
@@ -29,6 +30,8 @@ NEUTRAL_ANGLE_SD = np.deg2rad(0.3)
 """Standard deviation of a record's neutral rudder angle about the common one, rad."""
 START_SD = {"u": 2.5e-3, "v": 2.5e-3, "r": 3e-3, "psi": 2e-3}
 """Standard deviation of a record's initial state about the estimated one: shares of speed, of speed / length, rad."""
+UNMEASURED_SD = 0.03
+"""That of velocities that no record measures, and whose start is the model's: share of speed."""
 FLOOR = {"u": 2.5e-3, "v": 2.5e-3, "r": 5e-3, "psi": np.deg2rad(0.5), THRUST: 0.05}
 """Error below which a channel counts as perfect: shares of speed, of speed / length, rad, share of the mean thrust."""
 LARGEST = 20.0
@@ -149,7 +152,7 @@ class Problem:
     @cached_property
     def own_sd(self) -> np.ndarray:
         """(k,) prior standard deviations of a record's own effects: neutral rudder angle, initial states."""
-        return own_sd(self.model, self.length_s)
+        return own_sd(self.model, self.length_s, self.channels)
 
     @cached_property
     def weight(self) -> np.ndarray:
@@ -217,15 +220,16 @@ def started_states(model: Model) -> tuple[str, ...]:
     return tuple(s for s in START_SD if s in model.states)
 
 
-def own_sd(model: Model, length_s: float) -> np.ndarray:
+def own_sd(model: Model, length_s: float, measured: Collection[str]) -> np.ndarray:
     """(k,) prior standard deviations of a record's own effects, SI: neutral rudder angle, then `started_states`."""
-    return np.array([NEUTRAL_ANGLE_SD, *start_sd(model, length_s)])
+    return np.array([NEUTRAL_ANGLE_SD, *start_sd(model, length_s, measured)])
 
 
-def start_sd(model: Model, length_s: float) -> np.ndarray:
-    """(S,) prior standard deviations of the initial values of `started_states`, SI."""
+def start_sd(model: Model, length_s: float, measured: Collection[str]) -> np.ndarray:
+    """(S,) prior standard deviations of the initial values of `started_states`, SI; measured : states that are."""
     unit = units(model, length_s)
-    return np.array([START_SD[s] * unit[s] for s in started_states(model)])
+    sd = {s: UNMEASURED_SD if s in ("u", "v") and s not in measured else share for s, share in START_SD.items()}
+    return np.array([sd[s] * unit[s] for s in started_states(model)])
 
 
 def coarse(record: Record, length_s: float) -> Record:
@@ -266,10 +270,8 @@ def _measures(record: Record, symbol: str) -> bool:
 def _run(record: Record, model: Model, channels: Sequence[str], length_s: float) -> Run:
     thinned = coarse(record, length_s)
     series = with_weather(series_of(thinned, model, [c for c in channels if c != THRUST]), record, model)
-    start = series.start.copy()
-    for state, values in known_states(model, record, record.time_s[:1]).items():
-        start[state] = values[0]
-    series = replace(series, start=start)
+    known = known_states(model, record, record.time_s[0] + series.dt * np.arange(len(series.inputs)))
+    series = replace(series, start=start_state(model, series.start, known, series.inputs, series.dt))
     thrust, measured = _smoothed(record, thinned) if record.has(THRUST) else None, series.outputs
     if THRUST in channels:
         missing = np.full(len(series.index), np.nan)

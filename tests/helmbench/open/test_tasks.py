@@ -41,7 +41,9 @@ def test_columns_without_names_are_one_question_with_the_draft_beside_it(tmp_pat
     assert proposed == ["time", "heading", "yaw_rate", "rudder"]
     done = read(tmp_path, [name], {question["id"]: "1"})
     assert done["questions"] == [] and done["line"] == "" and len(done["records"]) == 1
-    refused = read(tmp_path, [name], {question["id"]: "none"})
+    (wrong,) = read(tmp_path, [name], {question["id"]: "none"})["questions"]
+    assert wrong["about"] == "columns" and wrong["answers"][-1]["key"] == "several"
+    refused = read(tmp_path, [name], {question["id"]: "none", wrong["id"]: "several"})
     assert len(refused["questions"]) > 1
 
 
