@@ -15,6 +15,7 @@ from ..models.memory import require_memory
 from .beside_numbers import behind_sensors, of_uncertain_base
 from .by_free_runs import by_free_runs, refused_by_free_runs
 from .by_residuals import concluded, selected
+from .causes.base_coefficients import BaseCoefficients
 from .checked import put_back, with_checks
 from .gain.guard import log_fall, training_errors
 from .gain.runs import with_runs
@@ -118,10 +119,24 @@ def _found(
             return pieces.diagnosis
     likely = _by_likelihood(model, given, options, watch)
     likely = with_runs(likely, given.train, given.instruments, held_out, options.channels)
+    if pieces is not None and likely.verdict == "unexplained" and pieces.diagnosis.verdict == "adequate":
+        return _enough(likely, pieces.diagnosis)
     if pieces is None or not pieces.names or likely.verdict in ("inconclusive", "adequate"):
         return likely
     better = _left(likely) > LEFT and _fall(likely, pieces.diagnosis) > (CLEARLY if pieces.selects else FAR)
     return pieces.diagnosis if likely.verdict == "unexplained" or better else likely
+
+
+def _enough(likely: Diagnosis, adequate: Diagnosis) -> Diagnosis:
+    """What is told where the likelihood leaves an effect that it cannot explain, and free runs of left-out pieces none
+    that matters: the causes that it names, where these take the free runs to an error that does not matter, else that
+    the model is adequate; the likelihood's own answer where free runs of whole records err by more."""
+    own = [f for f in likely.causes if f.cause != BaseCoefficients.id]
+    if own and _fall(adequate, likely) > CLEARLY and _left(likely) <= LEFT:
+        verdict = "tied" if any(f.tied_with for f in own) else "named"
+        said = f"with what is named, free runs err by {100.0 * _left(likely):.1f} % of the motion"
+        return replace(likely, verdict=verdict, reason=said, hypothesis=None)
+    return adequate if _left(adequate) <= LEFT else likely
 
 
 def _described(

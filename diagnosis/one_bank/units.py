@@ -43,22 +43,19 @@ def length_s(model: Model, records: Sequence[Record]) -> float:
 class Unit:
     """A piece of a record that is left out as a whole.
 
-    number : of its record.  stretch : the model and the piece, thinned.  record : the whole record.
+    number : of its record.  stretch : the model and the piece, thinned.  record : the whole record.  start : state (n,)
+    that its run starts from.
     """
 
     number: int
     stretch: Stretch
     record: Record
+    start: np.ndarray
 
     @property
     def grid_s(self) -> np.ndarray:
         """Times (M + 1,) of the grid, s."""
         return self.stretch.grid_s
-
-    @cached_property
-    def start(self) -> np.ndarray:
-        """State (n,) that its run starts from."""
-        return self.stretch.state_at(0)
 
     def measured(self, symbols: Sequence[str]) -> np.ndarray:
         """Samples (N, C) of some states, nan where there are none."""
@@ -107,8 +104,21 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
         edges = np.linspace(a, b, count + 1).astype(int)
         ends = [(first, last) for first, last in pairwise(edges.tolist()) if last - first >= SHORTEST]
         step = min(length, span / count / LENGTHS)  # short pieces keep as many samples as others
-        pieces = (coarse(records[i].slice(first, last), step) for first, last in ends)
-        units += [Unit(i, Stretch.of(model, piece), records[i]) for piece in pieces if piece.n >= SHORTEST]
+        pieces = [coarse(records[i].slice(first, last), step) for first, last in ends]
+        own = [Stretch.of(model, piece) for piece in pieces if piece.n >= SHORTEST]
+        starts = _starts(Stretch.of(model, coarse(records[i].slice(a, b), step)), own)
+        units += [Unit(i, stretch, records[i], start) for stretch, start in zip(own, starts, strict=True)]
     if len(units) < FEWEST:
         raise CannotFit(f"fewer than {FEWEST} pieces of {SHORTEST} samples")
     return units
+
+
+def _starts(whole: Stretch, pieces: Sequence[Stretch]) -> list[np.ndarray]:
+    """States (n,) that runs of the pieces of a stretch start from: smoothed, and those that the record does not tell
+    as the model has them there when it follows the whole stretch."""
+    states = [piece.state_at(0) for piece in pieces]
+    hidden = [i for i in range(len(whole.model.states)) if i not in whole.known]
+    for state, piece in zip(states[1:], pieces[1:], strict=True):
+        for column in hidden:
+            state[column] = np.interp(piece.grid_s[0], whole.grid_s, whole.followed[:, column])
+    return states

@@ -18,6 +18,7 @@ import numpy as np
 from ...datasets.instruments import hull_record
 from ...models.errors import CannotFit
 from ...models.model import CHANNELS
+from ...models.time_scale import time_scale_s
 from ..observers.smoothed_states import smoothed_states
 from ..records.gaps import SHORTEST, clock_of, stretches
 from ..records.series import samples, series_of, with_weather, yaw_rate_of
@@ -39,6 +40,8 @@ ORIGINS = 200
 """Predictions start at so many samples of a stretch at most, evenly spread."""
 ANY_RATE = 1e6
 """Limit of velocities, m/s, and of the yaw rate, rad/s, where the record shows no motion."""
+FOLLOW = 0.25
+"""Ship lengths sailed after which a run that follows the record takes up the measured states anew."""
 NEXT = 1.5
 """A sample follows another directly where it comes within so many median steps."""
 
@@ -135,17 +138,34 @@ class Stretch:
     def _origins(self) -> Iterator[tuple[int, int, np.ndarray]]:
         """Samples at which predictions start, with their grid points and states (n,)."""
         n = len(self.series.index)
-        chosen = range(0, n - 1, max(1, -(-n // ORIGINS)))
-        state, before = self.state_at(0), 0
-        for sample in chosen:
+        for sample in range(0, n - 1, max(1, -(-n // ORIGINS))):
             first = int(self.series.index[sample])
-            if len(self.known) < state.size and first > before:
-                state = self.run(state, self.series.inputs[before : first + 1]).states[-1].copy()
-                state = self._with_rate(state, first)
-            for number, values in self.known.items():
-                state[number] = values[first]
-            before = first
-            yield sample, first, state.copy()
+            yield sample, first, self.followed[first].copy()
+
+    @cached_property
+    def followed(self) -> np.ndarray:
+        """States (M + 1, n): smoothed, and those that the record does not tell as the model has them when it is run
+        along with the smoothed ones."""
+        states = np.tile(self.state_at(0), (len(self.series.inputs), 1))
+        for number, values in self.known.items():
+            states[:, number] = values
+        if len(self.known) == states.shape[1]:
+            return states
+        hidden = [i for i in range(states.shape[1]) if i not in self.known]
+        for first in range(0, len(states) - 1, self._held):
+            last = min(first + self._held, len(states) - 1)
+            run = self.run(states[first], self.series.inputs[first : last + 1]).states
+            run[-1] = self._with_rate(run[-1], last)
+            states[first + 1 : last + 1, hidden] = run[1:, hidden]
+        return states
+
+    @cached_property
+    def _held(self) -> int:
+        """Grid steps over which a run goes on by itself where it is to follow the record."""
+        try:
+            return max(1, round(FOLLOW * time_scale_s(self.model) / self.series.dt))
+        except CannotFit:
+            return 1
 
     def _targets(self, origin: int, horizons_s: Sequence[float]) -> list[int | None]:
         """The next sample, and the one nearest to each time ahead; None where the record has none there."""
