@@ -105,15 +105,26 @@ def held_rows(values: np.ndarray) -> int:
 
 
 def resolution(values: np.ndarray) -> float:
-    """Step of which all samples (N,) are multiples, where they take few values; 0 for a finely resolved channel.
+    """Step of which all samples (N,) are multiples, where they take few values; 0 for a finely resolved channel."""
+    known = _distinct(values)
+    return 0.0 if known.size > 0.25 * np.isfinite(values).sum() else _step(known)
 
-    Values that differ by rounding are one.
-    """
+
+def common_step(values: np.ndarray) -> float:
+    """Step of which all samples (N,) are multiples; 0 where there is none."""
+    return _step(_distinct(values))
+
+
+def _distinct(values: np.ndarray) -> np.ndarray:
+    """Different values in order; those that differ by rounding are one, and none of a channel that never changes."""
     known = np.unique(values[np.isfinite(values)])
     if never_changes(known):
-        return 0.0
-    known = known[np.diff(known, prepend=-np.inf) > max(rounding(known), 1e-9 * float(np.ptp(known)))]
-    if known.size < 3 or known.size > 0.25 * np.isfinite(values).sum():
+        return known[:0]
+    return known[np.diff(known, prepend=-np.inf) > max(rounding(known), 1e-9 * float(np.ptp(known)))]
+
+
+def _step(known: np.ndarray) -> float:
+    if known.size < 3:
         return 0.0
     steps = np.diff(known)
     q = float(np.min(steps))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.integrity.runs import common_step
 from ...checks.result import NORMAL_90, Size
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...models.linear_algebra import finite
@@ -58,6 +59,8 @@ class WaveSearch(Search):
             s = _waves_at(est, s, np.exp(x), None)
         if np.any(np.abs(x[:2] - high[:2]) < 1e-3) or abs(x[0] - low[0]) < 1e-3:
             return None  # broad-band, or beyond the band that is searched: noise, no waves
+        if np.exp(x[2]) < _rounding(est):
+            return None  # an even turn, rounded, is a narrow-band motion, too
         faint = [_waves_at(est, state.setting, np.array(kind), None) for kind in _faint_waves(state, low, high)]
         tests, each = independent_variances(rng, state.point, faint)
         common = candidate(cause, (), 1, tests, before, *state.refit(s, (), 3))
@@ -84,6 +87,11 @@ class WaveSearch(Search):
         gains = [now.log_likelihood for now in est.many(options)]
         best = int(np.argmax(gains))
         return options[best] if gains[best] >= before + WORTH_REFINING else None
+
+
+def _rounding(est: Estimator) -> float:
+    """Step of which the recorded heading takes multiples, rad, the median over records; 0 where it takes none."""
+    return float(np.median([common_step(segment.measured[:, 0]) for segment in est.segments]))
 
 
 class WaveMotion(Cause):
