@@ -81,7 +81,7 @@ ROWS = (
     Row("yaw_rate_bias", "yaw_rate_bias", "sensor", ("yaw_rate_bias",), "rad/s", 0.05, needs=("r",)),
     Row("yaw_rate_scale", "yaw_rate_scale", "sensor", ("yaw_rate_scale",), "1", 0.2, needs=("r",)),
     Row("yaw_rate_delay", "yaw_rate_delay", "sensor", ("yaw_rate_delay",), "s", 0.3, low=0.0, needs=("r", "psi")),
-    Row("heading_delay", "heading_delay", "sensor", ("heading_delay",), "s", 0.3, low=0.0, needs=("r", "psi")),
+    Row("heading_delay", "heading_delay", "sensor", ("heading_delay",), "s", 0.3, low=0.0, needs=("psi",)),
     Row("speed_scale", "speed_scale", "sensor", ("surge_scale", "sway_scale"), "1", 0.2, needs=("u",)),
     Row("velocity_delay", "velocity_delay", "sensor", ("surge_delay", "sway_delay"), "s", 0.3, low=0.0,
         needs=("u", "v")),

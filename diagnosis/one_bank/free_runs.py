@@ -218,11 +218,21 @@ class FreeRuns:
             start[self._columns[c]] -= first + slope * (unit.grid_s[0] - unit.record.time_s[0])
         for c, symbol in zip(self._columns, self.symbols, strict=True):
             short = SENSOR[symbol]
+            if late := own.get(f"{short}_delay"):
+                self._start_later(unit, start, symbol, late)
             start[c] = (start[c] - own.get(f"{short}_bias", 0.0)) / (1.0 + own.get(f"{short}_scale", 0.0))
         if "axis_misalignment" in own:
             surge, sway = self.bank.model.states.index("u"), self.bank.model.states.index("v")
             _turn(start[None, :], surge, sway, -own["axis_misalignment"])
         return start
+
+    def _start_later(self, unit: Unit, start: np.ndarray, symbol: str, late: float) -> None:
+        """Change a start (n,) to what a channel shows `late` s later; the yaw rate, too, that a late heading tells."""
+        states, grid_s = self.bank.model.states, unit.grid_s - unit.grid_s[0]
+        for name in (symbol, *(("r",) if symbol == "psi" and "r" not in self.symbols else ())):
+            column = states.index(name)
+            if column in unit.stretch.known:
+                start[column] = np.interp(late, grid_s, unit.stretch.known[column])
 
     def _sensors(self, lane: Lane) -> dict[str, float]:
         """Instruments of a lane's sensors that are not ideal."""

@@ -60,6 +60,18 @@ def test_a_cause_is_named_alone_in_logs_that_begin_in_a_turn(vessel, cause, more
     assert found.gain["heading_rad"].rmse_after < 0.5 * found.gain["heading_rad"].rmse_before
 
 
+@pytest.mark.nightly
+@pytest.mark.parametrize("vessel", ["mariner", "s175"])
+def test_a_late_heading_is_no_slow_rudder_where_the_speed_tells_them_apart(vessel):
+    case, more = made(vessel, ("heading_delay",), 13), ("surge_m_s", "north_m", "east_m")
+    train, held_out = ([logged(r, *more) for r in own] for own in (case.train, case.held_out))
+    found = diagnose(resolve(vessel), train, held_out)
+    assert [f.cause for f in found.causes] == ["heading_delay"] and found.verdict in ("named", "tied")
+    (true,) = case.effects[0].parameters.values()
+    assert found.causes[0].sizes[0].value == pytest.approx(true, rel=0.05)
+    assert found.gain["heading_rad"].rmse_after < 0.2 * found.gain["heading_rad"].rmse_before
+
+
 def test_a_rounded_heading_has_a_step_however_many_values_it_takes(rng):
     from helmbench.checks.integrity.runs import common_step, resolution
 
