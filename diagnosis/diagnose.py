@@ -106,8 +106,9 @@ def _diagnosed(
 def _found(
     model: Model, given: Prepared, held_out: Sequence[Record], options: Options, watch: Callable[[str], object]
 ) -> Diagnosis:
-    """What free runs of left-out pieces say where they decide; else what the likelihood says, which also sees what is
-    faint beside gusts; but again what the free runs name where that explains nothing or predicts worse.
+    """What free runs of left-out pieces say where they decide and whole free runs err little; else what the likelihood
+    says, which also sees what is faint beside gusts; but again what the free runs name where that explains nothing or
+    predicts worse.
 
     A model that is stated to be exact is judged by the likelihood alone.
     """
@@ -115,7 +116,7 @@ def _found(
     if options.coefficient_sd != 0.0:
         watch(PIECES)
         pieces = _by_pieces(model, given, held_out, options)
-        if pieces is not None and pieces.decisive:
+        if pieces is not None and pieces.decisive and _left(pieces.diagnosis) <= LEFT:
             return pieces.diagnosis
     likely = _by_likelihood(model, given, options, watch)
     likely = with_runs(likely, given.train, given.instruments, held_out, options.channels)
@@ -167,15 +168,18 @@ def _left(diagnosis: Diagnosis) -> float:
 
 def _fall(old: Diagnosis, new: Diagnosis) -> float:
     """By how much the logarithm of the error falls, in the mean over channels, from the extended model of one diagnosis
-    to that of another one: of held-out records, each with its own neutral angle and start; else of training ones.
+    to that of another one: of held-out records, each with its own neutral angle and start, and 0 at most where blind
+    runs err by more; else of training ones.
 
     Eq. 11 of docs/mathematics/pieces.md.
     """
-    if new.gain:
-        errors = [{c: g.own_after for c, g in d.gain.items()} for d in (old, new)]
-    else:
-        errors = [{c: error for c, (error, _) in training_errors(d).items()} for d in (old, new)]
-    return log_fall(*errors)
+    if not new.gain:
+        return log_fall(*({c: error for c, (error, _) in training_errors(d).items()} for d in (old, new)))
+    own, blind = (
+        log_fall(*({c: getattr(g, name) for c, g in d.gain.items()} for d in (old, new)))
+        for name in ("own_after", "rmse_after")
+    )
+    return own if blind > 0.0 else min(own, 0.0)
 
 
 def _by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> ByPieces | None:
