@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, inject
+from helmbench.bench.kinds.diagnosis.bases import base_model
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.one_bank.units import length_s, units_of
 from helmbench.models.model import resolve
@@ -70,6 +71,18 @@ def test_a_late_heading_is_no_slow_rudder_where_the_speed_tells_them_apart(vesse
     (true,) = case.effects[0].parameters.values()
     assert found.causes[0].sizes[0].value == pytest.approx(true, rel=0.05)
     assert found.gain["heading_rad"].rmse_after < 0.2 * found.gain["heading_rad"].rmse_before
+
+
+@pytest.mark.nightly
+def test_an_offset_is_named_by_heading_and_rudder_alone_beside_wrong_numbers():
+    """Pieces of eight ship lengths hardly show it; whole free runs do."""
+    case = made("mariner", ("rudder_offset",), 21)
+    base = base_model("off-10", "mariner", np.random.default_rng(121))
+    found = diagnose(base, [logged(r) for r in case.train], [logged(r) for r in case.held_out])
+    sizes = {f.cause: f.sizes[0].value for f in found.causes}
+    (true,) = case.effects[0].parameters.values()
+    assert set(sizes) == {"rudder_offset", "base_coefficients"}
+    assert sizes["rudder_offset"] == pytest.approx(true, rel=0.25)
 
 
 def test_a_rounded_heading_has_a_step_however_many_values_it_takes(rng):
