@@ -19,17 +19,18 @@ if TYPE_CHECKING:
     from ...models.model import Model
 
 SLOW = ("u", "psi", "x", "y")
-"""States that depend on more of the past than a few ship lengths: where they are not measured they start as on a
-straight course."""
+"""States that depend on more of the past than a few ship lengths and settle into nothing."""
 STEP, STEPS = 0.1, 40
 """Time between two looks at a state that settles, in ship lengths sailed, and how many there are."""
 SPAN = 3.0
 """Ship lengths sailed over which a start is fitted."""
 ERRORS = {"u": 0.02, "r": 0.02, "psi": 0.01}
 """What the fitted states of a run may err by: shares of speed, of speed / length, rad."""
-WIDTH, MOVE, ROUNDS = 0.2, 0.02, 3
-"""Prior standard deviation of a velocity about the settled one, step of the differences (shares of the speed), rounds
-of the fit."""
+WIDTH, OF_SPEED, MOVE, ROUNDS = 0.2, 0.1, 0.02, 4
+"""Prior standard deviation of a velocity about the settled one, and of the speed about that of the approach, step of
+the differences (shares of the speed), rounds of the fit."""
+TURNS = 0.1
+"""Yaw rate, as a share of speed / length, from which a ship turns, and her speed is not that of the approach."""
 MOST = 0.6
 """Share of the speed above which no sway is believed."""
 TRIED = tuple(np.linspace(-0.36, 0.36, 13).tolist())
@@ -40,7 +41,8 @@ def start_state(
     model: Model, approach: np.ndarray, known: Mapping[int, np.ndarray], inputs: np.ndarray, dt: float
 ) -> np.ndarray:
     """The state (n,) of a model where a record tells some of it: velocities that it does not tell are fitted to what it
-    tells of the next SPAN ship lengths, about those into which the model settles while all else stays as it is.
+    tells of the next SPAN ship lengths, about those into which the model settles while all else stays as it is; the
+    speed where the ship turns, about that of the approach.
 
     approach : (n,) state on a straight course.  known : number of a state -> its values (K,) on the grid from there.
     inputs : (K, nu) there.
@@ -56,7 +58,10 @@ def start_state(
     except CannotFit:
         return state
     with np.errstate(all="ignore"):
-        found = _fitted(model, _settled(model, state, free, inputs[0], scale_s), free, known, inputs, dt, scale_s)
+        settled = _settled(model, state, free, inputs[0], scale_s)
+        turns = "r" in model.states and abs(state[model.states.index("r")]) * scale_s > TURNS
+        speed = [i for i, name in enumerate(model.states) if i not in known and name == "u"] if turns else []
+        found = _fitted(model, settled, [*free, *speed], known, inputs, dt, scale_s)
     return found if np.all(np.abs(found[free]) <= MOST * model.speed_m_s) else state
 
 
@@ -90,11 +95,12 @@ def _fitted(
         run = predictor.simulate(part, dt, state)[:, list(seen)]
         return (weight * (goal - run) / sizes).ravel()
 
-    prior, move, places = WIDTH * model.speed_m_s, MOVE * model.speed_m_s, list(free)
+    move, places = MOVE * model.speed_m_s, list(free)
+    prior = model.speed_m_s * np.array([OF_SPEED if model.states[i] == "u" else WIDTH for i in places])
 
     def cost(state: np.ndarray) -> float:
         error = errors(state)
-        total = float(error @ error + np.sum((state - settled)[places] ** 2) / prior**2)
+        total = float(error @ error + np.sum(((state - settled)[places] / prior) ** 2))
         return total if np.isfinite(total) else np.inf
 
     now = min([settled, *_with_sways(model, settled, free)], key=cost)
@@ -103,7 +109,7 @@ def _fitted(
         columns = np.column_stack([(base - errors(_moved(now, i, move))) / move for i in places])
         if not (np.isfinite(base).all() and np.isfinite(columns).all()):
             break
-        information = columns.T @ columns + np.eye(len(places)) / prior**2
+        information = columns.T @ columns + np.diag(prior**-2.0)
         step = now.copy()
         step[places] += np.linalg.solve(information, columns.T @ base - (now - settled)[places] / prior**2)
         if not cost(step) < cost(now):

@@ -44,6 +44,20 @@ def test_a_sway_that_is_not_measured_starts_as_it_was(vessel):
     assert np.median(errors) < 0.01 * model.speed_m_s
 
 
+@pytest.mark.parametrize("vessel", ["mariner", "s175"])
+def test_a_ship_that_turns_has_lost_speed(vessel):
+    model = resolve(vessel)
+    case = inject(Case(vessel, ()), np.random.default_rng(3))
+    u, lost, off = model.states.index("u"), [], []
+    for record in (*case.train, *case.held_out):
+        known, unknown = both(record, 60.0)
+        (start,) = stretches_of(model, unknown.with_channels(surge_m_s=None).turned(model.positive_rudder))
+        lost.append(model.speed_m_s - known.column("surge_m_s")[:5].mean())
+        off.append(abs(start.state_at(0)[u] - known.column("surge_m_s")[:5].mean()))
+    print(lost, off)
+    assert max(lost) > 0.08 * model.speed_m_s and np.sum(np.square(off)) < 0.7 * np.sum(np.square(lost))
+
+
 def test_what_is_measured_stays_and_a_model_that_does_not_settle_starts_straight():
     model = resolve("mariner")
     case = inject(Case("mariner", ()), np.random.default_rng(3))
