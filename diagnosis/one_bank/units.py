@@ -114,10 +114,10 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
 
 
 def _starts(whole: Stretch, pieces: Sequence[Stretch]) -> list[np.ndarray]:
-    """States (n,) that runs of the pieces of a stretch start from: smoothed, and those that the record does not tell
-    as the model has them there when it follows the whole stretch."""
+    """States (n,) that runs of pieces of a stretch start from: smoothed, and a speed and a sway that the record does
+    not tell as the model has them there when it follows the whole stretch."""
     states = [piece.state_at(0) for piece in pieces]
-    hidden = [i for i in range(len(whole.model.states)) if i not in whole.known]
+    hidden = [i for i, name in enumerate(whole.model.states) if i not in whole.known and name in ("u", "v")]
     for state, piece in zip(states[1:], pieces[1:], strict=True):
         for column in hidden:
             state[column] = np.interp(piece.grid_s[0], whole.grid_s, whole.followed[:, column])
