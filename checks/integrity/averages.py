@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ...datasets.signals import sensor_sd
-from .wraps import without_wraps
+from .wraps import continuous
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -50,7 +50,7 @@ def _averages(record: Record) -> Record:
     if any(np.mean(np.isfinite(x)) < KNOWN for x in channels.values()):
         return record
     if HEADING in channels:
-        channels[HEADING] = _unwrapped(channels[HEADING])
+        channels[HEADING] = continuous(channels[HEADING])
     count = min(record.n // MOST, _most(channels.get(HEADING), record))
     if count < 2:
         return record
@@ -63,14 +63,6 @@ def _averages(record: Record) -> Record:
 def _blocks(values: np.ndarray, count: int) -> np.ndarray:
     """(N // count, count) values (N,); those of a last block that is not full are left out."""
     return values[: values.size // count * count].reshape(-1, count)
-
-
-def _unwrapped(heading: np.ndarray) -> np.ndarray:
-    """The heading (N,) without its wraps, whatever its unit."""
-    known = np.isfinite(heading)
-    out = heading.copy()
-    out[known] = without_wraps(heading[known])
-    return out
 
 
 def _most(heading: np.ndarray | None, record: Record) -> int:

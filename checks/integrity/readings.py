@@ -13,7 +13,7 @@ from ...datasets.geometry import body_velocities, position_over_ground, velocity
 from ...datasets.signals import integral
 from .averages import averages_of
 from .ratios import WINDOW_S, whole_windows
-from .wraps import without_wraps
+from .wraps import continuous
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -61,10 +61,9 @@ def heading_in_degrees(record: Record) -> Record:
 
     The other way round, a heading that hardly turns any more, would read velocities along north and east as right.
     """
-    heading, known = record.column("heading_rad").copy(), np.isfinite(record.column("heading_rad"))
-    if known.sum() > 1:
-        heading[known] = np.rad2deg(without_wraps(heading[known]))
-    return record.with_channels(heading_rad=heading)
+    heading = record.column("heading_rad")
+    few = np.isfinite(heading).sum() < 2
+    return record if few else record.with_channels(heading_rad=np.rad2deg(continuous(heading)))
 
 
 class Reading(NamedTuple):

@@ -18,6 +18,14 @@ def without_wraps(heading: np.ndarray) -> np.ndarray:
     return np.unwrap(heading, period=turn) if span < 1.2 * turn else heading
 
 
+def continuous(heading: np.ndarray) -> np.ndarray:
+    """Heading (N,) without its wraps, gaps as they are."""
+    known, out = np.isfinite(heading), heading.copy()
+    if known.sum() > 1:
+        out[known] = without_wraps(heading[known])
+    return out
+
+
 def wraps_at_small_turn(heading: np.ndarray) -> bool:
     """Whether a heading (N,) without gaps wraps at a full turn in radians that was taken for degrees."""
     span, step = float(np.ptp(heading)), float(np.max(np.abs(np.diff(heading))))

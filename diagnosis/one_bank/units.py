@@ -106,19 +106,23 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
         step = min(length, span / count / LENGTHS)  # short pieces keep as many samples as others
         pieces = [coarse(records[i].slice(first, last), step) for first, last in ends]
         own = [Stretch.of(model, piece) for piece in pieces if piece.n >= SHORTEST]
-        starts = _starts(Stretch.of(model, coarse(records[i].slice(a, b), step)), own)
+        starts = _starts(model, coarse(records[i].slice(a, b), step), own)
         units += [Unit(i, stretch, records[i], start) for stretch, start in zip(own, starts, strict=True)]
     if len(units) < FEWEST:
         raise CannotFit(f"fewer than {FEWEST} pieces of {SHORTEST} samples")
     return units
 
 
-def _starts(whole: Stretch, pieces: Sequence[Stretch]) -> list[np.ndarray]:
+def _starts(model: Model, record: Record, pieces: Sequence[Stretch]) -> list[np.ndarray]:
     """States (n,) that runs of pieces of a stretch start from: smoothed, and a speed and a sway that the record does
     not tell as the model has them there when it follows the whole stretch."""
     states = [piece.state_at(0) for piece in pieces]
-    hidden = [i for i, name in enumerate(whole.model.states) if i not in whole.known and name in ("u", "v")]
+    velocities = [i for i, name in enumerate(model.states) if name in ("u", "v")]
+    if all({*velocities} <= {*piece.known} for piece in pieces):
+        return states
+    whole = Stretch.of(model, record)
+    hidden = [i for i in velocities if i not in whole.known]
     for state, piece in zip(states[1:], pieces[1:], strict=True):
         for column in hidden:
-            state[column] = np.interp(piece.grid_s[0], whole.grid_s, whole.followed[:, column])
+            state[column] = np.interp(piece.grid_s[0], whole.grid_s, whole.states_along[:, column])
     return states

@@ -27,7 +27,7 @@ SPAN = 3.0
 ERRORS = {"u": 0.02, "r": 0.02, "psi": 0.01}
 """What the fitted states of a run may err by: shares of speed, of speed / length, rad."""
 WIDTH, OF_SPEED, MOVE, ROUNDS = 0.2, 0.1, 0.02, 4
-"""Prior standard deviation of a velocity about the settled one, and of the speed about that of the approach, step of
+"""Prior standard deviation of a velocity about the steady one, and of the speed about that of the approach, step of
 the differences (shares of the speed), rounds of the fit."""
 TURNS = 0.1
 """Yaw rate, as a share of speed / length, from which a ship turns, and her speed is not that of the approach."""
@@ -58,31 +58,31 @@ def start_state(
     except CannotFit:
         return state
     with np.errstate(all="ignore"):
-        settled = _settled(model, state, free, inputs[0], scale_s)
+        steady = _steady(model, state, free, inputs[0], scale_s)
         turns = "r" in model.states and abs(state[model.states.index("r")]) * scale_s > TURNS
         speed = [i for i, name in enumerate(model.states) if i not in known and name == "u"] if turns else []
-        found = _fitted(model, settled, [*free, *speed], known, inputs, dt, scale_s)
-    return found if np.all(np.abs(found[free]) <= MOST * model.speed_m_s) else state
+        start = _fit(model, steady, [*free, *speed], known, inputs, dt, scale_s)
+    return start if np.all(np.abs(start[free]) <= MOST * model.speed_m_s) else state
 
 
-def _settled(model: Model, state: np.ndarray, free: Sequence[int], inputs: np.ndarray, scale_s: float) -> np.ndarray:
-    """The state with some of its elements settled; as it is where these do not."""
+def _steady(model: Model, state: np.ndarray, free: Sequence[int], inputs: np.ndarray, scale_s: float) -> np.ndarray:
+    """The state with the steady values of some of its elements; as it is where these do not."""
     predictor, held, now = ModelPredictor(model), np.tile(inputs, (2, 1)), state.copy()
     for _ in range(STEPS):
         now[free] = predictor.simulate(held, STEP * scale_s, now)[-1][free]
     return now if np.all(np.abs(now[free]) <= MOST * model.speed_m_s) else state
 
 
-def _fitted(
+def _fit(
     model: Model,
-    settled: np.ndarray,
+    steady: np.ndarray,
     free: Sequence[int],
     known: Mapping[int, np.ndarray],
     inputs: np.ndarray,
     dt: float,
     scale_s: float,
 ) -> np.ndarray:
-    """The state with some of its elements fitted by Gauss-Newton steps, under a prior about the settled one."""
+    """The state with some of its elements fitted by Gauss-Newton steps, under a prior about the steady one."""
     count = min(max(2, round(SPAN * scale_s / dt) + 1), len(inputs))
     unit = {"u": model.speed_m_s, "r": 1.0 / scale_s, "psi": 1.0}
     seen = {i: ERRORS[s] * unit[s] for i, s in enumerate(model.states) if i in known and s in ERRORS}
@@ -100,18 +100,18 @@ def _fitted(
 
     def cost(state: np.ndarray) -> float:
         error = errors(state)
-        total = float(error @ error + np.sum(((state - settled)[places] / prior) ** 2))
+        total = float(error @ error + np.sum(((state - steady)[places] / prior) ** 2))
         return total if np.isfinite(total) else np.inf
 
-    now = min([settled, *_with_sways(model, settled, free)], key=cost)
+    now = min([steady, *_with_sways(model, steady, free)], key=cost)
     for _ in range(ROUNDS):
         base = errors(now)
-        columns = np.column_stack([(base - errors(_moved(now, i, move))) / move for i in places])
+        columns = np.column_stack([(base - errors(_with_change(now, i, move))) / move for i in places])
         if not (np.isfinite(base).all() and np.isfinite(columns).all()):
             break
         information = columns.T @ columns + np.diag(prior**-2.0)
         step = now.copy()
-        step[places] += np.linalg.solve(information, columns.T @ base - (now - settled)[places] / prior**2)
+        step[places] += np.linalg.solve(information, columns.T @ base - (now - steady)[places] / prior**2)
         if not cost(step) < cost(now):
             break
         now = step
@@ -123,10 +123,10 @@ def _with_sways(model: Model, state: np.ndarray, free: Sequence[int]) -> list[np
     sway = next((i for i in free if model.states[i] == "v"), None)
     if sway is None:
         return []
-    return [_moved(state, sway, share * model.speed_m_s - state[sway]) for share in TRIED]
+    return [_with_change(state, sway, share * model.speed_m_s - state[sway]) for share in TRIED]
 
 
-def _moved(state: np.ndarray, place: int, change: float) -> np.ndarray:
+def _with_change(state: np.ndarray, place: int, change: float) -> np.ndarray:
     out = state.copy()
     out[place] += change
     return out

@@ -140,10 +140,10 @@ class Stretch:
         n = len(self.series.index)
         for sample in range(0, n - 1, max(1, -(-n // ORIGINS))):
             first = int(self.series.index[sample])
-            yield sample, first, self.followed[first].copy()
+            yield sample, first, self.states_along[first].copy()
 
     @cached_property
-    def followed(self) -> np.ndarray:
+    def states_along(self) -> np.ndarray:
         """States (M + 1, n): smoothed, and those that the record does not tell as the model has them when it is run
         along with the smoothed ones."""
         states = np.tile(self.state_at(0), (len(self.series.inputs), 1))
@@ -152,15 +152,15 @@ class Stretch:
         if len(self.known) == states.shape[1]:
             return states
         hidden = [i for i in range(states.shape[1]) if i not in self.known]
-        for first in range(0, len(states) - 1, self._held):
-            last = min(first + self._held, len(states) - 1)
+        for first in range(0, len(states) - 1, self._follow_steps):
+            last = min(first + self._follow_steps, len(states) - 1)
             run = self.run(states[first], self.series.inputs[first : last + 1]).states
             run[-1] = self._with_rate(run[-1], last)
             states[first + 1 : last + 1, hidden] = run[1:, hidden]
         return states
 
     @cached_property
-    def _held(self) -> int:
+    def _follow_steps(self) -> int:
         """Grid steps over which a run goes on by itself where it is to follow the record."""
         try:
             return max(1, round(FOLLOW * time_scale_s(self.model) / self.series.dt))
