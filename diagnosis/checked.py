@@ -16,7 +16,7 @@ from ..checks.result import CheckFinding
 from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
 from .report.bank import demoted, updated
 from .report.findings import BY_CHANNELS, BY_FREE_RUNS, of_left_out_samples
-from .report.verdict import motion_explained, without_motion
+from .report.verdict import motion_explained, next_manoeuvre, without_motion
 from .result import Diagnosis, Finding
 
 if TYPE_CHECKING:
@@ -128,8 +128,8 @@ def _withheld(found: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosi
         hypothesis=None,
         remaining=(),
         where=(),
+        next_manoeuvre=found.next_manoeuvre or (next_manoeuvre(reason, ()) if verdict == "inconclusive" else None),
         traces=tuple(replace(t, after=t.before) for t in found.traces),
-        calibration=None,
         calibrated=None,
         calibrated_gain={},
     )

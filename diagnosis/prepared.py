@@ -55,6 +55,17 @@ class Prepared:
     def _sensors(self) -> dict[frozenset[Check] | None, Sensors]:
         return {}
 
+    def behind_sensors(self, only: Collection[Check] | None) -> Prepared:
+        """The records with the sensors' errors removed that channels show, and what was found of these."""
+        sensors = self.sensors(only)
+        return replace(
+            self,
+            train=sensors.train,
+            held_out=sensors.held_out,
+            shown=self.shown.then(sensors.shown),
+            decided=frozenset(sensors.shown.statistics),
+        )
+
     @property
     def instruments(self) -> dict[str, float]:
         """What was corrected, as instruments of a model."""

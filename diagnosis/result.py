@@ -12,10 +12,9 @@ if TYPE_CHECKING:
     from ..checks.result import CheckFinding, Size
     from ..estimation.validation.result import Validation
     from ..models.model import Model
-    from .calibration.result import Calibration
     from .trace import Trace
 
-SCHEMA = 2
+SCHEMA = 3
 VERDICTS = ("inconclusive", "unexplained", "described", "partly_named", "tied", "named", "adequate")
 """In the order of precedence."""
 
@@ -136,12 +135,10 @@ class Diagnosis:
     cpu_s: float
     threads: int = 1
     """Threads that ran the filter; the results do not depend on them."""
-    calibration: Calibration | None = None
-    """What the base model's own numbers explain of free runs; None where effects of the bank explain the records."""
     doubts: tuple[str, ...] = ()
     """What is doubtful about the records, a sentence each."""
     calibrated: Model | None = None
-    """The base model with all its numbers moved under their priors; None where its numbers were not uncertain."""
+    """The extended model with all its numbers moved under their priors, where that predicts better; else None."""
     calibrated_gain: dict[str, Gain] = field(default_factory=dict)
     """Gain of the calibrated model by channel."""
     checks: tuple[CheckFinding, ...] = ()
@@ -160,7 +157,7 @@ class Diagnosis:
         return bool(self.causes) or any(force.extended for force in self.remaining)
 
     def to_json(self) -> dict[str, Any]:
-        """The document of schema version 2 (diagnosis.json), plain numbers only."""
+        """The document of schema version 3 (diagnosis.json), plain numbers only."""
         return {
             "schema": SCHEMA,
             "model": self.model.id,
@@ -180,7 +177,6 @@ class Diagnosis:
             "hypothesis": plain(self.hypothesis),
             "remaining": plain(self.remaining),
             "noise": plain(self.noise),
-            "base_coefficients": None if self.calibration is None else plain(self.calibration.to_json()),
             "where": plain(self.where),
             "next_manoeuvre": self.next_manoeuvre,
             "doubts": list(self.doubts),

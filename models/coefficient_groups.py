@@ -95,8 +95,10 @@ def local_numbers(model: Model) -> tuple[LocalNumber, ...]:
                 for name, sd in known.items()
             ]
         for name, pattern in stated.items() if isinstance(stated, dict) else ():
-            change = {n: v for n, v in values.items() if re.fullmatch(pattern, n) and v != 0.0} or {pattern: 1.0}
-            found.append(LocalNumber(name, group.id, group.title, change, GROSS * min(group.sd.values(), default=0.1)))
+            own = {n: v for n, v in values.items() if re.fullmatch(pattern, n) and v != 0.0}
+            change = {pattern: 1.0} if group.extension is not None else own or {pattern: 1.0}
+            shares = [sd / abs(x) for n, sd in group.sd.items() if (x := change.get(n, values.get(n, 0.0)))]
+            found.append(LocalNumber(name, group.id, group.title, change, GROSS * min(shares, default=0.1)))
     return tuple(found)
 
 

@@ -62,6 +62,57 @@ def open_loop(rhs_lanes, x0, inputs, theta, dt, substeps, states):
                 states[j, k, i] = x[i * width + j]
 
 
+@njit(inline="always")
+def _share_inside(gates, lane, x, rudder, place, time, width):
+    """`drivers.share_inside` of one lane: gates (W, 4)."""
+    kind = gates[lane, 0]
+    if kind == 0.0:
+        value = abs(rudder)
+    elif kind == 1.0:
+        value = abs(x[place[2] * width + lane])
+    elif kind == 2.0:
+        value = abs(np.arctan2(x[place[1] * width + lane], x[place[0] * width + lane]))
+    elif kind == 3.0:
+        value = np.sqrt(x[place[0] * width + lane] ** 2 + x[place[1] * width + lane] ** 2)
+    else:
+        value = x[place[2] * width + lane] if kind == 4.0 else time
+    z = gates[lane, 1] * (value - gates[lane, 2]) / gates[lane, 3]
+    return 0.5 * (1.0 + z / np.sqrt(1.0 + z * z))
+
+
+@njit(types.void(RHS, A1, A2, A1, A1, A2, I1, f8, i8, A3), **JIT)
+def in_regimes(rhs_lanes, x0, inputs, theta, inside, gates, place, dt, substeps, states):
+    """`open_loop` with numbers `inside` in a regime of each lane, gates (W, 4), and `theta` outside (p*W,) both."""
+    size, x = x0.size, x0.copy()
+    runs, samples, n = states.shape
+    width, h = size // n, dt / substeps
+    rate, other, total, probe = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
+    u = np.empty(inputs.shape[1])
+    for k in range(samples):
+        for s in range(substeps if k else 0):
+            for stage in range(4):
+                moved = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
+                part = (s + moved) / substeps
+                _between(inputs[k - 1], inputs[k], part, u)
+                for i in range(size):
+                    probe[i] = x[i] if stage == 0 else x[i] + moved * h * rate[i]
+                rhs_lanes(probe, u, theta, rate)
+                rhs_lanes(probe, u, inside, other)
+                time = (k - 1 + part) * dt
+                for j in range(width):
+                    share = _share_inside(gates, j, probe, u[j], place, time, width)
+                    for i in range(j, size, width):
+                        rate[i] += share * (other[i] - rate[i])
+                weight = h / 6.0 if (stage == 0 or stage == 3) else h / 3.0
+                for i in range(size):
+                    total[i] = x[i] + weight * rate[i] if stage == 0 else total[i] + weight * rate[i]
+            for i in range(size):
+                x[i] = total[i]
+        for j in range(runs):
+            for i in range(n):
+                states[j, k, i] = x[i * width + j]
+
+
 @njit(types.void(RHS, A1, A2, A1, f8, i8, b1, I1, A2, A2, i8, i8, A2, A2, A2), **JIT)
 def closed_loop(
     rhs_lanes, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order, rudder

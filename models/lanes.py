@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,7 +17,21 @@ from numpy.typing import ArrayLike, NDArray
 from .errors import BadInput
 from .instruments import linkage
 from .model import Model
-from .simulate import KINDS, ClosedLoop, closed_loop, initial_state, inputs_of, setting_of, substeps, variant
+from .simulate import (
+    KINDS,
+    ClosedLoop,
+    closed_loop,
+    gates_of,
+    initial_state,
+    inputs_of,
+    places_of,
+    setting_of,
+    substeps,
+    variant,
+)
+
+if TYPE_CHECKING:
+    from .regimes import Regime
 
 Array = NDArray[np.float64]
 
@@ -35,11 +50,20 @@ def width(model: Model) -> int:
     return int(model.kernels.LANES)
 
 
-def open_loops(model: Model, coefficients: ArrayLike, inputs: ArrayLike, dt: float, x0: ArrayLike) -> Array:
+def open_loops(
+    model: Model,
+    coefficients: ArrayLike,
+    inputs: ArrayLike,
+    dt: float,
+    x0: ArrayLike,
+    inside: ArrayLike | None = None,
+    regimes: Sequence[Regime] = (),
+) -> Array:
     """States (B, N+1, n) of B runs: coefficients (B, p), inputs (B, N+1, nu), linear between samples, x0 (B, n).
 
     coefficients : or all numbers (B, p + c), where the runs differ in the model's constants too.
     inputs : or with the 7 columns of the environment variant behind the model's own.
+    inside : coefficients in a regime of each run, whose time is that from the first sample.
     """
     from . import lane_drivers
 
@@ -55,7 +79,12 @@ def open_loops(model: Model, coefficients: ArrayLike, inputs: ArrayLike, dt: flo
         series = np.ascontiguousarray(u[pick].transpose(1, 2, 0).reshape(samples, -1))
         theta, begin = np.concatenate([_theta(model, sets[pick]), outside]), start[pick].T.ravel()
         block = states[first : first + lanes]
-        lane_drivers.open_loop(kernels.rhs_lanes, begin, series, theta, dt, count, block)
+        if inside is None:
+            lane_drivers.open_loop(kernels.rhs_lanes, begin, series, theta, dt, count, block)
+            continue
+        within, gates = np.concatenate([_theta(model, _runs(inside, 2)[pick]), outside]), gates_of(regimes)[pick]
+        where = places_of(kernels.STATES)
+        lane_drivers.in_regimes(kernels.rhs_lanes, begin, series, theta, within, gates, where, dt, count, block)
     return states
 
 

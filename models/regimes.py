@@ -59,7 +59,7 @@ class Regime:
     def inside(self, value: NDArray[np.float64]) -> NDArray[np.float64]:
         """Smooth indicator (N,) of values: half of 1 + z / sqrt(1 + z^2), z in widths from the threshold.
 
-        Eq. 35 of docs/mathematics/default-route.md.
+        Eq. 11 of docs/mathematics/pieces.md.
         """
         z = self.sign * (value - self.threshold) / self.width
         return 0.5 * (1.0 + z / np.sqrt(1.0 + z * z))

@@ -338,10 +338,16 @@ def simulate_in_regime(
     """
     from . import drivers
 
-    gate = np.array([[*VARIABLES].index(where.variable), where.sign, where.threshold, where.width], float)
-    drivers.in_regime(kernels.rhs, start, inputs, *theta, gate, _places(kernels.STATES), *time, states)
+    drivers.in_regime(
+        kernels.rhs, start, inputs, *theta, gates_of([where])[0], places_of(kernels.STATES), *time, states
+    )
 
 
-def _places(states: Sequence[str]) -> NDArray[np.int64]:
+def gates_of(regimes: Sequence[Regime]) -> NDArray[np.float64]:
+    """Regimes (W, 4) as the drivers take them: place of the variable in `VARIABLES`, sign, threshold, width."""
+    return np.array([[[*VARIABLES].index(w.variable), w.sign, w.threshold, w.width] for w in regimes], float)
+
+
+def places_of(states: Sequence[str]) -> NDArray[np.int64]:
     """Places of u, v, r among the states, -1 for one that the model has not."""
     return np.array([states.index(name) if name in states else -1 for name in ("u", "v", "r")], np.int64)

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
 
 class Innovations(Diagnoser):
-    """`diagnose`: innovations with an estimated noise model, score tests over the bank, forward selection."""
+    """`diagnose`: free runs of left-out pieces over one bank; of an exact base model innovations and score tests."""
 
     name = "innovations"
-    title = "innovations with coloured forces, projected score tests over the bank, refits, ties"
+    title = "free runs of left-out pieces over one bank; of an exact base model innovations with coloured forces"
 
     def diagnose(
         self, model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options

@@ -15,16 +15,17 @@ from ...estimation.diagnosis_only.mixed_effects.left_out import jackknife
 from ...estimation.diagnosis_only.mixed_effects.problem import Problem, pooled
 from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.run.run import squares_of
-from ...models.coefficient_groups import every_own_number, groups_of, grown, stated_groups
-from ...models.errors import BadInput
+from ...models.coefficient_groups import groups_of, grown
+from ...models.errors import BadInput, CannotFit
 from ...models.linear_algebra import pinv
-from ..beside_numbers import of_uncertain_base
-from ..causes.base_coefficients import BaseCoefficients
-from ..causes.registry import bank
+from ..causes.registry import causes_of
 from ..causes.rudder_offset import RudderOffset
 from ..criteria.left_out import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from ..gain.guard import WORSE
 from ..gain.own import own_run
+from ..one_bank.behind import behind_causes
+from ..one_bank.diagnose import runs_of
+from ..one_bank.search import chosen
 from ..options import THREADS, Options
 from ..prepared import corrected_records
 from ..report.verdict import by_share
@@ -33,7 +34,7 @@ from .every_number import every_number
 from .held_out import held_out_of, with_held_out
 from .ingredients import floor, ingredients
 from .problems import FEWEST, Records, columns_of, errors_of, problems_of
-from .regimes import best_in_regime
+from .regimes import Proposal, confirmed
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
 from .traces import left_out_traces
@@ -43,11 +44,10 @@ if TYPE_CHECKING:
     from ...estimation.diagnosis_only.mixed_effects.fit import Fitted
     from ...models.coefficient_groups import Group
     from ...models.model import Model
-    from ..discrepancy.regimes import Local
-    from ..discrepancy.subsets import Subset
+    from ..one_bank.search import Choice
     from ..prepared import Prepared
     from .held_out import Errors, HeldOut
-    from .regimes import InRegime
+    from .regimes import Confirmed
 
 
 def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] = ()) -> Calibration:
@@ -74,71 +74,63 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     if not model.known:
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
     options = Options().checked(model)
-    beside = of_uncertain_base(model, corrected_records(model, train, held_out, options), options)
-    named = () if beside.found is None else [f.cause for f in beside.found.causes]
-    return calibrate_on(
-        model,
-        beside.cleaned,
-        beside.felt,
-        threads=options.threads,
-        causes=named,
-        subsets=beside.subsets,
-        regimes=beside.regimes(),
+    records = corrected_records(model, train, held_out, options).behind_sensors(None)
+    try:
+        choice = chosen(runs_of(model, records.train, options, records.decided), options)
+    except CannotFit:
+        return calibrate_on(model, records, threads=options.threads)
+    causes = [choice.bank.cause_of(c) for c in choice.selection.candidates]
+    behind = replace(
+        records, train=behind_causes(choice, records.train), held_out=behind_causes(choice, records.held_out)
     )
+    return calibrate_on(model, records, behind, options.threads, causes, *_proposals(choice))
 
 
-def causes_of(model: Model) -> dict[str, str]:
-    """The cause of every group whose extension of the model is a cause's."""
-    by_extension = {cause.extension: cause.id for cause in bank() if cause.extension is not None}
-    return {g.id: by_extension[g.extension] for g in stated_groups(model) if g.extension in by_extension}
+def _proposals(choice: Choice) -> tuple[list[str], Proposal | None]:
+    """Numbers of the model that pieces name alone, and one in a regime with these beside it."""
+    names = [n for c in choice.selection.candidates for n in c.names if choice.bank.places[n].kind == "model"]
+    local, final = choice.local, choice.selection.final
+    if local is None or choice.beside:
+        return names, None
+    sd = dict(zip((n.name for n in final.numbers), final.sd.tolist(), strict=True))[local.size]
+    return names, Proposal(local, final.value(local.size), sd, tuple(names))
 
 
 def calibrate_on(
     model: Model,
     given: Records | Prepared,
     felt: Records | Prepared | None = None,
-    identified: bool = False,
     threads: int = THREADS,
     causes: Collection[str] = (),
-    subsets: Sequence[Subset] = (),
-    regimes: Sequence[Local] = (),
-    short: bool = True,
+    numbers: Sequence[str] = (),
+    regime: Proposal | None = None,
 ) -> Calibration:
     """`calibrate` on true motions.
 
     felt : the same records without what known causes explain, on which the numbers are chosen; None: there are none.
-    identified : the model's own numbers come from such records: they are free in every fit, and what counts is what
-    the model lacks.
     threads : threads that run the fits; the results do not depend on them.
-    causes : ids of causes that other evidence names: the groups of their extensions enter before all others.
-    subsets, regimes : the best small sets of numbers, and numbers in a regime, by the likelihood of the innovations.
-    short : few records may be cut into pieces shorter than usual.
+    causes : ids of causes that pieces name: the groups of their extensions enter before all others.
+    numbers, regime : numbers that pieces name, and one that is wrong in a regime.
     """
     started, train = time.perf_counter(), given.train
     groups: Sequence[Group] = groups_of(model)
     whole = grown(model, groups)
     if not model.is_3dof and len(train) < FEWEST:  # pieces of the same run do not tell which terms a model lacks
         groups = [g for g in groups if g.extension in (None, RudderOffset.extension)]
-    inside = outside = problems_of(whole, felt or given, threads, short)
+    inside = outside = problems_of(whole, felt or given, threads)
     if felt is not None and felt is not given:
-        outside = problems_of(whole, given, threads, short)
+        outside = problems_of(whole, given, threads)
         outside = outside if outside.runs == inside.runs else inside
-    if identified:
-        own, lacking = every_own_number(groups), [g for g in groups if g.extension is not None]
-        found, groups = select(inside.train, lacking, own), [*lacking, own]
-    else:
-        known, wrong = causes_of(model), BaseCoefficients.id in causes
-        first = [g for g in groups if known.get(g.id) in causes]
-        found = select(inside.train, groups, first=first, subsets=subsets, wrong=wrong)
+    known = causes_of(model)
+    first = [g for g in groups if known.get(g.id) in causes]
+    found = select(inside.train, groups, first=first, proposal=numbers)
     base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
-    local = best_in_regime(inside.train, found, groups, regimes)
+    local = confirmed(inside.train, found, groups, regime)
     if local is not None:
         found, groups = local.selection, [*groups, local.group]
         inside = inside.with_change(local.problem.local)
     shares = _shares(inside.train, base, found)
     verdict, reason = _verdict(inside.train, base, found, shares)
-    if local is not None:
-        verdict, reason = local.verdict(verdict, reason)
     if found.steps and len(train) < FEWEST:
         reason = f"{reason}; they are judged by pieces of the same records, and other records may show other numbers"
     extended = _with_numbers(model, found.final, "extended")
@@ -146,7 +138,7 @@ def calibrate_on(
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
     advised = next_runs(extended, whole, found, groups)
     extended = extended if local is None else local.extended(extended)
-    settled = identified or local is not None or verdict == "adequate"
+    settled = local is not None or verdict == "adequate"
     wide = found.final if settled else every_number(inside.train, groups, found)
     held, built = held_out_of(given, felt or given), partial(_built, whole, extended, found.final, local)
     alone = errors_of(outside, base)
@@ -202,7 +194,7 @@ def _both(errors: Errors) -> tuple[dict[str, float], dict[str, float]]:
     return {c: old for c, (old, _) in errors.items()}, held
 
 
-def _built(whole: Model, extended: Model, final: Attempt, local: InRegime | None, attempt: Attempt) -> Model:
+def _built(whole: Model, extended: Model, final: Attempt, local: Confirmed | None, attempt: Attempt) -> Model:
     """The model of an attempt: `whole`, which carries all groups, with its numbers; what differs in a regime only the
     extended model holds."""
     if local is not None and attempt is final:
@@ -231,7 +223,7 @@ def _with_numbers(model: Model, final: Attempt, kind: str) -> Model:
 def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
     """Numbers with intervals of the larger of jackknife and model standard error.
 
-    Eq. 33 of docs/mathematics/default-route.md.
+    Eq. 11 of docs/mathematics/calibration.md.
     """
     fitted = final.fitted
     if not fitted.numbers:
@@ -283,7 +275,7 @@ def _shares(p: Problem, given: Attempt, found: Selection) -> dict[str, Share]:
 
 
 def _verdict(p: Problem, given: Attempt, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
-    """The verdict, and the sentence that supports it (eq. 34 of docs/mathematics/default-route.md)."""
+    """The verdict, and the sentence that supports it (eq. 12 of docs/mathematics/calibration.md)."""
     base = pooled([x.adapted for x in given.left_out])
     matter = [c for c, motion in zip(p.state_places, p.motion, strict=True) if base[c] > ADEQUATE * motion]
     columns = columns_of(p)

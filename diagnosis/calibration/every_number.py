@@ -27,7 +27,7 @@ SHARES = (0.05, 0.1, 0.2, 0.4, 0.8)
 def every_number(problem: Problem, groups: Sequence[Group], found: Selection) -> Attempt:
     """The fit of all numbers of the groups, or the named set where that predicts left-out records better.
 
-    Eq. 38 of docs/mathematics/default-route.md.
+    Eq. 14 of docs/mathematics/calibration.md.
     """
     chosen = found.final
     named = {n.name: n.sd for n in chosen.fitted.numbers}

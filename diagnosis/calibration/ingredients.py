@@ -38,7 +38,7 @@ def ingredients(on: Problems, before: Errors, final: Attempt) -> tuple[Ingredien
     """What every measured input, and the numbers that moved, remove of the squared error: that of held-out records,
     of left-out training records where none are held out.
 
-    Eq. 39 of docs/mathematics/default-route.md.
+    Eq. 15 of docs/mathematics/calibration.md.
 
     before : errors of the base model.
     """

@@ -78,18 +78,18 @@ class Problems(NamedTuple):
         return Problems(changed(self.train), None if self.held_out is None else changed(self.held_out))
 
 
-def problems_of(whole: Model, records: Records | Prepared, threads: int, short: bool) -> Problems:
-    """The records of a diagnosis as problems; short : pieces may be shorter than usual.
+def problems_of(whole: Model, records: Records | Prepared, threads: int) -> Problems:
+    """The records of a diagnosis as problems.
 
     Raises
     ------
     CannotFit : a record lacks what free runs need, or the records are too short to leave a part out.
     """
     held_out = problem(whole, unbroken(records.held_out, whole)) if records.held_out else None
-    return Problems(problem(whole, _pieces(unbroken(records.train, whole), whole, short), threads), held_out)
+    return Problems(problem(whole, _pieces(unbroken(records.train, whole), whole), threads), held_out)
 
 
-def _pieces(records: Sequence[Record], model: Model, short: bool) -> list[Record]:
+def _pieces(records: Sequence[Record], model: Model) -> list[Record]:
     """The records, or equal pieces of them where there are fewer than FEWEST.
 
     Raises
@@ -98,16 +98,16 @@ def _pieces(records: Sequence[Record], model: Model, short: bool) -> list[Record
     """
     if len(records) >= FEWEST:
         return list(records)
-    length_s, shortest, out = time_scale_s(model), SHORTEST if short else USUAL, []
+    length_s, out = time_scale_s(model), []
     for record in records:
         lengths = float(record.time_s[-1] - record.time_s[0]) / length_s
-        needed = min(math.ceil(FEWEST / len(records)), int(lengths / shortest))
+        needed = min(math.ceil(FEWEST / len(records)), int(lengths / SHORTEST))
         parts = max(min(int(lengths / USUAL), MOST), needed, 1)
         edges = np.linspace(0, record.n, parts + 1).astype(int).tolist()
         cuts = [record.slice(a, b) for a, b in pairwise(edges)]
         out += [replace(cut, name=f"{record.name}, part {i + 1}") for i, cut in enumerate(cuts)]
     if len(out) < FEWEST:
-        raise CannotFit(f"the records last less than {FEWEST * shortest * length_s:.0f} s: no part can be left out")
+        raise CannotFit(f"the records last less than {FEWEST * SHORTEST * length_s:.0f} s: no part can be left out")
     return out
 
 

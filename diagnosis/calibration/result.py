@@ -38,11 +38,6 @@ class Moved:
     in_proportion: bool = False
 
     @property
-    def may_have_stayed(self) -> bool:
-        """Whether the interval holds the value before, or the published number's does."""
-        return self.in_proportion or self.low <= self.before <= self.high
-
-    @property
     def parameter(self) -> str:
         """Its name as a size: that of a number in a regime is told as its change."""
         return f"change: {self.name} {self.where}" if self.where else self.name
@@ -53,8 +48,7 @@ class StatedRegime:
     """Where a number is wrong: on one side of a threshold (SI) with its 90 % interval.
 
     number, group : what is wrong there.  share_of_error : share of the squared free-run error of left-out records that
-    it takes off, mean over the states.  lead : nats of log likelihood, less what its parameters cost, by which it is
-    ahead of all sets of numbers that are wrong everywhere.
+    it takes off, mean over the states.
     """
 
     number: str
@@ -66,7 +60,6 @@ class StatedRegime:
     high: float
     unit: str
     share_of_error: float
-    lead: float
 
 
 @dataclass(frozen=True)
@@ -105,7 +98,7 @@ class Share:
         """Share of what the model can explain, which trim and noise are no part of, that numbers and causes take
         off.
 
-        Eq. 34 of docs/mathematics/default-route.md.
+        Eq. 12 of docs/mathematics/calibration.md.
         """
         taken = self.coefficients + self.causes
         return taken / max(taken + self.remaining, EXPLAINABLE)

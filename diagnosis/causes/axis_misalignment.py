@@ -14,7 +14,6 @@ class AxisMisalignment(Cause):
     unit = "rad"
     search = ByScore()
     smallest = 0.1 * DEGREE
-    largest = 12.0 * DEGREE
     power_size = 0.1 * DEGREE
     separate_by = "positions on a straight course: the track's direction against heading and log"
     number = Number("angle", ("axis_misalignment",), scale=0.05 * DEGREE, low=-0.8, high=0.8)

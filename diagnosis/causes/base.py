@@ -60,8 +60,8 @@ class Cause(Check):
     of its own says both there.
     power_size : size of the first parameter whose detection the stated power is for, None where none is stated.
     separate_by : what would tell it from its rivals.
-    smallest, largest : size of the first parameter (length of a pair; seconds are those of a 160 m ship) from which it
-    matters, and up to which it can be; None where none is stated.
+    smallest : size of the first parameter (length of a pair; seconds are those of a 160 m ship) from which it matters;
+    None where none is stated.
     """
 
     search: ClassVar[Search]
@@ -70,7 +70,6 @@ class Cause(Check):
     extension: ClassVar[str | None] = None
     power_size: ClassVar[float | None] = None
     smallest: ClassVar[float | None] = None
-    largest: ClassVar[float | None] = None
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         """Ways in which the cause may act, each as parameters that are zero where it is absent.
@@ -88,7 +87,7 @@ class Cause(Check):
         return True
 
     def strength(self, est: Estimator, variant: Variant, values: np.ndarray) -> float:
-        """What is compared with `smallest` and `largest`: the first of the values (k,), or the longest of pairs."""
+        """What is compared with `smallest`: the first of the values (k,), or the longest of pairs."""
         if not variant:
             return 0.0
         if len(variant) > 1 and variant[0].record is not None and len(values) % 2 == 0:
@@ -103,12 +102,6 @@ class Cause(Check):
         if variant[0].unit == "s":
             floor = max(floor, 0.5 * est.segments[0].step_s)
         return self.strength(est, variant, values) > floor
-
-    def plausible(self, est: Estimator, variant: Variant, values: np.ndarray) -> bool:
-        """Whether sizes (k,) can be."""
-        if not variant or self.largest is None:
-            return True
-        return self.strength(est, variant, values) <= self.largest * self._unit(est, variant)
 
     def _unit(self, est: Estimator, variant: Variant) -> float:
         """Seconds and speeds of a ship against those of a 160 m ship; 1 for other units."""

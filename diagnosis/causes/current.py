@@ -10,7 +10,6 @@ from ._pairs import PairCause
 class Current(current.Current, PairCause):
     search = ByRings((0.02, 0.1, 0.4))
     smallest = 0.01
-    largest = 4.0
     extension = "current"
     power_size = 0.05
     entries = ("current_towards_north", "current_towards_east")

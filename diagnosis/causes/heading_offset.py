@@ -10,7 +10,6 @@ from .base import DEGREE, Cause, Number
 class HeadingOffset(heading_offset.HeadingOffset, Cause):
     search = ByScore()
     smallest = 0.1 * DEGREE
-    largest = 17.0 * DEGREE
     power_size = 0.1 * DEGREE
     number = Number("b", ("heading_bias",), scale=0.05 * DEGREE)
     channels = ("psi", "x", "y")

@@ -21,7 +21,6 @@ class LoadingChange(Cause):
     unit = "1"
     search = ByScore()
     smallest = 0.01
-    largest = 0.3
     extension = "loading_change"
     power_size = 0.02
     separate_by = "the draught, or a stopping and a turning test at two loadings"

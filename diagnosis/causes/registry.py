@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...checks.base import Check
 from ...checks.registry import checks, installed
+from ...models.coefficient_groups import stated_groups
 from ...models.discovery import by_name, classes_of, known
 from ...models.families.extensions import is_made_up
 from ._stage import StageCause
@@ -67,3 +68,9 @@ def testable(est: Estimator) -> tuple[dict[Cause, tuple[Variant, ...]], dict[Cau
             cannot[entry] = str(reason)
     later = (c for c in causes().values() if isinstance(c, StageCause))
     return can, cannot | {entry: entry.stage for entry in later}
+
+
+def causes_of(model: Model) -> dict[str, str]:
+    """The cause of every group whose extension of the model is a cause's."""
+    by_extension = {cause.extension: cause.id for cause in bank() if cause.extension is not None}
+    return {g.id: by_extension[g.extension] for g in stated_groups(model) if g.extension in by_extension}

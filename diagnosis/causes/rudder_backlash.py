@@ -15,7 +15,6 @@ class RudderBacklash(Cause):
     unit = "rad"
     search = ByScore((0.15 * DEGREE, 0.4 * DEGREE, DEGREE, 2.0 * DEGREE))
     smallest = 0.1 * DEGREE
-    largest = 6.0 * DEGREE
     power_size = 0.3 * DEGREE
     separate_by = "slow small-angle rudder sweeps in both directions"
     number = Number("b", ("rudder_backlash",), scale=0.1 * DEGREE, low=0.0, high=12.0 * DEGREE)

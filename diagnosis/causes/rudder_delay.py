@@ -14,7 +14,6 @@ class RudderDelay(Cause):
     unit = "s"
     search = ByScore((0.3, 1.0, 2.0, 3.5))
     smallest = 0.05
-    largest = 6.0
     power_size = 0.2
     separate_by = "rudder steps with the rudder angle recorded at the stock and on the bridge at once"
     number = Number("tau", ("rudder_delay",), scale=0.05, low=0.0, high=8.0)

@@ -16,7 +16,6 @@ class RudderEffectiveness(Cause):
     unit = "1"
     search = ByScore()
     smallest = 0.01
-    largest = 0.6
     extension = "rudder_effectiveness"
     power_size = 0.02
     separate_by = "a bollard or captive rudder-force test, or rudder angles from small to hard over"

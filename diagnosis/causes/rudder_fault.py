@@ -28,7 +28,6 @@ class RudderFault(Cause):
     unit = "1, s"
     search = ByChangePoint()
     smallest = 0.02
-    largest = 1.0
     power_size = 0.1
     separate_by = "a rudder-force check before and after"
 

@@ -14,7 +14,6 @@ class RudderOffset(Cause):
     unit = "rad"
     search = ByScore()
     smallest = 0.1 * DEGREE
-    largest = 7.0 * DEGREE
     extension = "rudder_offset"
     power_size = 0.1 * DEGREE
     separate_by = "straight runs at two speeds: what an offset does grows with the speed squared"

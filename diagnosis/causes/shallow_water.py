@@ -36,7 +36,6 @@ class ShallowWater(Cause):
     unit = "1"
     search = ByScore((0.05, 0.1, 0.2, 0.4, 0.6, 0.8))
     smallest = 0.2
-    largest = 0.85
     separate_by = "an echo sounder, or the same manoeuvre in deep water"
 
     @property

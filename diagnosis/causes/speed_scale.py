@@ -10,7 +10,6 @@ from .base import Cause, Number
 class SpeedScale(speed_scale.SpeedScale, Cause):
     search = ByScore()
     smallest = 0.005
-    largest = 0.3
     power_size = 0.002
     number = Number("s", ("surge_scale", "sway_scale"), scale=0.002, low=-0.8, high=2.0)
     channels = ("u", "v")

@@ -10,7 +10,6 @@ from .base import Cause, Number
 class SwayOffset(sway_offset.SwayOffset, Cause):
     search = ByScore()
     smallest = 0.005
-    largest = 1.0
     power_size = 0.005
     number = Number("b", ("sway_bias",), scale=0.005)
     channels = ("v",)

@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 class VelocityDelay(velocity_delay.VelocityDelay, Cause):
     search = ByScore((0.3, 1.0, 2.0, 3.5))
     smallest = 0.05
-    largest = 6.0
     power_size = 0.2
 
     def variants(self, est: Estimator) -> Sequence[Variant]:

@@ -14,7 +14,6 @@ class Wind(PairCause):
     unit = "m/s, rad"
     search = ByRings((3.0, 7.0, 13.0))
     smallest = 0.5
-    largest = 40.0
     extension = "wind"
     power_size = 3.0
     separate_by = "an anemometer, or the same manoeuvre on two headings and at two speeds"

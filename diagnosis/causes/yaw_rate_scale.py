@@ -10,7 +10,6 @@ from .base import Cause, Number
 class YawRateScale(yaw_rate_scale.YawRateScale, Cause):
     search = ByScore()
     smallest = 0.005
-    largest = 0.3
     power_size = 0.01
     number = Number("s", ("yaw_rate_scale",), scale=0.005, low=-0.8, high=2.0)
     channels = ("r",)

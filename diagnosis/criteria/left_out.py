@@ -15,8 +15,7 @@ without importance.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import chain, combinations
@@ -42,7 +41,6 @@ from ..gain.guard import WORSE
 if TYPE_CHECKING:
     from ...estimation.diagnosis_only.mixed_effects.expansion import Tangent
     from ...models.coefficient_groups import Group
-    from ..discrepancy.subsets import Subset
 
 LEAST = 0.05
 """Fall of the score for each state below which a group does not matter: the errors fall by a twentieth."""
@@ -162,53 +160,41 @@ def attempt(
 def select(
     problem: Problem,
     groups: Sequence[Group],
-    free: Group | None = None,
     most: int = MOST,
     first: Sequence[Group] = (),
-    subsets: Sequence[Subset] = (),
-    wrong: bool = False,
+    proposal: Sequence[str] = (),
 ) -> Selection:
     """Groups in the order in which they enter.
 
-    wrong : the likelihood has shown that numbers are wrong: which ones is told also where free runs are hardly off.
     first : groups that are known to be wrong: they enter before all others, and stay.
-    subsets : the best small sets of numbers by the likelihood; the one that leaves nothing of importance enters where
-    free runs of left-out records confirm it, else the smallest that predicts these within one standard error as well
-    as the best, where that is better than what enters group by group.
-    free : a group whose numbers are fitted along with every other; it counts as a step where it would enter alone.
-    With it nothing has entered unless the last fit predicts better than the base does.
+    proposal : names of numbers that free runs of pieces name: they enter where free runs of left-out records confirm
+    them and they leave nothing of importance, or predict better than what enters group by group.
     """
     groups = [*(group for group in groups if group.sd), *(part for group in groups for part in parts_of(group))]
     base = now = attempt(problem, (), None, LONG)
-    if not (wrong or _needed(problem, base)):
+    if not (proposal or _needed(problem, base)):
         return Selection(base, (), base)
     groups = common(base, groups)
     steps: list[Step] = []
-    if free is not None:
-        now = attempt(problem, (free,), None, LONG)
-        fall = score_difference(problem, base.left_out, now.left_out)
-        steps += [Step(free, now, fall)] if enters(problem, fall) else []
     for group in first:
         earlier, now = now, attempt(problem, (*now.groups, group), now.fitted, LONG)
         steps.append(Step(group, now, score_difference(problem, earlier.left_out, now.left_out)))
     start, always = now, len(now.groups)
-    proposed = _proposed(problem, start, groups, subsets)
-    if proposed is not None and not _needed(problem, proposed[0]):
-        now, refused = proposed[0], ()
+    proposed = _proposed(problem, start, groups, proposal)
+    if proposed is not None and not _needed(problem, proposed):
+        now, refused = proposed, ()
     else:
         end = grown(LeftOutRecords(problem, groups, most), Growing(start), most)
         now, refused = end.now, tuple((_new(end.now, a), fall) for a, fall in end.refused)
         now = _exchanged(problem, _without_idle(problem, now, always), groups, always)
         steps += end.steps
-        if proposed is not None and _better(problem, now, proposed[0]):
-            now = proposed[0]
+        if proposed is not None and _better(problem, now, proposed):
+            now = proposed
     sound = (a for a in (now, *(s.attempt for s in reversed(steps))) if _likely(problem, start, a))
     now = next((a for a in sound if not loses(problem, base, a)), base)
-    idle = free is not None and not enters(problem, score_difference(problem, base.left_out, now.left_out))
-    if not now.groups or idle:
+    if not now.groups:
         return Selection(base, (), base, refused)
-    ties = proposed[1] if proposed is not None and now is proposed[0] else {}
-    return Selection(base, _steps_of(problem, base, steps, now, ties), now, refused)
+    return Selection(base, _steps_of(problem, base, steps, now), now, refused)
 
 
 def common(base: Attempt, groups: Sequence[Group]) -> Sequence[Group]:
@@ -220,45 +206,25 @@ def common(base: Attempt, groups: Sequence[Group]) -> Sequence[Group]:
     return groups if alike else [g for g in groups if g.extension not in TRIM]
 
 
-def _proposed(
-    problem: Problem, start: Attempt, groups: Sequence[Group], subsets: Sequence[Subset]
-) -> tuple[Attempt, Mapping[str, tuple[Group, ...]]] | None:
-    """The fit of the set of numbers that the likelihood and free runs agree on, and the ties of its groups; None where
-    no set predicts left-out records better than the start does.
+def _proposed(problem: Problem, start: Attempt, groups: Sequence[Group], names: Sequence[str]) -> Attempt | None:
+    """The fit of some numbers alone; None where it does not predict left-out records better than the start does.
 
-    A set has at most as many numbers as there are records: leaving these out one by one does not judge more.
-
-    Eq. 32 of docs/mathematics/default-route.md.
+    Numbers are at most as many as the records: leaving these out one by one does not judge more.
     """
     alone = {name: g for g in groups if len(g.sd) == 1 for name in g.sd}
-    subsets = [subset for subset in subsets if len(subset.names) <= len(problem.runs)]
-    enough = next((i for i, subset in enumerate(subsets) if subset.sufficient), None)
-    tried = subsets[enough : enough + 1] if enough is not None else subsets
-    trials: list[tuple[Subset, Attempt]] = []
-    for subset in tried:
-        own = tuple(alone[name] for name in subset.names if name in alone)
-        with suppress(np.linalg.LinAlgError):
-            trials.append((subset, attempt(problem, (*start.groups, *own), start.fitted, LONG)))
-    trials = [t for t in trials if _likely(problem, start, t[1])]
-    if not trials:
+    own = tuple(alone[name] for name in names if name in alone)
+    if not own or len(own) > len(problem.runs):
         return None
-    _, best = max(trials, key=lambda t: score_difference(problem, start.left_out, t[1].left_out).gain)
-    subset, found = next(t for t in trials if t[1] is best or not _better(problem, t[1], best))
-    if not enters(problem, score_difference(problem, start.left_out, found.left_out)):
+    try:
+        trial = attempt(problem, (*start.groups, *own), start.fitted, LONG)
+    except np.linalg.LinAlgError:
         return None
-    owner = {name: g for g in groups for name in g.sd}
-    ties: dict[str, tuple[Group, ...]] = {}
-    for name, rivals in subset.rivals.items():
-        others = {owner[r].of: owner[r] for r in rivals if r in owner and owner[r].of != owner[name].of}
-        ties[alone[name].id] = tuple(others.values())
-    return found, ties
+    better = enters(problem, score_difference(problem, start.left_out, trial.left_out))
+    return trial if better and _likely(problem, start, trial) else None
 
 
 def _better(problem: Problem, old: Attempt, new: Attempt) -> bool:
-    """Whether left-out records are predicted better by more than one standard error; with fewer numbers, at all.
-
-    Eq. 32 of docs/mathematics/default-route.md.
-    """
+    """Whether left-out records are predicted better by more than one standard error; with fewer numbers, at all."""
     fall = score_difference(problem, old.left_out, new.left_out)
     fewer = len(new.fitted.numbers) < len(old.fitted.numbers)
     return fall.gain > (0.0 if fewer else max(fall.error, LEAST))
@@ -281,20 +247,18 @@ def _exchanged(problem: Problem, final: Attempt, groups: Sequence[Group], always
     return final
 
 
-def _steps_of(
-    problem: Problem, base: Attempt, steps: Sequence[Step], final: Attempt, ties: Mapping[str, tuple[Group, ...]]
-) -> tuple[Step, ...]:
+def _steps_of(problem: Problem, base: Attempt, steps: Sequence[Step], final: Attempt) -> tuple[Step, ...]:
     """One step for each group of the final set, those that came together or by exchange last."""
     entered = {step.group.id: step for step in steps}
     found = [entered[g.id] for g in final.groups if g.id in entered]
     fall = score_difference(problem, base.left_out, final.left_out)
-    return (*found, *(Step(g, final, fall, ties.get(g.id, ())) for g in final.groups if g.id not in entered))
+    return (*found, *(Step(g, final, fall) for g in final.groups if g.id not in entered))
 
 
 def _needed(problem: Problem, now: Attempt) -> bool:
     """Whether a state's free runs are further from the motion than ADEQUATE; the measurement noise is no error.
 
-    Eq. 31 of docs/mathematics/default-route.md.
+    Eq. 10 of docs/mathematics/calibration.md.
     """
     square = pooled([x.free for x in now.left_out]) ** 2 - problem.noise_variance
     return bool(np.any(square[problem.state_places] > (ADEQUATE * problem.motion) ** 2))
@@ -399,7 +363,7 @@ def _per_number(group: Group, gain: float) -> float:
 def enters(problem: Problem, fall: Fall) -> bool:
     """Whether both scores fall by more than chance, and the score by enough to matter.
 
-    Eq. 30 of docs/mathematics/default-route.md.
+    Eq. 9 of docs/mathematics/calibration.md.
     """
     least = LEAST * len(problem.state_places)
     errors = max(2.0, student_quantile(0.95, max(len(problem.runs) - 1, 1)))

@@ -1,7 +1,7 @@
 """A trial's own neutral rudder angle and start: they belong to the trial, not to the model.
 
 Half a degree of neutral angle is ten degrees of heading after a zigzag.  Both are fitted along the record itself, under
-the priors that calibrations have (eq. 23 of docs/mathematics/default-route.md without numbers of the model): what
+the priors that calibrations have (eq. 2 of docs/mathematics/calibration.md without numbers of the model): what
 remains is the model's error.
 """
 

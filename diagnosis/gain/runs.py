@@ -62,15 +62,12 @@ def with_runs(
 ) -> Diagnosis:
     """The diagnosis with the gain of its models on held-out records, and with the runs that a page shows.
 
-    train : as they were corrected, of the instruments `corrected` and of faults of their files; they keep runs that a
-    calibration made by fits without them.  held_out : as they were read.  channels : the only ones that are told; None:
-    all.
+    train : as they were corrected, of the instruments `corrected` and of faults of their files.  held_out :
+    as they were read.  channels : the only ones that are told; None: all.
     """
     base, extended = (_without(one, {*found.model.instruments, *corrected}) for one in (found.model, found.extended))
     held = pairs_of(found.model, found.extended, held_out, found.of_held_out, channels)
-    shown = [t for t in found.traces if t.role == "train"] or [
-        trace_of(pair, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)
-    ]
+    shown = [trace_of(pair, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)]
     calibrated: dict[str, Gain] = {}
     if found.calibrated is not None:
         moved = pairs_of(found.model, found.calibrated, held_out, found.of_held_out, channels)

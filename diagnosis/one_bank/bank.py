@@ -7,6 +7,7 @@
     term       a force in body axes along the measured motion (`Bank.series`)
     window     a force in body axes over one of so many windows of a piece (entries: its number, their count)
     sensor     numbers of instruments that show the motion
+    regime     a number of the model inside a regime only
     drift      a sensor's error: what it grows by in a second (column 0), or what it is at the record's start (1)
 
 Standard deviations and trial values are in natural units: s in ship lengths sailed (L/U), m/s in the ship's speed,
@@ -16,21 +17,21 @@ rad/s in U/L, forces in rho/2 L^2 U^2 and moments in rho/2 L^3 U^2.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
 from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups
-from ..calibration.calibrate import causes_of
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
-from ..causes.registry import causes
+from ..causes.registry import causes, causes_of
 from .terms import term_of
 
 if TYPE_CHECKING:
     from ...models.model import Model
+    from ...models.regimes import Regime
     from .motion import Series
 
 DEGREE = np.pi / 180.0
@@ -43,6 +44,8 @@ class Place(NamedTuple):
 
     kind : see above.  entries : names of instruments; of a term, its own.  column : of the environment's inputs
     (current, wind, forces), or of the model's numbers.  record : the one that it belongs to, None: all.
+    inside : places among the model's numbers, and by how much these change for a number of one.  regime : where.
+    fixed : further instruments and their values.
     """
 
     kind: str
@@ -50,6 +53,9 @@ class Place(NamedTuple):
     column: int = -1
     record: int | None = None
     inverse: bool = False
+    inside: tuple[tuple[int, float], ...] = ()
+    regime: Regime | None = None
+    fixed: tuple[tuple[str, float], ...] = ()
 
 
 class Row(NamedTuple):
@@ -91,6 +97,11 @@ ROWS = (
 )  # fmt: skip
 """Causes of rudder and sensors."""
 OFFSET = next(row for row in ROWS if row.cause == "rudder_offset")
+UNSTATED = 0.2
+"""Standard deviation of a coefficient of which the family states none, as a share of it."""
+FAULT, FAULT_SD = "rudder_fault", 0.3
+FAULT_TIMES = np.linspace(0.15, 0.85, 40)
+"""Times that are tried, as shares of the longest record: one at its start is a rudder that is weak throughout."""
 FLOWS = {"current": (("north", "east"), 0, 0.1), "wind": (("north", "east"), 2, 1.5)}
 """Cause -> names of its numbers, column of the first, standard deviation in the ship's speed."""
 FORCES = (("constant_X", 4, 2e-3), ("constant_Y", 5, 2e-3), ("constant_N", 6, 5e-4))
@@ -102,6 +113,10 @@ TERMS = {
                            ("added_Nr_absv", 6, 0.1)),
 }  # fmt: skip
 """Cause -> parameters of its extension, with the column of the force and the prior standard deviation."""
+
+
+STARTS = {"second_order_lead": {"lag": {"lead": 1.0}, "half": {"lead": 0.5}}}
+"""Extension -> kind -> points that its numbers are tried from where their slopes vanish: a pure lag, half a lead."""
 
 
 @dataclass(frozen=True)
@@ -127,28 +142,36 @@ class Bank:
 
 
 class Facts(NamedTuple):
-    """What the records offer: states that they measure, whether the rudder's angle is unknown, and their number; and
-    whether the model's own numbers were identified from them, so that they are hardly restricted."""
+    """What the records offer: states that they measure, whether the rudder's angle is unknown, their number, and the
+    duration of the longest one, s; whether the model's own numbers were identified from them, so that they are hardly
+    restricted, or are stated to be exact; causes (ids) that the sensors' channels have decided on; and the standard
+    deviation of the model's own numbers as a share of them, where it is stated."""
 
     measured: Collection[str]
     commanded: bool
     records: int
+    longest_s: float
     identified: bool = False
     exact: bool = False
+    decided: Collection[str] = ()
+    coefficient_sd: float | None = None
 
 
 def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] | None) -> Bank:
     """The bank of a model with coefficients; only : causes (ids) that it is restricted to."""
-    groups = [g for g in stated_groups(model) if g.extension != "rudder_offset"]
+    groups = stated_groups(model)
     whole = grown(model, groups) if groups else model
+    groups = tuple(g for g in groups if g.extension != OFFSET.cause) or (_unstated(model),)
     pairs = [*_inputs(whole, facts, length_s), *_terms(whole, facts)]
     candidates, places = [c for c, _ in pairs], {n: p for _, own in pairs for n, p in own.items()}
     told = {c.of: c.of for c in candidates} | causes_of(model)
     names = (*whole.coordinates, *whole.constant_names)
     numbers = dict(zip(names, whole.theta.tolist(), strict=True))
     candidates += [c for g in groups for c in _of_group(g, numbers)]
-    places |= {name: Place("model", column=i) for i, name in enumerate(names)}
+    places = {name: Place("model", column=i) for i, name in enumerate(names)} | places
     own = {n.name: n for g in groups if g.extension is None for n in _numbers(g, g.sd, numbers)}
+    if facts.coefficient_sd:
+        own = {n: replace(x, sd=facts.coefficient_sd * abs(numbers[n])) for n, x in own.items() if numbers[n]}
     if facts.identified:
         barely = every_own_number(groups)
         own = {n.name: n for n in _numbers(barely, barely.sd, numbers)}
@@ -157,10 +180,18 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups}, series)
 
 
+def _unstated(model: Model) -> Group:
+    """The coefficients of a model whose family states no groups of them, by their sizes."""
+    sd = {name: UNSTATED * abs(x) for name, x in zip(model.coordinates, model.coefficients.tolist(), strict=True) if x}
+    return Group("coefficients", "the model's own coefficients", None, sd)
+
+
 def _of_group(group: Group, values: Mapping[str, float]) -> Iterator[Candidate]:
-    """A group, and each of its numbers alone."""
-    if group.sd:
-        yield Candidate(group.id, tuple(_numbers(group, group.sd, values)), HULL)
+    """A group, from each of the points that it is tried from, and each of its numbers alone."""
+    whole = tuple(_numbers(group, group.sd, values))
+    for kind, starts in STARTS.get(group.extension or "", {"": {}}).items() if group.sd else ():
+        own = [replace(n, trial=starts.get(n.name)) for n in whole]
+        yield Candidate(group.id, tuple(own), HULL, kind=kind)
     for part in parts_of(group):
         yield Candidate(part.id, tuple(_numbers(part, part.sd, values)), HULL, of=group.id)
 
@@ -176,6 +207,8 @@ def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
     for row in ROWS:
         if not {*row.needs} <= {*facts.measured} or (row.commanded and not facts.commanded):
             continue
+        if row.cause in facts.decided:
+            continue
         cause = causes()[row.cause]
         if isinstance(cause, Cause) and not (facts.exact or cause.stands_beside_numbers(model.is_3dof)):
             continue
@@ -183,11 +216,21 @@ def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
         for trial in [unit[row.unit] * t for t in row.trials] or [None]:
             number = Number(row.name, unit[row.unit] * row.sd, low=unit[row.unit] * row.low, trial=trial)
             yield Candidate(row.cause, (number,), INPUT), place
+    if not facts.identified:
+        yield from _faults(facts.longest_s)
     if facts.records > 1:
         yield _own_neutral_angles(facts.records)
     if model.is_3dof:
         yield from _flows(model, facts, speed)
-        yield from _forces(model)
+        yield from _forces(model, facts)
+
+
+def _faults(longest_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+    """A rudder that loses a share of its force at some time of the records."""
+    for time_s in (longest_s * FAULT_TIMES).tolist():
+        name = f"{FAULT} after {time_s:.9g} s"
+        place = Place("steering", (FAULT,), fixed=((f"{FAULT}_time", time_s),))
+        yield Candidate(FAULT, (Number(name, FAULT_SD, low=-1.0),), INPUT, kind="time"), {name: place}
 
 
 def _own_neutral_angles(records: int) -> tuple[Candidate, dict[str, Place]]:
@@ -223,12 +266,13 @@ def force_units(model: Model) -> dict[str, float]:
     return {"X": unit, "Y": unit, "N": unit * length}
 
 
-def _forces(model: Model) -> Iterator[tuple[Candidate, dict[str, Place]]]:
-    """Steady forces in body axes, each alone and all together."""
-    units = force_units(model)
-    places = {name: Place("flow", column=column) for name, column, _ in FORCES}
-    whole = tuple(Number(name, sd * units[name[-1]]) for name, _, sd in FORCES)
-    for numbers_of in (*((n,) for n in whole), whole):
+def _forces(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+    """Steady forces in body axes along which the motion is measured, each alone and all together."""
+    units, shown = force_units(model), {"X": "u", "Y": "v"}
+    own = [row for row in FORCES if shown.get(row[0][-1], "r") in {"r", *facts.measured}]
+    places = {name: Place("flow", column=column) for name, column, _ in own}
+    whole = tuple(Number(name, sd * units[name[-1]]) for name, _, sd in own)
+    for numbers_of in (*((n,) for n in whole), *([whole] if len(whole) > 1 else [])):
         yield Candidate("constant_force", numbers_of, FORCE), places
 
 

@@ -41,7 +41,7 @@ SIDE = 0.1
 
 
 def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
-    """The biases with which free runs of left-out pieces are predicted clearly better, eq. 9 of
+    """The biases with which free runs of left-out pieces are predicted clearly better, eq. 10 of
     docs/mathematics/pieces.md; None where there are none, or the records hold too little.
 
     model : with the coefficients that were identified from the records.  records : as they were read.

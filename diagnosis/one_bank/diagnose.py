@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Collection, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,19 +11,20 @@ import numpy as np
 from ...datasets.signals import sensor_sd
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.minimiser import minimise
+from ...models.instruments import combined
 from ...models.model import CHANNELS
-from ..beside_numbers import behind_sensors
-from ..gain.guard import WORSE
+from ..gain.guard import WORSE, log_fall
 from ..gain.runs import with_runs
 from ..report.findings import of_fault
 from ..report.outcome import diagnosis_of
 from .bank import Facts, bank_of
 from .free_runs import FreeRuns
-from .search import chosen, withdrawn
+from .search import chosen, predicting, withdrawn
 from .told import bank_lines, extended_model, findings, verdict
 from .units import length_s, units_of
 
 if TYPE_CHECKING:
+    from ...checks.base import Check
     from ...datasets.record import Record
     from ...models.model import Model
     from ..options import Options
@@ -31,68 +32,57 @@ if TYPE_CHECKING:
     from ..result import Diagnosis
     from .search import Choice
 
-
-@dataclass(frozen=True)
-class ByPieces:
-    """What free runs of left-out pieces of the records say.
-
-    diagnosis : with its gain.  selects : whether it names more than that all of the model's own numbers are uncertain.
-    decisive : few causes or numbers, none of them in a tie, and with them left-out pieces are predicted as well as
-    matters.
-    """
-
-    diagnosis: Diagnosis
-    selects: bool
-    decisive: bool
-
-    @property
-    def names(self) -> bool:
-        """Whether something is named that predicts left-out pieces better."""
-        return self.diagnosis.verdict in ("named", "tied", "partly_named")
+POSITIONS = ("north_m", "east_m")
+CLEARLY = 0.1
+"""Mean of the logarithms of two errors' ratio from which one is clearly larger."""
 
 
-def by_pieces(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> ByPieces:
+def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
     """Say what a model gets wrong about training records by free runs of pieces of them that were left out; what
     worsens held-out records is withdrawn, the last that entered first.
 
-    given : the records as they were corrected.  held_out : as they were read.
+    records : as they were corrected.  held_out : as they were read.
 
     Raises
     ------
     CannotFit : the records lack what free runs need.
     FitFailed : the arithmetic fails.
     """
-    given = behind_sensors(given, given.sensors(options.causes()))
-    choice = chosen(runs_of(model, given.train, options), options)
+    behind = records.behind_sensors(options.causes())
+    choice = chosen(runs_of(model, behind.train, options, behind.decided), options)
     while True:
-        said = with_runs(
-            _concluded(model, given, choice, options), given.train, given.instruments, held_out, options.channels
+        diagnosis = with_runs(
+            _concluded(model, behind, choice, options), behind.train, behind.instruments, held_out, options.channels
         )
-        rest = withdrawn(choice) if worsens(said) else None
+        rest = withdrawn(choice) if worsens(diagnosis) else None
         if rest is None:
-            return ByPieces(said, bool(choice.selection.entered), _decisive(choice, said, options))
+            return diagnosis
         choice = rest
 
 
-def _decisive(choice: Choice, said: Diagnosis, options: Options) -> bool:
-    few = bool(choice.selection.entered) and (not choice.beside or options.base_parameters == "identify")
-    return few and said.verdict == "named" and choice.explains
-
-
-def runs_of(model: Model, records: Sequence[Record], options: Options) -> FreeRuns:
-    """The free runs of pieces of records behind the model's instruments, over the whole bank."""
+def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[Check] = ()) -> FreeRuns:
+    """The free runs of pieces of records behind the model's instruments, over the whole bank but causes that the
+    sensors' channels have decided on."""
     length = length_s(model, records)
     measured = {s for s in MEASURED if s in model.states and any(r.has(CHANNELS[s]) for r in records)}
     commanded = not any(r.has("rudder_rad") for r in records)
     identified, exact = options.base_parameters == "identify", options.coefficient_sd == 0.0
-    facts = Facts(measured, commanded, len(records), identified, exact)
+    longest_s = max(float(r.time_s[-1]) for r in records)
+    facts = Facts(
+        measured, commanded, len(records), longest_s, identified, exact, {c.id for c in decided}, options.coefficient_sd
+    )
     bank = bank_of(model, facts, length, options.only)
     return FreeRuns(bank, units_of(bank.model, records, length), length)
 
 
 def worsens(said: Diagnosis) -> bool:
-    """Whether some channel of the held-out records is predicted worse, also with each record's own trim."""
-    return any(g.own_after > WORSE * g.own_before and g.rmse_after > WORSE * g.rmse_before for g in said.gain.values())
+    """Whether some channel of the held-out records is predicted worse, also with each record's own trim; or the motion
+    clearly worse without it, in the mean over channels."""
+    motion = {c: g for c, g in said.gain.items() if c not in POSITIONS}
+    blind = log_fall(*({c: getattr(g, f"rmse_{when}") for c, g in motion.items()} for when in ("before", "after")))
+    return blind < -CLEARLY or any(
+        g.own_after > WORSE * g.own_before and g.rmse_after > WORSE * g.rmse_before for g in said.gain.values()
+    )
 
 
 def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) -> Diagnosis:
@@ -101,12 +91,16 @@ def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) 
     known = {f.cause for f in given.shown.findings}
     of_faults = [of_fault(fault) for fault in given.faults]
     every = [*of_faults, *given.shown.findings, *(f for f in by_runs if f.cause not in known)]
-    extended = extended_model(model, choice, given.instruments)
+    extended = replace(model, instruments=combined(model.instruments, given.instruments))
+    if by_runs:
+        extended = extended_model(model, choice, given.instruments)
     said = verdict(choice, every, options.coefficient_sd == 0.0)
     lines = bank_lines(choice, every, given.shown.statistics)
     noise = noise_of(given.train, choice)
     outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
-    return replace(outcome, of_held_out=of_held_out(model, choice, given))
+    wide = predicting(choice)
+    calibrated = None if wide is None else extended_model(model, wide, given.instruments)
+    return replace(outcome, of_held_out=of_held_out(model, choice, given), calibrated=calibrated)
 
 
 def noise_of(records: Sequence[Record], choice: Choice) -> dict[str, Any]:

@@ -57,7 +57,7 @@ def _with_windows(runs: FreeRuns) -> tuple[FreeRuns, list[Number]]:
 def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
     """Events of pieces about a fit, those of the largest fall first; none where too many pieces would hold one.
 
-    Eq. 13 of docs/mathematics/pieces.md.
+    Eq. 15 of docs/mathematics/pieces.md.
     """
     windowed, numbers = _with_windows(runs)
     point = fitted.point

@@ -23,6 +23,7 @@ from ...estimation.diagnosis_only.mixed_effects.problem import (
     started_states,
     units,
 )
+from ...estimation.records.gaps import SHORTEST
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
 from ...models.errors import CannotFit
@@ -33,14 +34,18 @@ from .motion import motion_of
 from .units import Rudder
 
 if TYPE_CHECKING:
+    from ...estimation.selection.minimiser import Point
     from ...estimation.selection.number import Number
+    from ...models.regimes import Regime
     from .bank import Bank, Place
     from .motion import Motion, Series
     from .units import Unit
 
 STEP, OWN_STEP = 0.05, 0.3
 """Steps of the differences, in prior standard deviations of numbers and of own effects."""
-LIMIT = 1e3
+SHARE = 0.3
+"""Of the error that counts as none in whole records: pieces are shorter."""
+LIMIT = 3e3
 """Error, in floors, beyond which a run counts as lost; larger ones count as this."""
 LANES = 1024
 """Runs that are simulated at once, about: more only need memory."""
@@ -48,6 +53,10 @@ SENSOR = {symbol: short for short, (column, _) in SENSORS.items() for symbol in 
 """State -> short name of the sensor that shows it."""
 SMOOTH = 0.3
 """Ship lengths that the measured motion is smoothed over where a force follows it."""
+INPUTS = ("steering", "flow", "term", "window")
+"""Kinds of numbers that change the inputs of a run."""
+LAGGED, LAG = "lead_state", "lead_T2"
+"""State of a rudder behind a lag, and the time of the lag: it starts where the record before the piece leads it."""
 OUTSIDE = 7
 """Inputs of the environment variant behind the model's own."""
 
@@ -74,11 +83,11 @@ class FreeRuns:
         self.bank, self.length_s = bank, length_s
         self.units, self.places = list(units_), bank.places
         self.model = coarsely_integrated(bank.model, length_s)
-        measured = {s for u in self.units for s in _known(u)}
-        self.symbols = [s for s in MEASURED if s in measured]
+        values = np.array([np.isfinite(u.measured(MEASURED)).sum(axis=0) for u in self.units])
+        self.symbols = [s for s, n in zip(MEASURED, values.mean(axis=0), strict=True) if n >= SHORTEST]
         unit = units(bank.model, length_s)
         self._columns = [bank.model.states.index(s) for s in self.symbols]
-        self.floor = np.array([FLOOR[s] * unit[s] for s in self.symbols])
+        self.floor = np.array([SHARE * FLOOR[s] * unit[s] for s in self.symbols])
         self._own_places = [bank.model.states.index(s) for s in started_states(bank.model)]
         self.own_sd = start_sd(bank.model, length_s, self.symbols)
         self.measured = [u.measured(self.symbols) for u in self.units]
@@ -90,8 +99,9 @@ class FreeRuns:
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
         self._terms: dict[tuple[int, str], np.ndarray] = {}
+        self._parts: dict[int, dict[str, dict[str, float]]] = {}
         turning = [c for c, s in enumerate(self.symbols) if s in ("r", "psi")]
-        if not np.any(self.motion[turning] > self.floor[turning]):
+        if not np.any(self.motion[turning] > self.floor[turning] / SHARE):
             raise CannotFit("the ship does not turn: the records hold no manoeuvre")
 
     def with_numbers(self, places: Mapping[str, Place], series: Mapping[str, Series]) -> FreeRuns:
@@ -169,6 +179,7 @@ class FreeRuns:
 
         lanes : those of a unit follow each other.
         """
+        self._parts = {}
         by_unit: dict[int, list[Lane]] = {}
         for lane in lanes:
             by_unit.setdefault(lane.unit, []).append(lane)
@@ -193,10 +204,8 @@ class FreeRuns:
             row[: len(u), : u.shape[1]], row[len(u) :, : u.shape[1]] = u, u[-1]
         theta = np.tile(self.model.theta, (len(lanes), 1))
         for row, lane in zip(theta, lanes, strict=True):
-            for name, value in lane.values.items():
-                place = self.places[name]
-                if place.kind == "model":
-                    row[place.column] += value
+            for name, value in self._of_kind(lane, "model").items():
+                row[self.places[name].column] += value
         start = np.array([self._start(lane) for lane in lanes])
         effects = np.array([lane.own for lane in lanes])
         start[:, self._own_places] += effects
@@ -204,16 +213,52 @@ class FreeRuns:
         if gain is not None:  # the smoothed yaw acceleration stands in the place of the hidden state
             start[:, 0] -= theta[:, gain] * inputs[:, 0, 0]
         dt = self.units[lanes[0].unit].stretch.series.dt
+        local = [i for i, lane in enumerate(lanes) if self._of_kind(lane, "regime")]
+        plain = [i for i in range(len(lanes)) if i not in {*local}]
+        states = np.empty((len(lanes), longest, start.shape[1]))
         with np.errstate(all="ignore"):
-            return open_loops(self.model, theta, inputs, dt, start)
+            if plain:
+                states[plain] = open_loops(self.model, theta[plain], inputs[plain], dt, start[plain])
+            if local:
+                inside, regimes = zip(*(self._inside(lanes[i], theta[i]) for i in local), strict=True)
+                states[local] = open_loops(self.model, theta[local], inputs[local], dt, start[local], inside, regimes)
+        return states
+
+    def _of_kind(self, lane: Lane, kind: str) -> Mapping[str, float]:
+        """Numbers of a lane of one kind that are not zero; sorted once for all lanes of the same values."""
+        parts = self._parts.get(id(lane.values))
+        if parts is None:
+            parts = self._parts[id(lane.values)] = {}
+            for name, x in lane.values.items():
+                if x:
+                    parts.setdefault(self.places[name].kind, {})[name] = x
+        return parts.get(kind, {})
+
+    def _inside(self, lane: Lane, theta: np.ndarray) -> tuple[np.ndarray, Regime]:
+        """The model's numbers in the regime of a lane, and the regime by the time of the unit."""
+        (name,) = self._of_kind(lane, "regime")
+        place, unit, inside = self.places[name], self.units[lane.unit], theta.copy()
+        for column, change in place.inside:
+            inside[column] += lane.values[name] * change
+        where = place.regime
+        assert where is not None
+        if where.variable == "time":
+            where = replace(where, threshold=where.threshold - (unit.grid_s[0] - unit.record.time_s[0]))
+        return inside, where
+
+    def states_of(self, point: Point) -> list[np.ndarray]:
+        """States (M + 1, n) of the run of every unit at a point."""
+        self._parts = {}
+        lanes = [Lane(k, point.values, own) for k, own in enumerate(point.own)]
+        return [self._states([lane])[0] for lane in lanes]
 
     def _start(self, lane: Lane) -> np.ndarray:
         """The state (n,) that a lane starts from: the smoothed one, without what its sensors add to it."""
         unit = self.units[lane.unit]
-        start, own, drifts = unit.start, self._sensors(lane), self._drifts(lane)
-        if not own and not drifts:
-            return start
-        start = start.copy()
+        start, own, drifts = unit.start.copy(), self._sensors(lane), self._drifts(lane)
+        if LAGGED in self.model.states:
+            late = lane.values.get(LAG, 0.0)
+            start[self.model.states.index(LAGGED)] = self._lagged(unit.number, late, unit.grid_s[0])
         for c, first, slope in drifts:
             start[self._columns[c]] -= first + slope * (unit.grid_s[0] - unit.record.time_s[0])
         for c, symbol in zip(self._columns, self.symbols, strict=True):
@@ -226,6 +271,12 @@ class FreeRuns:
             _turn(start[None, :], surge, sway, -own["axis_misalignment"])
         return start
 
+    @lru_cache(maxsize=4096)  # noqa: B019 (lives as long as one diagnosis)
+    def _lagged(self, number: int, change_s: float, at_s: float) -> float:
+        """The rudder behind a lag at a time of a record; change_s : of the lag, from that of the model."""
+        names = (*self.model.coordinates, *self.model.constant_names)
+        return self.rudders[number].lagged(float(self.model.theta[names.index(LAG)]) + change_s, at_s)
+
     def _start_later(self, unit: Unit, start: np.ndarray, symbol: str, late: float) -> None:
         """Change a start (n,) to what a channel shows `late` s later; the yaw rate, too, that a late heading tells."""
         states, grid_s = self.bank.model.states, unit.grid_s - unit.grid_s[0]
@@ -236,14 +287,13 @@ class FreeRuns:
 
     def _sensors(self, lane: Lane) -> dict[str, float]:
         """Instruments of a lane's sensors that are not ideal."""
-        moved = {n: x for n, x in lane.values.items() if x and self.places[n].kind == "sensor"}
-        return {entry: x for n, x in moved.items() for entry in self.places[n].entries}
+        return {entry: x for n, x in self._of_kind(lane, "sensor").items() for entry in self.places[n].entries}
 
     def _drifts(self, lane: Lane) -> list[tuple[int, float, float]]:
         """Channels whose sensors drift in a lane, with their errors at the start of the record and growth in a
         second."""
         number = self.units[lane.unit].number
-        own = [(p, x) for n, x in lane.values.items() if x and (p := self.places[n]).kind == "drift"]
+        own = [(self.places[n], x) for n, x in self._of_kind(lane, "drift").items()]
         return [
             (self.symbols.index(p.entries[0]), *((x, 0.0) if p.column else (0.0, x)))
             for p, x in own
@@ -255,13 +305,14 @@ class FreeRuns:
         unit = self.units[lane.unit]
         inputs, nu = unit.stretch.series.inputs.copy(), len(self.model.inputs)
         linkage: dict[str, float] = {}
-        for name, x in lane.values.items():
-            place = self.places[name]
-            if x == 0.0 or place.kind in ("model", "sensor", "drift") or place.record not in (None, unit.number):
+        moved = [(self.places[n], n, x) for kind in INPUTS for n, x in self._of_kind(lane, kind).items()]
+        for place, name, x in moved:
+            if place.record not in (None, unit.number):
                 continue
             if place.kind == "steering":
                 entry = place.entries[0]
                 linkage[entry] = 1.0 / x if place.inverse else linkage.get(entry, 0.0) + x
+                linkage |= dict(place.fixed)
                 continue
             if inputs.shape[1] == nu:
                 inputs = np.hstack([inputs, np.zeros((len(inputs), OUTSIDE))])
@@ -300,9 +351,7 @@ class FreeRuns:
         series = self.units[k].stretch.series
         shown = states[:, : len(series.inputs), self._columns]
         for row, lane in zip(shown, lanes, strict=True):
-            own = {
-                e: x for n, x in lane.values.items() if x and (p := self.places[n]).kind == "sensor" for e in p.entries
-            }
+            own = self._sensors(lane)
             if own:
                 self._show(row, own, series.dt)
             for c, first, slope in self._drifts(lane):
@@ -330,12 +379,6 @@ def _step(number: Number, value: float) -> float:
     if number.trial is not None:
         return number.trial - value
     return STEP * (min(number.sd, value) if number.low == 0.0 < value else number.sd)
-
-
-def _known(unit: Unit) -> list[str]:
-    """States that a unit measures."""
-    series = unit.stretch.series
-    return [unit.stretch.model.states[c] for c in series.columns.tolist()]
 
 
 def _turn(states: np.ndarray, u: int, v: int, angle: float) -> None:

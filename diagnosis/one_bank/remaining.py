@@ -143,7 +143,7 @@ def _of_hull(name: str) -> bool:
 
 def _without_hull(found: Diagnosis) -> Diagnosis:
     """The diagnosis without causes of the hull, and without what the model's own numbers explain."""
-    return replace(_without(found, {f.cause for f in found.causes if _of_hull(f.cause)}), calibration=None)
+    return _without(found, {f.cause for f in found.causes if _of_hull(f.cause)})
 
 
 def _without(found: Diagnosis, ids: Collection[str]) -> Diagnosis:
@@ -252,7 +252,7 @@ def _refitted(base: _Beside, rest: Remainder) -> Remainder:
 def _excess(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
     """Root mean square error (C,) of left-out pieces beyond the sensors' noise and what counts as none.
 
-    Eq. 12 of docs/mathematics/pieces.md.
+    Eq. 14 of docs/mathematics/pieces.md.
     """
     floor = NOISE * runs.noise + runs.floor**2
     return np.sqrt(np.maximum(mean_squares(runs, fitted.left_out) - floor, 0.0))
@@ -266,7 +266,7 @@ def _relative_excess(runs: FreeRuns, fitted: Fitted) -> float:
 def _share(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
     """Share of the squared error of left-out pieces beyond noise that a fit takes off.
 
-    Eq. 10 of docs/mathematics/pieces.md.
+    Eq. 13 of docs/mathematics/pieces.md.
     """
     taken = np.sum(mean_squares(runs, before.left_out - after.left_out) / runs.motion**2)
     return float(np.clip(taken / max(_relative_excess(runs, before), 1e-12), 0.0, 1.0))

@@ -13,53 +13,79 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.selection.minimiser import minimise
-from ...estimation.selection.selection import Rules, Selection, clearly_worse, mean_squares, select
+from ...estimation.selection.score import fall
+from ...estimation.selection.selection import (
+    Rules,
+    Selection,
+    clearly_worse,
+    floor_squares,
+    mean_squares,
+    select,
+)
 from ..causes.base import Cause
 from ..causes.registry import causes
 from .bank import FLOWS, INPUT
+from .regimes import in_regime
 from .units import REFERENCE_S
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.number import Candidate
     from ...estimation.selection.selection import Entered
     from ..options import Options
     from .bank import Bank
     from .free_runs import FreeRuns
+    from .regimes import InRegime
 
 EXACT = Rules(least=0.004, level=0.999)
 """Of a base model that is known to be exact: what is sure counts, however little it matters."""
 MATTERS, BESIDE = (0.05, 0.99), (0.005, 0.999)
 """Least fall of the score for each channel, and level: of few numbers alone, and beside the model's own numbers."""
-ENOUGH = 0.05
+CLEAR = 0.95
+"""Level from which a number in a regime is clearly better than numbers that are wrong everywhere."""
+FEW = 3
+"""Causes and numbers up to which a choice says more than that all of the model's own numbers are uncertain."""
+ENOUGH = 0.01
 """Error of left-out pieces, as a share of the motion, that is no matter where the base model may be inexact."""
 
 
 @dataclass(frozen=True)
 class Choice:
-    """What was selected, and whether it is beside the model's own numbers."""
+    """What was selected, whether it is beside the model's own numbers, and a number that is wrong in a regime only."""
 
     runs: FreeRuns
     selection: Selection
     beside: bool = False
+    local: InRegime | None = None
 
     @property
     def bank(self) -> Bank:
         """All candidates."""
         return self.runs.bank
 
-    @property
-    def explains(self) -> bool:
-        """Whether left-out pieces are predicted as well as matters with what was selected."""
-        return not _left_to_explain(self.runs, self.selection)
+
+def predicting(choice: Choice) -> Choice | None:
+    """The choice with all of the model's own numbers free under their priors beside what was selected, where that
+    predicts left-out pieces better: naming is sparse, predicting is not."""
+    runs, selection = choice.runs, choice.selection
+    if choice.beside or not choice.bank.own or not _left_to_explain(runs, selection):
+        return None
+    every = (*choice.bank.own, *(n for c in selection.candidates for n in c.numbers))
+    numbers = tuple({n.name: replace(n, trial=None) for n in every}.values())
+    point = selection.final.point
+    wide = minimise(runs, numbers, point.values, point.own)
+    better = clearly_worse(runs, selection.final, wide, MATTERS[0])
+    return replace(choice, selection=replace(selection, final=wide)) if better else None
 
 
 def withdrawn(choice: Choice) -> Choice | None:
     """The choice without what entered last, else without the model's own numbers; None where there is nothing left."""
     runs, selection = choice.runs, choice.selection
     if not selection.entered:
-        return Choice(runs, Selection(selection.base, (), selection.base)) if choice.beside else None
+        as_it_is = minimise(runs, (), {}, runs.no_own)
+        return Choice(runs, Selection(as_it_is, (), as_it_is)) if choice.beside else None
     return _without(choice, selection.entered[-1])
 
 
@@ -108,17 +134,34 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
         return _of_identified(runs, candidates)
     if options.coefficient_sd == 0.0:
         return Choice(runs, select(runs, candidates, EXACT, base))
-    least, level = MATTERS
-    alone = select(runs, candidates, Rules(least, level, np.maximum(ENOUGH * runs.motion, runs.floor)), base)
-    if not bank.own or not _left_to_explain(runs, alone):
-        return Choice(runs, alone)
+    rules = Rules(*MATTERS, _enough(runs))
+    choice = Choice(runs, select(runs, candidates, rules, base))
+    if not bank.own or not _left_to_explain(runs, choice.selection):
+        return choice
+    choice = _with_regime(choice, rules)
+    if not _left_to_explain(choice.runs, choice.selection):
+        return choice
+    beside = _beside(choice, base)
+    return choice if beside is None else Choice(runs, beside, beside=True)
+
+
+def _with_regime(choice: Choice, rules: Rules) -> Choice:
+    """The choice with a number that is wrong in a regime only in the place of numbers that are wrong everywhere, where
+    that predicts left-out pieces clearly better."""
+    local = in_regime(choice.runs, choice.selection, choice.bank.candidates, rules, CLEAR)
+    return choice if local is None or len(local[1].entered) > FEW else Choice(local[0], local[1], local=local[2])
+
+
+def _beside(choice: Choice, base: Fitted) -> Selection | None:
+    """Faults of input and sensors beside all of the model's own numbers, where these predict left-out pieces clearly
+    better than the choice, or at all where that holds more than few causes."""
+    runs, bank = choice.runs, choice.bank
     whole = minimise(runs, bank.own, {}, base.point.own)
-    if len(alone.entered) < 2 and clearly_worse(runs, whole, alone.final, least):
-        return Choice(runs, alone)
-    inputs = [c for c in candidates if c.rank == INPUT]
-    beside = select(runs, inputs, Rules(*BESIDE), whole, bank.own)
-    better = clearly_worse(runs, alone.final, beside.final, least)
-    return Choice(runs, replace(beside, base=base), beside=True) if better else Choice(runs, alone)
+    inputs = [c for c in bank.candidates if c.rank == INPUT]
+    beside = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
+    between = fall(choice.selection.final.left_out, beside.final.left_out, floor_squares(runs))
+    least = 0.0 if len(choice.selection.entered) > FEW else max(between.error, MATTERS[0])
+    return replace(beside, base=base) if between.gain > least else None
 
 
 def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
@@ -132,4 +175,9 @@ def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
 def _left_to_explain(runs: FreeRuns, selection: Selection) -> bool:
     """Whether errors of left-out pieces are left that matter where the base model may be inexact."""
     mean = mean_squares(runs, selection.final.left_out)
-    return bool(np.any(np.sqrt(mean) > np.maximum(ENOUGH * runs.motion, runs.floor)))
+    return bool(np.any(np.sqrt(mean) > _enough(runs)))
+
+
+def _enough(runs: FreeRuns) -> np.ndarray:
+    """Error (C,) of left-out pieces, with the sensors' noise, that is no matter where the base model may be inexact."""
+    return np.sqrt(np.maximum(ENOUGH * runs.motion, runs.floor) ** 2 + runs.noise)

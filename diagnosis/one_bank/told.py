@@ -13,8 +13,9 @@ from ...checks.statistics.tails import chi2_tail, student_quantile, student_tail
 from ...estimation.selection.selection import independent, mean_squares
 from ...models.coefficient_groups import grown, stated_groups
 from ...models.extend import extended
-from ...models.families.extensions import extension_of
+from ...models.families.extensions import OFFSET, extension_of, regime_parameters
 from ...models.instruments import combined
+from ...models.regimes import VARIABLES
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
@@ -22,7 +23,7 @@ from ..report.bank import lines, of_channels
 from ..report.findings import BY_FREE_RUNS
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
-from .bank import FLOWS, TERMS, flow_name
+from .bank import FAULT, FLOWS, TERMS, flow_name
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
     from ...estimation.selection.selection import Entered
     from ...models.model import Model
     from .free_runs import FreeRuns
+    from .regimes import InRegime
     from .search import Choice
 
 INTERVAL = 0.95
@@ -64,11 +66,12 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     fall = max((one.fall for one in own), key=lambda f: f.gain / max(f.error, 1e-12))
     strength, units = fall.gain / max(fall.error, 1e-12), len(choice.runs.units)
     ratio = chi2_tail(
-        2.0 * max(fall.gain, 0.0) * independent(choice.runs), max(len(one.candidate.names) for one in own)
+        2.0 * max(fall.gain, 0.0) * independent(choice.runs, choice.selection.final),
+        max(len(one.candidate.names) for one in own),
     )
     p = min(1.0, len(choice.bank.candidates) * min(student_tail(strength, max(units - 1, 1)), float(ratio)))
     rivals = [c for one in own for c in one.tied_with]
-    named = {choice.bank.cause_of(c) for c in rivals} - {cause}
+    named = {choice.bank.cause_of(c) for c in rivals} - set(map(choice.bank.cause_of, choice.selection.candidates))
     details: dict[str, Any] = {}
     if cause == BaseCoefficients.id:
         details["groups"] = list(dict.fromkeys(_title(choice, one.candidate.of) for one in own))
@@ -77,6 +80,11 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
         details["would do as well"] = sorted({_title(choice, of) for of in hull})
     if cause in ("constant_force", *TERMS):
         details["components"] = [SAID[name] for one in own for name in one.candidate.names]
+    if choice.local is not None and choice.local.size in {n for one in own for n in one.candidate.names}:
+        where, number = choice.local.regime, choice.local.number
+        details["regime"] = {"number": number.name, "group": number.group, "variable": where.variable,
+                             "side": where.side, "threshold": where.threshold, "low": choice.local.low,
+                             "high": choice.local.high, "unit": VARIABLES[where.variable]}  # fmt: skip
     said = "; ".join(
         f"score of left-out pieces falls by {one.fall.gain:.2f} (standard error {one.fall.error:.2f}, {units} pieces)"
         for one in own
@@ -103,6 +111,11 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
     entry = causes().get(cause)
     for name in one.candidate.names:
         place, value, half = choice.bank.places[name], fitted.value(name), halves.get(name, 0.0)
+        if choice.local is not None and name == choice.local.size:
+            number = choice.local.number.name
+            yield Size(f"change: {number} {choice.local.words}", value, value - half, value + half,
+                       "rad" if number == OFFSET else "1")  # fmt: skip
+            continue
         if place.kind == "model":
             yield Size(name, values[name], values[name] - half, values[name] + half, "1")
             continue
@@ -110,10 +123,19 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
         if place.inverse:
             value, *ends = (1.0 / x if x > 0.0 else np.inf for x in (value, ends[1], ends[0]))
         number = entry.number if isinstance(entry, Cause) else None
-        said = SAID.get(name) or (number.name if number is not None else "tau")
+        said = SAID.get(name) or ("e" if cause == FAULT else None) or (number.name if number is not None else "tau")
         unit = UNITS.get(name) or ("1" if cause in TERMS else entry.unit.partition(",")[0] if entry else "1")
         record = None if place.record is None else choice.runs.record_names[place.record]
         yield Size(said, float(value), float(ends[0]), float(ends[1]), unit, record)
+        for _, time_s in place.fixed:
+            yield Size("t0", time_s, *fault_interval(choice, time_s), "s")
+
+
+def fault_interval(choice: Choice, time_s: float) -> tuple[float, float]:
+    """The times next to that of a fault among those that are tried."""
+    every = sorted(t for place in choice.bank.places.values() for _, t in place.fixed)
+    at = every.index(time_s)
+    return every[max(at - 1, 0)], every[min(at + 1, len(every) - 1)]
 
 
 def interval_factor(runs: FreeRuns) -> float:
@@ -171,7 +193,7 @@ def bank_lines(choice: Choice, found: Sequence[Finding], sensors: Mapping[Check,
 def verdict(choice: Choice, found: Sequence[Finding], exact: bool) -> tuple[str, str]:
     """The verdict by what is named and by the errors of left-out pieces, and the sentence that supports it.
 
-    Eq. 10 of docs/mathematics/pieces.md.
+    Eq. 13 of docs/mathematics/pieces.md.
     """
     runs = choice.runs
     before, after = (mean_squares(choice.runs, f.left_out) for f in (choice.selection.base, choice.selection.final))
@@ -214,10 +236,21 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
         for entry in place.entries if place.kind in ("steering", "sensor") else ():
             share = x if place.record is None else x / len(choice.runs.record_names)
             numbers[entry] = numbers.get(entry, 0.0) + (1.0 / share if place.inverse else share)
+        numbers |= dict(place.fixed)
+    if choice.local is not None:
+        out = _in_regime(out, choice.local, values.get(choice.local.size, 0.0))
     instruments = combined(combined(model.instruments, numbers), corrected)
     ids = [choice.bank.cause_of(c) for c in choice.selection.candidates]
     name = "+".join([model.id.partition("+")[0], *dict.fromkeys(ids)])
     return replace(out, id=name, instruments=instruments)
+
+
+def _in_regime(model: Model, local: InRegime, size: float) -> Model:
+    """The model with a number that differs in a regime."""
+    where = local.regime
+    name = f"regime_{local.number.name}_{where.variable}_{where.side}"
+    numbers = (size, where.threshold, where.width)
+    return extended(model, name, dict(zip(regime_parameters(name), numbers, strict=True)))
 
 
 def _outside(choice: Choice, values: Mapping[str, float]) -> dict[str, dict[str, float]]:

@@ -17,6 +17,7 @@ from ...estimation.records.gaps import SHORTEST, clock_of, stretches
 from ...estimation.run.stretch import Stretch
 from ...models.errors import CannotFit
 from ...models.time_scale import time_scale_s
+from .motion import lagged
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -74,6 +75,14 @@ class Rudder:
     @cached_property
     def _recorded(self) -> np.ndarray:
         return bridged(self.record.rudder(), self.record.time_s)
+
+    def lagged(self, lag_s: float, at_s: float) -> float:
+        """The angle behind a first-order lag at a time, from the record's start on."""
+        time_s = self.record.time_s
+        step_s = float(np.median(np.diff(time_s)))
+        even = np.arange(time_s[0], at_s + step_s, step_s)
+        values = lagged(np.interp(even, time_s, self._recorded), lag_s, step_s)
+        return float(np.interp(at_s, even, values))
 
     def change(self, linkage: Mapping[str, float], grid_s: np.ndarray) -> np.ndarray:
         """Acting less recorded angle (M,) at some times."""

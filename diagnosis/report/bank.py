@@ -19,8 +19,6 @@ from .verdict import power
 if TYPE_CHECKING:
     from ...checks.base import Check
     from ..candidate import Candidate
-    from ..criteria.marginal_likelihood import Found
-    from ..discrepancy.shares import Share
     from ..result import Finding
     from ..state import State
 
@@ -124,32 +122,3 @@ def _first_statistic(state: State, cause: Cause) -> tuple[float | None, float | 
         return candidate.statistic, adjusted(candidate.log_p, state.n_effective)
     screened = state.screened.get(cause)
     return (None, None) if screened is None else (screened.score.statistic, adjusted(screened.log_p, state.n_effective))
-
-
-# ---- beside the base model's own numbers
-def beside_numbers(
-    found: Found, findings: Sequence[Finding], others: Mapping[str, tuple[Share, str]], cannot: Mapping[Cause, str]
-) -> tuple[Entry, ...]:
-    """The bank of a base model whose own numbers are uncertain.
-
-    others : causes (ids) that the search accepted and that are not named: what each takes off free runs, and why it is
-    not.  cannot : causes that were not tested, with the reason.
-    """
-    leads, is_3dof = {cause.id: lead for cause, lead in found.leads.items()}, found.final.base.est.model.is_3dof
-
-    def otherwise(check: Check) -> Entry:
-        lead = leads.get(check.id)
-        statistic, p = (None, None) if lead is None else (lead.statistic, adjusted(lead.log_p))
-        status, why = "not_significant", "no evidence beside the base model's own numbers"
-        if check.id in others:
-            share, reason = others[check.id]
-            status, why = "explained_by", f"takes off {share.text} of the free-run error; not named: {reason}"
-            if not share.low > 0.0:
-                status, why = "not_significant", "detectable, but takes nothing off the free-run error for sure"
-        elif isinstance(check, Cause) and check in cannot:
-            status, why = "not_testable", cannot[check]
-        elif isinstance(check, Cause) and not check.stands_beside_numbers(is_3dof):
-            status, why = "not_testable", "the base model's own numbers, which are uncertain, take its place"
-        return Entry(check.id, status, statistic, p, None, why)
-
-    return lines(findings, otherwise)

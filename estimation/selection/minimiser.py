@@ -1,7 +1,7 @@
 """Damped Gauss-Newton steps on the concentrated likelihood of numbers and own effects of units.
 
     cost = sum_c n_c / 2 log(sigma_c^2) + 1/2 sum_j (x_j / sd_j)^2 + 1/2 sum_km (z_km / S_m)^2
-    sigma_c^2 = sum_k w_k s_kc / n_c + floor_c^2,      n_c = sum_k w_k N_kc
+    sigma_c^2 = sum_k w_kc s_kc / n_c + floor_c^2,      n_c = sum_k w_kc N_kc
 
 The sizes sigma_c of the channels follow the fit, so that a prior never outweighs errors that are gone; the floor is an
 error that counts as none.  The gradient of the cost is that of least squares weighted by these sizes, so that each step
@@ -23,6 +23,11 @@ from .score import jackknife
 
 STEPS, TRIALS = 20, 6
 FIRST_GROWTH, GROWTH = 1e-2, 5.0
+WEIGHINGS, ALIKE = 2, 1.3
+"""Most times that samples are weighed anew after a fit, and ratio of weights up to which they count as the same."""
+SLACK, NEGLIGIBLE = 1.2, 0.1
+"""Factor on the sensors' noise, as it is estimated, up to which errors are noise; least square of other errors, in
+those that count as none."""
 ENOUGH = 0.02
 """Fall of the cost for each number that ends the steps."""
 
@@ -38,6 +43,11 @@ class Problem(Protocol):
     @property
     def weight(self) -> np.ndarray:
         """Independent values (K,) that a sample counts as."""
+        ...
+
+    @property
+    def noise(self) -> np.ndarray:
+        """Mean squared noise (C,) of the sensors, which is independent from sample to sample."""
         ...
 
     @property
@@ -60,13 +70,15 @@ class Problem(Protocol):
 
 
 class Point(NamedTuple):
-    """Values of the numbers by name, own effects (K, m), squares (K, C), sizes (C,) of the channels, and the cost."""
+    """Values of the numbers by name, own effects (K, m), squares (K, C), sizes (C,) of the channels, the cost, and the
+    independent values (K, C) that a sample counts as."""
 
     values: dict[str, float]
     own: np.ndarray
     squares: np.ndarray
     size: np.ndarray
     cost: float
+    weight: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -93,16 +105,38 @@ def prior_of(numbers: Sequence[Number], values: dict[str, float]) -> Prior:
     return Prior(*np.array(rows, float).reshape(-1, 4).T)
 
 
-def point_at(problem: Problem, numbers: Sequence[Number], values: dict[str, float], own: np.ndarray) -> Point:
-    """The cost at values of the numbers and own effects (K, m), eq. 3 of docs/mathematics/pieces.md."""
+def point_at(
+    problem: Problem,
+    numbers: Sequence[Number],
+    values: dict[str, float],
+    own: np.ndarray,
+    weight: np.ndarray | None = None,
+) -> Point:
+    """The cost at values of the numbers and own effects (K, m), eq. 4 of docs/mathematics/pieces.md.
+
+    weight (K, C) : independent values that a sample counts as; None: those of errors that are correlated.
+    """
+    if weight is None:
+        weight = np.broadcast_to(problem.weight[:, None], problem.counts.shape)
     squares = problem.squares([values] * len(own), own)
-    total = np.maximum(problem.weight @ problem.counts, 1e-9)
-    size = np.sqrt(problem.weight @ squares / total + problem.floor**2)
+    total = np.maximum(np.sum(weight * problem.counts, axis=0), 1e-9)
+    size = np.sqrt(np.sum(weight * squares, axis=0) / total + problem.floor**2)
     prior = prior_of(numbers, values)
     known = problem.counts.sum(axis=0) > 0
     cost = float(np.sum((total * np.log(size))[known]))
     cost += 0.5 * float(np.sum((prior.values / prior.sd) ** 2) + np.sum((own / problem.own_sd) ** 2))
-    return Point(values, own, squares, size, cost)
+    return Point(values, own, squares, size, cost, weight)
+
+
+def weight_at(problem: Problem, here: Point) -> np.ndarray:
+    """Independent values (K, C) that a sample counts as where the errors are partly the sensors' noise.
+
+    Eq. 3 of docs/mathematics/pieces.md.
+    """
+    noise, correlated = problem.noise, problem.weight[:, None]
+    mean = here.squares.sum(axis=0) / np.maximum(problem.counts.sum(axis=0), 1.0)
+    other = np.maximum(mean - SLACK * noise, NEGLIGIBLE * problem.floor**2)
+    return correlated * (other + noise) / (other + correlated * noise)
 
 
 def minimise(
@@ -111,9 +145,25 @@ def minimise(
     values: dict[str, float],
     own: np.ndarray,
     steps: int = STEPS,
+    weight: np.ndarray | None = None,
 ) -> Fitted:
-    """The fit of some numbers from a point; other numbers keep their values there."""
-    here, damping = point_at(problem, numbers, dict(values), own), 0.0
+    """The fit of some numbers from a point; other numbers keep their values there.
+
+    weight (K, C) : of the samples; None: by the errors that the fit leaves.
+    """
+    here = _descended(problem, numbers, point_at(problem, numbers, dict(values), own, weight), steps)
+    for _ in range(WEIGHINGS if weight is None else 0):
+        weight = weight_at(problem, here)
+        if np.max(np.abs(np.log(weight / here.weight))) < np.log(ALIKE):
+            break
+        here = point_at(problem, numbers, here.values, here.own, weight)
+        here = _descended(problem, numbers, here, steps)
+    return _concluded(problem, tuple(numbers), here)
+
+
+def _descended(problem: Problem, numbers: Sequence[Number], here: Point, steps: int) -> Point:
+    """The point where steps no longer gain."""
+    damping = 0.0
     for _ in range(steps):
         found = _stepped(problem, numbers, here, damping)
         if found is None:
@@ -121,13 +171,13 @@ def minimise(
         before, (here, damping) = here, found
         if before.cost - here.cost < ENOUGH * max(len(numbers), 1):
             break
-    return _concluded(problem, tuple(numbers), here)
+    return here
 
 
 def _stepped(problem: Problem, numbers: Sequence[Number], here: Point, damping: float) -> tuple[Point, float] | None:
     """The next point of lower cost, and the damping after it; None where there is none."""
     quadratic, prior = problem.quadratic(here.values, here.own, numbers), prior_of(numbers, here.values)
-    normal = quadratic.normal(here.size)
+    normal = quadratic.normal(here.size, here.weight)
     matrix, slope = joint(normal, prior)
     low, high = prior.low - prior.values, prior.high - prior.values
     for _ in range(TRIALS):
@@ -135,7 +185,7 @@ def _stepped(problem: Problem, numbers: Sequence[Number], here: Point, damping: 
         moved = (prior.values + step).tolist()
         values = here.values | {n.name: x for n, x in zip(numbers, moved, strict=True)}
         own = here.own + own_step(normal, np.tile(step, (len(here.own), 1))) / (1.0 + damping)
-        there = point_at(problem, numbers, values, own)
+        there = point_at(problem, numbers, values, own, here.weight)
         if there.cost < here.cost:
             return there, damping / GROWTH
         damping = max(GROWTH * damping, FIRST_GROWTH)
@@ -145,7 +195,7 @@ def _stepped(problem: Problem, numbers: Sequence[Number], here: Point, damping: 
 def _concluded(problem: Problem, numbers: tuple[Number, ...], here: Point) -> Fitted:
     """The point with its left-out units, each run once with the numbers and own effects that follow without it."""
     quadratic, prior = problem.quadratic(here.values, here.own, numbers), prior_of(numbers, here.values)
-    normal = quadratic.normal(here.size)
+    normal = quadratic.normal(here.size, here.weight)
     if not numbers:
         return Fitted((), here, here.squares, np.zeros(0))
     steps = left_out_steps(normal, prior)

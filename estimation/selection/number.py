@@ -29,6 +29,8 @@ class Candidate:
 
     rank : candidates of a lower rank are preferred where they are not clearly worse.  of : id of the candidate that
     this one is a part of, else its own.
+    kind : candidates of the same id and kind differ in a setting that is no number of the fit, such as a time: of these
+    the best is tried.
     Several candidates may have the same id: ways in which one cause may act.
     """
 
@@ -36,6 +38,7 @@ class Candidate:
     numbers: tuple[Number, ...]
     rank: int = 0
     of: str = ""
+    kind: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)

@@ -62,8 +62,8 @@ class Quadratic:
     Eq. 2 of docs/mathematics/pieces.md.
 
     gram (K, C, q, q) : q = p + m + 1: of the numbers' columns, those of the own effects, and the errors.
-    weight (K,) : independent values that a sample counts as.  own (K, m), own_sd (m,) : own effects at the point and
-    their prior standard deviations.
+    weight (K,) or (K, C) : independent values that a sample counts as.  own (K, m), own_sd (m,) : own effects at the
+    point and their prior standard deviations.
     """
 
     gram: np.ndarray
@@ -85,13 +85,16 @@ class Quadratic:
     def _places(self) -> tuple[slice, slice]:
         return slice(0, self.n_numbers), slice(self.n_numbers, self.n_numbers + self.n_own)
 
-    def normal(self, size: np.ndarray) -> Normal:
-        """Normal equations where channel c has independent errors of standard deviation size (C,).
+    def normal(self, size: np.ndarray, weight: np.ndarray | None = None) -> Normal:
+        """Normal equations where channel c has independent errors of standard deviation size (C,); weight : another
+        one.
 
-        Eq. 4 of docs/mathematics/pieces.md.
+        Eq. 5 of docs/mathematics/pieces.md.
         """
         numbers, own = self._places
-        whole = np.einsum("kcij,c,k->kij", self.gram, size**-2.0, self.weight)
+        weight = self.weight if weight is None else weight
+        each = np.broadcast_to(weight.reshape(len(weight), -1), self.gram.shape[:2])
+        whole = np.einsum("kcij,c,kc->kij", self.gram, size**-2.0, each)
         inner = whole[:, own, own] + np.diag(self.own_sd**-2.0)
         pull = -whole[:, own, -1] - self.own * self.own_sd**-2.0
         mixed = whole[:, own, numbers]
@@ -123,7 +126,7 @@ def own_step(normal: Normal, steps: np.ndarray) -> np.ndarray:
 
 
 def joint(normal: Normal, prior: Prior) -> tuple[np.ndarray, np.ndarray]:
-    """Matrix (k, k) and slope (k,) of all units together with the priors, eq. 5 of docs/mathematics/pieces.md."""
+    """Matrix (k, k) and slope (k,) of all units together with the priors, eq. 6 of docs/mathematics/pieces.md."""
     matrix = normal.matrix.sum(axis=0) + np.diag(prior.sd**-2.0)
     return matrix, normal.slope.sum(axis=0) - prior.values * prior.sd**-2.0
 
@@ -142,7 +145,7 @@ def own_information(normal: Normal, prior: Prior, n_held: int) -> float:
 def left_out_steps(normal: Normal, prior: Prior) -> np.ndarray:
     """Steps (K, k) of the numbers by the fits without each unit, within their bounds.
 
-    Eq. 6 of docs/mathematics/pieces.md.
+    Eq. 7 of docs/mathematics/pieces.md.
     """
     matrix, slope = joint(normal, prior)
     steps = np.linalg.solve(matrix - normal.matrix, (slope - normal.slope)[:, :, None])[:, :, 0]

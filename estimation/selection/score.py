@@ -24,14 +24,14 @@ class Fall(NamedTuple):
 
 
 def score(squares: np.ndarray) -> np.ndarray:
-    """Score (...) of squares (..., K, C), eq. 7 of docs/mathematics/pieces.md."""
+    """Score (...) of squares (..., K, C), eq. 8 of docs/mathematics/pieces.md."""
     return 0.5 * np.log(np.maximum(squares.sum(axis=-2), TINY)).sum(axis=-1)
 
 
 def jackknife(values: np.ndarray) -> np.ndarray:
     """Standard error (...) of a statistic from its values (K, ...) without each of K units; infinite for one.
 
-    Eq. 8 of docs/mathematics/pieces.md.
+    Eq. 9 of docs/mathematics/pieces.md.
     """
     n = len(values)
     if n < 2:

@@ -1,10 +1,10 @@
 """The smallest set of candidates that predicts units which took no part in the fit: screen, refit, enter, delete.
 
 One linearisation of all numbers says what a fit with each candidate would leave of left-out units; the leaders are
-refitted.  A candidate enters where the score falls by more than matters (`least` for each channel) and by more than is
-chance (`level` of Student's t over units, a lower one for a likelihood ratio of `EVIDENT`).  Of those that enter, the
-first by rank and by the count of its numbers that is not clearly worse than the best.  At the end candidates leave
-again, as long as that costs less.
+refitted.  A candidate enters where the score falls by more than matters (`least` for each
+channel) and by more than is chance (`level` of Student's t over units, lower ones for likelihood ratios of `EVIDENT`).
+Of those that enter, the first by rank and by the count of its numbers that is not clearly worse than the best.  At the
+end candidates leave again, as long as that costs less.
 """
 
 from __future__ import annotations
@@ -21,8 +21,9 @@ from .number import Candidate, Number
 from .quadratic import Normal, Quadratic, own_information
 from .score import Fall, fall
 
-CLEAR = 1.0
-"""Standard errors from which one of two fits is clearly worse (the rule of one standard error, Breiman et al. 1984)."""
+CLEAR, LAST = 1.0, 3.0
+"""Standard errors from which one of two fits is clearly worse (the rule of one standard error, Breiman et al. 1984),
+and from which it is worse than one with a candidate of the last rank."""
 TAKEN = 0.01
 """Share of the information on a candidate that is left beside the numbers in every fit, below which it is not tried."""
 EVIDENT, LARGE = 10.0, 0.99
@@ -39,7 +40,7 @@ class Rules:
     least : fall of the score for each channel that matters.  level : probability of Student's t for what enters.
     enough : root mean square errors (C,) of left-out units below which nothing more is looked for.
     most : candidates that may enter.  leaders, of_each : candidates that are refitted in a step, of all and of each
-    rank.
+    rank.  last_rank : that of candidates which are preferred only where all others are far worse.
     """
 
     least: float = 0.05
@@ -48,6 +49,7 @@ class Rules:
     most: int = 5
     leaders: int = 6
     of_each: int = 3
+    last_rank: int = 2
 
 
 @dataclass(frozen=True)
@@ -104,6 +106,12 @@ def select(
     return search.without_needless(now)
 
 
+def predictions(problem: Problem, bank: Sequence[Candidate], base: Fitted) -> list[tuple[Candidate, np.ndarray]]:
+    """Candidates with the squares (K, C) of left-out units that the linearisation about a fit without any predicts,
+    those of the largest fall of the score first."""
+    return _Search(problem, Rules(), ()).predictions(Selection(base, (), base), bank)
+
+
 def clearly_worse(problem: Problem, one: Fitted, other: Fitted, least: float) -> bool:
     """Whether the first fit predicts left-out units clearly worse than the other one."""
     between = fall(one.left_out, other.left_out, floor_squares(problem))
@@ -120,9 +128,9 @@ def mean_squares(problem: Problem, squares: np.ndarray) -> np.ndarray:
     return squares.sum(axis=0) / np.maximum(problem.counts.sum(axis=0), 1.0)
 
 
-def independent(problem: Problem) -> float:
-    """Independent values of the channel that has most of them, one at least."""
-    return max(float(np.max(problem.weight @ problem.counts)), 1.0)
+def independent(problem: Problem, fitted: Fitted) -> float:
+    """Independent values at a fit of the channel that has most of them, one at least."""
+    return max(float(np.max(np.sum(fitted.point.weight * problem.counts, axis=0))), 1.0)
 
 
 def quantile(problem: Problem, level: float) -> float:
@@ -162,18 +170,20 @@ class _Search:
         return Selection(now.base, (*now.entered, one), first.fitted)
 
     def enters(self, trial: Trial) -> bool:
-        """Whether the fall of the score matters and is no chance, eq. 9 of docs/mathematics/pieces.md."""
+        """Whether the fall of the score matters and is no chance, eq. 10 of docs/mathematics/pieces.md."""
         least = self.rules.least * int((self.problem.counts.sum(axis=0) > 0).sum())
-        evident = trial.fall.gain * independent(self.problem) > EVIDENT
+        evident = trial.fall.gain * independent(self.problem, trial.fitted) > EVIDENT
         level = min(self.rules.level, LARGE) if evident else self.rules.level
         return trial.fall.gain > max(least, quantile(self.problem, level) * trial.fall.error)
 
     def refitted(self, now: Selection, candidate: Candidate) -> Trial | None:
         """The fit with a candidate beside what has entered; None where its equations cannot be solved."""
         start = {n.name: n.trial for n in candidate.numbers if n.trial is not None}
-        numbers = self.numbers_of([*now.candidates, candidate])
+        numbers, point = self.numbers_of([*now.candidates, candidate]), now.final.point
         try:
-            fitted = minimise(self.problem, numbers, now.final.point.values | start, now.final.point.own)
+            fitted = minimise(self.problem, numbers, point.values | start, point.own, weight=point.weight)
+            if self._fall(now.final, fitted).gain > self.rules.least:  # worth weighing the samples anew
+                fitted = minimise(self.problem, numbers, fitted.point.values, fitted.point.own)
         except np.linalg.LinAlgError:
             return None
         return Trial(candidate, fitted, self._fall(now.final, fitted))
@@ -182,7 +192,10 @@ class _Search:
         return fall(before.left_out, after.left_out, floor_squares(self.problem))
 
     def _worse(self, one: Trial, other: Trial) -> bool:
-        return clearly_worse(self.problem, one.fitted, other.fitted, self.rules.least)
+        """Whether a trial is clearly worse than another one; than one of the last rank by more."""
+        between = self._fall(one.fitted, other.fitted)
+        far = LAST if other.candidate.rank == self.rules.last_rank > one.candidate.rank else CLEAR
+        return between.gain > max(far * between.error, self.rules.least)
 
     def _rivals(self, other: Trial, chosen: Trial) -> bool:
         """Whether another candidate would have done as well with no more numbers."""
@@ -194,14 +207,7 @@ class _Search:
     # ---- screen
     def leaders(self, now: Selection, bank: Sequence[Candidate]) -> list[Candidate]:
         """The candidates of the largest predicted falls of the score: of all, of each rank, and of single numbers."""
-        point, held = now.final.point, self.numbers_of(now.candidates)
-        columns = {_column(n): n for n in (*held, *(n for c in reversed(bank) for n in c.numbers))}
-        screen = _Screen(self.problem.quadratic(point.values, point.own, list(columns.values())), held, list(columns))
-        normal = screen.quadratic.normal(point.size)
-        predicted = [(self._predicted(now.final, c, screen, normal), c) for c in bank]
-        predicted.sort(key=lambda pair: -pair[0])
-        ways = {(c.id, c.names): c for _, c in reversed(predicted)}  # of several trial values the best
-        ordered = [c for gain, c in predicted if ways[c.id, c.names] is c and gain > -np.inf]
+        ordered = [candidate for candidate, _ in self.predictions(now, bank)]
         kinds: list[Callable[[Candidate], bool]] = [lambda c, r=r: c.rank == r for r in {c.rank for c in bank}]
         kinds.append(lambda c: len(c.numbers) == 1)
         chosen = ordered[: self.rules.leaders]
@@ -209,18 +215,29 @@ class _Search:
             chosen += [c for c in ordered if kind(c)][: self.rules.of_each]
         return list(dict.fromkeys(chosen))
 
-    def _predicted(self, fitted: Fitted, candidate: Candidate, screen: _Screen, normal: Normal) -> float:
-        """The fall of the score that the linearisation predicts; -inf where its equations cannot be solved, or where
-        the numbers that are in take its place."""
+    def predictions(self, now: Selection, bank: Sequence[Candidate]) -> list[tuple[Candidate, np.ndarray]]:
+        """Candidates by their predicted falls of the score, the largest first, with squares (K, C) of left-out units;
+        none whose equations cannot be solved, or that the numbers which are in take the place of."""
+        point, held = now.final.point, self.numbers_of(now.candidates)
+        columns = {_column(n): n for n in (*held, *(n for c in reversed(bank) for n in c.numbers))}
+        screen = _Screen(self.problem.quadratic(point.values, point.own, list(columns.values())), held, list(columns))
+        normal, floor = screen.quadratic.normal(point.size, point.weight), floor_squares(self.problem)
+        every = [(c, left) for c in bank if (left := self._predicted(now.final, c, screen, normal)) is not None]
+        gains = [fall(now.final.left_out, left, floor).gain for _, left in every]
+        order = sorted(range(len(every)), key=lambda i: -gains[i])
+        ways = {_way(every[i][0]): i for i in reversed(order)}  # of several trial values the best
+        return [every[i] for i in order if ways[_way(every[i][0])] == i]
+
+    def _predicted(self, fitted: Fitted, candidate: Candidate, screen: _Screen, normal: Normal) -> np.ndarray | None:
+        """Squares (K, C) of left-out units that the linearisation predicts with a candidate; None without any."""
         numbers = [*screen.held, *map(_reached, candidate.numbers)]
         places, prior = screen.places(numbers), prior_of(numbers, fitted.point.values)
         try:
             if own_information(normal.of(places), prior, len(screen.held)) < TAKEN:
-                return -np.inf
-            left = screen.quadratic.left_out(normal, places, prior)
+                return None
+            return screen.quadratic.left_out(normal, places, prior)
         except np.linalg.LinAlgError:
-            return -np.inf
-        return fall(fitted.left_out, left, floor_squares(self.problem)).gain
+            return None
 
     # ---- the end
     def without_needless(self, now: Selection) -> Selection:
@@ -258,6 +275,10 @@ class _Screen(NamedTuple):
 
 def _column(number: Number) -> Column:
     return number.name, number.trial
+
+
+def _way(candidate: Candidate) -> tuple[str, str | tuple[str, ...]]:
+    return candidate.id, candidate.kind or candidate.names
 
 
 def _in(candidate: Candidate, entered: Sequence[Candidate]) -> bool:

@@ -467,7 +467,7 @@ def regime_parameters(name: str) -> tuple[str, str, str]:
 def _in_regime(number: str, variable: str, side: str) -> Apply:
     """A number times (1 + size) inside a regime; the neutral rudder angle is shifted by the size.
 
-    Eq. 35 of docs/mathematics/default-route.md.
+    Eq. 11 of docs/mathematics/pieces.md.
     """
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:

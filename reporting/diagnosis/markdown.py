@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import tables
-from ..calibration import text as calibration
 from ..numbers import p_value, percent, with_unit
 from ..report import listed, sentences
 from ..validation.tables import horizon_table, trusted_lines
@@ -64,7 +63,6 @@ def markdown(found: Diagnosis, title: str, note: str, files: Mapping[str, str]) 
     parts += [_figure(files, "errors", "Root mean square errors of the free runs")]
     parts += ["## 2. Where the errors arise", where]
     parts += ["## 3. The causes that were tested", tables.markdown(bank_table(found))]
-    parts += _base(found)
     parts += ["## 4. The extended model", *_equations(found)]
     parts += ["## 5. Before and after, on held-out records", gain]
     parts += [
@@ -87,32 +85,6 @@ def _ahead(found: Diagnosis) -> list[str]:
 STATISTICS = (
     "Statistics of the free-run errors (measured minus simulated) of every record; the series themselves are not "
     "published here. Correlation: autocorrelation of the error at that lag (0 for sensor noise)."
-)
-
-
-def _base(found: Diagnosis) -> list[str]:
-    """What the base model's own numbers explain, step by step; nothing where they were not looked at."""
-    base = found.calibration
-    if base is None:
-        return []
-    parts = ["### The base model's own numbers", FREE_RUNS]
-    parts += [tables.markdown(calibration.moved_table(base))] if base.moved else []
-    parts += [tables.markdown(calibration.steps_table(base))]
-    parts += [MODELS, tables.markdown(calibration.models_table(base))]
-    if base.ingredients:
-        parts += [INGREDIENTS, tables.markdown(calibration.ingredients_table(base))]
-    parts += ["Shares of the base model's squared free-run error:", tables.markdown(calibration.shares_table(base))]
-    return parts
-
-
-MODELS = (
-    "Every model on held-out records, or on left-out training records where none are held out. The floor is the error "
-    "of a fit to the held-out records themselves: what stays there is the structure's."
-)
-INGREDIENTS = "Share of the squared error that every ingredient removes; all numbers are fitted again without it:"
-FREE_RUNS = (
-    "Root mean square errors of free runs. Left out: training records, each predicted by a fit without it; held-out "
-    "records took no part in any choice. Every record has a neutral rudder angle and an initial state of its own."
 )
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..calibration import text as calibration
 from ..equations import equations
 from ..numbers import p_value
 from ..templating import render
@@ -19,7 +18,6 @@ from .tables import added_table, bank_table, gain_table, instrument_rows, not_te
 if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis
     from ...diagnosis.trace import Trace
-    from ..tables import Table
 
 
 def html(found: Diagnosis) -> str:
@@ -39,7 +37,6 @@ def html(found: Diagnosis) -> str:
         not_testable=not_testable_table(found),
         equations=model,
         added=added_table(model, instrument_rows(found)) if model else None,
-        base=_base_tables(found),
         gain=gain_table(found),
         horizons=None if found.ahead is None else horizon_table(found.ahead),
         trusted=[] if found.ahead is None else trusted_lines(found.ahead),
@@ -47,21 +44,6 @@ def html(found: Diagnosis) -> str:
         facts=words.facts(found),
         colours={"measured": MEASURED, "before": BEFORE, "after": AFTER},
     )
-
-
-def _base_tables(found: Diagnosis) -> dict[str, Table] | None:
-    """Tables of what the base model's own numbers explain; None where they were not looked at."""
-    base = found.calibration
-    if base is None:
-        return None
-    return {
-        "moved": calibration.moved_table(base),
-        "steps": calibration.steps_table(base),
-        "models": calibration.models_table(base),
-        "ingredients": calibration.ingredients_table(base),
-        "shares": calibration.shares_table(base),
-        "remaining": calibration.remaining_table(base),
-    }
 
 
 def _shown_first(found: Diagnosis) -> list[Trace]:

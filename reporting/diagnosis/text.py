@@ -5,7 +5,6 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING
 
-from ..calibration.text import shares_table, steps_table
 from ..numbers import p_value
 from ..tables import console, html
 from ..validation.tables import trusted_lines
@@ -29,9 +28,6 @@ def terminal(found: Diagnosis) -> str:
         lines.append(console(gain_table(found), indent="  "))
     elif not any(role == "held_out" for _, role in found.records):
         lines.append("no held-out records: the gain was not measured")
-    if found.calibration is not None and found.calibration.moved:
-        lines += ["free-run errors, step by step:", console(steps_table(found.calibration), indent="  ")]
-        lines += ["shares of the base model's squared error:", console(shares_table(found.calibration), indent="  ")]
     lines += [] if found.ahead is None else trusted_lines(found.ahead)
     lines += [f"next manoeuvre: {found.next_manoeuvre}"] if found.next_manoeuvre else []
     return "\n".join(lines)

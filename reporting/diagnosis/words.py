@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from ...checks.result import Size
     from ...diagnosis.result import Diagnosis, Entry, Finding, RemainingForce
+    from ...models.model import Model
 
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 SHARES = ("e", "s", "share", "fraction", "change")
@@ -29,6 +30,8 @@ CHANNEL_WORDS = {
     "east_m": ("east", "m", 1.0),
     "position_m": ("position", "m", 1.0),
 }
+MOST_PERCENT = 1000.0
+"""Change, %, from which both values are told in its place."""
 LONGEST = 25
 """Words that a headline may have."""
 STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testable")
@@ -107,7 +110,7 @@ def headline(found: Diagnosis) -> str:
         return f"{told}{alone.get(found.verdict, 'a part of the error is explained')}."
     of_records, of_model = _by_stage(found)
     wrong = [f for f in of_model if f.cause == BaseCoefficients.id and not f.tied_with]
-    names = [*_wrong_groups(found, wrong), *(tie(f) for f in (*of_model, *of_records) if f not in wrong)]
+    names = [*_wrong_groups(wrong), *(tie(f) for f in (*of_model, *of_records) if f not in wrong)]
     ending = _ending(found)
     for count in range(len(names), 0, -1):
         more = [f"{len(names) - count} more"] if count < len(names) else []
@@ -132,14 +135,10 @@ def remaining(force: RemainingForce) -> str:
     return f"{said}{known} It may be {force.reading}. To tell: {force.next_manoeuvre}."
 
 
-def _wrong_groups(found: Diagnosis, findings: Sequence[Finding]) -> list[str]:
+def _wrong_groups(findings: Sequence[Finding]) -> list[str]:
     """Groups of the base model's own numbers that are named, by their short titles."""
-    if not findings:
-        return []
-    moved = {item.parameter for finding in findings for item in finding.sizes}
-    steps = () if found.calibration is None else found.calibration.steps
-    held = set() if found.calibration is None else {m.group for m in found.calibration.moved if m.name in moved}
-    return [s.title.partition(" (")[0] for s in steps if s.group in held] or ["the model's own numbers"]
+    titles = [title.partition(" (")[0] for f in findings for title in f.details.get("groups", ())]
+    return titles or (["numbers of its own"] if findings else [])
 
 
 def verdict(found: Diagnosis) -> str:
@@ -176,19 +175,30 @@ def _lacking(found: Diagnosis, findings: Sequence[Finding]) -> str:
 
 
 def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
-    """Groups of coefficients with the numbers that free runs moved: `propeller thrust (thrust_scale 0.33)`; empty where
-    they come from elsewhere."""
-    if found.calibration is None:
-        return ""
-    names = {item.parameter for finding in findings for item in finding.sizes}
-    titles = {step.group: step.title.partition(" (")[0] for step in found.calibration.steps}
-    groups: dict[str, list[str]] = {}
-    for m in found.calibration.moved:
-        if m.parameter in names:
-            change = number(m.after) if m.percent is None else f"{m.percent:+.0f} %"
-            told = " ".join(filter(None, (m.name, change, m.where)))
-            groups.setdefault(titles.get(m.group, m.group), []).append(told)
-    return _in_line([f"{group} ({', '.join(numbers)})" for group, numbers in groups.items()])
+    """Groups of coefficients with their numbers as changes: `propeller thrust (thrust_scale +33 %)`; empty where all
+    are uncertain."""
+    numbers = [_changed(found.model, item) for finding in findings for item in finding.sizes]
+    groups = _in_line(_wrong_groups(findings))
+    return f"{groups} ({', '.join(numbers)})" if numbers else ""
+
+
+def _changed(model: Model, item: Size) -> str:
+    """A number of the model as its change in per cent, one that it has not or that was 0 as it is: `N_r +12 %`."""
+    change, _, name = item.parameter.partition(": ")
+    if change == "change":
+        number_of, _, where = name.partition(" ")
+        factor, unit = scale(item)
+        value = f"{factor * item.value:+.2g} {unit}" if item.unit == "rad" else f"{100.0 * item.value:+.0f} %"
+        return f"{number_of} {value} {where}"
+    before = model.parameters.get(item.parameter, 0.0)
+    if not before:
+        return size(item)
+    percent = 100.0 * (item.value / before - 1.0)
+    return (
+        f"{item.parameter} {percent:+.0f} %"
+        if abs(percent) < MOST_PERCENT
+        else f"{item.parameter} {number(before)} to {number(item.value)}"
+    )
 
 
 def _in_line(parts: Sequence[str]) -> str:

@@ -3,7 +3,7 @@
 import pytest
 
 from helmbench.diagnosis.causes.registry import all_causes
-from helmbench.diagnosis.report.findings import BESIDE_NUMBERS, BY_CHANNELS, BY_FREE_RUNS, BY_RESIDUALS
+from helmbench.diagnosis.report.findings import BY_CHANNELS, BY_FREE_RUNS, BY_RESIDUALS
 from helmbench.diagnosis.result import SCHEMA, VERDICTS
 
 from .documents import faults, validator
@@ -17,7 +17,7 @@ def document(**changes) -> dict:
         "threads": 2, "verdict": "adequate", "reason": "nothing shows", "causes": [], "gain": {}, "calibrated_gain": {},
         "of_held_out": {},
         "bank": [],
-        "hypothesis": None, "remaining": [], "noise": noise, "base_coefficients": None, "where": [],
+        "hypothesis": None, "remaining": [], "noise": noise, "where": [],
         "next_manoeuvre": None, "doubts": [], "checks": [], "wall_s": 1.0, "cpu_s": 1.0,
     }  # fmt: skip
     return made | changes
@@ -46,7 +46,7 @@ def test_verdicts_stages_and_causes_are_those_of_the_code():
     schema = validator().schema
     assert set(schema["properties"]["verdict"]["enum"]) == set(VERDICTS)
     stages = schema["$defs"]["finding"]["properties"]["stage"]["enum"]
-    assert set(stages) == {BY_CHANNELS, BY_RESIDUALS, BESIDE_NUMBERS, BY_FREE_RUNS}
+    assert set(stages) == {BY_CHANNELS, BY_RESIDUALS, BY_FREE_RUNS}
     causes = [{"cause": name, "status": "not_significant", "statistic": None, "p_adjusted": None, "power": None,
                "why": ""} for name in all_causes()]  # fmt: skip
     assert faults(document(bank=causes)) == []

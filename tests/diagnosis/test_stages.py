@@ -15,21 +15,16 @@ def record():
 
 
 @pytest.mark.parametrize(
-    ("uncertain", "stages"),
-    [
-        (False, [engine.CHECKS, engine.PIECES, engine.CAUSES_BESIDE, engine.CAUSES]),
-        (True, [engine.CHECKS, engine.PIECES, engine.CAUSES_BESIDE, engine.FREE_RUNS]),
-    ],
+    ("coefficient_sd", "stages"),
+    [(None, [engine.CHECKS, engine.PIECES]), (0.0, [engine.CHECKS, engine.CAUSES])],
 )
-def test_each_stage_is_told(monkeypatch, record, diagnosis_of, uncertain, stages):
+def test_each_stage_is_told(monkeypatch, record, diagnosis_of, coefficient_sd, stages):
     made, told = diagnosis_of(), []
-    monkeypatch.setattr(
-        engine, "of_uncertain_base", lambda model, given, _: (made if uncertain else None, given, given, (), tuple)
-    )
-    monkeypatch.setattr(engine, "by_free_runs", lambda *_: made)
+    monkeypatch.setattr(engine, "by_pieces", lambda *_: made)
     monkeypatch.setattr(engine, "selected", lambda *_: None)
     monkeypatch.setattr(engine, "concluded", lambda *_: made)
-    engine.diagnose(helmbench.resolve("response-1"), [record], watch=told.append)
+    options = Options(coefficient_sd=coefficient_sd)
+    engine.diagnose(helmbench.resolve("response-1"), [record], options=options, watch=told.append)
     assert told == stages
 
 

@@ -76,7 +76,7 @@ class Expansion:
     def block(self, weight: float, sd: np.ndarray) -> Block:
         """Normal equations with the own effects eliminated.
 
-        Eq. 24 of docs/mathematics/default-route.md.
+        Eq. 3 of docs/mathematics/calibration.md.
 
         weight : independent values that the record amounts to.  sd (C,) : error sizes.
         """
@@ -97,6 +97,6 @@ class Expansion:
     def adapted(self, step: np.ndarray, follow: np.ndarray) -> np.ndarray:
         """Own effects (k,) that go with a step (q,) of the common numbers; follow : as `block` gives it.
 
-        Eq. 26 of docs/mathematics/default-route.md.
+        Eq. 5 of docs/mathematics/calibration.md.
         """
         return self.own + follow[:, -1] - follow[:, :-1] @ step

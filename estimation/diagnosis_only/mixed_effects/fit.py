@@ -132,7 +132,7 @@ def _moved(p: Problem, numbers: Sequence[Number], here: _Here, blocks: Sequence[
 
 
 def _at(p: Problem, numbers: Sequence[Number], theta: np.ndarray, own: np.ndarray) -> _Here:
-    """The point with its criterion and error sizes, floors included (eq. 23 of docs/mathematics/default-route.md)."""
+    """The point with its criterion and error sizes, floors included (eq. 2 of docs/mathematics/calibration.md)."""
     errors = _errors(p, theta, own)
     rms = pooled([squares_of(error) for error in errors])
     sd = np.where(p.known, p.floor, np.sqrt(rms**2 + p.floor**2))
@@ -198,7 +198,7 @@ def normal_equations(
 def equations(
     p: Problem, expansions: Sequence[Expansion], numbers: Sequence[Number], theta: np.ndarray, sd: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, list[Block]]:
-    """As `normal_equations`, from expansions that were made at theta (eq. 25 of docs/mathematics/default-route.md)."""
+    """As `normal_equations`, from expansions that were made at theta (eq. 4 of docs/mathematics/calibration.md)."""
     blocks = [e.block(weight, sd) for e, weight in zip(expansions, p.weight.tolist(), strict=True)]
     precision = np.array([n.sd**-2.0 for n in numbers])
     mean, values = np.array([n.mean for n in numbers]), theta[[n.place for n in numbers]] if numbers else np.zeros(0)

@@ -33,7 +33,7 @@ class LeftOut:
 def leave_one_out(found: Fitted) -> tuple[LeftOut, ...]:
     """Each record predicted by a fit to the others: its normal equations subtracted and one step taken.
 
-    Eq. 27 of docs/mathematics/default-route.md.
+    Eq. 6 of docs/mathematics/calibration.md.
     """
     p = found.problem
     return tuple(in_threads(p.threads, partial(_left_out, found), range(len(p.runs))))
@@ -57,7 +57,7 @@ def predicted(
 ) -> tuple[LeftOut, ...]:
     """Each record as a fit of some numbers to the others would leave it, to second order: no run is made.
 
-    Eq. 27 of docs/mathematics/default-route.md.
+    Eq. 6 of docs/mathematics/calibration.md.
 
     expansions : of all records in `numbers`, made at the fit `found`.  pick (p,) : places of the chosen ones.
     """
@@ -99,7 +99,7 @@ def scores(p: Problem, parts: Sequence[LeftOut], kept: Sequence[int]) -> np.ndar
     """(2,) log scores of some records, halved: with their own effects (penalised), and of plain free runs; lower is
     better.
 
-    Eq. 28 of docs/mathematics/default-route.md.
+    Eq. 7 of docs/mathematics/calibration.md.
     """
     floor = p.floor**2
     adapted = pooled([parts[i].adapted for i in kept]) ** 2
@@ -113,14 +113,14 @@ def scores(p: Problem, parts: Sequence[LeftOut], kept: Sequence[int]) -> np.ndar
 def jackknife(values: np.ndarray) -> np.ndarray:
     """Jackknife standard error (...,) of a statistic from its values (R, ...) with one record left out each.
 
-    Eq. 29 of docs/mathematics/default-route.md.
+    Eq. 8 of docs/mathematics/calibration.md.
     """
     n = len(values)
     return np.sqrt((n - 1.0) / n * np.sum((values - values.mean(axis=0)) ** 2, axis=0))
 
 
 def score_difference(p: Problem, old: Sequence[LeftOut], new: Sequence[LeftOut]) -> Fall:
-    """By how much the mean of both scores falls from old to new (eq. 29 of docs/mathematics/default-route.md)."""
+    """By how much the mean of both scores falls from old to new (eq. 8 of docs/mathematics/calibration.md)."""
     everyone = range(len(old))
 
     def both(kept: Sequence[int]) -> tuple[float, float]:

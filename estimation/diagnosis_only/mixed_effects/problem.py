@@ -162,7 +162,7 @@ class Problem:
     def residuals(self, theta: np.ndarray, run: Run, own: np.ndarray) -> np.ndarray:
         """Measured minus simulated channels (N, C), SI; nan at gaps, LARGEST units where the run is lost.
 
-        Eq. 22 of docs/mathematics/default-route.md.
+        Eq. 1 of docs/mathematics/calibration.md.
 
         theta : the model's, or that of its environment variant, whose wind coefficients then take part.
         """

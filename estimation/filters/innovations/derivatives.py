@@ -7,7 +7,7 @@ sensor shifts what the channel shows.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -78,35 +78,6 @@ def tangent(est: Estimator, s: Setting, entries: Sequence[int], steps: Mapping[i
     jobs += [partial(beside, i) for i in range(len(runs) if sensors.size else 0)]
     est.in_threads(lambda job: job(), jobs)
     return out
-
-
-def gated(
-    est: Estimator, s: Setting, changes: Sequence[Mapping[str, float]], gates: Sequence[np.ndarray]
-) -> Iterator[np.ndarray]:
-    """Derivatives (g, N*6) of the whitened innovations by each change of entries of the vector (name -> amount) within
-    gates, each (N,) from 0 to 1 over all samples."""
-    entries = sorted({est.index[name] for change in changes for name in change})
-    place, nothing = {entry: k for k, entry in enumerate(entries)}, np.zeros((len(gates), len(est.kernels.STATES)))
-    runs = est.in_threads(lambda i: est.traced(s, i), range(len(est.segments)))
-
-    def pushed(i: int) -> np.ndarray:
-        return _pushes(est, s, i, runs[i][0], entries, probes(s.vectors[i, entries]))
-
-    every = est.in_threads(pushed, range(len(runs)))
-    axes = np.full(len(gates), est.n_forces + CHANNELS, np.int64)
-    for change in changes:
-        weights = np.zeros(len(entries))
-        for name, amount in change.items():
-            weights[place[est.index[name]]] = amount
-        out = np.zeros((len(gates), est.edges[-1] * CHANNELS))
-
-        def along(i: int, weights: np.ndarray = weights, out: np.ndarray = out) -> None:
-            sizes = np.ascontiguousarray([gate[est.samples_of(i)] for gate in gates])
-            own = np.ascontiguousarray((every[i].transpose(0, 2, 1) @ weights)[:, None, :])
-            _carry(est, runs[i][1], i, axes, sizes, nothing, out, own)
-
-        est.in_threads(along, range(len(runs)))
-        yield out
 
 
 def _pushes(est: Estimator, s: Setting, segment: int, run: Run, varied: Sequence[int], steps: np.ndarray) -> np.ndarray:

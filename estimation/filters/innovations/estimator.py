@@ -56,7 +56,7 @@ class Innovations(NamedTuple):
     def log_likelihood(self) -> float:
         """Log likelihood short of a constant; DIVERGED where it is not finite.
 
-        Eq. 2 of docs/mathematics/default-route.md.
+        Section 2 of docs/mathematics/diagnosis.md.
         """
         with np.errstate(over="ignore", invalid="ignore"):
             value = -np.sum(self.log_s) - 0.5 * np.sum(self.e**2)

@@ -55,7 +55,7 @@ class Point(NamedTuple):
 def fit_noise(est: Estimator, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
     """Noise of largest likelihood near a setting, by at most `most` steps of damped Fisher scoring.
 
-    Eq. 1 of docs/mathematics/default-route.md.
+    Section 2 of docs/mathematics/diagnosis.md.
     """
     point, damping = _stored(est, s), 0.0
     for _ in range(most):

@@ -19,7 +19,6 @@ from helmbench.diagnosis.one_bank.terms import FORMULAS
 from helmbench.diagnosis.one_bank.told import SAID
 from helmbench.diagnosis.one_bank.units import length_s, units_of
 from helmbench.diagnosis.options import Options
-from helmbench.diagnosis.registry import find
 from helmbench.estimation.run.run import run_along
 from helmbench.models.errors import CannotFit
 from helmbench.models.extend import extended
@@ -83,11 +82,12 @@ def test_every_number_of_the_bank_is_known_elsewhere():
 def test_limits_are_candidates_behind_commands_only(ship):
     model, _ = ship
     for commands in (True, False):
-        bank = bank_of(model, Facts({"r", "psi"}, commands, 1), 8.0, None)
+        bank = bank_of(model, Facts({"r", "psi"}, commands, 1, 300.0), 8.0, None)
         assert ("rudder_rate_limit" in {c.id for c in bank.candidates}) == commands
-    bank = bank_of(model, Facts({"psi"}, True, 1), 8.0, None)
+    bank = bank_of(model, Facts({"psi"}, True, 1, 300.0), 8.0, None)
     assert "yaw_rate_bias" not in {c.id for c in bank.candidates}
-    assert {c.id for c in bank_of(model, Facts({"r"}, True, 1), 8.0, ("rudder_delay",)).candidates} == {"rudder_delay"}
+    only = bank_of(model, Facts({"r"}, True, 1, 300.0), 8.0, ("rudder_delay",))
+    assert {c.id for c in only.candidates} == {"rudder_delay"}
 
 
 def test_pieces_cover_the_records_and_are_eight_where_samples_allow(ship):
@@ -179,7 +179,7 @@ def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):
     wrong = ship.parameters["Nr"]
     model = ship.with_coefficients(ship.from_parameters(ship.parameters | {"Nr": 0.7 * wrong}))
     case = inject(Case("mariner", train=("zigzag:20/20", "turn:25:port"), held_out=("zigzag:10/10:port",)), rng)
-    found = find("free-runs")().diagnose(model, case.train, case.held_out, Options())
+    found = diagnose(model, case.train, case.held_out)
     (finding,) = found.causes
     assert finding.cause == "base_coefficients" and finding.details["groups"] == ["linear yaw moment of the hull"]
     assert [s.parameter for s in finding.sizes] == ["Nr"]
@@ -192,7 +192,7 @@ def test_a_delay_beside_wrong_numbers_is_named_with_its_size(rng):
     model = ship.with_coefficients(ship.coefficients * (1.0 + 0.1 * rng.standard_normal(ship.coefficients.size)))
     late = Effect("rudder_delay", {"tau": 2.5})
     case = inject(Case("mariner", effects=(late,)), rng)
-    found = find("free-runs")().diagnose(model, case.train, (), Options())
+    found = diagnose(model, case.train)
     sizes = {f.cause: f.sizes for f in found.causes}
     (delay,) = sizes["rudder_delay"]
     half = (delay.high - delay.low) / 2.0  # 90 %: 2.5 halves are 4.1 standard errors

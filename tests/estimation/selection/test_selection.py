@@ -38,6 +38,10 @@ class Linear:
         return np.full((len(self.data), CHANNELS), float(SAMPLES))
 
     @property
+    def noise(self):
+        return np.zeros(CHANNELS)
+
+    @property
     def weight(self):
         return np.full(len(self.data), 0.5)
 

@@ -115,7 +115,7 @@ def test_calibrate(case, expected, monkeypatch):
     model, train, held_out = case
     groups = calibration.groups_of
     monkeypatch.setattr(calibration, "groups_of", lambda model: groups(model)[:1])
-    found = calibration.calibrate_on(model, Records([train], [held_out]), short=True)
+    found = calibration.calibrate_on(model, Records([train], [held_out]))
     same({channel: pair[1] for channel, pair in found.before.items() if channel in expected}, expected)
     for moved, told in ((found.extended, found.after), (found.calibrated, found.predicted)):
         errors = validate({"moved": moved}, {"": held_out}, ahead=False)

@@ -58,7 +58,7 @@ def test_the_command_parses_calls_and_writes_three_files(files, asked, tmp_path,
     assert "RMSE before" in out and "diagnosis.html" in err
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(FILES)
     document = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
-    assert document["schema"] == 2 and document["verdict"] == "named"
+    assert document["schema"] == 3 and document["verdict"] == "named"
     assert document["records"] == [
         {"file": str(files / "train.csv"), "role": "train"}, {"file": str(files / "other.csv"), "role": "held_out"},
     ]  # fmt: skip

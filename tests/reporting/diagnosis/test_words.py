@@ -1,13 +1,11 @@
 """Sentences and sizes of a diagnosis."""
 
 from dataclasses import replace
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from helmbench.checks.result import Size
-from helmbench.diagnosis.calibration.result import Moved
 from helmbench.diagnosis.result import Curve, Gain, RemainingForce
 from helmbench.reporting.diagnosis import words
 from helmbench.reporting.diagnosis.markdown import write_markdown
@@ -71,29 +69,24 @@ def test_coefficients_are_wrong_and_not_lacking():
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
     own = replace(found.causes[0], cause="base_coefficients", sizes=(Size("K", 0.1, 0.09, 0.11, "1/s"),))
     told = words.verdict(replace(found, causes=(own, *found.causes)))
-    assert told.startswith(
-        "The simulation has wrong base coefficients (K 0.1 1/s [0.09, 0.11]) and lacks rudder offset ("
-    )
+    percent = 100.0 * (0.1 / found.model.parameters["K"] - 1.0)
+    expected = f"The simulation has wrong numbers of its own (K {percent:+.0f} %) and lacks rudder offset ("
+    assert told.startswith(expected)
     tied = replace(own, tied_with=("rudder_effectiveness",))
     assert words.verdict(replace(found, causes=(tied,))).startswith(
         "The simulation lacks base coefficients or rudder e"
     )
 
 
-def test_coefficients_that_free_runs_moved_are_told_by_group():
-    moved = (
-        Moved("R_0", "resistance", 0.02, 0.015, 0.014, 0.016, -25.0, -2.0),
-        Moved("thrust_scale", "propeller_thrust", 0.0, 0.33, 0.32, 0.34, None, 2.2),
-        Moved("rudder_offset", "neutral_angle", 0.0, 0.02, 0.01, 0.03, None, 1.0),
-    )
-    titles = {"resistance": "resistance", "propeller_thrust": "propeller thrust (scale of K_T)"}
-    steps = tuple(SimpleNamespace(group=group, title=title) for group, title in titles.items())
+def test_wrong_coefficients_are_told_by_group_as_changes_in_per_cent():
     found = made_up()
-    sizes = tuple(Size(m.name, m.after, m.low, m.high, "1") for m in moved[:2])
-    own = replace(found.causes[0], cause="base_coefficients", stage="free runs", sizes=sizes)
-    told = words.verdict(replace(found, causes=(own,), calibration=SimpleNamespace(moved=moved, steps=steps)))
-    expected = "The simulation has wrong resistance (R_0 -25 %) and propeller thrust (thrust_scale 0.33)."
-    assert told.startswith(expected)
+    (name, value), *_ = found.model.parameters.items()
+    sizes = (Size(name, 0.75 * value, 0.7 * value, 0.8 * value, "1"), Size("thrust_scale", 0.33, 0.32, 0.34, "1"))
+    details = {"groups": ["resistance", "propeller thrust (scale of K_T)"]}
+    own = replace(found.causes[0], cause="base_coefficients", stage="free runs", sizes=sizes, details=details)
+    told = words.verdict(replace(found, causes=(own,)))
+    numbers = f"({name} -25 %, thrust_scale 0.33 [0.32, 0.34])"
+    assert told.startswith(f"The simulation has wrong resistance and propeller thrust {numbers}.")
 
 
 def of_records(found, *causes):

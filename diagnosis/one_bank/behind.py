@@ -1,0 +1,59 @@
+"""Records as the hull made them: without what causes that are none of the hull's explain."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.instruments import corrected
+from ...estimation.records.weather import CURRENT, WIND, flow_of
+from .bank import FLOWS, OFFSET, flow_name
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from .search import Choice
+
+MEASURED_AS = {"current": CURRENT, "wind": WIND}
+"""Flow -> columns that it is measured in."""
+
+
+def behind_causes(choice: Choice, records: Sequence[Record]) -> list[Record]:
+    """Records without the errors of rudder and sensors that a choice holds, and with its current and wind among what
+    was measured; a neutral angle, and what belongs to single records, stay in them."""
+    linkage = _instruments(choice)
+    return [_in_flows(corrected(record, _at_its_time(linkage, record)), choice) for record in records]
+
+
+def _instruments(choice: Choice) -> dict[str, float]:
+    found: dict[str, float] = {}
+    for candidate in choice.selection.candidates:
+        for name in candidate.names if candidate.of != OFFSET.cause else ():
+            place, value = choice.bank.places[name], choice.selection.final.value(name)
+            if place.kind in ("steering", "sensor") and place.record is None and value:
+                found |= {entry: 1.0 / value if place.inverse else value for entry in place.entries}
+                found |= dict(place.fixed)
+    return found
+
+
+def _at_its_time(linkage: dict[str, float], record: Record) -> dict[str, float]:
+    """Instruments with the time of a fault on the clock of a record."""
+    late = linkage.get("rudder_fault_time")
+    return linkage if late is None else linkage | {"rudder_fault_time": late + float(record.time_s[0])}
+
+
+def _in_flows(record: Record, choice: Choice) -> Record:
+    """The record with the current and wind of a choice added to what it measures of them."""
+    final, channels = choice.selection.final, {}
+    for name, columns in MEASURED_AS.items():
+        own = np.array([final.point.values.get(flow_name(name, side, None), 0.0) for side in FLOWS[name][0]])
+        if not own.any():
+            continue
+        measured = flow_of(record, columns)
+        total = np.tile(own, (record.n, 1))
+        if measured is not None:
+            total += np.column_stack([np.interp(record.time_s, measured[0], v) for v in measured[1].T])
+        total *= columns[2]
+        channels |= {columns[0]: np.hypot(*total.T), columns[1]: np.arctan2(total[:, 1], total[:, 0])}
+    return record.with_channels(**channels)
