@@ -25,6 +25,7 @@ from ...estimation.selection.selection import (
     select,
 )
 from ...models.coefficient_groups import LocalNumber, local_numbers
+from ...models.families.extensions import OFFSET, RUDDER_FORCE
 from ...models.regimes import Regime, regime, values_of
 from .bank import HULL, Place
 
@@ -37,6 +38,8 @@ if TYPE_CHECKING:
 
 QUANTILES, ANGLES = (0.25, 0.45, 0.65, 0.8, 0.92), (0.25, 0.4, 0.5, 0.6, 0.7, 0.85)
 """Shares of the samples, and of the largest rudder angle, which dwells at few values, where thresholds are screened."""
+ONE_SIDED = (OFFSET, RUDDER_FORCE)
+"""What may differ between turns to port and to starboard: a hull is alike to both sides."""
 PROMISING = 0.6
 """Share of what the choice without a regime takes off the score that a number in one must be predicted to take off."""
 PART = 0.05
@@ -124,7 +127,7 @@ def _columns(model: Model, values: Mapping[str, np.ndarray]) -> Iterator[_Column
     numbers = [n for n in local_numbers(model) if {*n.change} <= known]
     for where in _screened(values):
         if PART < float(np.mean(where.inside(values[where.variable]))) < 1.0 - PART:
-            yield from (_column(number, where) for number in numbers)
+            yield from (_column(n, where) for n in numbers if where.variable != "side" or n.name in ONE_SIDED)
 
 
 def _screened(values: Mapping[str, np.ndarray]) -> Iterator[Regime]:
