@@ -54,29 +54,32 @@ def rk4_sample(rhs, x, u0, u1, theta, dt, substeps, work):
 
 
 @njit(inline="always")
-def share_inside(gate, x, u, place, time):
+def share_inside(gate, rudder, u, v, r, time):
     """Smooth indicator of a regime: see `regimes.Regime.inside`.
 
-    gate = place of the variable in `regimes.VARIABLES`, sign, threshold, width; place (3,) of u, v, r in x.
+    gate = place of the variable in `regimes.VARIABLES`, sign, threshold, width.
     """
     kind = gate[0]
     if kind == 0.0:
-        value = abs(u[0])
+        value = abs(rudder)
     elif kind == 1.0:
-        value = abs(x[place[2]])
+        value = abs(r)
     elif kind == 2.0:
-        value = abs(np.arctan2(x[place[1]], x[place[0]]))
+        value = abs(np.arctan2(v, u))
     elif kind == 3.0:
-        value = np.sqrt(x[place[0]] ** 2 + x[place[1]] ** 2)
+        value = np.sqrt(u**2 + v**2)
     else:
-        value = x[place[2]] if kind == 4.0 else time
+        value = r if kind == 4.0 else time
     z = gate[1] * (value - gate[2]) / gate[3]
     return 0.5 * (1.0 + z / np.sqrt(1.0 + z * z))
 
 
 @njit(types.void(RHS, A1, A2, A1, A1, A1, I1, f8, i8, A2), **JIT)
 def in_regime(rhs, x0, inputs, theta, inside, gate, place, step, substeps, states):
-    """RK4 with numbers `inside` in a regime and `theta` outside; inputs linear; states (N+1, n) is filled."""
+    """RK4 with numbers `inside` in a regime and `theta` outside; inputs linear; states (N+1, n) is filled.
+
+    place (3,) : of u, v, r in x, -1 for one that the model has not.
+    """
     n, nu = x0.size, inputs.shape[1]
     x, rate, other, total = x0.copy(), np.empty(n), np.empty(n), np.empty(n)
     probe, u = np.empty(n), np.empty(nu)
@@ -91,7 +94,8 @@ def in_regime(rhs, x0, inputs, theta, inside, gate, place, step, substeps, state
                 for i in range(n):
                     probe[i] = x[i] if stage == 0 else x[i] + moved * step * rate[i]
                 rhs(probe, u, theta, rate)
-                share = share_inside(gate, probe, u, place, (k * substeps + s + moved) * step)
+                surge, sway, turn = probe[place[0]], probe[place[1]], probe[place[2]]
+                share = share_inside(gate, u[0], surge, sway, turn, (k * substeps + s + moved) * step)
                 if share > 1e-6:
                     rhs(probe, u, inside, other)
                     for i in range(n):

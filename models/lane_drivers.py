@@ -10,7 +10,7 @@ import numpy as np
 from numba import types
 
 from .compilation import A1, A2, A3, BORROWED, I1, JIT, b1, f8, i8, njit
-from .drivers import RHS, helm
+from .drivers import RHS, helm, share_inside
 from .rudder_chain import steer
 
 
@@ -62,24 +62,6 @@ def open_loop(rhs_lanes, x0, inputs, theta, dt, substeps, states):
                 states[j, k, i] = x[i * width + j]
 
 
-@njit(inline="always")
-def _share_inside(gates, lane, x, rudder, place, time, width):
-    """`drivers.share_inside` of one lane: gates (W, 4)."""
-    kind = gates[lane, 0]
-    if kind == 0.0:
-        value = abs(rudder)
-    elif kind == 1.0:
-        value = abs(x[place[2] * width + lane])
-    elif kind == 2.0:
-        value = abs(np.arctan2(x[place[1] * width + lane], x[place[0] * width + lane]))
-    elif kind == 3.0:
-        value = np.sqrt(x[place[0] * width + lane] ** 2 + x[place[1] * width + lane] ** 2)
-    else:
-        value = x[place[2] * width + lane] if kind == 4.0 else time
-    z = gates[lane, 1] * (value - gates[lane, 2]) / gates[lane, 3]
-    return 0.5 * (1.0 + z / np.sqrt(1.0 + z * z))
-
-
 @njit(types.void(RHS, A1, A2, A1, A1, A2, I1, f8, i8, A3), **JIT)
 def in_regimes(rhs_lanes, x0, inputs, theta, inside, gates, place, dt, substeps, states):
     """`open_loop` with numbers `inside` in a regime of each lane, gates (W, 4), and `theta` outside (p*W,) both."""
@@ -100,7 +82,12 @@ def in_regimes(rhs_lanes, x0, inputs, theta, inside, gates, place, dt, substeps,
                 rhs_lanes(probe, u, inside, other)
                 time = (k - 1 + part) * dt
                 for j in range(width):
-                    share = _share_inside(gates, j, probe, u[j], place, time, width)
+                    surge, sway, turn = (
+                        probe[place[0] * width + j],
+                        probe[place[1] * width + j],
+                        probe[place[2] * width + j],
+                    )
+                    share = share_inside(gates[j], u[j], surge, sway, turn, time)
                     for i in range(j, size, width):
                         rate[i] += share * (other[i] - rate[i])
                 weight = h / 6.0 if (stage == 0 or stage == 3) else h / 3.0

@@ -72,6 +72,8 @@ def open_loops(
     kernels, whole = variant(model, u.shape[2], model.theta)
     outside = np.repeat(whole[model.theta.size :], lanes)
     states = np.empty((len(u), samples, start.shape[1]))
+    within = None if inside is None else _runs(inside, 2)
+    gates, where = gates_of(regimes), places_of(kernels.STATES)
     for first in range(0, len(u), lanes):
         pick = slice(first, first + lanes)
         if first + lanes > len(u):
@@ -79,12 +81,11 @@ def open_loops(
         series = np.ascontiguousarray(u[pick].transpose(1, 2, 0).reshape(samples, -1))
         theta, begin = np.concatenate([_theta(model, sets[pick]), outside]), start[pick].T.ravel()
         block = states[first : first + lanes]
-        if inside is None:
+        if within is None:
             lane_drivers.open_loop(kernels.rhs_lanes, begin, series, theta, dt, count, block)
             continue
-        within, gates = np.concatenate([_theta(model, _runs(inside, 2)[pick]), outside]), gates_of(regimes)[pick]
-        where = places_of(kernels.STATES)
-        lane_drivers.in_regimes(kernels.rhs_lanes, begin, series, theta, within, gates, where, dt, count, block)
+        other = np.concatenate([_theta(model, within[pick]), outside])
+        lane_drivers.in_regimes(kernels.rhs_lanes, begin, series, theta, other, gates[pick], where, dt, count, block)
     return states
 
 

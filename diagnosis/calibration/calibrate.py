@@ -34,7 +34,7 @@ from .every_number import every_number
 from .held_out import held_out_of, with_held_out
 from .ingredients import floor, ingredients
 from .problems import FEWEST, Records, columns_of, errors_of, problems_of
-from .regimes import Proposal, confirmed
+from .regimes import Proposal, confirmation
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
 from .traces import left_out_traces
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from ..one_bank.search import Choice
     from ..prepared import Prepared
     from .held_out import Errors, HeldOut
-    from .regimes import Confirmed
+    from .regimes import Confirmation
 
 
 def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] = ()) -> Calibration:
@@ -125,7 +125,7 @@ def calibrate_on(
     first = [g for g in groups if known.get(g.id) in causes]
     found = select(inside.train, groups, first=first, proposal=numbers)
     base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
-    local = confirmed(inside.train, found, groups, regime)
+    local = confirmation(inside.train, found, groups, regime)
     if local is not None:
         found, groups = local.selection, [*groups, local.group]
         inside = inside.with_change(local.problem.local)
@@ -194,7 +194,7 @@ def _both(errors: Errors) -> tuple[dict[str, float], dict[str, float]]:
     return {c: old for c, (old, _) in errors.items()}, held
 
 
-def _built(whole: Model, extended: Model, final: Attempt, local: Confirmed | None, attempt: Attempt) -> Model:
+def _built(whole: Model, extended: Model, final: Attempt, local: Confirmation | None, attempt: Attempt) -> Model:
     """The model of an attempt: `whole`, which carries all groups, with its numbers; what differs in a regime only the
     extended model holds."""
     if local is not None and attempt is final:

@@ -15,9 +15,7 @@ import numpy as np
 from ...estimation.diagnosis_only.mixed_effects.left_out import score_difference
 from ...estimation.diagnosis_only.mixed_effects.problem import LocalChange, Problem, pooled
 from ...models.coefficient_groups import Group, parts_of
-from ...models.extend import extended
-from ...models.families.extensions import OFFSET, regime_parameters
-from ...models.regimes import VARIABLES
+from ...models.families.extensions import OFFSET
 from ..criteria.left_out import LONG, Attempt, Selection, Step, attempt
 from .result import StatedRegime
 
@@ -41,7 +39,7 @@ class Proposal(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Confirmed:
+class Confirmation:
     """The choice with a number in a regime, and the share of the squared free-run error that it takes off left-out
     records, mean over the states."""
 
@@ -71,22 +69,16 @@ class Confirmed:
     @property
     def stated(self) -> StatedRegime:
         """The regime as plain facts."""
-        number, own = self.local.number, self.local.regime
-        facts = number.name, number.group, own.variable, own.side, own.threshold, self.local.low, self.local.high
-        return StatedRegime(*facts, VARIABLES[own.variable], self.share)
+        return StatedRegime(**self.local.facts, share_of_error=self.share)
 
     def extended(self, model: Model) -> Model:
         """The model with the number in the regime."""
-        where = self.local.regime
-        name = f"regime_{self.local.number.name}_{where.variable}_{where.side}"
-        return extended(
-            model, name, dict(zip(regime_parameters(name), (self.size, where.threshold, where.width), strict=True))
-        )
+        return self.local.extended(model, self.size)
 
 
-def confirmed(
+def confirmation(
     problem: Problem, found: Selection, groups: Sequence[Group], proposal: Proposal | None
-) -> Confirmed | None:
+) -> Confirmation | None:
     """The choice with the proposed number, None where left-out records are predicted worse by more than chance.
 
     Eq. 13 of docs/mathematics/calibration.md.
@@ -100,7 +92,7 @@ def confirmed(
     fall = score_difference(problem, found.base.left_out, trial.left_out)
     selection = Selection(found.base, tuple(Step(g, trial, fall) for g in trial.groups), trial, found.refused)
     group, share = trial.groups[-1], _share(problem, found, trial)
-    return Confirmed(proposal.local, trial.fitted.problem, group, selection, share)
+    return Confirmation(proposal.local, trial.fitted.problem, group, selection, share)
 
 
 def _attempted(problem: Problem, groups: Sequence[Group], proposal: Proposal) -> Attempt | None:

@@ -68,17 +68,20 @@ def with_runs(
     base, extended = (_without(one, {*found.model.instruments, *corrected}) for one in (found.model, found.extended))
     held = pairs_of(found.model, found.extended, held_out, found.of_held_out, channels)
     shown = [trace_of(pair, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)]
-    calibrated: dict[str, Gain] = {}
-    if found.calibrated is not None:
-        moved = pairs_of(found.model, found.calibrated, held_out, found.of_held_out, channels)
-        calibrated = gain_of(moved, np.random.default_rng(found.seed))
     return replace(
         found,
         gain=gain_of(held, np.random.default_rng(found.seed)),
-        calibrated_gain=calibrated,
         traces=(*shown, *(trace_of(pair, "held_out") for pair in held)),
         where=tuple(where(shown)),
     )
+
+
+def with_calibrated(
+    found: Diagnosis, calibrated: Model, held_out: Sequence[Record], channels: Sequence[str] | None = None
+) -> Diagnosis:
+    """The diagnosis with a calibrated model and its gain on held-out records, as `with_runs` has them."""
+    pairs = pairs_of(found.model, calibrated, held_out, found.of_held_out, channels)
+    return replace(found, calibrated=calibrated, calibrated_gain=gain_of(pairs, np.random.default_rng(found.seed)))
 
 
 def pairs_of(

@@ -13,6 +13,7 @@ from .bank import FLOWS, OFFSET, flow_name
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
+    from ...estimation.selection.number import Candidate
     from .search import Choice
 
 MEASURED_AS = {"current": CURRENT, "wind": WIND}
@@ -22,25 +23,20 @@ MEASURED_AS = {"current": CURRENT, "wind": WIND}
 def behind_causes(choice: Choice, records: Sequence[Record]) -> list[Record]:
     """Records without the errors of rudder and sensors that a choice holds, and with its current and wind among what
     was measured; a neutral angle, and what belongs to single records, stay in them."""
-    linkage = _instruments(choice)
-    return [_in_flows(corrected(record, _at_its_time(linkage, record)), choice) for record in records]
+    candidates = [c for c in choice.selection.candidates if c.of != OFFSET.cause]
+    instruments = instruments_of(choice, candidates)
+    return [_in_flows(corrected(record, instruments), choice) for record in records]
 
 
-def _instruments(choice: Choice) -> dict[str, float]:
-    found: dict[str, float] = {}
-    for candidate in choice.selection.candidates:
-        for name in candidate.names if candidate.of != OFFSET.cause else ():
-            place, value = choice.bank.places[name], choice.selection.final.value(name)
-            if place.kind in ("steering", "sensor") and place.record is None and value:
-                found |= {entry: 1.0 / value if place.inverse else value for entry in place.entries}
-                found |= dict(place.fixed)
-    return found
-
-
-def _at_its_time(linkage: dict[str, float], record: Record) -> dict[str, float]:
-    """Instruments with the time of a fault on the clock of a record."""
-    late = linkage.get("rudder_fault_time")
-    return linkage if late is None else linkage | {"rudder_fault_time": late + float(record.time_s[0])}
+def instruments_of(choice: Choice, candidates: Sequence[Candidate], record: int | None = None) -> dict[str, float]:
+    """Instruments of rudder and sensors that some candidates say all records have, and the record of a number."""
+    instruments: dict[str, float] = {}
+    for name in (name for c in candidates for name in c.names):
+        place, value = choice.bank.places[name], choice.selection.final.value(name)
+        if place.kind in ("steering", "sensor") and place.record in (None, record) and value:
+            instruments |= {entry: 1.0 / value if place.inverse else value for entry in place.entries}
+            instruments |= dict(place.fixed)
+    return instruments
 
 
 def _in_flows(record: Record, choice: Choice) -> Record:

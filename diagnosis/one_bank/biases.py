@@ -21,6 +21,7 @@ from ..gain.guard import log_fall
 from ..options import Options
 from ..prepared import prepared
 from .bank import OFFSET
+from .behind import instruments_of
 from .diagnose import runs_of
 from .search import BESIDE, chosen
 from .told import extended_model, findings
@@ -53,7 +54,8 @@ def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
             if not choice.selection.entered or not _needed(choice):
                 return None
             beside = replace(extended_model(model, choice, {}), instruments={})
-            behind = [corrected(record, _instruments(choice, number)) for number, record in enumerate(given)]
+            candidates = choice.selection.candidates
+            behind = [corrected(r, instruments_of(choice, candidates, number)) for number, r in enumerate(given)]
             before, after = _errors(model, records), _errors(beside, behind)
     except (BadInput, CannotFit, FitFailed):
         return None
@@ -82,18 +84,6 @@ def _needed(choice: Choice) -> bool:
     values = {n.name: final.value(n.name) for n in runs.bank.own}
     without = minimise(runs, runs.bank.own, values, final.point.own)
     return bool(select(runs, runs.bank.candidates, Rules(*BESIDE), without, runs.bank.own).entered)
-
-
-def _instruments(choice: Choice, number: int) -> dict[str, float]:
-    """Biases of the record of this number, as instruments."""
-    names = (name for candidate in choice.selection.candidates for name in candidate.names)
-    places = {name: choice.bank.places[name] for name in names}
-    return {
-        entry: choice.selection.final.value(name)
-        for name, place in places.items()
-        if place.record in (None, number)
-        for entry in place.entries
-    }
 
 
 def _errors(model: Model, records: Sequence[Record]) -> Mapping[str, float]:

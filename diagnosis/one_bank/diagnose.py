@@ -14,12 +14,12 @@ from ...estimation.selection.minimiser import minimise
 from ...models.instruments import combined
 from ...models.model import CHANNELS
 from ..gain.guard import WORSE, log_fall
-from ..gain.runs import with_runs
+from ..gain.runs import with_calibrated, with_runs
 from ..report.findings import of_fault
 from ..report.outcome import diagnosis_of
 from .bank import Facts, bank_of
 from .free_runs import FreeRuns
-from .search import chosen, predicting, withdrawn
+from .search import chosen, with_own_numbers, withdrawn
 from .told import bank_lines, extended_model, findings, verdict
 from .units import length_s, units_of
 
@@ -56,8 +56,12 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
         )
         rest = withdrawn(choice) if worsens(diagnosis) else None
         if rest is None:
-            return diagnosis
+            break
         choice = rest
+    wide = with_own_numbers(choice)
+    if wide is None:
+        return diagnosis
+    return with_calibrated(diagnosis, extended_model(model, wide, behind.instruments), held_out, options.channels)
 
 
 def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[Check] = ()) -> FreeRuns:
@@ -98,9 +102,7 @@ def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) 
     lines = bank_lines(choice, every, given.shown.statistics)
     noise = noise_of(given.train, choice)
     outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
-    wide = predicting(choice)
-    calibrated = None if wide is None else extended_model(model, wide, given.instruments)
-    return replace(outcome, of_held_out=of_held_out(model, choice, given), calibrated=calibrated)
+    return replace(outcome, of_held_out=of_held_out(model, choice, given))
 
 
 def noise_of(records: Sequence[Record], choice: Choice) -> dict[str, Any]:

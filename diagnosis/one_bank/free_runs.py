@@ -69,6 +69,18 @@ class Lane(NamedTuple):
     own: np.ndarray
 
 
+class _Run(NamedTuple):
+    """A lane whose numbers that are not zero are sorted by what they move: kind of place -> name -> value."""
+
+    unit: int
+    numbers: Mapping[str, Mapping[str, float]]
+    own: np.ndarray
+
+    def of(self, kind: str) -> Mapping[str, float]:
+        """Numbers of one kind."""
+        return self.numbers.get(kind, {})
+
+
 class FreeRuns:
     """The problem of a selection (`estimation.selection.minimiser.Problem`): units are pieces of records.
 
@@ -99,7 +111,6 @@ class FreeRuns:
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
         self._terms: dict[tuple[int, str], np.ndarray] = {}
-        self._parts: dict[int, dict[str, dict[str, float]]] = {}
         turning = [c for c, s in enumerate(self.symbols) if s in ("r", "psi")]
         if not np.any(self.motion[turning] > self.floor[turning] / SHARE):
             raise CannotFit("the ship does not turn: the records hold no manoeuvre")
@@ -179,9 +190,8 @@ class FreeRuns:
 
         lanes : those of a unit follow each other.
         """
-        self._parts = {}
-        by_unit: dict[int, list[Lane]] = {}
-        for lane in lanes:
+        by_unit: dict[int, list[_Run]] = {}
+        for lane in self._sorted(lanes):
             by_unit.setdefault(lane.unit, []).append(lane)
         by_step: dict[float, list[int]] = {}
         for k in by_unit:
@@ -195,7 +205,7 @@ class FreeRuns:
                 first = last
         return [out[k] for k in by_unit]
 
-    def _states(self, lanes: Sequence[Lane]) -> np.ndarray:
+    def _states(self, lanes: Sequence[_Run]) -> np.ndarray:
         """States (B, M + 1, n) of lanes of one time step; shorter ones go on with their last input."""
         driven = [self._inputs(lane) for lane in lanes]
         longest, width = max(len(u) for u in driven), max(u.shape[1] for u in driven)
@@ -204,7 +214,7 @@ class FreeRuns:
             row[: len(u), : u.shape[1]], row[len(u) :, : u.shape[1]] = u, u[-1]
         theta = np.tile(self.model.theta, (len(lanes), 1))
         for row, lane in zip(theta, lanes, strict=True):
-            for name, value in self._of_kind(lane, "model").items():
+            for name, value in lane.of("model").items():
                 row[self.places[name].column] += value
         start = np.array([self._start(lane) for lane in lanes])
         effects = np.array([lane.own for lane in lanes])
@@ -213,33 +223,34 @@ class FreeRuns:
         if gain is not None:  # the smoothed yaw acceleration stands in the place of the hidden state
             start[:, 0] -= theta[:, gain] * inputs[:, 0, 0]
         dt = self.units[lanes[0].unit].stretch.series.dt
-        local = [i for i, lane in enumerate(lanes) if self._of_kind(lane, "regime")]
-        plain = [i for i in range(len(lanes)) if i not in {*local}]
-        states = np.empty((len(lanes), longest, start.shape[1]))
+        inside = [self._inside(lane, own) for lane, own in zip(lanes, theta, strict=True) if lane.of("regime")]
         with np.errstate(all="ignore"):
-            if plain:
-                states[plain] = open_loops(self.model, theta[plain], inputs[plain], dt, start[plain])
-            if local:
-                inside, regimes = zip(*(self._inside(lanes[i], theta[i]) for i in local), strict=True)
-                states[local] = open_loops(self.model, theta[local], inputs[local], dt, start[local], inside, regimes)
+            if not inside:
+                return open_loops(self.model, theta, inputs, dt, start)
+            local = np.array([bool(lane.of("regime")) for lane in lanes])
+            states = np.empty((len(lanes), longest, start.shape[1]))
+            states[~local] = open_loops(self.model, theta[~local], inputs[~local], dt, start[~local])
+            states[local] = open_loops(
+                self.model, theta[local], inputs[local], dt, start[local], *zip(*inside, strict=True)
+            )
         return states
 
-    def _of_kind(self, lane: Lane, kind: str) -> Mapping[str, float]:
-        """Numbers of a lane of one kind that are not zero; sorted once for all lanes of the same values."""
-        parts = self._parts.get(id(lane.values))
-        if parts is None:
-            parts = self._parts[id(lane.values)] = {}
-            for name, x in lane.values.items():
+    def _sorted(self, lanes: Sequence[Lane]) -> list[_Run]:
+        """Lanes with their numbers by kind, those of the same values sorted once."""
+        by_kind: dict[int, dict[str, dict[str, float]]] = {}
+        for values in {id(lane.values): lane.values for lane in lanes}.values():
+            numbers = by_kind.setdefault(id(values), {})
+            for name, x in values.items():
                 if x:
-                    parts.setdefault(self.places[name].kind, {})[name] = x
-        return parts.get(kind, {})
+                    numbers.setdefault(self.places[name].kind, {})[name] = x
+        return [_Run(lane.unit, by_kind[id(lane.values)], lane.own) for lane in lanes]
 
-    def _inside(self, lane: Lane, theta: np.ndarray) -> tuple[np.ndarray, Regime]:
+    def _inside(self, lane: _Run, theta: np.ndarray) -> tuple[np.ndarray, Regime]:
         """The model's numbers in the regime of a lane, and the regime by the time of the unit."""
-        (name,) = self._of_kind(lane, "regime")
+        ((name, x),) = lane.of("regime").items()
         place, unit, inside = self.places[name], self.units[lane.unit], theta.copy()
         for column, change in place.inside:
-            inside[column] += lane.values[name] * change
+            inside[column] += x * change
         where = place.regime
         assert where is not None
         if where.variable == "time":
@@ -248,16 +259,15 @@ class FreeRuns:
 
     def states_of(self, point: Point) -> list[np.ndarray]:
         """States (M + 1, n) of the run of every unit at a point."""
-        self._parts = {}
-        lanes = [Lane(k, point.values, own) for k, own in enumerate(point.own)]
+        lanes = self._sorted([Lane(k, point.values, own) for k, own in enumerate(point.own)])
         return [self._states([lane])[0] for lane in lanes]
 
-    def _start(self, lane: Lane) -> np.ndarray:
+    def _start(self, lane: _Run) -> np.ndarray:
         """The state (n,) that a lane starts from: the smoothed one, without what its sensors add to it."""
         unit = self.units[lane.unit]
         start, own, drifts = unit.start.copy(), self._sensors(lane), self._drifts(lane)
         if LAGGED in self.model.states:
-            late = lane.values.get(LAG, 0.0)
+            late = lane.of("model").get(LAG, 0.0)
             start[self.model.states.index(LAGGED)] = self._lagged(unit.number, late, unit.grid_s[0])
         for c, first, slope in drifts:
             start[self._columns[c]] -= first + slope * (unit.grid_s[0] - unit.record.time_s[0])
@@ -285,27 +295,27 @@ class FreeRuns:
             if column in unit.stretch.known:
                 start[column] = np.interp(late, grid_s, unit.stretch.known[column])
 
-    def _sensors(self, lane: Lane) -> dict[str, float]:
+    def _sensors(self, lane: _Run) -> dict[str, float]:
         """Instruments of a lane's sensors that are not ideal."""
-        return {entry: x for n, x in self._of_kind(lane, "sensor").items() for entry in self.places[n].entries}
+        return {entry: x for n, x in lane.of("sensor").items() for entry in self.places[n].entries}
 
-    def _drifts(self, lane: Lane) -> list[tuple[int, float, float]]:
+    def _drifts(self, lane: _Run) -> list[tuple[int, float, float]]:
         """Channels whose sensors drift in a lane, with their errors at the start of the record and growth in a
         second."""
         number = self.units[lane.unit].number
-        own = [(self.places[n], x) for n, x in self._of_kind(lane, "drift").items()]
+        own = [(self.places[n], x) for n, x in lane.of("drift").items()]
         return [
             (self.symbols.index(p.entries[0]), *((x, 0.0) if p.column else (0.0, x)))
             for p, x in own
             if p.record in (None, number)
         ]
 
-    def _inputs(self, lane: Lane) -> np.ndarray:
+    def _inputs(self, lane: _Run) -> np.ndarray:
         """Inputs (M + 1, nu) of a lane, with those of the environment where it or the record has some."""
         unit = self.units[lane.unit]
         inputs, nu = unit.stretch.series.inputs.copy(), len(self.model.inputs)
         linkage: dict[str, float] = {}
-        moved = [(self.places[n], n, x) for kind in INPUTS for n, x in self._of_kind(lane, kind).items()]
+        moved = [(self.places[n], n, x) for kind in INPUTS for n, x in lane.of(kind).items()]
         for place, name, x in moved:
             if place.record not in (None, unit.number):
                 continue
@@ -345,7 +355,7 @@ class FreeRuns:
         motion = self.motions[unit.number]
         return np.interp(unit.grid_s, motion.time_s, self.bank.series[name](motion))
 
-    def _errors(self, lanes: Sequence[Lane], states: np.ndarray) -> np.ndarray:
+    def _errors(self, lanes: Sequence[_Run], states: np.ndarray) -> np.ndarray:
         """Errors (B, N, C) of the lanes of one unit from their states (B, M, n)."""
         k = lanes[0].unit
         series = self.units[k].stretch.series

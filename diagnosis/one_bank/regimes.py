@@ -7,26 +7,29 @@ clearly better with it.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.number import Candidate, Number
-from ...estimation.selection.score import Fall, fall
+from ...estimation.selection.score import fall
 from ...estimation.selection.selection import (
     Entered,
     Rules,
     Selection,
+    enters,
+    fall_between,
     floor_squares,
     predictions,
     quantile,
     select,
 )
 from ...models.coefficient_groups import LocalNumber, local_numbers
-from ...models.families.extensions import OFFSET, RUDDER_FORCE
-from ...models.regimes import Regime, regime, values_of
+from ...models.extend import extended
+from ...models.families.extensions import OFFSET, RUDDER_FORCE, regime_parameters
+from ...models.regimes import VARIABLES, Regime, regime, values_of
 from .bank import HULL, Place
 
 if TYPE_CHECKING:
@@ -68,6 +71,22 @@ class InRegime:
         """Where it is, in words."""
         return self.regime.told(self.low, self.high)
 
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What is wrong and where, as results state it."""
+        own, where = self.number, self.regime
+        return {
+            "number": own.name, "group": own.group, "variable": where.variable, "side": where.side,
+            "threshold": where.threshold, "low": self.low, "high": self.high, "unit": VARIABLES[where.variable],
+        }  # fmt: skip
+
+    def extended(self, model: Model, size: float) -> Model:
+        """The model with the number changed by `size` in the regime."""
+        where = self.regime
+        name = f"regime_{self.number.name}_{where.variable}_{where.side}"
+        numbers = (size, where.threshold, where.width)
+        return extended(model, name, dict(zip(regime_parameters(name), numbers, strict=True)))
+
 
 class _Column(NamedTuple):
     """A number in a regime, as a candidate."""
@@ -101,23 +120,23 @@ def in_regime(
     if not columns:
         return None
     runs = runs.with_numbers(_places(runs.bank.model, columns), {})
-    best = _best(runs, base, columns, values, PROMISING * _fall(runs, base, selection.final).gain)
+    best = _best(runs, base, columns, values, PROMISING * fall_between(runs, base, selection.final).gain)
     if best is None:
         return None
     runs, column, fitted, low, high = best
-    alone = _fall(runs, base, fitted)
-    if alone.gain <= max(rules.least * len(runs.symbols), quantile(runs, rules.level) * alone.error):
+    alone = fall_between(runs, base, fitted)
+    if not enters(runs, rules, fitted, alone):
         return None
-    own = tuple(replace(n, trial=None) for n in column.candidate.numbers)
+    own = column.candidate.numbers
     names = {n.name for n in own}
     others = [c for c in bank if not names & {*c.names}]
     rest = select(runs, others, rules, fitted, own)
-    between = _fall(runs, selection.final, rest.final)
+    between = fall_between(runs, selection.final, rest.final)
     if between.gain <= max(rules.least, quantile(runs, clear) * between.error):
         return None
     entered = Entered(column.candidate, alone)
-    found = Selection(selection.base, (entered, *rest.entered), rest.final)
-    return runs, found, InRegime(column.number, column.regime, low, high, own[0].name)
+    whole = Selection(selection.base, (entered, *rest.entered), rest.final)
+    return runs, whole, InRegime(column.number, column.regime, low, high, own[0].name)
 
 
 # ---- candidates
@@ -189,7 +208,7 @@ def _best(
     trials = [(c, fit) for c in _first_of_each(refined)[:FITTED] if (fit := _fitted(runs, base, c)) is not None]
     if not trials:
         return None
-    column, fitted = max(trials, key=lambda t: _fall(runs, base, t[1]).gain)
+    column, fitted = max(trials, key=lambda t: fall_between(runs, base, t[1]).gain)
     return runs, column, fitted, *_interval(runs, column, [c for c in refined if c[0].kind == column.kind])
 
 
@@ -234,7 +253,3 @@ def _fitted(runs: FreeRuns, base: Fitted, column: _Column) -> Fitted | None:
         return minimise(runs, column.candidate.numbers, base.point.values, base.point.own)
     except np.linalg.LinAlgError:
         return None
-
-
-def _fall(runs: FreeRuns, before: Fitted, after: Fitted) -> Fall:
-    return fall(before.left_out, after.left_out, floor_squares(runs))

@@ -13,18 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.selection.minimiser import minimise
-from ...estimation.selection.score import fall
-from ...estimation.selection.selection import (
-    Rules,
-    Selection,
-    clearly_worse,
-    floor_squares,
-    mean_squares,
-    select,
-)
+from ...estimation.selection.number import distinct
+from ...estimation.selection.selection import Rules, Selection, clearly_worse, fall_between, mean_squares, select
 from ..causes.base import Cause
 from ..causes.registry import causes
-from .bank import FLOWS, INPUT
+from .bank import FLOWS, FORCE, INPUT
 from .regimes import in_regime
 from .units import REFERENCE_S
 
@@ -39,7 +32,7 @@ if TYPE_CHECKING:
     from .free_runs import FreeRuns
     from .regimes import InRegime
 
-EXACT = Rules(least=0.004, level=0.999)
+EXACT = Rules(least=0.004, level=0.999, last_rank=FORCE)
 """Of a base model that is known to be exact: what is sure counts, however little it matters."""
 MATTERS, BESIDE = (0.05, 0.99), (0.005, 0.999)
 """Least fall of the score for each channel, and level: of few numbers alone, and beside the model's own numbers."""
@@ -66,14 +59,13 @@ class Choice:
         return self.runs.bank
 
 
-def predicting(choice: Choice) -> Choice | None:
+def with_own_numbers(choice: Choice) -> Choice | None:
     """The choice with all of the model's own numbers free under their priors beside what was selected, where that
     predicts left-out pieces better: naming is sparse, predicting is not."""
     runs, selection = choice.runs, choice.selection
     if choice.beside or not choice.bank.own or not _left_to_explain(runs, selection):
         return None
-    every = (*choice.bank.own, *(n for c in selection.candidates for n in c.numbers))
-    numbers = tuple({n.name: replace(n, trial=None) for n in every}.values())
+    numbers = distinct((*choice.bank.own, *(n for c in selection.candidates for n in c.numbers)))
     point = selection.final.point
     wide = minimise(runs, numbers, point.values, point.own)
     better = clearly_worse(runs, selection.final, wide, MATTERS[0])
@@ -93,8 +85,8 @@ def _without(choice: Choice, one: Entered) -> Choice:
     """The choice without a candidate, all others fitted again."""
     runs, selection = choice.runs, choice.selection
     kept = tuple(e for e in selection.entered if e is not one)
-    every = [*(runs.bank.own if choice.beside else ()), *(n for one in kept for n in one.candidate.numbers)]
-    numbers = tuple({n.name: replace(n, trial=None) for n in every}.values())
+    own = runs.bank.own if choice.beside else ()
+    numbers = distinct((*own, *(n for one in kept for n in one.candidate.numbers)))
     point = selection.final.point
     values = {n.name: point.values.get(n.name, 0.0) for n in numbers}
     return replace(choice, selection=Selection(selection.base, kept, minimise(runs, numbers, values, point.own)))
@@ -127,16 +119,15 @@ def _matters(choice: Choice, one: Entered) -> bool:
 
 
 def _chosen(runs: FreeRuns, options: Options) -> Choice:
-    bank = runs.bank
-    candidates = bank.candidates
-    base = minimise(runs, (), {}, runs.no_own)
+    candidates = runs.bank.candidates
     if options.base_parameters == "identify":
         return _of_identified(runs, candidates)
+    base = minimise(runs, (), {}, runs.no_own)
     if options.coefficient_sd == 0.0:
         return Choice(runs, select(runs, candidates, EXACT, base))
-    rules = Rules(*MATTERS, _enough(runs))
+    rules = Rules(*MATTERS, _enough(runs), last_rank=FORCE)
     choice = Choice(runs, select(runs, candidates, rules, base))
-    if not bank.own or not _left_to_explain(runs, choice.selection):
+    if not runs.bank.own or not _left_to_explain(runs, choice.selection):
         return choice
     choice = _with_regime(choice, rules)
     if not _left_to_explain(choice.runs, choice.selection):
@@ -159,7 +150,7 @@ def _beside(choice: Choice, base: Fitted) -> Selection | None:
     whole = minimise(runs, bank.own, {}, base.point.own)
     inputs = [c for c in bank.candidates if c.rank == INPUT]
     beside = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
-    between = fall(choice.selection.final.left_out, beside.final.left_out, floor_squares(runs))
+    between = fall_between(runs, choice.selection.final, beside.final)
     least = 0.0 if len(choice.selection.entered) > FEW else max(between.error, MATTERS[0])
     return replace(beside, base=base) if between.gain > least else None
 
@@ -169,7 +160,7 @@ def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
     names = {n.name for n in runs.bank.own}
     others = [c for c in candidates if not names & {*c.names}]
     whole = minimise(runs, runs.bank.own, {}, runs.no_own)
-    return Choice(runs, select(runs, others, Rules(*BESIDE), whole, runs.bank.own), beside=True)
+    return Choice(runs, select(runs, others, Rules(*BESIDE, last_rank=FORCE), whole, runs.bank.own), beside=True)
 
 
 def _left_to_explain(runs: FreeRuns, selection: Selection) -> bool:

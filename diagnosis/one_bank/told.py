@@ -13,9 +13,8 @@ from ...checks.statistics.tails import chi2_tail, student_quantile, student_tail
 from ...estimation.selection.selection import independent, mean_squares
 from ...models.coefficient_groups import grown, stated_groups
 from ...models.extend import extended
-from ...models.families.extensions import OFFSET, extension_of, regime_parameters
+from ...models.families.extensions import OFFSET, extension_of
 from ...models.instruments import combined
-from ...models.regimes import VARIABLES
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
@@ -31,7 +30,6 @@ if TYPE_CHECKING:
     from ...estimation.selection.selection import Entered
     from ...models.model import Model
     from .free_runs import FreeRuns
-    from .regimes import InRegime
     from .search import Choice
 
 INTERVAL = 0.95
@@ -81,10 +79,7 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     if cause in ("constant_force", *TERMS):
         details["components"] = [SAID[name] for one in own for name in one.candidate.names]
     if choice.local is not None and choice.local.size in {n for one in own for n in one.candidate.names}:
-        where, number = choice.local.regime, choice.local.number
-        details["regime"] = {"number": number.name, "group": number.group, "variable": where.variable,
-                             "side": where.side, "threshold": where.threshold, "low": choice.local.low,
-                             "high": choice.local.high, "unit": VARIABLES[where.variable]}  # fmt: skip
+        details["regime"] = choice.local.facts
     said = "; ".join(
         f"score of left-out pieces falls by {one.fall.gain:.2f} (standard error {one.fall.error:.2f}, {units} pieces)"
         for one in own
@@ -238,19 +233,11 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
             numbers[entry] = numbers.get(entry, 0.0) + (1.0 / share if place.inverse else share)
         numbers |= dict(place.fixed)
     if choice.local is not None:
-        out = _in_regime(out, choice.local, values.get(choice.local.size, 0.0))
+        out = choice.local.extended(out, values.get(choice.local.size, 0.0))
     instruments = combined(combined(model.instruments, numbers), corrected)
     ids = [choice.bank.cause_of(c) for c in choice.selection.candidates]
     name = "+".join([model.id.partition("+")[0], *dict.fromkeys(ids)])
     return replace(out, id=name, instruments=instruments)
-
-
-def _in_regime(model: Model, local: InRegime, size: float) -> Model:
-    """The model with a number that differs in a regime."""
-    where = local.regime
-    name = f"regime_{local.number.name}_{where.variable}_{where.side}"
-    numbers = (size, where.threshold, where.width)
-    return extended(model, name, dict(zip(regime_parameters(name), numbers, strict=True)))
 
 
 def _outside(choice: Choice, values: Mapping[str, float]) -> dict[str, dict[str, float]]:

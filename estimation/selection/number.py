@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -21,6 +22,11 @@ class Number:
     low: float = -np.inf
     high: float = np.inf
     trial: float | None = None
+
+
+def distinct(numbers: Iterable[Number]) -> tuple[Number, ...]:
+    """Numbers, each once and without its trial value: those of a fit."""
+    return tuple({n.name: replace(n, trial=None) for n in numbers}.values())
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
 """The smallest set of candidates that predicts units which took no part in the fit: screen, refit, enter, delete.
 
 One linearisation of all numbers says what a fit with each candidate would leave of left-out units; the leaders are
-refitted.  A candidate enters where the score falls by more than matters (`least` for each
-channel) and by more than is chance (`level` of Student's t over units, lower ones for likelihood ratios of `EVIDENT`).
-Of those that enter, the first by rank and by the count of its numbers that is not clearly worse than the best.  At the
-end candidates leave again, as long as that costs less.
+refitted.  A candidate enters where the score falls by more than matters (`least` for each channel) and by more than is
+chance (`level` of Student's t over units, a lower one for a likelihood ratio of `EVIDENT`).  Of those that enter, the
+first by rank and by the count of its numbers that is not clearly worse than the best.  At the end candidates leave
+again, as long as that costs less.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ import numpy as np
 
 from ...checks.statistics.tails import student_quantile
 from .minimiser import Fitted, Problem, minimise, prior_of
-from .number import Candidate, Number
+from .number import Candidate, Number, distinct
 from .quadratic import Normal, Quadratic, own_information
 from .score import Fall, fall
 
@@ -40,7 +40,7 @@ class Rules:
     least : fall of the score for each channel that matters.  level : probability of Student's t for what enters.
     enough : root mean square errors (C,) of left-out units below which nothing more is looked for.
     most : candidates that may enter.  leaders, of_each : candidates that are refitted in a step, of all and of each
-    rank.  last_rank : that of candidates which are preferred only where all others are far worse.
+    rank.  last_rank : that of candidates which are preferred only where all others are far worse; None: of none.
     """
 
     least: float = 0.05
@@ -49,7 +49,7 @@ class Rules:
     most: int = 5
     leaders: int = 6
     of_each: int = 3
-    last_rank: int = 2
+    last_rank: int | None = None
 
 
 @dataclass(frozen=True)
@@ -114,8 +114,20 @@ def predictions(problem: Problem, bank: Sequence[Candidate], base: Fitted) -> li
 
 def clearly_worse(problem: Problem, one: Fitted, other: Fitted, least: float) -> bool:
     """Whether the first fit predicts left-out units clearly worse than the other one."""
-    between = fall(one.left_out, other.left_out, floor_squares(problem))
+    between = fall_between(problem, one, other)
     return between.gain > max(CLEAR * between.error, least)
+
+
+def fall_between(problem: Problem, before: Fitted, after: Fitted) -> Fall:
+    """By how much the score of left-out units falls from one fit to another one."""
+    return fall(before.left_out, after.left_out, floor_squares(problem))
+
+
+def enters(problem: Problem, rules: Rules, fitted: Fitted, by: Fall) -> bool:
+    """Whether the fall of the score with a fit matters and is no chance, eq. 10 of docs/mathematics/pieces.md."""
+    least = rules.least * int((problem.counts.sum(axis=0) > 0).sum())
+    evident = by.gain * independent(problem, fitted) > EVIDENT
+    return by.gain > max(least, quantile(problem, min(rules.level, LARGE) if evident else rules.level) * by.error)
 
 
 def floor_squares(problem: Problem) -> np.ndarray:
@@ -152,8 +164,7 @@ class _Search:
 
     def numbers_of(self, candidates: Sequence[Candidate]) -> tuple[Number, ...]:
         """Numbers of candidates behind those that are always free, each once, without their trial values."""
-        every = (*self.always, *(n for c in candidates for n in c.numbers))
-        return tuple({n.name: replace(n, trial=None) for n in every}.values())
+        return distinct((*self.always, *(n for c in candidates for n in c.numbers)))
 
     # ---- one step
     def entered(self, now: Selection, bank: Sequence[Candidate]) -> Selection | None:
@@ -170,11 +181,8 @@ class _Search:
         return Selection(now.base, (*now.entered, one), first.fitted)
 
     def enters(self, trial: Trial) -> bool:
-        """Whether the fall of the score matters and is no chance, eq. 10 of docs/mathematics/pieces.md."""
-        least = self.rules.least * int((self.problem.counts.sum(axis=0) > 0).sum())
-        evident = trial.fall.gain * independent(self.problem, trial.fitted) > EVIDENT
-        level = min(self.rules.level, LARGE) if evident else self.rules.level
-        return trial.fall.gain > max(least, quantile(self.problem, level) * trial.fall.error)
+        """Whether a trial is good enough to enter."""
+        return enters(self.problem, self.rules, trial.fitted, trial.fall)
 
     def refitted(self, now: Selection, candidate: Candidate) -> Trial | None:
         """The fit with a candidate beside what has entered; None where its equations cannot be solved."""
@@ -182,26 +190,24 @@ class _Search:
         numbers, point = self.numbers_of([*now.candidates, candidate]), now.final.point
         try:
             fitted = minimise(self.problem, numbers, point.values | start, point.own, weight=point.weight)
-            if self._fall(now.final, fitted).gain > self.rules.least:  # worth weighing the samples anew
+            if fall_between(self.problem, now.final, fitted).gain > self.rules.least:  # worth weighing the samples anew
                 fitted = minimise(self.problem, numbers, fitted.point.values, fitted.point.own)
         except np.linalg.LinAlgError:
             return None
-        return Trial(candidate, fitted, self._fall(now.final, fitted))
-
-    def _fall(self, before: Fitted, after: Fitted) -> Fall:
-        return fall(before.left_out, after.left_out, floor_squares(self.problem))
+        return Trial(candidate, fitted, fall_between(self.problem, now.final, fitted))
 
     def _worse(self, one: Trial, other: Trial) -> bool:
         """Whether a trial is clearly worse than another one; than one of the last rank by more."""
-        between = self._fall(one.fitted, other.fitted)
-        far = LAST if other.candidate.rank == self.rules.last_rank > one.candidate.rank else CLEAR
+        between = fall_between(self.problem, one.fitted, other.fitted)
+        last = self.rules.last_rank
+        far = LAST if last is not None and other.candidate.rank == last > one.candidate.rank else CLEAR
         return between.gain > max(far * between.error, self.rules.least)
 
     def _rivals(self, other: Trial, chosen: Trial) -> bool:
         """Whether another candidate would have done as well with no more numbers."""
         if other.candidate.of == chosen.candidate.of or len(other.candidate.numbers) > len(chosen.candidate.numbers):
             return False
-        between = self._fall(other.fitted, chosen.fitted)
+        between = fall_between(self.problem, other.fitted, chosen.fitted)
         return between.gain < max(between.error, self.rules.least)
 
     # ---- screen
@@ -258,7 +264,7 @@ class _Search:
         gone = {*one.candidate.names} - {n.name for n in numbers}
         values = {name: x for name, x in now.final.point.values.items() if name not in gone}
         fitted = minimise(self.problem, numbers, values, now.final.point.own)
-        return Trial(one.candidate, fitted, self._fall(fitted, now.final))
+        return Trial(one.candidate, fitted, fall_between(self.problem, fitted, now.final))
 
 
 class _Screen(NamedTuple):
