@@ -6,7 +6,7 @@ its number.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property, lru_cache
@@ -53,8 +53,8 @@ SENSOR = {symbol: short for short, (column, _) in SENSORS.items() for symbol in 
 """State -> short name of the sensor that shows it."""
 SMOOTH = 0.3
 """Ship lengths that the measured motion is smoothed over where a force follows it."""
-INPUTS = ("steering", "flow", "term", "window")
-"""Kinds of numbers that change the inputs of a run."""
+INPUTS, SHOWN = ("steering", "flow", "term", "window"), ("sensor", "drift")
+"""Kinds of numbers that change the inputs of a run, and what instruments show of it."""
 LAGGED, LAG = "lead_state", "lead_T2"
 """State of a rudder behind a lag, and the time of the lag: it starts where the record before the piece leads it."""
 OUTSIDE = 7
@@ -150,7 +150,7 @@ class FreeRuns:
     def squares(self, values: Sequence[Mapping[str, float]], own: np.ndarray) -> np.ndarray:
         """Sums of squared errors (K, C)."""
         lanes = [Lane(k, v, o) for k, (v, o) in enumerate(zip(values, own, strict=True))]
-        return np.array([np.sum(e[0] ** 2, axis=0) for e in self.errors(lanes)])
+        return np.array([np.sum(e[:, 0] ** 2, axis=1) for e in self.errors(lanes)])
 
     def quadratic(self, values: Mapping[str, float], own: np.ndarray, numbers: Sequence[Number]) -> Quadratic:
         """Linearisation about a point, eq. 1 of docs/mathematics/pieces.md."""
@@ -179,14 +179,13 @@ class FreeRuns:
         ]
         grams = []
         for block in self.errors(lanes):
-            block[:-1] = (block[:-1] - block[-1]) / steps[:, None, None]
-            by_channel = np.ascontiguousarray(block.transpose(2, 0, 1))
-            grams.append(by_channel @ by_channel.transpose(0, 2, 1))
+            block[:, :-1] = (block[:, :-1] - block[:, -1:]) / steps[:, None]
+            grams.append(block @ block.transpose(0, 2, 1))
         return grams
 
     # ---- runs
     def errors(self, lanes: Sequence[Lane]) -> list[np.ndarray]:
-        """Measured less shown states (B, N, C) of the lanes of each unit, 0 where nothing is measured.
+        """Measured less shown states (C, B, N) of the lanes of each unit, 0 where nothing is measured.
 
         lanes : those of a unit follow each other.
         """
@@ -207,7 +206,7 @@ class FreeRuns:
 
     def _states(self, lanes: Sequence[_Run]) -> np.ndarray:
         """States (B, M + 1, n) of lanes of one time step; shorter ones go on with their last input."""
-        driven = [self._inputs(lane) for lane in lanes]
+        driven = self._once(self._inputs, INPUTS, lanes)
         longest, width = max(len(u) for u in driven), max(u.shape[1] for u in driven)
         inputs = np.zeros((len(lanes), longest, width))
         for row, u in zip(inputs, driven, strict=True):
@@ -216,7 +215,8 @@ class FreeRuns:
         for row, lane in zip(theta, lanes, strict=True):
             for name, value in lane.of("model").items():
                 row[self.places[name].column] += value
-        start = np.array([self._start(lane) for lane in lanes])
+        kinds = (*SHOWN, "model") if LAGGED in self.model.states else SHOWN
+        start = np.array(self._once(self._start, kinds, lanes))
         effects = np.array([lane.own for lane in lanes])
         start[:, self._own_places] += effects
         gain = self.model.kernels.RATE_GAIN
@@ -234,6 +234,15 @@ class FreeRuns:
                 self.model, theta[local], inputs[local], dt, start[local], *zip(*inside, strict=True)
             )
         return states
+
+    def _once(self, of: Callable[[_Run], np.ndarray], kinds: Sequence[str], lanes: Sequence[_Run]) -> list[np.ndarray]:
+        """What lanes have by their unit and their numbers of some kinds, worked out once for those that are alike."""
+        known: dict[tuple[object, ...], np.ndarray] = {}
+        keys = [(lane.unit, *(item for kind in kinds for item in lane.of(kind).items())) for lane in lanes]
+        for key, lane in zip(keys, lanes, strict=True):
+            if key not in known:
+                known[key] = of(lane)
+        return [known[key] for key in keys]
 
     def _sorted(self, lanes: Sequence[Lane]) -> list[_Run]:
         """Lanes with their numbers by kind, those of the same values sorted once."""
@@ -356,32 +365,42 @@ class FreeRuns:
         return np.interp(unit.grid_s, motion.time_s, self.bank.series[name](motion))
 
     def _errors(self, lanes: Sequence[_Run], states: np.ndarray) -> np.ndarray:
-        """Errors (B, N, C) of the lanes of one unit from their states (B, M, n)."""
+        """Errors (C, B, N) of the lanes of one unit from their states (B, M, n)."""
         k = lanes[0].unit
         series = self.units[k].stretch.series
-        shown = states[:, : len(series.inputs), self._columns]
-        for row, lane in zip(shown, lanes, strict=True):
-            own = self._sensors(lane)
-            if own:
-                self._show(row, own, series.dt)
-            for c, first, slope in self._drifts(lane):
-                row[:, c] += first + slope * (self.units[k].grid_s[: len(row)] - self.units[k].record.time_s[0])
-        error = self.measured[k] - np.moveaxis(series.observe(np.moveaxis(shown, 0, 1)), 1, 0)
-        limit = LIMIT * self.floor
-        error = np.where(np.isfinite(error), np.clip(error, -limit, limit), limit)
-        return np.where(np.isfinite(self.measured[k]), error, 0.0)
+        shown = states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
+        for place, lane in enumerate(lanes):
+            if any(lane.of(kind) for kind in SHOWN):
+                self._show(lane, shown[:, place], series.dt)
+        measured, known = self._by_channel[k]
+        error = measured - np.moveaxis(series.observe(np.moveaxis(shown, 2, 0)), 0, 2)
+        limit = (LIMIT * self.floor)[:, None, None]
+        return np.fmax(np.fmin(error, limit), -limit) * known  # a run that is lost has the limit in the place of nan
 
-    def _show(self, states: np.ndarray, own: Mapping[str, float], dt: float) -> None:
-        """Turn states (M, C) into what the instruments show of them."""
-        time_s, place = dt * np.arange(len(states)), {s: c for c, s in enumerate(self.symbols)}
+    @cached_property
+    def _by_channel(self) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Samples of each unit, 0 where there are none, and 1.0 where there are some, both (C, 1, N)."""
+        each = [m.T[:, None] for m in self.measured]
+        return [(np.nan_to_num(m), np.isfinite(m).astype(float)) for m in each]
+
+    def _show(self, lane: _Run, states: np.ndarray, dt: float) -> None:
+        """Turn states (C, M) of a lane into what its instruments show of them."""
+        own, grid_s, place = (
+            self._sensors(lane),
+            dt * np.arange(states.shape[1]),
+            {s: c for c, s in enumerate(self.symbols)},
+        )
         for symbol, c in place.items():
             if f"{SENSOR[symbol]}_delay" in own:
-                states[:, c] = np.interp(time_s - own[f"{SENSOR[symbol]}_delay"], time_s, states[:, c].copy())
+                states[c] = np.interp(grid_s - own[f"{SENSOR[symbol]}_delay"], grid_s, states[c].copy())
         if "axis_misalignment" in own:
-            _turn(states, place["u"], place["v"], own["axis_misalignment"])
+            _turn(states.T, place["u"], place["v"], own["axis_misalignment"])
         for symbol, c in place.items():
-            states[:, c] *= 1.0 + own.get(f"{SENSOR[symbol]}_scale", 0.0)
-            states[:, c] += own.get(f"{SENSOR[symbol]}_bias", 0.0)
+            states[c] *= 1.0 + own.get(f"{SENSOR[symbol]}_scale", 0.0)
+            states[c] += own.get(f"{SENSOR[symbol]}_bias", 0.0)
+        unit = self.units[lane.unit]
+        for c, first, slope in self._drifts(lane):
+            states[c] += first + slope * (unit.grid_s[: states.shape[1]] - unit.record.time_s[0])
 
 
 def _step(number: Number, value: float) -> float:

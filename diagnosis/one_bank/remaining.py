@@ -64,7 +64,7 @@ BIASES = {"r": ("yaw_rate_bias", "yaw_rate_bias"), "v": ("sway_offset", "sway_bi
 INSTEAD = "what remains is described without it"
 TAKEN_OFF, MOST_OF_IT = 0.5, 0.8
 """Share of what remains of the squared error that forces have to take off: less is no description of it;
-share that events have to take off, and from which they are not looked for."""
+share that forces in time and events have to take off, as gusts are none, and from which events are not looked for."""
 
 
 class Remainder(NamedTuple):
@@ -292,7 +292,8 @@ def _told(
         given.train, given.instruments, held_out, options.channels,
     )  # fmt: skip
     share = _share(rest.runs, rest.selection.base, rest.selection.final)
-    if share < TAKEN_OFF or _errs_more(before, plain):
+    in_time = any("time" in force.depends_on for force in remaining)
+    if share < (MOST_OF_IT if in_time else TAKEN_OFF) or _errs_more(before, plain):
         return before
     if not found.causes or found.verdict in ("unexplained", "partly_named"):
         said = f"no known cause explains what remains, but it is described: {remaining[0].text}"

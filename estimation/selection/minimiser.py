@@ -146,38 +146,55 @@ def minimise(
     own: np.ndarray,
     steps: int = STEPS,
     weight: np.ndarray | None = None,
+    weighings: int = WEIGHINGS,
 ) -> Fitted:
     """The fit of some numbers from a point; other numbers keep their values there.
 
-    weight (K, C) : of the samples; None: by the errors that the fit leaves.
+    weight (K, C) : of the samples at first; None: that of errors that are correlated.  weighings : most times that they
+    are weighed anew by the errors that the fit leaves.
     """
-    here = _descended(problem, numbers, point_at(problem, numbers, dict(values), own, weight), steps)
-    for _ in range(WEIGHINGS if weight is None else 0):
-        weight = weight_at(problem, here)
-        if np.max(np.abs(np.log(weight / here.weight))) < np.log(ALIKE):
+    end = _descended(problem, numbers, point_at(problem, numbers, dict(values), own, weight), steps)
+    for _ in range(weighings):
+        weight = weight_at(problem, end.point)
+        if are_alike(weight, end.point.weight):
             break
-        here = point_at(problem, numbers, here.values, here.own, weight)
-        here = _descended(problem, numbers, here, steps)
-    return _concluded(problem, tuple(numbers), here)
+        end = _descended(problem, numbers, point_at(problem, numbers, end.point.values, end.point.own, weight), steps)
+    return _concluded(problem, tuple(numbers), end)
 
 
-def _descended(problem: Problem, numbers: Sequence[Number], here: Point, steps: int) -> Point:
-    """The point where steps no longer gain."""
+def are_alike(weight: np.ndarray, other: np.ndarray) -> bool:
+    """Whether samples of two weights (K, C) count as the same."""
+    return bool(np.max(np.abs(np.log(weight / other))) < np.log(ALIKE))
+
+
+class _End(NamedTuple):
+    """Where steps no longer gain, and the last linearisation with its point: the same one, or the one before."""
+
+    point: Point
+    quadratic: Quadratic
+    before: Point
+
+
+def _descended(problem: Problem, numbers: Sequence[Number], here: Point, steps: int) -> _End:
+    """The end of at most so many steps."""
     damping = 0.0
     for _ in range(steps):
-        found = _stepped(problem, numbers, here, damping)
-        if found is None:
-            break
-        before, (here, damping) = here, found
-        if before.cost - here.cost < ENOUGH * max(len(numbers), 1):
-            break
-    return here
+        quadratic = problem.quadratic(here.values, here.own, numbers)
+        following = _stepped(problem, numbers, here, quadratic, damping)
+        if following is None:
+            return _End(here, quadratic, here)
+        there, damping = following
+        if here.cost - there.cost < ENOUGH * max(len(numbers), 1):
+            return _End(there, quadratic, here)
+        here = there
+    return _End(here, problem.quadratic(here.values, here.own, numbers), here)
 
 
-def _stepped(problem: Problem, numbers: Sequence[Number], here: Point, damping: float) -> tuple[Point, float] | None:
+def _stepped(
+    problem: Problem, numbers: Sequence[Number], here: Point, quadratic: Quadratic, damping: float
+) -> tuple[Point, float] | None:
     """The next point of lower cost, and the damping after it; None where there is none."""
-    quadratic, prior = problem.quadratic(here.values, here.own, numbers), prior_of(numbers, here.values)
-    normal = quadratic.normal(here.size, here.weight)
+    prior, normal = prior_of(numbers, here.values), quadratic.normal(here.size, here.weight)
     matrix, slope = joint(normal, prior)
     low, high = prior.low - prior.values, prior.high - prior.values
     for _ in range(TRIALS):
@@ -192,15 +209,15 @@ def _stepped(problem: Problem, numbers: Sequence[Number], here: Point, damping: 
     return None
 
 
-def _concluded(problem: Problem, numbers: tuple[Number, ...], here: Point) -> Fitted:
-    """The point with its left-out units, each run once with the numbers and own effects that follow without it."""
-    quadratic, prior = problem.quadratic(here.values, here.own, numbers), prior_of(numbers, here.values)
-    normal = quadratic.normal(here.size, here.weight)
+def _concluded(problem: Problem, numbers: tuple[Number, ...], end: _End) -> Fitted:
+    """The end with its left-out units, each run once with the numbers and own effects that follow without it."""
+    here = end.before
+    prior, normal = prior_of(numbers, here.values), end.quadratic.normal(here.size, here.weight)
     if not numbers:
-        return Fitted((), here, here.squares, np.zeros(0))
+        return Fitted((), end.point, end.point.squares, np.zeros(0))
     steps = left_out_steps(normal, prior)
     names = [n.name for n in numbers]
     each = [here.values | dict(zip(names, (prior.values + step).tolist(), strict=True)) for step in steps]
     left_out = problem.squares(each, here.own + own_step(normal, steps))
     sd = np.sqrt(np.diag(np.linalg.inv(joint(normal, prior)[0])))
-    return Fitted(numbers, here, left_out, np.maximum(sd, np.nan_to_num(jackknife(steps), posinf=0.0)))
+    return Fitted(numbers, end.point, left_out, np.maximum(sd, np.nan_to_num(jackknife(steps), posinf=0.0)))

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...checks.statistics.tails import student_quantile
-from .minimiser import Fitted, Problem, minimise, prior_of
+from .minimiser import Fitted, Problem, are_alike, minimise, prior_of, weight_at
 from .number import Candidate, Number, distinct
 from .quadratic import Normal, Quadratic, own_information
 from .score import Fall, fall
@@ -189,9 +189,11 @@ class _Search:
         start = {n.name: n.trial for n in candidate.numbers if n.trial is not None}
         numbers, point = self.numbers_of([*now.candidates, candidate]), now.final.point
         try:
-            fitted = minimise(self.problem, numbers, point.values | start, point.own, weight=point.weight)
-            if fall_between(self.problem, now.final, fitted).gain > self.rules.least:  # worth weighing the samples anew
-                fitted = minimise(self.problem, numbers, fitted.point.values, fitted.point.own)
+            fitted = minimise(self.problem, numbers, point.values | start, point.own, weight=point.weight, weighings=0)
+            weight, end = weight_at(self.problem, fitted.point), fitted.point
+            worth = fall_between(self.problem, now.final, fitted).gain > self.rules.least
+            if worth and not are_alike(weight, end.weight):
+                fitted = minimise(self.problem, numbers, end.values, end.own, weight=weight)
         except np.linalg.LinAlgError:
             return None
         return Trial(candidate, fitted, fall_between(self.problem, now.final, fitted))

@@ -111,7 +111,7 @@ def mariner():
 def lane(runs, **values):
     """Errors (N, C) of the first unit at values of numbers."""
     (errors,) = runs.errors([Lane(0, values, runs.no_own[0])])
-    return errors[0]
+    return errors[:, 0].T
 
 
 def predicted(runs, **values):

@@ -46,7 +46,7 @@ def over_forces(model, records):
 def squared(runs, values):
     """Sum of squared errors in floors over all pieces."""
     errors = runs.errors([Lane(k, values, runs.no_own[0]) for k in range(len(runs.units))])
-    return sum(float(np.sum((e / runs.floor) ** 2)) for e in errors)
+    return sum(float(np.sum((e / runs.floor[:, None, None]) ** 2)) for e in errors)
 
 
 @pytest.mark.parametrize("name", SIZES)
