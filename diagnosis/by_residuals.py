@@ -12,11 +12,11 @@ from ..checks.statistics.tails import log_tail
 from ..estimation.filters.innovations.estimator import estimator
 from .candidate import Candidate, Unmodelled
 from .causes.registry import terms_for
-from .criteria.residuals import select, without
 from .gain.extension import extended_model
 from .gain.measured import of_state, predicting
 from .report import bank, findings, verdict
 from .report.outcome import diagnosis_of, hypothesis_of, noise_of
+from .residuals.criterion import select, without
 from .residuals.judged import unexplained
 from .residuals.tests import LATER, Memory, noise_with_memory
 from .selection.levels import adjusted

@@ -28,6 +28,8 @@ BARELY = 3.0
 """Prior standard deviations that a number may be off by where it was identified."""
 GROSS = 3.0
 """Factor on the prior standard deviation of a number that is wrong alone: a slip, not an inaccuracy."""
+OWN = "own_numbers"
+"""Id of the group of all of a model's own numbers."""
 FOLDER = Path(__file__).parent / "families" / "coefficient_groups"
 
 
@@ -161,7 +163,7 @@ def every_own_number(groups: Iterable[Group]) -> Group:
     """
     own = [group for group in groups if group.extension is None]
     sd = {name: max(BARELY * one, group.unit.get(name, 0.0)) for group in own for name, one in group.sd.items()}
-    return Group("own_numbers", "all of the model's own numbers", None, sd)
+    return Group(OWN, "all of the model's own numbers", None, sd)
 
 
 def grown(model: Model, groups: Iterable[Group]) -> Model:

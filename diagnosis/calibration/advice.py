@@ -15,7 +15,7 @@ from ...estimation.diagnosis_only.mixed_effects.problem import problem
 from ...estimation.information.design import information_gain
 from ...estimation.records.series import MEASURED
 from ...models.model import CHANNELS
-from ..criteria.left_out import Selection, numbers_of
+from .attempts import Selection, numbers_of, whole_and_parts
 from .result import NextRun
 
 if TYPE_CHECKING:
@@ -38,12 +38,11 @@ SHOWN = 3
 
 
 def next_runs(extended: Model, whole: Model, found: Selection, groups: Sequence[Group]) -> tuple[NextRun, ...]:
-    """The candidates that add most information (`estimation.information.design`) on the numbers that
-    moved, that were tied, and that were refused last."""
-    open_ids = {g.id for g in found.final.groups} | {g.id for s in found.steps for g in s.tied_with}
-    open_ids |= {group.id for group, _ in found.refused}
+    """The candidates that add most information (`estimation.information.design`) on the numbers that moved, and that
+    were tied."""
+    open_ids = {g.id for g in found.final.groups} | {tied for s in found.steps for tied in s.tied_with}
     p, fitted = found.final.fitted.problem, found.final.fitted
-    numbers = numbers_of(p, [g for g in groups if g.id in open_ids])
+    numbers = numbers_of(p, [g for i, g in whole_and_parts(groups).items() if i in open_ids])
     scale = np.array([n.sd for n in numbers])
     now = normal_equations(p, numbers, fitted.theta, fitted.own, fitted.sd)[0] * np.outer(scale, scale)
     unmeasured = {CHANNELS[symbol]: None for symbol in MEASURED if symbol not in p.channels}

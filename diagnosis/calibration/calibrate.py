@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -15,25 +15,24 @@ from ...estimation.diagnosis_only.mixed_effects.left_out import jackknife
 from ...estimation.diagnosis_only.mixed_effects.problem import Problem, pooled
 from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.run.run import squares_of
-from ...models.coefficient_groups import groups_of, grown
+from ...models.coefficient_groups import OWN, Group, groups_of, grown
 from ...models.errors import BadInput, CannotFit
+from ...models.instruments import combined
 from ...models.linear_algebra import pinv
 from ..causes.registry import causes_of
-from ..causes.rudder_offset import RudderOffset
-from ..criteria.left_out import ADEQUATE, LONG, Attempt, Selection, attempt, select
 from ..gain.guard import WORSE
 from ..gain.own import own_run
-from ..one_bank.behind import behind_causes
-from ..one_bank.diagnose import runs_of
-from ..one_bank.search import chosen
-from ..options import THREADS, Options
+from ..one_bank.behind import behind_causes, in_flows, instruments_behind
+from ..one_bank.diagnose import settled
+from ..options import Options
 from ..prepared import corrected_records
 from ..report.verdict import by_share
 from .advice import next_runs
+from .attempts import LONG, Attempt, Named, Selection, attempt, confirmed, whole_and_parts
 from .every_number import every_number
-from .held_out import held_out_of, with_held_out
+from .held_out import HeldOut, with_held_out
 from .ingredients import floor, ingredients
-from .problems import FEWEST, Records, columns_of, errors_of, problems_of
+from .problems import FEWEST, columns_of, errors_of, problems_of
 from .regimes import Proposal, confirmation
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
@@ -42,12 +41,15 @@ from .traces import left_out_traces
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.diagnosis_only.mixed_effects.fit import Fitted
-    from ...models.coefficient_groups import Group
     from ...models.model import Model
     from ..one_bank.search import Choice
     from ..prepared import Prepared
-    from .held_out import Errors, HeldOut
+    from .held_out import Errors
     from .regimes import Confirmation
+
+
+ADEQUATE = 0.05
+"""Share of a channel's own motion below which its free-run error is no matter."""
 
 
 def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] = ()) -> Calibration:
@@ -56,7 +58,8 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
     Parameters
     ----------
     model : 3-DOF model with coefficients, whose family states groups of coefficients.
-    train, held_out : records in SI units; held-out records take no part in the choice, they are scored once at the end.
+    train, held_out : records in SI units; held-out records take no part but that what worsens them is withdrawn, as by
+        `diagnose`.
 
     Raises
     ------
@@ -75,57 +78,67 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
     options = Options().checked(model)
     records = corrected_records(model, train, held_out, options).behind_sensors(None)
+    shown = combined(model.instruments, records.instruments)
     try:
-        choice = chosen(runs_of(model, records.train, options, records.decided), options)
+        choice, _ = settled(model, records, held_out, options)
     except CannotFit:
-        return calibrate_on(model, records, threads=options.threads)
-    causes = [choice.bank.cause_of(c) for c in choice.selection.candidates]
+        return _calibrated(_Sides(records, records, HeldOut(held_out, held_out)), model, shown, None, options.threads)
     behind = replace(
         records, train=behind_causes(choice, records.train), held_out=behind_causes(choice, records.held_out)
     )
-    return calibrate_on(model, records, behind, options.threads, causes, *_proposals(choice))
+    held = HeldOut(held_out, [in_flows(record, choice) for record in held_out])
+    shown = combined(shown, instruments_behind(choice))
+    return _calibrated(_Sides(records, behind, held), model, shown, choice, options.threads)
 
 
-def _proposals(choice: Choice) -> tuple[list[str], Proposal | None]:
-    """Numbers of the model that pieces name alone, and one in a regime with these beside it."""
-    names = [n for c in choice.selection.candidates for n in c.names if choice.bank.places[n].kind == "model"]
+class _Sides(NamedTuple):
+    """Records as they were corrected, without what known causes explain, and the held-out ones as they were read."""
+
+    given: Prepared
+    behind: Prepared
+    held_out: HeldOut
+
+
+def _named(choice: Choice, groups: Sequence[Group], model: Model) -> list[Named]:
+    """The groups of numbers that pieces name, those of terms that the model lacks by their causes."""
+    known, by_id = causes_of(model), whole_and_parts(groups)
+    by_cause = {known[g.id]: g for g in groups if g.id in known}
+    named = []
+    for one in choice.selection.entered:
+        group = by_id.get(one.candidate.id) or by_cause.get(choice.bank.cause_of(one.candidate))
+        if group is not None:
+            named.append(Named(group, tuple(c.of for c in one.tied_with)))
+    return named
+
+
+def _proposal(choice: Choice) -> Proposal | None:
+    """The number in a regime that pieces name, with the numbers beside it."""
     local, final = choice.local, choice.selection.final
     if local is None or choice.beside:
-        return names, None
+        return None
+    names = (n for c in choice.selection.candidates for n in c.names if choice.bank.places[n].kind == "model")
     sd = dict(zip((n.name for n in final.numbers), final.sd.tolist(), strict=True))[local.size]
-    return names, Proposal(local, final.value(local.size), sd, tuple(names))
+    return Proposal(local, final.value(local.size), sd, tuple(names))
 
 
-def calibrate_on(
-    model: Model,
-    given: Records | Prepared,
-    felt: Records | Prepared | None = None,
-    threads: int = THREADS,
-    causes: Collection[str] = (),
-    numbers: Sequence[str] = (),
-    regime: Proposal | None = None,
+def _calibrated(
+    records: _Sides, model: Model, instruments: Mapping[str, float], choice: Choice | None, threads: int
 ) -> Calibration:
-    """`calibrate` on true motions.
+    """The calibration on true motions by the choice of pieces; None: they cannot be made.
 
-    felt : the same records without what known causes explain, on which the numbers are chosen; None: there are none.
+    instruments : of the model, of what was corrected and of known causes.
     threads : threads that run the fits; the results do not depend on them.
-    causes : ids of causes that pieces name: the groups of their extensions enter before all others.
-    numbers, regime : numbers that pieces name, and one that is wrong in a regime.
     """
-    started, train = time.perf_counter(), given.train
-    groups: Sequence[Group] = groups_of(model)
+    given, felt, held = records
+    started, train, groups = time.perf_counter(), given.train, groups_of(model)
     whole = grown(model, groups)
-    if not model.is_3dof and len(train) < FEWEST:  # pieces of the same run do not tell which terms a model lacks
-        groups = [g for g in groups if g.extension in (None, RudderOffset.extension)]
-    inside = outside = problems_of(whole, felt or given, threads)
-    if felt is not None and felt is not given:
+    inside = outside = problems_of(whole, felt, threads)
+    if felt is not given:
         outside = problems_of(whole, given, threads)
         outside = outside if outside.runs == inside.runs else inside
-    known = causes_of(model)
-    first = [g for g in groups if known.get(g.id) in causes]
-    found = select(inside.train, groups, first=first, proposal=numbers)
+    found = _selected(inside.train, groups, model, choice)
     base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
-    local = confirmation(inside.train, found, groups, regime)
+    local = None if choice is None else confirmation(inside.train, found, groups, _proposal(choice))
     if local is not None:
         found, groups = local.selection, [*groups, local.group]
         inside = inside.with_change(local.problem.local)
@@ -137,10 +150,11 @@ def calibrate_on(
     moved = _moved(found.final, groups)
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
     advised = next_runs(extended, whole, found, groups)
-    extended = extended if local is None else local.extended(extended)
+    extended = replace(extended if local is None else local.extended(extended), instruments=dict(instruments))
     settled = local is not None or verdict == "adequate"
     wide = found.final if settled else every_number(inside.train, groups, found)
-    held, built = held_out_of(given, felt or given), partial(_built, whole, extended, found.final, local)
+    built = partial(_built, replace(whole, instruments=dict(instruments)), extended, found.final, local)
+    calibrated = replace(_with_numbers(model, wide, "calibrated"), instruments=dict(instruments))
     alone = errors_of(outside, base)
     before = with_held_out(alone, held.base_runs(model))
     after = with_held_out(errors_of(inside, found.final), held.runs(built(found.final)))
@@ -149,7 +163,7 @@ def calibrate_on(
     return Calibration(
         model=model,
         extended=extended,
-        calibrated=extended if wide is found.final else _with_numbers(model, wide, "calibrated"),
+        calibrated=extended if wide is found.final else calibrated,
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
@@ -160,12 +174,11 @@ def calibrate_on(
                 s.group.title,
                 s.fall.gain,
                 s.fall.error,
-                tuple(g.of for g in s.tied_with),
+                s.tied_with,
                 *_both(with_held_out(errors_of(inside, s.attempt), held.runs(built(s.attempt)))),
             )
             for s in found.steps
         ),
-        refused=tuple((group.id, fall.gain, fall.error) for group, fall in found.refused),
         before=before,
         after=after,
         shares=shares,
@@ -189,6 +202,15 @@ def calibrate_on(
     )
 
 
+def _selected(problem: Problem, groups: Sequence[Group], model: Model, choice: Choice | None) -> Selection:
+    """What pieces name, on whole records: some groups, or all of the model's own numbers."""
+    if choice is None:
+        return confirmed(problem, (), {})
+    own = Group(OWN, "all of the model's own numbers", None, {n.name: n.sd for n in choice.bank.own})
+    named = [Named(own)] if choice.beside else _named(choice, groups, model)
+    return confirmed(problem, named, choice.selection.final.point.values)
+
+
 def _both(errors: Errors) -> tuple[dict[str, float], dict[str, float]]:
     held = {c: new for c, (_, new) in errors.items() if new is not None}
     return {c: old for c, (old, _) in errors.items()}, held
@@ -210,9 +232,9 @@ def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str
 
 
 def _with_numbers(model: Model, final: Attempt, kind: str) -> Model:
-    """The base model with the extensions of the chosen groups only, and all numbers where the fit put them; kind : of
-    the two models, in the name of the new one."""
-    smallest = grown(model, final.groups)
+    """The base model, without instruments, with the extensions of the chosen groups only, and all numbers where the fit
+    put them; kind : of the two models, in the name of the new one."""
+    smallest = grown(replace(model, instruments={}), final.groups)
     known = dict(zip(final.fitted.problem.names, final.fitted.theta.tolist(), strict=True))
     coefficients = np.array([known[name] for name in smallest.coordinates])
     constants = np.array([known[name] for name in smallest.constant_names])
@@ -223,7 +245,7 @@ def _with_numbers(model: Model, final: Attempt, kind: str) -> Model:
 def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
     """Numbers with intervals of the larger of jackknife and model standard error.
 
-    Eq. 11 of docs/mathematics/calibration.md.
+    Eq. 9 of docs/mathematics/calibration.md.
     """
     fitted = final.fitted
     if not fitted.numbers:
@@ -275,7 +297,7 @@ def _shares(p: Problem, given: Attempt, found: Selection) -> dict[str, Share]:
 
 
 def _verdict(p: Problem, given: Attempt, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
-    """The verdict, and the sentence that supports it (eq. 12 of docs/mathematics/calibration.md)."""
+    """The verdict, and the sentence that supports it (eq. 10 of docs/mathematics/calibration.md)."""
     base = pooled([x.adapted for x in given.left_out])
     matter = [c for c, motion in zip(p.state_places, p.motion, strict=True) if base[c] > ADEQUATE * motion]
     columns = columns_of(p)

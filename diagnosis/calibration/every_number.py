@@ -14,7 +14,7 @@ import numpy as np
 
 from ...estimation.diagnosis_only.mixed_effects.fit import expansions_of
 from ...estimation.diagnosis_only.mixed_effects.left_out import predicted, score_difference
-from ..criteria.left_out import LONG, Attempt, Selection, attempt, common, loses, numbers_of
+from .attempts import LONG, Attempt, Selection, attempt, common, loses, numbers_of
 
 if TYPE_CHECKING:
     from ...estimation.diagnosis_only.mixed_effects.problem import Problem
@@ -27,7 +27,7 @@ SHARES = (0.05, 0.1, 0.2, 0.4, 0.8)
 def every_number(problem: Problem, groups: Sequence[Group], found: Selection) -> Attempt:
     """The fit of all numbers of the groups, or the named set where that predicts left-out records better.
 
-    Eq. 14 of docs/mathematics/calibration.md.
+    Eq. 12 of docs/mathematics/calibration.md.
     """
     chosen = found.final
     named = {n.name: n.sd for n in chosen.fitted.numbers}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -17,41 +16,28 @@ if TYPE_CHECKING:
     from ...estimation.run.run import Run
     from ...estimation.run.stretch import FreeRun
     from ...models.model import Model
-    from ..prepared import Prepared
-    from .problems import Records
 
 Errors = Mapping[str, tuple[float, float | None]]
 """Column -> errors of left-out training records and of held-out records, SI."""
 
 
 class HeldOut(NamedTuple):
-    """Held-out records as they were read, and without what sensors and known causes explain.
-
-    corrected : whether these differ; they are then behind the model's instruments.
-    """
+    """Held-out records as they were read, and with the current and wind that known causes add to what they measure."""
 
     recorded: Sequence[Record]
     explained: Sequence[Record]
-    corrected: bool
 
     def base_runs(self, model: Model, by: Callable[[Stretch], FreeRun] = Stretch.free_run) -> list[Run]:
         """Runs of the base model along the records as they were read; by as `run_along` has it."""
         return [run_along(model, record, by=by) for record in self.recorded]
 
     def runs(self, model: Model, by: Callable[[Stretch], FreeRun] = Stretch.free_run) -> list[Run]:
-        """Runs of a model whose numbers moved along the records without what is explained otherwise."""
-        bare = replace(model, instruments={}) if self.corrected else model
-        return [run_along(bare, record, by=by) for record in self.explained]
+        """Runs of a model whose numbers moved, with the instruments that were found."""
+        return [run_along(model, record, by=by) for record in self.explained]
 
     def traces(self, base: Model, moved: Model) -> tuple[Trace, ...]:
-        """Measured channels against both; the second run is told as the record's own sensors would show it."""
+        """Measured channels against both, as the record's own sensors show them."""
         return tuple(map(_trace, self.base_runs(base), self.runs(moved)))
-
-
-def held_out_of(given: Records | Prepared, without_causes: Records | Prepared) -> HeldOut:
-    """The held-out records; without_causes : the same without what known causes explain."""
-    corrected = without_causes is not given or bool(given.instruments)
-    return HeldOut(given.recorded, without_causes.held_out if corrected else given.recorded, corrected)
 
 
 def with_held_out(errors: Errors, runs: Sequence[Run]) -> Errors:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...estimation.diagnosis_only.mixed_effects.fit import fit
 from ...estimation.diagnosis_only.mixed_effects.problem import pooled, squares
-from ..criteria.left_out import SHORT, attempt, numbers_of
+from .attempts import SHORT, attempt, numbers_of
 from .held_out import Errors
 from .problems import columns_of, errors_of
 from .result import Ingredient
@@ -25,7 +25,7 @@ from .result import Ingredient
 if TYPE_CHECKING:
     from ...estimation.diagnosis_only.mixed_effects.problem import Run
     from ...models.coefficient_groups import Group
-    from ..criteria.left_out import Attempt
+    from .attempts import Attempt
     from .problems import Problems
 
 FLOWS = {"measured current": (0, 1), "measured wind": (2, 3)}
@@ -38,7 +38,7 @@ def ingredients(on: Problems, before: Errors, final: Attempt) -> tuple[Ingredien
     """What every measured input, and the numbers that moved, remove of the squared error: that of held-out records,
     of left-out training records where none are held out.
 
-    Eq. 15 of docs/mathematics/calibration.md.
+    Eq. 13 of docs/mathematics/calibration.md.
 
     before : errors of the base model.
     """

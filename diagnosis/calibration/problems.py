@@ -27,30 +27,13 @@ from ...models.time_scale import time_scale_s
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
-    from ..criteria.left_out import Attempt
     from ..prepared import Prepared
+    from .attempts import Attempt
 
 FEWEST = 3
 """Records that leaving one out needs; fewer are cut into pieces."""
 USUAL, SHORTEST, MOST = 10.0, 3.5, 6
 """Usual and shortest piece of a record, in ship lengths sailed, and how many pieces there are of one at most."""
-
-
-class Records(NamedTuple):
-    """True motions: records behind a model's instruments, in its rudder sign."""
-
-    train: Sequence[Record]
-    held_out: Sequence[Record]
-
-    @property
-    def recorded(self) -> Sequence[Record]:
-        """The held-out records as they were read."""
-        return self.held_out
-
-    @property
-    def instruments(self) -> dict[str, float]:
-        """What was corrected in them."""
-        return {}
 
 
 class Problems(NamedTuple):
@@ -78,7 +61,7 @@ class Problems(NamedTuple):
         return Problems(changed(self.train), None if self.held_out is None else changed(self.held_out))
 
 
-def problems_of(whole: Model, records: Records | Prepared, threads: int) -> Problems:
+def problems_of(whole: Model, records: Prepared, threads: int) -> Problems:
     """The records of a diagnosis as problems.
 
     Raises

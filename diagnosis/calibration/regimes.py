@@ -14,9 +14,9 @@ import numpy as np
 
 from ...estimation.diagnosis_only.mixed_effects.left_out import score_difference
 from ...estimation.diagnosis_only.mixed_effects.problem import LocalChange, Problem, pooled
-from ...models.coefficient_groups import Group, parts_of
+from ...models.coefficient_groups import Group
 from ...models.families.extensions import OFFSET
-from ..criteria.left_out import LONG, Attempt, Selection, Step, attempt
+from .attempts import LONG, Attempt, Selection, Step, attempt, whole_and_parts
 from .result import StatedRegime
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def confirmation(
 ) -> Confirmation | None:
     """The choice with the proposed number, None where left-out records are predicted worse by more than chance.
 
-    Eq. 13 of docs/mathematics/calibration.md.
+    Eq. 11 of docs/mathematics/calibration.md.
     """
     trial = None if proposal is None else _attempted(problem, groups, proposal)
     if proposal is None or trial is None:
@@ -90,14 +90,14 @@ def confirmation(
     if between.gain < -between.error:
         return None
     fall = score_difference(problem, found.base.left_out, trial.left_out)
-    selection = Selection(found.base, tuple(Step(g, trial, fall) for g in trial.groups), trial, found.refused)
+    selection = Selection(found.base, tuple(Step(g, trial, fall) for g in trial.groups), trial)
     group, share = trial.groups[-1], _share(problem, found, trial)
     return Confirmation(proposal.local, trial.fitted.problem, group, selection, share)
 
 
 def _attempted(problem: Problem, groups: Sequence[Group], proposal: Proposal) -> Attempt | None:
     """The numbers of a proposal fitted together; None where one of them cannot move."""
-    alone = {name: g for g in (*groups, *(p for g in groups for p in parts_of(g))) if len(g.sd) == 1 for name in g.sd}
+    alone = {name: g for g in whole_and_parts(groups).values() if len(g.sd) == 1 for name in g.sd}
     local, number = proposal.local, proposal.local.number
     name = f"{number.name} in a regime"
     if not {*number.change} <= {*problem.names} or not {*proposal.beside} <= alone.keys():

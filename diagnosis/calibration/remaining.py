@@ -6,7 +6,7 @@ import numpy as np
 
 from ...estimation.diagnosis_only.mixed_effects.problem import THRUST, Problem
 from ...models.model import CHANNELS
-from ..criteria.left_out import Attempt
+from .attempts import Attempt
 from .result import Remaining
 
 STANDS_OUT = 1.5

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..trace import Trace
 
-SCHEMA = 2
+SCHEMA = 3
 EXPLAINABLE = 0.05
 """Least share of the squared error that counts as explainable by the model."""
 HIDDEN = ("model", "extended", "calibrated", "traces")
@@ -98,7 +98,7 @@ class Share:
         """Share of what the model can explain, which trim and noise are no part of, that numbers and causes take
         off.
 
-        Eq. 12 of docs/mathematics/calibration.md.
+        Eq. 10 of docs/mathematics/calibration.md.
         """
         taken = self.coefficients + self.causes
         return taken / max(taken + self.remaining, EXPLAINABLE)
@@ -169,7 +169,6 @@ class Calibration:
     reason: str
     moved: tuple[Moved, ...]
     steps: tuple[StepTold, ...]
-    refused: tuple[tuple[str, float, float], ...]
     before: Mapping[str, tuple[float, float | None]]
     after: Mapping[str, tuple[float, float | None]]
     shares: Mapping[str, Share]

@@ -6,8 +6,8 @@ import numpy as np
 
 from ...estimation.diagnosis_only.mixed_effects.problem import THRUST, Problem, Run
 from ...models.model import CHANNELS
-from ..criteria.left_out import Attempt
 from ..trace import Trace
+from .attempts import Attempt
 
 
 def left_out_traces(given: Problem, felt: Problem, final: Attempt) -> tuple[Trace, ...]:

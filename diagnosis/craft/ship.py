@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ...models.errors import CannotFit, FitFailed
-from ..calibration.calibrate import Records, calibrate_on
+from ..calibration.calibrate import calibrate
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def corrected(ship: Model, train: Sequence[Record]) -> tuple[Model, list[str]]:
     """The simulation with the numbers that the training records move under their priors, and what must be known."""
     try:
-        found = calibrate_on(ship, Records([r.turned(ship.positive_rudder) for r in train], ()))
+        found = calibrate(ship, train)
     except (CannotFit, FitFailed) as reason:
         return ship, [f"The simulation of the particulars is as it was given: {reason}."]
     return found.calibrated, []

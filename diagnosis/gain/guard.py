@@ -23,12 +23,12 @@ def log_fall(before: Mapping[str, float], after: Mapping[str, float]) -> float:
 
 
 def training_errors(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
-    """Channel -> root mean square error of the extended model's free runs of the training records, and of the motion
-    about its mean."""
+    """Channel -> root mean square errors of free runs of the training records by the base and the extended model."""
     parts: dict[str, list[np.ndarray]] = {}
     for trace in (t for t in diagnosis.traces if t.role == "train"):
         for channel, measured in trace.measured.items():
-            both = np.stack([measured - trace.after[channel], measured])
+            both = measured - np.stack([trace.before[channel], trace.after[channel]])
             parts.setdefault(channel, []).append(both[:, np.isfinite(both).all(axis=0)])
     whole = {c: np.concatenate(blocks, axis=1) for c, blocks in parts.items()}
-    return {c: (float(np.sqrt(np.mean(e**2))), float(np.std(y))) for c, (e, y) in whole.items() if e.size}
+    rms = {c: np.sqrt(np.mean(e**2, axis=1)).tolist() for c, e in whole.items() if e.size}
+    return {c: (before, after) for c, (before, after) in rms.items()}

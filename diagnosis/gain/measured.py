@@ -11,7 +11,7 @@ import numpy as np
 from ...estimation.filters.innovations.estimator import estimator
 from ...estimation.filters.innovations.vector import SENSORS
 from ..candidate import Unmodelled
-from ..criteria.residuals import without
+from ..residuals.criterion import without
 from ..state import State
 from . import free_runs
 from .guard import WORSE

@@ -23,9 +23,13 @@ MEASURED_AS = {"current": CURRENT, "wind": WIND}
 def behind_causes(choice: Choice, records: Sequence[Record]) -> list[Record]:
     """Records without the errors of rudder and sensors that a choice holds, and with its current and wind among what
     was measured; a neutral angle, and what belongs to single records, stay in them."""
-    candidates = [c for c in choice.selection.candidates if c.of != OFFSET.cause]
-    instruments = instruments_of(choice, candidates)
-    return [_in_flows(corrected(record, instruments), choice) for record in records]
+    instruments = instruments_behind(choice)
+    return [in_flows(corrected(record, instruments), choice) for record in records]
+
+
+def instruments_behind(choice: Choice) -> dict[str, float]:
+    """Instruments of rudder and sensors that a choice says all records have, without a neutral angle."""
+    return instruments_of(choice, [c for c in choice.selection.candidates if c.of != OFFSET.cause])
 
 
 def instruments_of(choice: Choice, candidates: Sequence[Candidate], record: int | None = None) -> dict[str, float]:
@@ -39,7 +43,7 @@ def instruments_of(choice: Choice, candidates: Sequence[Candidate], record: int 
     return instruments
 
 
-def _in_flows(record: Record, choice: Choice) -> Record:
+def in_flows(record: Record, choice: Choice) -> Record:
     """The record with the current and wind of a choice added to what it measures of them."""
     final, channels = choice.selection.final, {}
     for name, columns in MEASURED_AS.items():

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -13,7 +13,7 @@ from ...estimation.records.series import MEASURED
 from ...estimation.selection.minimiser import minimise
 from ...models.instruments import combined
 from ...models.model import CHANNELS
-from ..gain.guard import WORSE, log_fall
+from ..gain.guard import WORSE, log_fall, training_errors
 from ..gain.runs import with_calibrated, with_runs
 from ..report.findings import of_fault
 from ..report.outcome import diagnosis_of
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
 POSITIONS = ("north_m", "east_m")
 CLEARLY = 0.1
 """Mean of the logarithms of two errors' ratio from which one is clearly larger."""
+BARRED = 2
+"""Candidates that are barred at most, as whole records are predicted worse with them."""
 
 
 def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
@@ -49,19 +51,44 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     FitFailed : the arithmetic fails.
     """
     behind = records.behind_sensors(options.causes())
-    choice = chosen(runs_of(model, behind.train, options, behind.decided), options)
-    while True:
-        diagnosis = with_runs(
-            _concluded(model, behind, choice, options), behind.train, behind.instruments, held_out, options.channels
-        )
-        rest = withdrawn(choice) if worsens(diagnosis) else None
-        if rest is None:
-            break
-        choice = rest
+    choice, diagnosis = settled(model, behind, held_out, options)
     wide = with_own_numbers(choice)
     if wide is None:
         return diagnosis
     return with_calibrated(diagnosis, extended_model(model, wide, behind.instruments), held_out, options.channels)
+
+
+def settled(model: Model, behind: Prepared, held_out: Sequence[Record], options: Options) -> tuple[Choice, Diagnosis]:
+    """The choice without what worsens whole records, and the diagnosis by it.
+
+    The candidate that entered last is barred, and another choice is made without it; at the end what entered last is
+    withdrawn as long as the errors grow.
+
+    behind : records behind their sensors.  held_out : as they were read.
+
+    Raises
+    ------
+    CannotFit : the records lack what free runs need.
+    FitFailed : the arithmetic fails.
+    """
+
+    def diagnosed(choice: Choice) -> Diagnosis:
+        outcome = _concluded(model, behind, choice, options)
+        return with_runs(outcome, behind.train, behind.instruments, held_out, options.channels)
+
+    runs, barred = runs_of(model, behind.train, options, behind.decided), set[str]()
+    choice = chosen(runs, options)
+    diagnosis = diagnosed(choice)
+    while worsens(diagnosis):
+        if choice.selection.entered and len(barred) < BARRED:
+            barred.add(choice.selection.entered[-1].candidate.of)
+            choice = chosen(runs.without(barred), options)
+        elif (rest := withdrawn(choice)) is not None:
+            choice = rest
+        else:
+            break
+        diagnosis = diagnosed(choice)
+    return choice, diagnosis
 
 
 def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[Check] = ()) -> FreeRuns:
@@ -81,12 +108,17 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
 
 def worsens(said: Diagnosis) -> bool:
     """Whether some channel of the held-out records is predicted worse, also with each record's own trim; or the motion
-    clearly worse without it, in the mean over channels."""
-    motion = {c: g for c, g in said.gain.items() if c not in POSITIONS}
-    blind = log_fall(*({c: getattr(g, f"rmse_{when}") for c, g in motion.items()} for when in ("before", "after")))
-    return blind < -CLEARLY or any(
-        g.own_after > WORSE * g.own_before and g.rmse_after > WORSE * g.rmse_before for g in said.gain.values()
-    )
+    of these or of whole training records clearly worse without it, in the mean over channels."""
+    blind = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
+    if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training_errors(said))):
+        return True
+    return any(g.own_after > WORSE * g.own_before and g.rmse_after > WORSE * g.rmse_before for g in said.gain.values())
+
+
+def _motion_fall(errors: Mapping[str, tuple[float, float]]) -> float:
+    """Fall of the logarithm of errors before and after, in the mean over channels but positions."""
+    motion = {c: pair for c, pair in errors.items() if c not in POSITIONS}
+    return log_fall(*({c: pair[i] for c, pair in motion.items()} for i in (0, 1)))
 
 
 def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) -> Diagnosis:

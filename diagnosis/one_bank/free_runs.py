@@ -6,7 +6,7 @@ its number.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property, lru_cache
@@ -120,6 +120,12 @@ class FreeRuns:
         runs = copy(self)
         runs.bank = replace(self.bank, places={**self.places, **places}, series={**self.bank.series, **series})
         runs.places, runs._terms = runs.bank.places, {}
+        return runs
+
+    def without(self, ids: Collection[str]) -> FreeRuns:
+        """The same runs without candidates (`Candidate.of`) of the bank."""
+        runs = copy(self)
+        runs.bank = replace(self.bank, candidates=tuple(c for c in self.bank.candidates if c.of not in ids))
         return runs
 
     @cached_property

@@ -45,11 +45,13 @@ ONE_SIDED = (OFFSET, RUDDER_FORCE)
 """What may differ between turns to port and to starboard: a hull is alike to both sides."""
 PROMISING = 0.6
 """Share of what the choice without a regime takes off the score that a number in one must be predicted to take off."""
+LITTLE = 0.05
+"""Fall of the score that is no matter between two thresholds."""
 PART = 0.05
 """Share of the samples that lie in a regime, and out of it, at least."""
-LEADERS, FINE, FITTED = 6, 9, 3
-"""Numbers in a variable whose thresholds are refined, thresholds between the neighbours of one, and of these the kinds
-that are fitted."""
+LEADERS, FINE, FITTED, HALVINGS = 6, 9, 3, 2
+"""Numbers in a variable whose thresholds are refined, thresholds between the neighbours of one, the kinds that are
+fitted at their best one, and times that the steps about the best fit are halved."""
 
 
 @dataclass(frozen=True)
@@ -208,8 +210,29 @@ def _best(
     trials = [(c, fit) for c in _first_of_each(refined)[:FITTED] if (fit := _fitted(runs, base, c)) is not None]
     if not trials:
         return None
-    column, fitted = max(trials, key=lambda t: fall_between(runs, base, t[1]).gain)
-    return runs, column, fitted, *_interval(runs, column, [c for c in refined if c[0].kind == column.kind])
+    column, _ = max(trials, key=lambda t: fall_between(runs, base, t[1]).gain)
+    return _profiled(runs, base, [c for c, _ in refined if c.kind == column.kind], column)
+
+
+def _profiled(
+    runs: FreeRuns, base: Fitted, columns: Sequence[_Column], first: _Column
+) -> tuple[FreeRuns, _Column, Fitted, float, float] | None:
+    """The best of the fits of one kind at all thresholds, and of those that halve the steps beside it."""
+    fits = {c.regime.threshold: (c, fit) for c in columns if (fit := _fitted(runs, base, c)) is not None}
+
+    def best() -> float:
+        return max(fits, key=lambda t: fall_between(runs, base, fits[t][1]).gain)
+
+    for _ in range(HALVINGS if first.regime.variable != "side" else 0):
+        own = sorted(fits)
+        at = own.index(best())
+        beside = [own[i] for i in (at - 1, at + 1) if 0 <= i < len(own)]
+        middles = [0.5 * (own[at] + t) for t in beside]
+        halves = [_column(first.number, regime(first.regime.variable, first.regime.side, t)) for t in middles]
+        runs = runs.with_numbers(_places(runs.bank.model, halves), {})
+        fits |= {c.regime.threshold: (c, fit) for c in halves if (fit := _fitted(runs, base, c)) is not None}
+    column, fitted = fits[best()]
+    return runs, column, fitted, *_interval(runs, column, [(c, fit.left_out) for c, fit in fits.values()])
 
 
 def _screened_columns(runs: FreeRuns, base: Fitted, columns: Sequence[_Column]) -> list[tuple[_Column, np.ndarray]]:
@@ -244,7 +267,7 @@ def _interval(runs: FreeRuns, column: _Column, profile: Sequence[tuple[_Column, 
     own = next(left for c, left in profile if c is column)
     floor = floor_squares(runs)
     falls = [fall(left, own, floor) for _, left in every]
-    alike = [i for i, one in enumerate(falls) if one.gain <= one.error]
+    alike = [i for i, one in enumerate(falls) if one.gain <= max(one.error, LITTLE)]
     return every[max(alike[0] - 1, 0)][0], every[min(alike[-1] + 1, len(every) - 1)][0]
 
 

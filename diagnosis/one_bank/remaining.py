@@ -17,6 +17,7 @@ import numpy as np
 from ...checks.result import Size
 from ...datasets.instruments import corrected
 from ...estimation.selection.minimiser import minimise
+from ...estimation.selection.number import distinct
 from ...estimation.selection.score import fall
 from ...estimation.selection.selection import (
     Entered,
@@ -214,11 +215,24 @@ def _beside_numbers(now: _Beside) -> Remainder | None:
         return None
     free = [c for c in now.forces.candidates if not now.numbers or not now.forces.forces[c.id].at_once]
     selection = select(now.runs, free, RULES, now.whole, now.numbers)
-    if not selection.entered:
-        return None
     simple = now.fit(selection.candidates)
+    sure = tuple(one for one in selection.entered if _is_sure(now.runs, simple, one.candidate))
+    if not sure:
+        return None
+    if len(sure) < len(selection.entered):
+        candidates = [one.candidate for one in sure]
+        point, numbers = selection.final.point, distinct((*now.numbers, *(n for c in candidates for n in c.numbers)))
+        values = {n.name: point.values.get(n.name, 0.0) for n in numbers}
+        selection = Selection(selection.base, sure, minimise(now.runs, numbers, values, point.own))
+        simple = now.fit(candidates)
     beside = clearly_worse(now.runs, simple, selection.final, RULES.least)
     return Remainder(now.runs, now.forces, selection, selection.final if beside else simple)
+
+
+def _is_sure(runs: FreeRuns, fitted: Fitted, candidate: Candidate) -> bool:
+    """Whether some number of a force differs from zero by more than its 90 % interval."""
+    halves = half_intervals(runs, fitted)
+    return any(abs(fitted.value(name)) > halves[name] for name in candidate.names)
 
 
 def _instead(now: _Beside, base: _Beside) -> Remainder | None:
@@ -313,7 +327,7 @@ def _errs_more(before: Diagnosis, after: Diagnosis) -> bool:
     if not any(force.extended for force in after.remaining):
         return False
     held_out = [{c: g.own_after for c, g in d.gain.items()} for d in (before, after)]
-    train = [{c: error for c, (error, _) in training_errors(d).items()} for d in (before, after)]
+    train = [{c: error for c, (_, error) in training_errors(d).items()} for d in (before, after)]
     return worsens(after) or (bool(after.gain) and log_fall(*held_out) < 0.0) or log_fall(*train) <= 0.0
 
 

@@ -8,10 +8,10 @@ import numpy as np
 
 from ..candidate import Candidate, Unmodelled
 from ..causes.heading_delay import HeadingDelay
-from ..criteria.residuals import UNMODELLED, size_tests
 from ..state import State, misfit_allowance
 from ..statistics.score_tests import cauchy_combination
 from . import tests
+from .criterion import UNMODELLED, size_tests
 from .features import YAW_RATE_IN_HEADING
 from .unmodelled import best_unmodelled, margin_over_unmodelled
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..candidate import Unmodelled
-from ..criteria.residuals import without
+from ..residuals.criterion import without
 
 if TYPE_CHECKING:
     from ..candidate import Candidate

@@ -27,7 +27,6 @@ def html(found: Calibration) -> str:
         ingredients=words.ingredients_table(found),
         shares=words.shares_table(found),
         remaining=words.remaining_table(found),
-        refused=words.refused_table(found),
         runs=words.runs_table(found),
         equations=equations(found.extended, found.model) if found.moved else None,
         panels=[panel(trace, after=bool(found.moved)) for trace in traces],

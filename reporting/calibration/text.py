@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.words import channel, sentence, worse
 from ..numbers import DEG, interval, number, percent
-from ..tables import Column, Table, console, field, html, make_table
+from ..tables import Column, Table, console, html, make_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -189,16 +189,6 @@ def remaining_table(found: Calibration) -> Table:
         Column("share of the time", lambda e: percent(e.share_of_time), lambda e: e.share_of_time),
     ]
     return make_table(columns, found.remaining)
-
-
-def refused_table(found: Calibration) -> Table:
-    """Groups that were tried last and did not enter."""
-    rows = [{"group": group.replace("_", " "), "gain": gain, "error": error} for group, gain, error in found.refused]
-    columns = [
-        field("group"),
-        Column("fall of the score", lambda row: f"{row['gain']:.3f} ± {row['error']:.3f}", lambda row: row["gain"]),
-    ]
-    return make_table(columns, rows)
 
 
 def runs_table(found: Calibration) -> Table:

@@ -60,15 +60,16 @@ def test_of_one_short_record_a_response_model_learns_no_term():
 
 
 @pytest.mark.nightly
-def test_a_first_order_nomoto_lacks_damping_and_second_order():
-    """Five zigzags name the terms, three others (one of a larger rudder angle) are predicted better with them."""
+def test_a_first_order_nomoto_lacks_damping():
+    """Five zigzags name the term, three others (one of a larger rudder angle) are predicted better with it; a second
+    time constant of an unstable ship explains pieces and no whole record: it is barred."""
     train = ("Z_10_05", "Z_10_10_P", "Z_15_05", "Z_20_05", "Z_25_05")
     held_out = ("Z_10_10_S", "Z_20_10_S", "Z_35_05")
     options = Options(base_parameters="identify")
     found = diagnose(resolve("nomoto-1"), *([thinned(s, 20) for s in names] for names in (train, held_out)), options)
     print(found.verdict, found.causes, found.gain)
-    assert found.verdict == "named"
-    assert {f.cause for f in found.causes} == {"yaw_damping_cubic", "second_order_lead"}
+    assert found.verdict in ("named", "partly_named")
+    assert [f.cause for f in found.causes] == ["yaw_damping_cubic"]
     assert found.gain["yaw_rate_rad_s"].rmse_after < 0.6 * found.gain["yaw_rate_rad_s"].rmse_before
     assert found.gain["heading_rad"].rmse_after < 0.8 * found.gain["heading_rad"].rmse_before
 

@@ -12,7 +12,7 @@ from helmbench.datasets.generator import generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
 from helmbench.diagnosis.causes.wave_motion import _waves_at
-from helmbench.diagnosis.criteria.residuals import noise_fitted, refined
+from helmbench.diagnosis.residuals.criterion import noise_fitted, refined
 from helmbench.diagnosis.selection.screening import screen
 from helmbench.diagnosis.state import first_state
 from helmbench.diagnosis.statistics.bootstrap import independent_values, independent_variances

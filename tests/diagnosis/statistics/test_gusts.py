@@ -11,7 +11,7 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.candidate import Candidate
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
-from helmbench.diagnosis.criteria import residuals
+from helmbench.diagnosis.residuals import criterion
 from helmbench.diagnosis.state import first_state
 from helmbench.diagnosis.statistics import gusts
 from helmbench.diagnosis.statistics.gusts import GustLikelihood, penalised_likelihood
@@ -92,5 +92,5 @@ def test_a_rival_below_the_level_is_a_tie(est, rng):
             spread = 1.0 / np.linalg.norm(columns(est, state.setting, variant))
             at = est.at(state.setting, variant[0], 5.0 * spread)
             found.append(Candidate(cause, variant, log_p, 20.0, at, est.evaluate(at), k=1))
-        state = residuals.accepted(state, found[0], found, rng)
+        state = criterion.accepted(state, found[0], found, rng)
         assert [(a.cause, a.tied) for a in state.accepted] == [(quadratic, tied)]

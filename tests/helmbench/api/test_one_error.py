@@ -10,8 +10,7 @@ from helmbench.bench.scores.prediction_error import prediction_error
 from helmbench.bench.traces import free_run_trace
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.measured import data_dir, load
-from helmbench.diagnosis.calibration import calibrate as calibration
-from helmbench.diagnosis.calibration.problems import Records
+from helmbench.diagnosis.calibration.calibrate import calibrate
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.registry import find
@@ -110,12 +109,9 @@ def test_diagnose_and_its_baselines(case, expected):
         same({c: g.rmse_after for c, g in found.gain.items()}, {c: extended.score(c).rmse for c in expected})
 
 
-def test_calibrate(case, expected, monkeypatch):
-    """Of one group of numbers: errors do not depend on how many are tried."""
+def test_calibrate(case, expected):
     model, train, held_out = case
-    groups = calibration.groups_of
-    monkeypatch.setattr(calibration, "groups_of", lambda model: groups(model)[:1])
-    found = calibration.calibrate_on(model, Records([train], [held_out]))
+    found = calibrate(model, [train], [held_out])
     same({channel: pair[1] for channel, pair in found.before.items() if channel in expected}, expected)
     for moved, told in ((found.extended, found.after), (found.calibrated, found.predicted)):
         errors = validate({"moved": moved}, {"": held_out}, ahead=False)

@@ -18,14 +18,14 @@ from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise_from_starts
 from ...models.errors import FitFailed
 from ..candidate import Candidate, Screened, Unmodelled, candidate
-from ..residuals import tests
-from ..residuals.unmodelled import best_unmodelled
 from ..selection.failures import Failed, attempted, itself, sorted_out
 from ..selection.levels import FIRST, LATER, LEADERS, MOST_TIED, TIE_NATS, UNMODELLED
 from ..selection.screening import counted, screen
 from ..state import HIDING, State, exceeds_misfit, matters
 from ..statistics.gusts import penalised_likelihood
 from ..statistics.score_tests import canonical_correlation
+from . import tests
+from .unmodelled import best_unmodelled
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Setting

@@ -11,8 +11,7 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.candidate import Candidate, Unmodelled
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
-from helmbench.diagnosis.criteria import residuals
-from helmbench.diagnosis.residuals import judged
+from helmbench.diagnosis.residuals import criterion, judged
 from helmbench.diagnosis.residuals.judged import RIVALLED_LEVEL, RIVALLED_NATS
 from helmbench.diagnosis.residuals.unmodelled import FURTHER_NATS, margin_over_unmodelled
 from helmbench.diagnosis.state import channel_shares, exceeds_misfit, first_state, misfit_allowance
@@ -123,7 +122,7 @@ def test_an_accepted_fault_that_moved_before_the_rudder_gives_way(rng):
         s, now = refit(est, s, fault[:1], 8)
         tied = (cause_of("rudder_backlash"),)
         state = first.at(s, now, [Candidate(cause, fault, -40.0, 90.0, s, now, tied=tied)])
-        state = residuals._simplified(state, rng)
+        state = criterion._simplified(state, rng)
         assert [(a.cause, a.tied) for a in state.accepted] == [(cause_of(name), tied)]
         assert state.now.log_likelihood == est.evaluate(state.setting).log_likelihood
         if share == 0.0:
