@@ -15,9 +15,10 @@ from .by_residuals import concluded, selected
 from .checked import put_back, with_checks
 from .gain.runs import with_runs
 from .one_bank.diagnose import by_pieces
-from .one_bank.remaining import with_remaining
+from .one_bank.remaining import with_remaining, without_causes
 from .options import Options
 from .prepared import Prepared, corrected_records, without_doubtful
+from .report.findings import BY_CHANNELS
 from .result import Diagnosis
 from .starting import thinned
 
@@ -118,7 +119,13 @@ def _described(
         return diagnosis
     watch(REST)
     with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
-        return with_remaining(diagnosis, records.behind_sensors(options.causes()), held_out, options)
+        diagnosis = with_remaining(diagnosis, records.behind_sensors(options.causes()), held_out, options)
+    # a sensor that drifts looks between channels like steady errors of several
+    if diagnosis.verdict == "unexplained" and any(f.stage == BY_CHANNELS for f in diagnosis.causes):
+        with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
+            bare = without_causes(diagnosis, {f.cause for f in diagnosis.causes if f.stage == BY_CHANNELS})
+            drifting = with_remaining(replace(bare, extended=diagnosis.model), records, held_out, options)
+            return drifting if drifting.remaining and all(f.of_sensor for f in drifting.remaining) else diagnosis
     return diagnosis
 
 

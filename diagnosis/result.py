@@ -87,6 +87,11 @@ class RemainingForce:
     tied_with: tuple[str, ...] = ()
     curve: Curve | None = None
 
+    @property
+    def of_sensor(self) -> bool:
+        """Whether it is the drift of a sensor."""
+        return self.axis not in ("X", "Y", "N")
+
 
 @dataclass(frozen=True)
 class Gain:

@@ -80,8 +80,9 @@ def settled(model: Model, behind: Prepared, held_out: Sequence[Record], options:
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
     while worsens(diagnosis):
-        if choice.selection.entered and len(barred) < BARRED:
-            barred.add(choice.selection.entered[-1].candidate.of)
+        last = {one.candidate.of for one in choice.selection.entered[-1:]} - barred
+        if last and len(barred) < BARRED:
+            barred |= last
             choice = chosen(runs.without(barred), options)
         elif (rest := withdrawn(choice)) is not None:
             choice = rest

@@ -144,10 +144,10 @@ def _of_hull(name: str) -> bool:
 
 def _without_hull(found: Diagnosis) -> Diagnosis:
     """The diagnosis without causes of the hull, and without what the model's own numbers explain."""
-    return _without(found, {f.cause for f in found.causes if _of_hull(f.cause)})
+    return without_causes(found, {f.cause for f in found.causes if _of_hull(f.cause)})
 
 
-def _without(found: Diagnosis, ids: Collection[str]) -> Diagnosis:
+def without_causes(found: Diagnosis, ids: Collection[str]) -> Diagnosis:
     """The diagnosis without some causes, in the bank, too."""
     kept = tuple(f for f in found.causes if f.cause not in ids)
     of = ("named", "tied", "explained_by")
@@ -159,7 +159,7 @@ def _without_biases(found: Diagnosis, axes: Collection[str]) -> Diagnosis:
     """The diagnosis without steady errors of sensors that drift."""
     ids, names = ({pair[i] for axis, pair in BIASES.items() if axis in axes} for i in (0, 1))
     kept = {name: x for name, x in found.extended.instruments.items() if name not in names}
-    return replace(_without(found, ids), extended=replace(found.extended, instruments=kept))
+    return replace(without_causes(found, ids), extended=replace(found.extended, instruments=kept))
 
 
 # ---- the selection

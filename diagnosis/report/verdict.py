@@ -98,8 +98,9 @@ def without_motion(traces: Sequence[Trace]) -> str | None:
 
 
 def motion_explained(traces: Sequence[Trace]) -> float | None:
-    """1 - squared error of the free runs after extension over the squared yaw motion (yaw rate; where no record has
-    it, heading about its mean); None without a known value."""
+    """1 - squared error of the free runs after extension over the squared yaw motion: of the yaw rate or of the heading
+    about its mean, whichever they follow better, as one of both sensors may fail; None without a known value."""
+    shares = []
     for channel in ("yaw_rate_rad_s", "heading_rad"):
         error = motion = 0.0
         for t in traces:
@@ -110,8 +111,8 @@ def motion_explained(traces: Sequence[Trace]) -> float | None:
             middle = float(np.mean(y[known])) if channel == "heading_rad" and known.any() else 0.0
             motion += float(np.sum((y[known] - middle) ** 2))
         if motion > 0.0:
-            return 1.0 - error / motion
-    return None
+            shares.append(1.0 - error / motion)
+    return max(shares, default=None)
 
 
 def next_manoeuvre(poor: str | None, findings: Sequence[Finding]) -> str | None:
