@@ -107,9 +107,9 @@ def whole_and_parts(groups: Sequence[Group]) -> dict[str, Group]:
 
 
 def confirmed(problem: Problem, named: Sequence[Named], changes: Mapping[str, float]) -> Selection:
-    """The groups that pieces name, one after the other on whole records; those that entered last are taken back as long
-    as a state of left-out records is predicted worse than by the base, or a number is too far from what is known of
-    it.
+    """The groups that pieces name, one after the other on whole records, where left-out records are predicted better by
+    more than a standard error; those that entered last are taken back as long as a state of these is predicted worse
+    than by the base, or a number is too far from what is known of it.
 
     changes : number -> change by the fit to pieces, where the fits start: whole records have other minima, too.
     """
@@ -123,8 +123,10 @@ def confirmed(problem: Problem, named: Sequence[Named], changes: Mapping[str, fl
             trial = attempt(problem, (*now.groups, group), now.fitted, LONG, changes)
         except np.linalg.LinAlgError:
             continue
-        steps.append(Step(group, trial, score_difference(problem, now.left_out, trial.left_out), tied))
-        now = trial
+        by = score_difference(problem, now.left_out, trial.left_out)
+        if by.gain > by.error:
+            steps.append(Step(group, trial, by, tied))
+            now = trial
     while steps and (loses(problem, base, steps[-1].attempt) or not _likely(problem, steps[-1].attempt)):
         steps.pop()
     return Selection(base, tuple(steps), steps[-1].attempt if steps else base)

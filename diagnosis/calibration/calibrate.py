@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.result import NORMAL_90
-from ...estimation.diagnosis_only.mixed_effects.left_out import jackknife
+from ...estimation.diagnosis_only.mixed_effects.left_out import jackknife, score_difference
 from ...estimation.diagnosis_only.mixed_effects.problem import Problem, pooled
 from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.run.run import squares_of
@@ -19,6 +19,7 @@ from ...models.coefficient_groups import OWN, Group, groups_of, grown
 from ...models.errors import BadInput, CannotFit
 from ...models.instruments import combined
 from ...models.linear_algebra import pinv
+from ..causes.constant_force import ConstantForce
 from ..causes.registry import causes_of
 from ..gain.guard import WORSE
 from ..gain.own import own_run
@@ -41,6 +42,7 @@ from .traces import left_out_traces
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.diagnosis_only.mixed_effects.fit import Fitted
+    from ...estimation.selection.selection import Entered
     from ...models.model import Model
     from ..one_bank.search import Choice
     from ..prepared import Prepared
@@ -80,7 +82,7 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     records = corrected_records(model, train, held_out, options).behind_sensors(None)
     shown = combined(model.instruments, records.instruments)
     try:
-        choice, _ = settled(model, records, held_out, options)
+        choice, _ = settled(model, records, held_out, options, never=(ConstantForce.id,))
     except CannotFit:
         return _calibrated(_Sides(records, records, HeldOut(held_out, held_out)), model, shown, None, options.threads)
     behind = replace(
@@ -99,12 +101,12 @@ class _Sides(NamedTuple):
     held_out: HeldOut
 
 
-def _named(choice: Choice, groups: Sequence[Group], model: Model) -> list[Named]:
+def _named(choice: Choice, entered: Sequence[Entered], groups: Sequence[Group], model: Model) -> list[Named]:
     """The groups of numbers that pieces name, those of terms that the model lacks by their causes."""
     known, by_id = causes_of(model), whole_and_parts(groups)
     by_cause = {known[g.id]: g for g in groups if g.id in known}
     named = []
-    for one in choice.selection.entered:
+    for one in entered:
         group = by_id.get(one.candidate.id) or by_cause.get(choice.bank.cause_of(one.candidate))
         if group is not None:
             named.append(Named(group, tuple(c.of for c in one.tied_with)))
@@ -203,12 +205,19 @@ def _calibrated(
 
 
 def _selected(problem: Problem, groups: Sequence[Group], model: Model, choice: Choice | None) -> Selection:
-    """What pieces name, on whole records: some groups, or all of the model's own numbers."""
+    """What pieces name, on whole records: some groups, or all of the model's own numbers where these predict left-out
+    records better than few."""
     if choice is None:
         return confirmed(problem, (), {})
     own = Group(OWN, "all of the model's own numbers", None, {n.name: n.sd for n in choice.bank.own})
-    named = [Named(own)] if choice.beside else _named(choice, groups, model)
-    return confirmed(problem, named, choice.selection.final.point.values)
+    few = _named(choice, choice.few if choice.beside else choice.selection.entered, groups, model)
+    changes = choice.selection.final.point.values
+    found = confirmed(problem, few, {} if choice.beside else changes)
+    if not choice.beside:
+        return found
+    every = confirmed(problem, [Named(own)], changes)
+    better = score_difference(problem, found.final.left_out, every.final.left_out).gain > 0.0
+    return every if better else found
 
 
 def _both(errors: Errors) -> tuple[dict[str, float], dict[str, float]]:

@@ -74,8 +74,10 @@ class Row(NamedTuple):
     inverse: bool = False
 
 
+DELAY = "rudder_delay"
+"""The rudder acts so much later than it is recorded."""
 ROWS = (
-    Row("rudder_delay", "rudder_delay", "steering", ("rudder_delay",), "s", 0.5, (0.02, 0.05, 0.15), low=0.0),
+    Row(DELAY, DELAY, "steering", (DELAY,), "s", 0.5, (0.02, 0.05, 0.15), low=0.0),
     Row("rudder_rate_limit", "rudder_slowness", "steering", ("rudder_rate_limit",), "s", 40.0,
         (4.1, 1.9, 0.95, 0.48, 0.24), low=0.0, commanded=True, inverse=True),
     Row("rudder_saturation", "rudder_stop", "steering", ("rudder_saturation",), "1", 20.0,

@@ -58,13 +58,16 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     return with_calibrated(diagnosis, extended_model(model, wide, behind.instruments), held_out, options.channels)
 
 
-def settled(model: Model, behind: Prepared, held_out: Sequence[Record], options: Options) -> tuple[Choice, Diagnosis]:
+def settled(
+    model: Model, behind: Prepared, held_out: Sequence[Record], options: Options, never: Collection[str] = ()
+) -> tuple[Choice, Diagnosis]:
     """The choice without what worsens whole records, and the diagnosis by it.
 
     The candidate that entered last is barred, and another choice is made without it; at the end what entered last is
     withdrawn as long as the errors grow.
 
-    behind : records behind their sensors.  held_out : as they were read.
+    behind : records behind their sensors.  held_out : as they were read.  never : candidates (`Candidate.of`) that are
+        not tried.
 
     Raises
     ------
@@ -76,7 +79,7 @@ def settled(model: Model, behind: Prepared, held_out: Sequence[Record], options:
         outcome = _concluded(model, behind, choice, options)
         return with_runs(outcome, behind.train, behind.instruments, held_out, options.channels)
 
-    runs, barred = runs_of(model, behind.train, options, behind.decided), set[str]()
+    runs, barred = runs_of(model, behind.train, options, behind.decided).without(never), set[str]()
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
     while worsens(diagnosis):

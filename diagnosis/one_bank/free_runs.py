@@ -31,7 +31,7 @@ from ...models.instruments import SENSORS
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from .motion import motion_of
-from .units import Rudder
+from .units import FEWEST, Rudder, without_begin
 
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Point
@@ -127,6 +127,11 @@ class FreeRuns:
         runs = copy(self)
         runs.bank = replace(self.bank, candidates=tuple(c for c in self.bank.candidates if c.of not in ids))
         return runs
+
+    def without_begin(self, late_s: float) -> FreeRuns:
+        """The runs without the first `late_s` s of each record; the same where that leaves too few pieces."""
+        units = without_begin(self.units, late_s)
+        return FreeRuns(self.bank, units, self.length_s) if len(units) >= FEWEST else self
 
     @cached_property
     def noise(self) -> np.ndarray:

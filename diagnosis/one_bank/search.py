@@ -17,7 +17,7 @@ from ...estimation.selection.number import distinct
 from ...estimation.selection.selection import Rules, Selection, clearly_worse, fall_between, mean_squares, select
 from ..causes.base import Cause
 from ..causes.registry import causes
-from .bank import FLOWS, FORCE, INPUT
+from .bank import DELAY, FLOWS, FORCE, INPUT
 from .regimes import in_regime
 from .units import REFERENCE_S
 
@@ -38,6 +38,8 @@ MATTERS, BESIDE = (0.05, 0.99), (0.005, 0.999)
 """Least fall of the score for each channel, and level: of few numbers alone, and beside the model's own numbers."""
 CLEAR = 0.95
 """Level from which a number in a regime is clearly better than numbers that are wrong everywhere."""
+LATE = 0.1
+"""Delay of the rudder, as a share of a piece, from which it matters what acted before a record's begin."""
 FEW = 3
 """Causes and numbers up to which a choice says more than that all of the model's own numbers are uncertain."""
 ENOUGH = 0.01
@@ -46,12 +48,16 @@ ENOUGH = 0.01
 
 @dataclass(frozen=True)
 class Choice:
-    """What was selected, whether it is beside the model's own numbers, and a number that is wrong in a regime only."""
+    """What was selected, whether it is beside the model's own numbers, and a number that is wrong in a regime only.
+
+    few : where it is beside these numbers, the causes and numbers that were selected without them.
+    """
 
     runs: FreeRuns
     selection: Selection
     beside: bool = False
     local: InRegime | None = None
+    few: tuple[Entered, ...] = ()
 
     @property
     def bank(self) -> Bank:
@@ -93,8 +99,14 @@ def _without(choice: Choice, one: Entered) -> Choice:
 
 
 def chosen(runs: FreeRuns, options: Options) -> Choice:
-    """The choice for records, without faults of input and sensors whose sizes are below what matters."""
+    """The choice for records, without faults of input and sensors whose sizes are below what matters.
+
+    Where the rudder acts late, another choice is made without the begin of each record: what acts there is not known.
+    """
     choice = _chosen(runs, options)
+    late_s = choice.selection.final.value(DELAY)
+    if late_s > LATE * float(np.ptp(runs.units[0].grid_s)):
+        choice = _chosen(runs.without_begin(late_s), options)
     while small := [one for one in choice.selection.entered if not _matters(choice, one)]:
         choice = _without(choice, small[-1])
     return choice
@@ -133,7 +145,7 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     if not _left_to_explain(choice.runs, choice.selection):
         return choice
     beside = _beside(choice, base)
-    return choice if beside is None else Choice(runs, beside, beside=True)
+    return choice if beside is None else Choice(runs, beside, beside=True, few=choice.selection.entered)
 
 
 def _with_regime(choice: Choice, rules: Rules) -> Choice:

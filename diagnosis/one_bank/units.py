@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -120,6 +120,23 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
     if len(units) < FEWEST:
         raise CannotFit(f"fewer than {FEWEST} pieces of {SHORTEST} samples")
     return units
+
+
+def without_begin(units: Sequence[Unit], late_s: float) -> list[Unit]:
+    """The pieces without the first `late_s` s of each record: behind a delay nothing tells what acts there."""
+    out = []
+    for unit in units:
+        piece, model = unit.stretch.record, unit.stretch.model
+        first = int(np.searchsorted(piece.time_s, unit.record.time_s[0] + late_s))
+        if first == 0:
+            out.append(unit)
+        elif piece.n - first >= SHORTEST:
+            stretch = Stretch.of(model, piece.slice(first, None))
+            start = stretch.state_at(0)
+            hidden = [i for i, name in enumerate(model.states) if name in ("u", "v") and i not in stretch.known]
+            start[hidden] = unit.start[hidden]
+            out.append(replace(unit, stretch=stretch, start=start))
+    return out
 
 
 def _starts(model: Model, record: Record, pieces: Sequence[Stretch]) -> list[np.ndarray]:

@@ -115,7 +115,7 @@ def test_a_diagnosis_and_a_calibration_show_themselves(diagnosis_of):
     checked(found)
     model = helmbench.resolve("kvlcc2-l7")
     moved = (Moved("R_0", "resistance", 0.02, 0.03, 0.025, 0.035, 50.0, 2.0),)
-    nothing = dict.fromkeys(("steps", "refused", "remaining", "runs", "next_runs", "worse"), ())
+    nothing = dict.fromkeys(("steps", "remaining", "runs", "next_runs", "worse"), ())
     checked(Calibration.of(Calibrated(
         model=model, extended=model, calibrated=model, records=(("one", "train"),), verdict="named", moved=moved,
         reason="it does",
