@@ -29,7 +29,7 @@ from ..options import Options
 from ..prepared import corrected_records
 from ..report.verdict import by_share
 from .advice import next_runs
-from .attempts import LONG, Attempt, Named, Selection, attempt, confirmed, whole_and_parts
+from .attempts import LONG, Attempt, Named, Selection, attempt, confirmed, loses, whole_and_parts
 from .every_number import every_number
 from .held_out import HeldOut, with_held_out
 from .ingredients import floor, ingredients
@@ -140,6 +140,9 @@ def _calibrated(
         outside = outside if outside.runs == inside.runs else inside
     found = _selected(inside.train, groups, model, choice)
     base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
+    if not found.steps and loses(inside.train, base, found.base):  # causes that need numbers which are not confirmed
+        plain = _Sides(given, given, HeldOut(held.recorded, held.recorded))
+        return _calibrated(plain, model, combined(model.instruments, given.instruments), None, threads)
     local = None if choice is None else confirmation(inside.train, found, groups, _proposal(choice))
     if local is not None:
         found, groups = local.selection, [*groups, local.group]

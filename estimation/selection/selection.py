@@ -3,8 +3,9 @@
 One linearisation of all numbers says what a fit with each candidate would leave of left-out units; the leaders are
 refitted.  A candidate enters where the score falls by more than matters (`least` for each channel) and by more than is
 chance (`level` of Student's t over units, a lower one for a likelihood ratio of `EVIDENT`).  Of those that enter, the
-first by rank and by the count of its numbers that is not clearly worse than the best.  At the end candidates leave
-again, as long as that costs less.
+first by rank and by the count of its numbers that is not clearly worse than the best.  At the end a candidate of few
+numbers takes the place of one of many where it predicts as well, and candidates leave again, as long as that costs
+less.
 """
 
 from __future__ import annotations
@@ -29,6 +30,8 @@ TAKEN = 0.01
 EVIDENT, LARGE = 10.0, 0.99
 """Fall of the score times the independent values from which a lower level suffices: few units may hold all that is
 known of a number, so that the standard error is large by the size of the fall itself."""
+MANY = 3
+"""Numbers of a candidate from which others are tried in its place at the end."""
 IN_BOUNDS = 1.5
 """A predicted fit goes so far at most beyond the trial value that it was linearised at, as a factor on that."""
 
@@ -103,7 +106,7 @@ def select(
         if following is None:
             break
         now = following
-    return search.without_needless(now)
+    return search.without_needless(search.exchanged(now, bank))
 
 
 def predictions(problem: Problem, bank: Sequence[Candidate], base: Fitted) -> list[tuple[Candidate, np.ndarray]]:
@@ -248,6 +251,19 @@ class _Search:
             return None
 
     # ---- the end
+    def exchanged(self, now: Selection, bank: Sequence[Candidate]) -> Selection:
+        """The selection with a candidate of few numbers in the place of one of many, where left-out units are not
+        predicted clearly worse: what entered first was chosen before the others were known."""
+        for one in now.entered if len(now.entered) > 1 else ():
+            smaller = [c for c in bank if len(c.numbers) < len(one.candidate.numbers)]
+            if len(one.candidate.numbers) < MANY or not smaller:
+                continue
+            kept = tuple(e for e in now.entered if e is not one)
+            few = self.entered(Selection(now.base, kept, self._without(now, one).fitted), smaller)
+            if few is not None and not clearly_worse(self.problem, few.final, now.final, self.rules.least):
+                now = few
+        return now
+
     def without_needless(self, now: Selection) -> Selection:
         """The selection without candidates that the others make needless."""
         while len(now.entered) > 1:
