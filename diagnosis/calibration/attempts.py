@@ -62,7 +62,7 @@ class Selection:
     final: Attempt
 
 
-class Named(NamedTuple):
+class NamedGroup(NamedTuple):
     """A group, or a part of one, that free runs of pieces name, and ids of the groups that do as well."""
 
     group: Group
@@ -106,15 +106,17 @@ def whole_and_parts(groups: Sequence[Group]) -> dict[str, Group]:
     return {g.id: g for group in groups for g in (group, *parts_of(group))}
 
 
-def confirmed(problem: Problem, named: Sequence[Named], changes: Mapping[str, float]) -> Selection:
+def on_whole_records(
+    problem: Problem, base: Attempt, named: Sequence[NamedGroup], changes: Mapping[str, float]
+) -> Selection:
     """The groups that pieces name, one after the other on whole records, where left-out records are predicted better by
     more than a standard error; those that entered last are taken back as long as a state of these is predicted worse
     than by the base, or a number is too far from what is known of it.
 
-    changes : number -> change by the fit to pieces, where the fits start: whole records have other minima, too.
+    base : without any group.  changes : number -> change by the fit to pieces, where the fits start: whole records have
+        other minima, too.
     """
-    base = now = attempt(problem, (), None, LONG)
-    steps: list[Step] = []
+    now, steps = base, list[Step]()
     for group, tied in named:
         held = {name for g in now.groups for name in g.sd}
         if held & {*group.sd}:

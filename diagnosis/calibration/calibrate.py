@@ -24,12 +24,12 @@ from ..causes.registry import causes_of
 from ..gain.guard import WORSE
 from ..gain.own import own_run
 from ..one_bank.behind import behind_causes, in_flows, instruments_behind
-from ..one_bank.diagnose import settled
+from ..one_bank.diagnose import choice_and_diagnosis
 from ..options import Options
 from ..prepared import corrected_records
 from ..report.verdict import by_share
 from .advice import next_runs
-from .attempts import LONG, Attempt, Named, Selection, attempt, confirmed, loses, whole_and_parts
+from .attempts import LONG, Attempt, NamedGroup, Selection, attempt, loses, on_whole_records, whole_and_parts
 from .every_number import every_number
 from .held_out import HeldOut, with_held_out
 from .ingredients import floor, ingredients
@@ -80,17 +80,17 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
     options = Options().checked(model)
     records = corrected_records(model, train, held_out, options).behind_sensors(None)
-    shown = combined(model.instruments, records.instruments)
+    instruments = combined(model.instruments, records.instruments)
     try:
-        choice, _ = settled(model, records, held_out, options, never=(ConstantForce.id,))
+        choice, _ = choice_and_diagnosis(model, records, held_out, options, never=(ConstantForce.id,))
     except CannotFit:
-        return _calibrated(_Sides(records, records, HeldOut(held_out, held_out)), model, shown, None, options.threads)
+        return _calibrated(_Sides.without_causes(records, held_out), model, instruments, None, options.threads)
     behind = replace(
         records, train=behind_causes(choice, records.train), held_out=behind_causes(choice, records.held_out)
     )
     held = HeldOut(held_out, [in_flows(record, choice) for record in held_out])
-    shown = combined(shown, instruments_behind(choice))
-    return _calibrated(_Sides(records, behind, held), model, shown, choice, options.threads)
+    instruments = combined(instruments, instruments_behind(choice))
+    return _calibrated(_Sides(records, behind, held), model, instruments, choice, options.threads)
 
 
 class _Sides(NamedTuple):
@@ -100,17 +100,24 @@ class _Sides(NamedTuple):
     behind: Prepared
     held_out: HeldOut
 
+    @classmethod
+    def without_causes(cls, given: Prepared, recorded: Sequence[Record]) -> _Sides:
+        """Records that no known cause is taken off; recorded : held-out ones as they were read."""
+        return cls(given, given, HeldOut(recorded, recorded))
 
-def _named(choice: Choice, entered: Sequence[Entered], groups: Sequence[Group], model: Model) -> list[Named]:
+
+def _named_groups(
+    choice: Choice, entered: Sequence[Entered], groups: Sequence[Group], model: Model
+) -> list[NamedGroup]:
     """The groups of numbers that pieces name, those of terms that the model lacks by their causes."""
     known, by_id = causes_of(model), whole_and_parts(groups)
     by_cause = {known[g.id]: g for g in groups if g.id in known}
-    named = []
+    out = []
     for one in entered:
         group = by_id.get(one.candidate.id) or by_cause.get(choice.bank.cause_of(one.candidate))
         if group is not None:
-            named.append(Named(group, tuple(c.of for c in one.tied_with)))
-    return named
+            out.append(NamedGroup(group, tuple(c.of for c in one.tied_with)))
+    return out
 
 
 def _proposal(choice: Choice) -> Proposal | None:
@@ -124,51 +131,52 @@ def _proposal(choice: Choice) -> Proposal | None:
 
 
 def _calibrated(
-    records: _Sides, model: Model, instruments: Mapping[str, float], choice: Choice | None, threads: int
+    records: _Sides, model: Model, instruments: dict[str, float], choice: Choice | None, threads: int
 ) -> Calibration:
     """The calibration on true motions by the choice of pieces; None: they cannot be made.
 
     instruments : of the model, of what was corrected and of known causes.
     threads : threads that run the fits; the results do not depend on them.
     """
-    given, felt, held = records
+    given, behind, held = records
     started, train, groups = time.perf_counter(), given.train, groups_of(model)
     whole = grown(model, groups)
-    inside = outside = problems_of(whole, felt, threads)
-    if felt is not given:
+    inside = outside = problems_of(whole, behind, threads)
+    if behind is not given:
         outside = problems_of(whole, given, threads)
         outside = outside if outside.runs == inside.runs else inside
-    found = _selected(inside.train, groups, model, choice)
-    base = found.base if outside is inside else attempt(outside.train, (), None, LONG)
-    if not found.steps and loses(inside.train, base, found.base):  # causes that need numbers which are not confirmed
+    selection = _selection(inside.train, groups, model, choice)
+    base = selection.base if outside is inside else attempt(outside.train, (), None, LONG)
+    if not selection.steps and loses(
+        inside.train, base, selection.base
+    ):  # causes that need numbers which are not confirmed
         plain = _Sides(given, given, HeldOut(held.recorded, held.recorded))
         return _calibrated(plain, model, combined(model.instruments, given.instruments), None, threads)
-    local = None if choice is None else confirmation(inside.train, found, groups, _proposal(choice))
+    local = None if choice is None else confirmation(inside.train, selection, groups, _proposal(choice))
     if local is not None:
-        found, groups = local.selection, [*groups, local.group]
+        selection, groups = local.selection, [*groups, local.group]
         inside = inside.with_change(local.problem.local)
-    shares = _shares(inside.train, base, found)
-    verdict, reason = _verdict(inside.train, base, found, shares)
-    if found.steps and len(train) < FEWEST:
+    shares = _shares(inside.train, base, selection)
+    verdict, reason = _verdict(inside.train, base, selection, shares)
+    if selection.steps and len(train) < FEWEST:
         reason = f"{reason}; they are judged by pieces of the same records, and other records may show other numbers"
-    extended = _with_numbers(model, found.final, "extended")
-    moved = _moved(found.final, groups)
+    extended = _with_numbers(model, selection.final, "extended", {})
+    moved = _moved(selection.final, groups)
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
-    advised = next_runs(extended, whole, found, groups)
-    extended = replace(extended if local is None else local.extended(extended), instruments=dict(instruments))
-    settled = local is not None or verdict == "adequate"
-    wide = found.final if settled else every_number(inside.train, groups, found)
-    built = partial(_built, replace(whole, instruments=dict(instruments)), extended, found.final, local)
-    calibrated = replace(_with_numbers(model, wide, "calibrated"), instruments=dict(instruments))
+    advised = next_runs(extended, whole, selection, groups)
+    extended = replace(extended if local is None else local.extended(extended), instruments=instruments)
+    sparse = local is not None or verdict == "adequate"
+    wide = selection.final if sparse else every_number(inside.train, groups, selection)
+    built = partial(_built, replace(whole, instruments=instruments), extended, selection.final, local)
     alone = errors_of(outside, base)
     before = with_held_out(alone, held.base_runs(model))
-    after = with_held_out(errors_of(inside, found.final), held.runs(built(found.final)))
+    after = with_held_out(errors_of(inside, selection.final), held.runs(built(selection.final)))
     wide_model = built(wide)
-    predicted = after if wide is found.final else with_held_out(errors_of(inside, wide), held.runs(wide_model))
+    predicted = after if wide is selection.final else with_held_out(errors_of(inside, wide), held.runs(wide_model))
     return Calibration(
         model=model,
         extended=extended,
-        calibrated=extended if wide is found.final else calibrated,
+        calibrated=extended if wide is selection.final else _with_numbers(model, wide, "calibrated", instruments),
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
@@ -182,19 +190,19 @@ def _calibrated(
                 s.tied_with,
                 *_both(with_held_out(errors_of(inside, s.attempt), held.runs(built(s.attempt)))),
             )
-            for s in found.steps
+            for s in selection.steps
         ),
         before=before,
         after=after,
         shares=shares,
-        remaining=remaining(inside.train, found.final),
+        remaining=remaining(inside.train, selection.final),
         runs=tuple(
             RunEffect(run.name, float(own[0]))
-            for run, own in zip(inside.train.runs, found.final.fitted.own, strict=True)
+            for run, own in zip(inside.train.runs, selection.final.fitted.own, strict=True)
         ),
         traces=(
-            *left_out_traces(outside.train, inside.train, found.final),
-            *held.traces(model, built(found.final)),
+            *left_out_traces(outside.train, inside.train, selection.final),
+            *held.traces(model, built(selection.final)),
         ),
         next_runs=advised,
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
@@ -207,20 +215,21 @@ def _calibrated(
     )
 
 
-def _selected(problem: Problem, groups: Sequence[Group], model: Model, choice: Choice | None) -> Selection:
+def _selection(problem: Problem, groups: Sequence[Group], model: Model, choice: Choice | None) -> Selection:
     """What pieces name, on whole records: some groups, or all of the model's own numbers where these predict left-out
     records better than few."""
+    base = attempt(problem, (), None, LONG)
     if choice is None:
-        return confirmed(problem, (), {})
-    own = Group(OWN, "all of the model's own numbers", None, {n.name: n.sd for n in choice.bank.own})
-    few = _named(choice, choice.few if choice.beside else choice.selection.entered, groups, model)
+        return Selection(base, (), base)
     changes = choice.selection.final.point.values
-    found = confirmed(problem, few, {} if choice.beside else changes)
     if not choice.beside:
-        return found
-    every = confirmed(problem, [Named(own)], changes)
-    better = score_difference(problem, found.final.left_out, every.final.left_out).gain > 0.0
-    return every if better else found
+        named = _named_groups(choice, choice.selection.entered, groups, model)
+        return on_whole_records(problem, base, named, changes)
+    few = on_whole_records(problem, base, _named_groups(choice, choice.few, groups, model), {})
+    own = Group(OWN, "all of the model's own numbers", None, {n.name: n.sd for n in choice.bank.own})
+    every = on_whole_records(problem, base, [NamedGroup(own)], changes)
+    better = score_difference(problem, few.final.left_out, every.final.left_out).gain > 0.0
+    return every if better else few
 
 
 def _both(errors: Errors) -> tuple[dict[str, float], dict[str, float]]:
@@ -243,10 +252,10 @@ def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str
     return {c: (both[0][c].scores()[0], both[1][c].scores()[0]) for c in columns if all(c in side for side in both)}
 
 
-def _with_numbers(model: Model, final: Attempt, kind: str) -> Model:
-    """The base model, without instruments, with the extensions of the chosen groups only, and all numbers where the fit
-    put them; kind : of the two models, in the name of the new one."""
-    smallest = grown(replace(model, instruments={}), final.groups)
+def _with_numbers(model: Model, final: Attempt, kind: str, instruments: dict[str, float]) -> Model:
+    """The base model behind some instruments with the extensions of the chosen groups only, and all numbers where the
+    fit put them; kind : of the two models, in the name of the new one."""
+    smallest = grown(replace(model, instruments=instruments), final.groups)
     known = dict(zip(final.fitted.problem.names, final.fitted.theta.tolist(), strict=True))
     coefficients = np.array([known[name] for name in smallest.coordinates])
     constants = np.array([known[name] for name in smallest.constant_names])

@@ -50,7 +50,7 @@ class Pair(NamedTuple):
     @property
     def channels(self) -> list[str]:
         """Channels that both models predict."""
-        return [c for c in self.before.predicted if c in self.after.predicted]
+        return _shared(self.before, self.after)
 
 
 def with_runs(
@@ -67,11 +67,13 @@ def with_runs(
     """
     base, extended = (_without(one, {*found.model.instruments, *corrected}) for one in (found.model, found.extended))
     held = pairs_of(found.model, found.extended, held_out, found.of_held_out, channels)
-    shown = [trace_of(pair, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)]
+    shown = [
+        trace_of(pair.before, pair.after, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)
+    ]
     return replace(
         found,
         gain=gain_of(held, np.random.default_rng(found.seed)),
-        traces=(*shown, *(trace_of(pair, "held_out") for pair in held)),
+        traces=(*shown, *(trace_of(pair.before, pair.after, "held_out") for pair in held)),
         where=tuple(where(shown)),
     )
 
@@ -150,9 +152,14 @@ def _blocks(pair: Pair, channel: str) -> tuple[np.ndarray, np.ndarray]:
     return np.array(old), np.array(new)
 
 
-def trace_of(pair: Pair, role: str) -> Trace:
-    """A record for the page: measured channels against both runs."""
-    own = pair.before.measured
-    runs = [{c: run.predicted[c] for c in pair.channels} for run in (pair.before, pair.after)]
-    measured = {c: own.channels[c] for c in pair.channels}
+def trace_of(before: Run, after: Run, role: str) -> Trace:
+    """A record for the page: measured channels against both runs, in the channels that both predict."""
+    own, channels = before.measured, _shared(before, after)
+    runs = [{c: run.predicted[c] for c in channels} for run in (before, after)]
+    measured = {c: own.channels[c] for c in channels}
     return Trace(own.name, role, own.time_s - own.time_s[0], own.rudder, measured, *runs)
+
+
+def _shared(before: Run, after: Run) -> list[str]:
+    """Channels that both runs predict."""
+    return [c for c in before.predicted if c in after.predicted]

@@ -51,14 +51,14 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     FitFailed : the arithmetic fails.
     """
     behind = records.behind_sensors(options.causes())
-    choice, diagnosis = settled(model, behind, held_out, options)
+    choice, diagnosis = choice_and_diagnosis(model, behind, held_out, options)
     wide = with_own_numbers(choice)
     if wide is None:
         return diagnosis
     return with_calibrated(diagnosis, extended_model(model, wide, behind.instruments), held_out, options.channels)
 
 
-def settled(
+def choice_and_diagnosis(
     model: Model, behind: Prepared, held_out: Sequence[Record], options: Options, never: Collection[str] = ()
 ) -> tuple[Choice, Diagnosis]:
     """The choice without what worsens whole records, and the diagnosis by it.

@@ -211,10 +211,10 @@ def _best(
     if not trials:
         return None
     column, _ = max(trials, key=lambda t: fall_between(runs, base, t[1]).gain)
-    return _profiled(runs, base, [c for c, _ in refined if c.kind == column.kind], column)
+    return _best_threshold(runs, base, [c for c, _ in refined if c.kind == column.kind], column)
 
 
-def _profiled(
+def _best_threshold(
     runs: FreeRuns, base: Fitted, columns: Sequence[_Column], first: _Column
 ) -> tuple[FreeRuns, _Column, Fitted, float, float] | None:
     """The best of the fits of one kind at all thresholds, and of those that halve the steps beside it."""

@@ -17,7 +17,6 @@ import numpy as np
 from ...checks.result import Size
 from ...datasets.instruments import corrected
 from ...estimation.selection.minimiser import minimise
-from ...estimation.selection.number import distinct
 from ...estimation.selection.score import fall
 from ...estimation.selection.selection import (
     Entered,
@@ -27,6 +26,7 @@ from ...estimation.selection.selection import (
     floor_squares,
     mean_squares,
     select,
+    with_only,
 )
 from ...models.extend import extended
 from ...models.model import CHANNELS
@@ -220,11 +220,8 @@ def _beside_numbers(now: _Beside) -> Remainder | None:
     if not sure:
         return None
     if len(sure) < len(selection.entered):
-        candidates = [one.candidate for one in sure]
-        point, numbers = selection.final.point, distinct((*now.numbers, *(n for c in candidates for n in c.numbers)))
-        values = {n.name: point.values.get(n.name, 0.0) for n in numbers}
-        selection = Selection(selection.base, sure, minimise(now.runs, numbers, values, point.own))
-        simple = now.fit(candidates)
+        selection = with_only(now.runs, selection, sure, now.numbers)
+        simple = now.fit(selection.candidates)
     beside = clearly_worse(now.runs, simple, selection.final, RULES.least)
     return Remainder(now.runs, now.forces, selection, selection.final if beside else simple)
 

@@ -14,7 +14,15 @@ import numpy as np
 
 from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.number import distinct
-from ...estimation.selection.selection import Rules, Selection, clearly_worse, fall_between, mean_squares, select
+from ...estimation.selection.selection import (
+    Rules,
+    Selection,
+    clearly_worse,
+    fall_between,
+    mean_squares,
+    select,
+    with_only,
+)
 from ..causes.base import Cause
 from ..causes.registry import causes
 from .bank import DELAY, FLOWS, FORCE, INPUT
@@ -89,13 +97,9 @@ def withdrawn(choice: Choice) -> Choice | None:
 
 def _without(choice: Choice, one: Entered) -> Choice:
     """The choice without a candidate, all others fitted again."""
-    runs, selection = choice.runs, choice.selection
-    kept = tuple(e for e in selection.entered if e is not one)
-    own = runs.bank.own if choice.beside else ()
-    numbers = distinct((*own, *(n for one in kept for n in one.candidate.numbers)))
-    point = selection.final.point
-    values = {n.name: point.values.get(n.name, 0.0) for n in numbers}
-    return replace(choice, selection=Selection(selection.base, kept, minimise(runs, numbers, values, point.own)))
+    kept = [e for e in choice.selection.entered if e is not one]
+    own = choice.bank.own if choice.beside else ()
+    return replace(choice, selection=with_only(choice.runs, choice.selection, kept, own))
 
 
 def chosen(runs: FreeRuns, options: Options) -> Choice:

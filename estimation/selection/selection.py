@@ -106,13 +106,22 @@ def select(
         if following is None:
             break
         now = following
-    return search.without_needless(search.exchanged(now, bank))
+    return search.without_needless(search.with_smaller(now, bank))
 
 
 def predictions(problem: Problem, bank: Sequence[Candidate], base: Fitted) -> list[tuple[Candidate, np.ndarray]]:
     """Candidates with the squares (K, C) of left-out units that the linearisation about a fit without any predicts,
     those of the largest fall of the score first."""
     return _Search(problem, Rules(), ()).predictions(Selection(base, (), base), bank)
+
+
+def with_only(
+    problem: Problem, selection: Selection, kept: Sequence[Entered], always: Sequence[Number] = ()
+) -> Selection:
+    """The selection of some of what entered, all fitted again; always : numbers that are free in every fit."""
+    numbers, point = distinct((*always, *(n for one in kept for n in one.candidate.numbers))), selection.final.point
+    values = {n.name: point.values.get(n.name, 0.0) for n in numbers}
+    return Selection(selection.base, tuple(kept), minimise(problem, numbers, values, point.own))
 
 
 def clearly_worse(problem: Problem, one: Fitted, other: Fitted, least: float) -> bool:
@@ -251,15 +260,14 @@ class _Search:
             return None
 
     # ---- the end
-    def exchanged(self, now: Selection, bank: Sequence[Candidate]) -> Selection:
+    def with_smaller(self, now: Selection, bank: Sequence[Candidate]) -> Selection:
         """The selection with a candidate of few numbers in the place of one of many, where left-out units are not
         predicted clearly worse: what entered first was chosen before the others were known."""
         for one in now.entered if len(now.entered) > 1 else ():
             smaller = [c for c in bank if len(c.numbers) < len(one.candidate.numbers)]
             if len(one.candidate.numbers) < MANY or not smaller:
                 continue
-            kept = tuple(e for e in now.entered if e is not one)
-            few = self.entered(Selection(now.base, kept, self._without(now, one).fitted), smaller)
+            few = self.entered(self.without(now, one), smaller)
             if few is not None and not clearly_worse(self.problem, few.final, now.final, self.rules.least):
                 now = few
         return now
@@ -267,22 +275,17 @@ class _Search:
     def without_needless(self, now: Selection) -> Selection:
         """The selection without candidates that the others make needless."""
         while len(now.entered) > 1:
-            trials = [self._without(now, one) for one in now.entered]
-            needless = min(trials, key=lambda t: t.fall.gain)
-            if self.enters(needless):
+            rests = [self.without(now, one) for one in now.entered]
+            falls = [fall_between(self.problem, rest.final, now.final) for rest in rests]
+            least = min(range(len(rests)), key=lambda i: falls[i].gain)
+            if enters(self.problem, self.rules, rests[least].final, falls[least]):
                 return now
-            kept = tuple(one for one in now.entered if one.candidate is not needless.candidate)
-            now = Selection(now.base, kept, needless.fitted)
+            now = rests[least]
         return now
 
-    def _without(self, now: Selection, one: Entered) -> Trial:
-        """The fit without a candidate, and by how much the score falls with it."""
-        kept = [c for c in now.candidates if c is not one.candidate]
-        numbers = self.numbers_of(kept)
-        gone = {*one.candidate.names} - {n.name for n in numbers}
-        values = {name: x for name, x in now.final.point.values.items() if name not in gone}
-        fitted = minimise(self.problem, numbers, values, now.final.point.own)
-        return Trial(one.candidate, fitted, fall_between(self.problem, fitted, now.final))
+    def without(self, now: Selection, one: Entered) -> Selection:
+        """The selection without a candidate, all others fitted again."""
+        return with_only(self.problem, now, [e for e in now.entered if e is not one], self.always)
 
 
 class _Screen(NamedTuple):
