@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 Output = Callable[[np.ndarray, np.ndarray, np.ndarray], np.ndarray]
-"""(states (N, n), inputs (N, nu), theta (m,)) -> values (N,)."""
+"""(states (..., n), inputs (..., nu), theta (..., m)) -> values (...)."""
 
 
 @lru_cache(maxsize=64)
@@ -30,4 +30,8 @@ def thrust_of(family: str) -> Output | None:
     states, inputs, theta = definition.states, definition.inputs, [*definition.coefficients, *definition.constants]
     names = {"step": lambda x: np.where(x > 0.0, 1.0, 0.0), "absv": np.abs, "sgn": np.sign, "atan2v": np.arctan2}
     plain = sp.lambdify([states, inputs, theta], expression / definition.force_scale[0], [names, "numpy"], cse=True)
-    return lambda x, u, c: plain(x.T, u.T, c) * np.ones(len(x))
+
+    def thrust(x: np.ndarray, u: np.ndarray, c: np.ndarray) -> np.ndarray:
+        return plain(*(np.moveaxis(part, -1, 0) for part in (x, u, c))) * np.ones(x.shape[:-1])
+
+    return thrust

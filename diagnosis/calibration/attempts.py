@@ -1,4 +1,4 @@
-"""Groups of numbers that free runs of pieces name, fitted to whole records, and records predicted by fits without them.
+"""Groups of numbers fitted to free runs of whole records, and what is judged by them.
 
 Free runs of pieces choose (`one_bank.search`); free runs of records that were left out only judge: what entered last
 is taken back as long as a state of these is predicted worse than by the base model.
@@ -14,17 +14,20 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.statistics.tails import student_quantile
-from ...estimation.diagnosis_only.mixed_effects.fit import Fitted, Number, fit
-from ...estimation.diagnosis_only.mixed_effects.left_out import Fall, LeftOut, leave_one_out, score_difference
-from ...estimation.diagnosis_only.mixed_effects.problem import Problem, pooled
+from ...estimation.selection.minimiser import STEPS, Fitted, minimise
+from ...estimation.selection.number import distinct
+from ...estimation.selection.score import Fall, fall
+from ...estimation.selection.selection import floor_squares, mean_squares
 from ...models.coefficient_groups import parts_of
+from ..free_runs.bank import numbers_of
 from ..gain.guard import WORSE
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
+    from ..free_runs.problem import FreeRuns
 
-SHORT, LONG = 4, 14
-"""Gauss-Newton steps of a fit that only compares, and of one that is kept."""
+SHORT = 4
+"""Gauss-Newton steps of a fit that only compares."""
 TRIM = ("asymmetry", "rudder_offset")
 """Extensions that act on a straight course, as the trim of a single record does."""
 COMMON = 0.99
@@ -36,11 +39,14 @@ FARTHEST = 4.0
 
 @dataclass(frozen=True)
 class Attempt:
-    """Groups fitted together, and the records predicted by fits that left them out."""
+    """Groups fitted together; the records predicted by fits that left them out, without own effects of theirs.
+
+    blind : sums of squared errors (K, C) of such runs; those with own effects are `fitted.left_out`.
+    """
 
     groups: tuple[Group, ...]
     fitted: Fitted
-    left_out: tuple[LeftOut, ...]
+    blind: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -69,36 +75,34 @@ class NamedGroup(NamedTuple):
     tied_with: tuple[str, ...] = ()
 
 
-def numbers_of(problem: Problem, groups: Sequence[Group]) -> tuple[Number, ...]:
-    """The numbers of groups with their priors about the model's own values."""
-    names, theta = problem.names, problem.theta
-    places = [(group, name, names.index(name)) for group in groups for name in group.sd]
-    return tuple(
-        Number(name, place, float(theta[place]), group.sd[name], group.low.get(name, -np.inf))
-        for group, name, place in places
-    )
-
-
 def attempt(
-    problem: Problem,
+    runs: FreeRuns,
     groups: Sequence[Group],
-    start: Fitted | None,
-    most: int,
+    start: Fitted | None = None,
     changes: Mapping[str, float] = MappingProxyType({}),
+    steps: int = STEPS,
 ) -> Attempt:
     """A fit of the groups from another one's values of their numbers; all others are the model's own.
 
     changes : number -> change from the model's own value, where the fit starts else.
     """
-    numbers, theta = numbers_of(problem, groups), problem.theta.copy()
-    own = None if start is None else start.own
-    places = [n.place for n in numbers]
-    theta[places] = theta[places] if start is None else start.theta[places]
-    for n in numbers:
-        if n.name in changes:
-            theta[n.place] = n.mean + changes[n.name]
-    fitted = fit(problem, numbers, theta, own, most)
-    return Attempt(tuple(groups), fitted, leave_one_out(fitted))
+    numbers = distinct(n for group in groups for n in numbers_of(group, runs.bank.values))
+    values = {n.name: changes.get(n.name, 0.0 if start is None else start.value(n.name)) for n in numbers}
+    own = runs.no_own if start is None else start.point.own
+    fitted = minimise(runs, numbers, values, own, steps)
+    return Attempt(tuple(groups), fitted, runs.squares(fitted.without, runs.no_own))
+
+
+def score_fall(runs: FreeRuns, old: Attempt, new: Attempt) -> Fall:
+    """By how much the mean of two scores of left-out records falls: with own effects, which keep the trim of single
+    runs from hiding what a number gains, and without, as a user's simulation runs.
+
+    Eq. 2 of docs/mathematics/calibration.md.
+    """
+    floor = floor_squares(runs)
+    before, after = (np.concatenate([one.fitted.left_out, one.blind], axis=1) for one in (old, new))
+    by = fall(before, after, np.concatenate([floor, floor], axis=1))
+    return Fall(0.5 * by.gain, 0.5 * by.error)
 
 
 def whole_and_parts(groups: Sequence[Group]) -> dict[str, Group]:
@@ -107,7 +111,7 @@ def whole_and_parts(groups: Sequence[Group]) -> dict[str, Group]:
 
 
 def on_whole_records(
-    problem: Problem, base: Attempt, named: Sequence[NamedGroup], changes: Mapping[str, float]
+    runs: FreeRuns, base: Attempt, named: Sequence[NamedGroup], changes: Mapping[str, float]
 ) -> Selection:
     """The groups that pieces name, one after the other on whole records, where left-out records are predicted better by
     more than a standard error; those that entered last are taken back as long as a state of these is predicted worse
@@ -122,14 +126,14 @@ def on_whole_records(
         if held & {*group.sd}:
             continue
         try:
-            trial = attempt(problem, (*now.groups, group), now.fitted, LONG, changes)
+            trial = attempt(runs, (*now.groups, group), now.fitted, changes)
         except np.linalg.LinAlgError:
             continue
-        by = score_difference(problem, now.left_out, trial.left_out)
+        by = score_fall(runs, now, trial)
         if by.gain > by.error:
             steps.append(Step(group, trial, by, tied))
             now = trial
-    while steps and (loses(problem, base, steps[-1].attempt) or not _likely(problem, steps[-1].attempt)):
+    while steps and (loses(runs, base, steps[-1].attempt) or not _likely(runs, steps[-1].attempt)):
         steps.pop()
     return Selection(base, tuple(steps), steps[-1].attempt if steps else base)
 
@@ -137,19 +141,19 @@ def on_whole_records(
 def common(base: Attempt, groups: Sequence[Group]) -> Sequence[Group]:
     """The groups without those of a trim where the records' own neutral rudder angles have no common sign beyond
     chance."""
-    own = base.fitted.own[:, 0]
+    own = base.fitted.point.own[:, 0]
     spread = float(np.std(own, ddof=1)) / np.sqrt(own.size) if own.size > 1 else np.inf
     alike = abs(float(np.mean(own))) > student_quantile(COMMON, max(own.size - 1, 1)) * spread
     return groups if alike else [g for g in groups if g.extension not in TRIM]
 
 
-def loses(problem: Problem, base: Attempt, trial: Attempt) -> bool:
+def loses(runs: FreeRuns, base: Attempt, trial: Attempt) -> bool:
     """Whether some state of left-out records is predicted worse than by the base."""
-    old, new = (pooled([x.free for x in a.left_out])[problem.state_places] for a in (base, trial))
+    old, new = (np.sqrt(mean_squares(runs, a.blind))[: len(runs.symbols)] for a in (base, trial))
     return bool(np.any(new > WORSE * old))
 
 
-def _likely(problem: Problem, trial: Attempt) -> bool:
+def _likely(runs: FreeRuns, trial: Attempt) -> bool:
     """Whether no number is further from what is known of it than FARTHEST."""
-    pairs = zip(trial.fitted.values, trial.fitted.numbers, strict=True)
-    return not problem.model.is_3dof or all(abs(value - n.mean) <= FARTHEST * n.sd for value, n in pairs)
+    fitted = trial.fitted
+    return not runs.model.is_3dof or all(abs(fitted.value(n.name)) <= FARTHEST * n.sd for n in fitted.numbers)

@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.result import NORMAL_90
-from ...estimation.diagnosis_only.mixed_effects.left_out import jackknife, score_difference
-from ...estimation.diagnosis_only.mixed_effects.problem import Problem, pooled
 from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.run.run import squares_of
+from ...estimation.selection.score import jackknife
+from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import OWN, Group, groups_of, grown
 from ...models.errors import BadInput, CannotFit
 from ...models.instruments import combined
-from ...models.linear_algebra import pinv
 from ..causes.constant_force import ConstantForce
 from ..causes.registry import causes_of
+from ..free_runs.units import FEWEST, names_of_units
 from ..gain.guard import WORSE
 from ..gain.own import own_run
 from ..one_bank.behind import behind_causes, in_flows, instruments_behind
@@ -29,25 +29,27 @@ from ..options import Options
 from ..prepared import corrected_records
 from ..report.verdict import by_share
 from .advice import next_runs
-from .attempts import LONG, Attempt, NamedGroup, Selection, attempt, loses, on_whole_records, whole_and_parts
+from .attempts import Attempt, NamedGroup, Selection, attempt, loses, on_whole_records, score_fall, whole_and_parts
 from .every_number import every_number
 from .held_out import HeldOut, with_held_out
 from .ingredients import floor, ingredients
-from .problems import FEWEST, columns_of, errors_of, problems_of
 from .regimes import Proposal, confirmation
 from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
 from .traces import left_out_traces
+from .whole_records import columns_of_states, errors_of, states_of, whole_records
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...estimation.diagnosis_only.mixed_effects.fit import Fitted
+    from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.selection import Entered
     from ...models.model import Model
+    from ..free_runs.problem import FreeRuns
     from ..one_bank.search import Choice
     from ..prepared import Prepared
     from .held_out import Errors
     from .regimes import Confirmation
+    from .whole_records import WholeRecords
 
 
 ADEQUATE = 0.05
@@ -84,13 +86,13 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     try:
         choice, _ = choice_and_diagnosis(model, records, held_out, options, never=(ConstantForce.id,))
     except CannotFit:
-        return _calibrated(_Sides.without_causes(records, held_out), model, instruments, None, options.threads)
+        return _calibrated(_Sides.without_causes(records, held_out), model, instruments, None)
     behind = replace(
         records, train=behind_causes(choice, records.train), held_out=behind_causes(choice, records.held_out)
     )
     held = HeldOut(held_out, [in_flows(record, choice) for record in held_out])
     instruments = combined(instruments, instruments_behind(choice))
-    return _calibrated(_Sides(records, behind, held), model, instruments, choice, options.threads)
+    return _calibrated(_Sides(records, behind, held), model, instruments, choice)
 
 
 class _Sides(NamedTuple):
@@ -125,58 +127,57 @@ def _proposal(choice: Choice) -> Proposal | None:
     local, final = choice.local, choice.selection.final
     if local is None or choice.beside:
         return None
-    names = (n for c in choice.selection.candidates for n in c.names if choice.bank.places[n].kind == "model")
-    sd = dict(zip((n.name for n in final.numbers), final.sd.tolist(), strict=True))[local.size]
-    return Proposal(local, final.value(local.size), sd, tuple(names))
+    names = [n for c in choice.selection.candidates for n in c.names if choice.bank.places[n].kind == "model"]
+    return Proposal(local, {n: final.value(n) for n in (*names, local.size)})
 
 
-def _calibrated(
-    records: _Sides, model: Model, instruments: dict[str, float], choice: Choice | None, threads: int
-) -> Calibration:
+def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], choice: Choice | None) -> Calibration:
     """The calibration on true motions by the choice of pieces; None: they cannot be made.
 
     instruments : of the model, of what was corrected and of known causes.
-    threads : threads that run the fits; the results do not depend on them.
     """
     given, behind, held = records
     started, train, groups = time.perf_counter(), given.train, groups_of(model)
     whole = grown(model, groups)
-    inside = outside = problems_of(whole, behind, threads)
+    inside = outside = whole_records(whole, behind)
     if behind is not given:
-        outside = problems_of(whole, given, threads)
-        outside = outside if outside.runs == inside.runs else inside
+        outside = whole_records(whole, given)
+        outside = outside if _names(outside) == _names(inside) else inside
     selection = _selection(inside.train, groups, model, choice)
-    base = selection.base if outside is inside else attempt(outside.train, (), None, LONG)
+    base = selection.base if outside is inside else attempt(outside.train, ())
     if not selection.steps and loses(
         inside.train, base, selection.base
     ):  # causes that need numbers which are not confirmed
         plain = _Sides(given, given, HeldOut(held.recorded, held.recorded))
-        return _calibrated(plain, model, combined(model.instruments, given.instruments), None, threads)
+        return _calibrated(plain, model, combined(model.instruments, given.instruments), None)
     local = None if choice is None else confirmation(inside.train, selection, groups, _proposal(choice))
     if local is not None:
         selection, groups = local.selection, [*groups, local.group]
-        inside = inside.with_change(local.problem.local)
+        inside = inside.with_numbers(local.proposal.places(whole))
     shares = _shares(inside.train, base, selection)
     verdict, reason = _verdict(inside.train, base, selection, shares)
     if selection.steps and len(train) < FEWEST:
         reason = f"{reason}; they are judged by pieces of the same records, and other records may show other numbers"
-    extended = _with_numbers(model, selection.final, "extended", {})
-    moved = _moved(selection.final, groups)
+    extended = _with_numbers(model, inside.train, selection.final, "extended", {})
+    moved = _moved(inside.train, selection.final, groups)
     moved = moved if local is None else (*moved[:-1], local.told(moved[-1]))
-    advised = next_runs(extended, whole, selection, groups)
+    advised = next_runs(extended, inside.train, selection, groups)
     extended = replace(extended if local is None else local.extended(extended), instruments=instruments)
     sparse = local is not None or verdict == "adequate"
     wide = selection.final if sparse else every_number(inside.train, groups, selection)
-    built = partial(_built, replace(whole, instruments=instruments), extended, selection.final, local)
+    built = partial(_built, inside.train, instruments, extended, selection.final, local)
     alone = errors_of(outside, base)
     before = with_held_out(alone, held.base_runs(model))
     after = with_held_out(errors_of(inside, selection.final), held.runs(built(selection.final)))
     wide_model = built(wide)
     predicted = after if wide is selection.final else with_held_out(errors_of(inside, wide), held.runs(wide_model))
+    calibrated = extended
+    if wide is not selection.final:
+        calibrated = _with_numbers(model, inside.train, wide, "calibrated", instruments)
     return Calibration(
         model=model,
         extended=extended,
-        calibrated=extended if wide is selection.final else _with_numbers(model, wide, "calibrated", instruments),
+        calibrated=calibrated,
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
         verdict=verdict,
         reason=reason,
@@ -197,8 +198,8 @@ def _calibrated(
         shares=shares,
         remaining=remaining(inside.train, selection.final),
         runs=tuple(
-            RunEffect(run.name, float(own[0]))
-            for run, own in zip(inside.train.runs, selection.final.fitted.own, strict=True)
+            RunEffect(name, float(own[0]))
+            for name, own in zip(_names(inside), selection.final.fitted.point.own, strict=True)
         ),
         traces=(
             *left_out_traces(outside.train, inside.train, selection.final),
@@ -215,21 +216,24 @@ def _calibrated(
     )
 
 
-def _selection(problem: Problem, groups: Sequence[Group], model: Model, choice: Choice | None) -> Selection:
+def _names(records: WholeRecords) -> list[str]:
+    return names_of_units(records.train.units)
+
+
+def _selection(runs: FreeRuns, groups: Sequence[Group], model: Model, choice: Choice | None) -> Selection:
     """What pieces name, on whole records: some groups, or all of the model's own numbers where these predict left-out
     records better than few."""
-    base = attempt(problem, (), None, LONG)
+    base = attempt(runs, ())
     if choice is None:
         return Selection(base, (), base)
     changes = choice.selection.final.point.values
     if not choice.beside:
         named = _named_groups(choice, choice.selection.entered, groups, model)
-        return on_whole_records(problem, base, named, changes)
-    few = on_whole_records(problem, base, _named_groups(choice, choice.few, groups, model), {})
+        return on_whole_records(runs, base, named, changes)
+    few = on_whole_records(runs, base, _named_groups(choice, choice.few, groups, model), {})
     own = Group(OWN, "all of the model's own numbers", None, {n.name: n.sd for n in choice.bank.own})
-    every = on_whole_records(problem, base, [NamedGroup(own)], changes)
-    better = score_difference(problem, few.final.left_out, every.final.left_out).gain > 0.0
-    return every if better else few
+    every = on_whole_records(runs, base, [NamedGroup(own)], changes)
+    return every if score_fall(runs, few.final, every.final).gain > 0.0 else few
 
 
 def _both(errors: Errors) -> tuple[dict[str, float], dict[str, float]]:
@@ -237,13 +241,32 @@ def _both(errors: Errors) -> tuple[dict[str, float], dict[str, float]]:
     return {c: old for c, (old, _) in errors.items()}, held
 
 
-def _built(whole: Model, extended: Model, final: Attempt, local: Confirmation | None, attempt: Attempt) -> Model:
-    """The model of an attempt: `whole`, which carries all groups, with its numbers; what differs in a regime only the
-    extended model holds."""
+def _built(
+    runs: FreeRuns,
+    instruments: dict[str, float],
+    extended: Model,
+    final: Attempt,
+    local: Confirmation | None,
+    attempt: Attempt,
+) -> Model:
+    """The model of an attempt, which carries all groups, with its numbers; what differs in a regime only the extended
+    model holds."""
     if local is not None and attempt is final:
         return extended
-    theta, count = attempt.fitted.theta[: whole.theta.size], len(whole.coordinates)
-    return replace(whole, coefficients=theta[:count], constants=theta[count:])
+    return _with_values(replace(runs.bank.model, instruments=instruments), _values(runs, attempt))
+
+
+def _values(runs: FreeRuns, attempt: Attempt) -> dict[str, float]:
+    """Number of the model -> its value by an attempt."""
+    return {name: x + attempt.fitted.value(name) for name, x in runs.bank.values.items()}
+
+
+def _with_values(model: Model, values: Mapping[str, float]) -> Model:
+    """The model with other values of its numbers."""
+    coefficients, constants = (
+        np.array([values[n] for n in names]) for names in (model.coordinates, model.constant_names)
+    )
+    return replace(model, coefficients=coefficients, constants=constants)
 
 
 def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str, tuple[float, float]]:
@@ -252,79 +275,67 @@ def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str
     return {c: (both[0][c].scores()[0], both[1][c].scores()[0]) for c in columns if all(c in side for side in both)}
 
 
-def _with_numbers(model: Model, final: Attempt, kind: str, instruments: dict[str, float]) -> Model:
+def _with_numbers(model: Model, runs: FreeRuns, final: Attempt, kind: str, instruments: dict[str, float]) -> Model:
     """The base model behind some instruments with the extensions of the chosen groups only, and all numbers where the
     fit put them; kind : of the two models, in the name of the new one."""
     smallest = grown(replace(model, instruments=instruments), final.groups)
-    known = dict(zip(final.fitted.problem.names, final.fitted.theta.tolist(), strict=True))
-    coefficients = np.array([known[name] for name in smallest.coordinates])
-    constants = np.array([known[name] for name in smallest.constant_names])
     name = f"{model.id}+{kind}" if final.groups else model.id
-    return replace(smallest, id=name, coefficients=coefficients, constants=constants)
+    return replace(_with_values(smallest, _values(runs, final)), id=name)
 
 
-def _moved(final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
+def _moved(runs: FreeRuns, final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
     """Numbers with intervals of the larger of jackknife and model standard error.
 
-    Eq. 9 of docs/mathematics/calibration.md.
+    Eq. 3 of docs/mathematics/calibration.md.
     """
     fitted = final.fitted
-    if not fitted.numbers:
-        return ()
-    covariance, without = pinv(fitted.normal), np.array([x.values for x in final.left_out])
-    spread = np.maximum(np.sqrt(np.diag(covariance)), jackknife(without))
     owner = {name: group for group in groups for name in group.every}
     place = {n.name: j for j, n in enumerate(fitted.numbers)}
     out = []
-    for n, value, sd in zip(fitted.numbers, fitted.values.tolist(), spread.tolist(), strict=True):
-        percent = 100.0 * (value / n.mean - 1.0) if n.mean else None
-        half, group, change = NORMAL_90 * sd, owner[n.name], (value - n.mean) / n.sd
-        kept = group.ratio_to in place and _keeps_ratio(
-            fitted, covariance, without, place[n.name], place[group.ratio_to]
-        )
+    for n, sd in zip(fitted.numbers, fitted.sd.tolist(), strict=True):
+        change, before, half = fitted.value(n.name), runs.bank.values.get(n.name, 0.0), NORMAL_90 * sd
+        percent, after, group = 100.0 * change / before if before else None, before + change, owner[n.name]
+        kept = group.ratio_to in place and _keeps_ratio(runs, fitted, n.name, group.ratio_to)
         out.append(
-            Moved(n.name, group.id, n.mean, value, value - half, value + half, percent, change, in_proportion=kept)
+            Moved(
+                n.name, group.id, before, after, after - half, after + half, percent, change / n.sd, in_proportion=kept
+            )
         )
     return tuple(out)
 
 
-def _keeps_ratio(fitted: Fitted, covariance: np.ndarray, without: np.ndarray, one: int, other: int) -> bool:
-    """Whether the 90 % interval of the ratio of two numbers, from their places, holds that of the base model.
-
-    without (R, p) : values by fits without each record.
-    """
-    a, b = fitted.values[[one, other]].tolist()
-    if not (b and fitted.numbers[other].mean):
+def _keeps_ratio(runs: FreeRuns, fitted: Fitted, one: str, other: str) -> bool:
+    """Whether the 90 % interval of the ratio of two numbers holds that of the base model."""
+    names, base = [n.name for n in fitted.numbers], runs.bank.values
+    a, b = (base[n] + fitted.value(n) for n in (one, other))
+    if not (b and base[other]):
         return False
-    before = fitted.numbers[one].mean / fitted.numbers[other].mean
-    slope = np.array([1.0 / b, -a / b**2])
-    pair = [one, other]
-    sd = np.sqrt(slope @ covariance[np.ix_(pair, pair)] @ slope)
-    sd = max(float(sd), float(jackknife(without[:, [one]] / without[:, [other]])[0]))
-    return abs(a / b - before) <= NORMAL_90 * sd
+    pair, slope = [names.index(one), names.index(other)], np.array([1.0 / b, -a / b**2])
+    sd = np.sqrt(slope @ fitted.covariance[np.ix_(pair, pair)] @ slope)
+    ratios = np.array([(base[one] + w[one]) / (base[other] + w[other]) for w in fitted.without])
+    return abs(a / b - base[one] / base[other]) <= NORMAL_90 * max(float(sd), float(jackknife(ratios)))
 
 
-def _shares(p: Problem, given: Attempt, found: Selection) -> dict[str, Share]:
+def _shares(runs: FreeRuns, given: Attempt, selection: Selection) -> dict[str, Share]:
     """Shares of the base model's squared free-run error, by column; given : the base model without known causes."""
-    base, beside = (pooled([x.free for x in a.left_out]) ** 2 for a in (given, found.base))
-    after = pooled([x.free for x in found.final.left_out]) ** 2
-    adapted = np.minimum(pooled([x.adapted for x in found.final.left_out]) ** 2, after)
-    noise = np.minimum(p.noise_variance, adapted)
+    base, beside, after = (mean_squares(runs, a.blind) for a in (given, selection.base, selection.final))
+    adapted = np.minimum(mean_squares(runs, selection.final.fitted.left_out), after)
+    noise = np.minimum(runs.noise, adapted)
     out = {}
-    for c, column in enumerate(columns_of(p)):
+    for c, column in enumerate(runs.channels):
         parts = (beside[c] - after[c], after[c] - adapted[c], noise[c], adapted[c] - noise[c], base[c] - beside[c])
         out[column] = Share(*(float(part / base[c]) for part in parts))
     return out
 
 
-def _verdict(p: Problem, given: Attempt, found: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
-    """The verdict, and the sentence that supports it (eq. 10 of docs/mathematics/calibration.md)."""
-    base = pooled([x.adapted for x in given.left_out])
-    matter = [c for c, motion in zip(p.state_places, p.motion, strict=True) if base[c] > ADEQUATE * motion]
-    columns = columns_of(p)
-    if not matter and not found.steps:
+def _verdict(runs: FreeRuns, given: Attempt, selection: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
+    """The verdict, and the sentence that supports it (eq. 4 of docs/mathematics/calibration.md)."""
+    base = states_of(runs, np.sqrt(mean_squares(runs, given.fitted.left_out)))
+    large = base > ADEQUATE * states_of(runs, runs.motion)
+    matter = [column for column, is_large in zip(columns_of_states(runs), large, strict=True) if is_large]
+    if not matter and not selection.steps:
         limit = f"{100 * ADEQUATE:.0f} % of each channel's motion"
         return "adequate", f"but for the trim of single runs, free-run errors are below {limit}"
-    counted = [shares[columns[c]] for c in matter] or list(shares.values())
+    counted = [shares[column] for column in matter] or list(shares.values())
     explained = float(np.mean([s.explained for s in counted]))
     return by_share("the numbers that moved take", explained)

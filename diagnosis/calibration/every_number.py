@@ -7,48 +7,48 @@ beside it still make other records better.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...estimation.diagnosis_only.mixed_effects.fit import expansions_of
-from ...estimation.diagnosis_only.mixed_effects.left_out import predicted, score_difference
-from .attempts import LONG, Attempt, Selection, attempt, common, loses, numbers_of
+from .attempts import SHORT, Attempt, Selection, attempt, common, loses, score_fall
 
 if TYPE_CHECKING:
-    from ...estimation.diagnosis_only.mixed_effects.problem import Problem
     from ...models.coefficient_groups import Group
+    from ..free_runs.problem import FreeRuns
 
 SHARES = (0.05, 0.1, 0.2, 0.4, 0.8)
 """Scales of the priors that are tried, as shares of those stated; the numbers that are named keep theirs."""
 
 
-def every_number(problem: Problem, groups: Sequence[Group], found: Selection) -> Attempt:
+def every_number(runs: FreeRuns, groups: Sequence[Group], selection: Selection) -> Attempt:
     """The fit of all numbers of the groups, or the named set where that predicts left-out records better.
 
-    Eq. 12 of docs/mathematics/calibration.md.
+    Eq. 6 of docs/mathematics/calibration.md.
     """
-    chosen = found.final
+    chosen = selection.final
     named = {n.name: n.sd for n in chosen.fitted.numbers}
-    scaled = [_scaled(common(found.base, groups), named, share) for share in SHARES]
-    numbers = [numbers_of(problem, of) for of in scaled]
-    if not numbers[0] or len(numbers[0]) <= len(named):
+    free = common(selection.base, groups)
+    if not {name for g in free for name in g.sd} - named.keys():
         return chosen
-    expansions = expansions_of(problem, numbers[0], chosen.fitted.theta, chosen.fitted.own)
-    places = np.arange(len(numbers[0]))
-    falls = [
-        score_difference(problem, chosen.left_out, predicted(chosen.fitted, expansions, each, places))
-        for each in numbers
-    ]
-    best = max(falls, key=lambda fall: fall.gain)
-    least = next(i for i, fall in enumerate(falls) if fall.gain >= best.gain - best.error)
+    trials = []
+    with suppress(np.linalg.LinAlgError):
+        for share in SHARES:
+            start = trials[-1] if trials else chosen
+            trials.append(attempt(runs, _scaled(free, named, share), start.fitted, steps=SHORT))
+    if not trials:
+        return chosen
+    falls = [score_fall(runs, chosen, trial) for trial in trials]
+    best = max(falls, key=lambda by: by.gain)
+    least = next(i for i, by in enumerate(falls) if by.gain >= best.gain - best.error)
     try:
-        trial = attempt(problem, scaled[least], chosen.fitted, LONG)
+        trial = attempt(runs, trials[least].groups, trials[least].fitted)
     except np.linalg.LinAlgError:
         return chosen
-    gained = score_difference(problem, chosen.left_out, trial.left_out).gain > 0.0
-    return trial if gained and not loses(problem, found.base, trial) else chosen
+    gained = score_fall(runs, chosen, trial).gain > 0.0
+    return trial if gained and not loses(runs, selection.base, trial) else chosen
 
 
 def _scaled(groups: Sequence[Group], named: dict[str, float], share: float) -> list[Group]:

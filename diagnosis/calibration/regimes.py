@@ -12,30 +12,30 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...estimation.diagnosis_only.mixed_effects.left_out import score_difference
-from ...estimation.diagnosis_only.mixed_effects.problem import LocalChange, Problem, pooled
+from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import Group
 from ...models.families.extensions import OFFSET
-from .attempts import LONG, Attempt, Selection, Step, attempt, whole_and_parts
+from ..one_bank.regimes import place_in
+from .attempts import Attempt, Selection, Step, attempt, score_fall, whole_and_parts
 from .result import StatedRegime
 
 if TYPE_CHECKING:
     from ...models.model import Model
+    from ..free_runs.bank import Place
+    from ..free_runs.problem import FreeRuns
     from ..one_bank.regimes import InRegime
     from .result import Moved
 
-SURE, ROUGH = 2.0, 0.2
-"""Standard deviations of the fit of pieces, and share of the size, that free runs of records may move it by."""
-
 
 class Proposal(NamedTuple):
-    """A number in a regime as pieces name it: its size there with the standard deviation, and names of the numbers
-    beside it."""
+    """A number in a regime as pieces name it, and changes of the numbers beside it and of itself."""
 
     local: InRegime
-    size: float
-    sd: float
-    beside: tuple[str, ...]
+    changes: dict[str, float]
+
+    def places(self, model: Model) -> dict[str, Place]:
+        """What the number moves in a model."""
+        return {self.local.size: place_in(model, self.local.number, self.local.regime)}
 
 
 @dataclass(frozen=True)
@@ -43,16 +43,20 @@ class Confirmation:
     """The choice with a number in a regime, and the share of the squared free-run error that it takes off left-out
     records, mean over the states."""
 
-    local: InRegime
-    problem: Problem
+    proposal: Proposal
     group: Group
     selection: Selection
     share: float
 
     @property
+    def local(self) -> InRegime:
+        """The number and where it is wrong."""
+        return self.proposal.local
+
+    @property
     def size(self) -> float:
         """Change of the number inside the regime: a share of it, rad of the neutral rudder angle."""
-        return float(self.selection.final.fitted.theta[-1])
+        return self.selection.final.fitted.value(self.local.size)
 
     def told(self, moved: Moved) -> Moved:
         """The number of the group as it is inside the regime."""
@@ -77,41 +81,38 @@ class Confirmation:
 
 
 def confirmation(
-    problem: Problem, found: Selection, groups: Sequence[Group], proposal: Proposal | None
+    runs: FreeRuns, selection: Selection, groups: Sequence[Group], proposal: Proposal | None
 ) -> Confirmation | None:
     """The choice with the proposed number, None where left-out records are predicted worse by more than chance.
 
-    Eq. 11 of docs/mathematics/calibration.md.
+    Eq. 5 of docs/mathematics/calibration.md.
     """
-    trial = None if proposal is None else _attempted(problem, groups, proposal)
+    trial = None if proposal is None else _attempted(runs, groups, proposal)
     if proposal is None or trial is None:
         return None
-    between = score_difference(problem, found.final.left_out, trial.left_out)
+    between = score_fall(runs, selection.final, trial)
     if between.gain < -between.error:
         return None
-    fall = score_difference(problem, found.base.left_out, trial.left_out)
-    selection = Selection(found.base, tuple(Step(g, trial, fall) for g in trial.groups), trial)
-    group, share = trial.groups[-1], _share(problem, found, trial)
-    return Confirmation(proposal.local, trial.fitted.problem, group, selection, share)
+    by = score_fall(runs, selection.base, trial)
+    with_it = Selection(selection.base, tuple(Step(g, trial, by) for g in trial.groups), trial)
+    return Confirmation(proposal, trial.groups[-1], with_it, _share(runs, selection, trial))
 
 
-def _attempted(problem: Problem, groups: Sequence[Group], proposal: Proposal) -> Attempt | None:
+def _attempted(runs: FreeRuns, groups: Sequence[Group], proposal: Proposal) -> Attempt | None:
     """The numbers of a proposal fitted together; None where one of them cannot move."""
     alone = {name: g for g in whole_and_parts(groups).values() if len(g.sd) == 1 for name in g.sd}
     local, number = proposal.local, proposal.local.number
-    name = f"{number.name} in a regime"
-    if not {*number.change} <= {*problem.names} or not {*proposal.beside} <= alone.keys():
+    others = [name for name in proposal.changes if name != local.size]
+    if not {*number.change} <= runs.bank.values.keys() or not {*others} <= alone.keys():
         return None
-    places = tuple((problem.names.index(n), c) for n, c in number.change.items())
-    change = LocalChange(name, local.regime, places, proposal.size)
-    sd = max(SURE * proposal.sd, ROUGH * abs(proposal.size))
-    group = Group(name, number.title, None, {name: sd}, of=number.group)
+    group = Group(local.size, number.title, None, {local.size: number.sd}, of=number.group)
     try:
-        return attempt(replace(problem, local=change), (*(alone[n] for n in proposal.beside), group), None, LONG)
+        along = runs.with_numbers(proposal.places(runs.model), {})
+        return attempt(along, (*(alone[n] for n in others), group), None, proposal.changes)
     except np.linalg.LinAlgError:
         return None
 
 
-def _share(problem: Problem, found: Selection, trial: Attempt) -> float:
-    before, after = (pooled([x.free for x in a.left_out])[problem.state_places] ** 2 for a in (found.base, trial))
+def _share(runs: FreeRuns, selection: Selection, trial: Attempt) -> float:
+    before, after = (mean_squares(runs, a.blind)[: len(runs.symbols)] for a in (selection.base, trial))
     return float(np.mean(1.0 - after / before))

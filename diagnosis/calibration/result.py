@@ -98,7 +98,7 @@ class Share:
         """Share of what the model can explain, which trim and noise are no part of, that numbers and causes take
         off.
 
-        Eq. 10 of docs/mathematics/calibration.md.
+        Eq. 4 of docs/mathematics/calibration.md.
         """
         taken = self.coefficients + self.causes
         return taken / max(taken + self.remaining, EXPLAINABLE)

@@ -2,40 +2,40 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
 import numpy as np
 
-from ...estimation.diagnosis_only.mixed_effects.problem import THRUST, Problem, Run
-from ...models.model import CHANNELS
+from ..free_runs.problem import Lane
+from ..free_runs.units import names_of_units
 from ..trace import Trace
-from .attempts import Attempt
+from .whole_records import columns_of_states
+
+if TYPE_CHECKING:
+    from ..free_runs.problem import FreeRuns
+    from .attempts import Attempt
 
 
-def left_out_traces(given: Problem, felt: Problem, final: Attempt) -> tuple[Trace, ...]:
+def left_out_traces(plain: FreeRuns, explained: FreeRuns, final: Attempt) -> tuple[Trace, ...]:
     """Training records; the run after the calibration is by the fit that left the record out, with what known causes
-    explain in `felt`."""
-    places = [n.place for n in final.fitted.numbers]
-    out = []
-    for plain, run, left in zip(given.runs, felt.runs, final.left_out, strict=True):
-        theta = final.fitted.theta.copy()
-        theta[places] = left.values
-        out.append(_trace((given, plain), (felt, run), theta))
-    return tuple(out)
+    explain in `explained`, and told as the record's own sensors would show it."""
+    names = names_of_units(plain.units)
+    return tuple(_trace(plain, explained, k, names[k], values) for k, values in enumerate(final.fitted.without))
 
 
-def _trace(given: tuple[Problem, Run], felt: tuple[Problem, Run], theta: np.ndarray) -> Trace:
-    """The run after the calibration is told as the record's own sensors would show it."""
-    p, run = given
-    measured = run.series.outputs
-    before = measured - _error(*given, p.model.theta)
-    after = measured - _error(*felt, theta)
-    names = [CHANNELS[symbol] for symbol in p.channels if symbol != THRUST]
-    time = run.series.dt * (run.series.index + run.series.part)
-    rudder = run.series.observe(run.series.inputs[:, 0])
-    columns = [dict(zip(names, values.T, strict=True)) for values in (measured, before, after)]
-    return Trace(run.name, "train", time, rudder, *columns)
+def _trace(plain: FreeRuns, explained: FreeRuns, k: int, name: str, values: Mapping[str, float]) -> Trace:
+    series, columns = plain.units[k].stretch.series, columns_of_states(plain)
+    measured = plain.measured[k][:, : len(columns)]
+    before = measured - blind_error(plain, k, {})
+    after = measured - blind_error(explained, k, values)
+    time = series.dt * (series.index + series.part)
+    sides = [dict(zip(columns, part.T, strict=True)) for part in (measured, before, after)]
+    return Trace(name, "train", time, series.observe(series.inputs[:, 0]), *sides)
 
 
-def _error(p: Problem, run: Run, theta: np.ndarray) -> np.ndarray:
-    """Errors (N, S) of the states of a free run without the record's own effects."""
-    states = [c for c in p.channels if c != THRUST]
-    return p.residuals(theta, run, np.zeros(p.own_sd.size))[:, : len(states)]
+def blind_error(runs: FreeRuns, k: int, values: Mapping[str, float]) -> np.ndarray:
+    """Errors (N, S) of the states of a unit at values of the numbers, without own effects; 0 where nothing is
+    measured."""
+    error = runs.errors([Lane(k, values, runs.no_own[k])])[0][: len(runs.symbols), 0]
+    return error.T

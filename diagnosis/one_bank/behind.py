@@ -9,7 +9,7 @@ import numpy as np
 
 from ...datasets.instruments import corrected
 from ...estimation.records.weather import CURRENT, WIND, flow_of
-from .bank import FLOWS, OFFSET, flow_name
+from .catalogue import FLOWS, OFFSET, flow_name
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

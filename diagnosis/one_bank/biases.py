@@ -20,8 +20,8 @@ from ...models.errors import BadInput, CannotFit, FitFailed
 from ..gain.guard import log_fall
 from ..options import Options
 from ..prepared import prepared
-from .bank import OFFSET
 from .behind import instruments_of
+from .catalogue import OFFSET
 from .diagnose import runs_of
 from .search import BESIDE, chosen
 from .told import extended_model, findings

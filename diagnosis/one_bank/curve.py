@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..free_runs.motion import Motion
 from ..result import Curve
 from .forces import AXES
-from .motion import Motion
 
 if TYPE_CHECKING:
+    from ..free_runs.problem import FreeRuns
     from .forces import Force
-    from .free_runs import FreeRuns
 
 POINTS, ENDS = 61, (1.0, 99.0)
 """Points of a curve, and percentiles of the data that it ends at."""

@@ -13,15 +13,15 @@ from ...estimation.records.series import MEASURED
 from ...estimation.selection.minimiser import minimise
 from ...models.instruments import combined
 from ...models.model import CHANNELS
+from ..free_runs.problem import FreeRuns
+from ..free_runs.units import length_s, units_of
 from ..gain.guard import WORSE, log_fall, training_errors
 from ..gain.runs import with_calibrated, with_runs
 from ..report.findings import of_fault
 from ..report.outcome import diagnosis_of
-from .bank import Facts, bank_of
-from .free_runs import FreeRuns
+from .catalogue import Facts, bank_of
 from .search import chosen, with_own_numbers, withdrawn
 from .told import bank_lines, extended_model, findings, verdict
-from .units import length_s, units_of
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -97,7 +97,12 @@ def choice_and_diagnosis(
 
 def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[Check] = ()) -> FreeRuns:
     """The free runs of pieces of records behind the model's instruments, over the whole bank but causes that the
-    sensors' channels have decided on."""
+    sensors' channels have decided on.
+
+    Raises
+    ------
+    CannotFit : the records lack what free runs need, or the ship does not turn.
+    """
     length = length_s(model, records)
     measured = {s for s in MEASURED if s in model.states and any(r.has(CHANNELS[s]) for r in records)}
     commanded = not any(r.has("rudder_rad") for r in records)
@@ -107,7 +112,9 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
         measured, commanded, len(records), longest_s, identified, exact, {c.id for c in decided}, options.coefficient_sd
     )
     bank = bank_of(model, facts, length, options.only)
-    return FreeRuns(bank, units_of(bank.model, records, length), length)
+    runs = FreeRuns(bank, units_of(bank.model, records, length), length)
+    runs.require_turns()
+    return runs
 
 
 def worsens(said: Diagnosis) -> bool:
@@ -157,8 +164,7 @@ def of_held_out(model: Model, choice: Choice, given: Prepared) -> dict[str, dict
         flows = [n for n, p in zip(candidate.names, places, strict=True) if p.kind == "flow" and p.record is not None]
         for record in given.held_out if flows else ():
             half = record.slice(0, record.n // 2)
-            runs = FreeRuns(choice.runs.bank, units_of(choice.runs.bank.model, [half], choice.runs.length_s),
-                            choice.runs.length_s)  # fmt: skip
+            runs = choice.runs.along(units_of(choice.bank.model, [half], choice.runs.length_s))
             fixed = {n: x for n, x in choice.selection.final.point.values.items() if n not in flows}
             numbers = [replace(n, name=n.name.partition(":")[0]) for n in candidate.numbers[:2]]
             fitted = minimise(runs, numbers, fixed, runs.no_own)

@@ -14,11 +14,12 @@ import numpy as np
 
 from ...estimation.selection.number import Number
 from ...estimation.selection.quadratic import own_step
-from .bank import FORCES, Place, force_units
+from ..free_runs.bank import Place
+from .catalogue import FORCES, force_units
 
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted
-    from .free_runs import FreeRuns
+    from ..free_runs.problem import FreeRuns
 
 WINDOWS, MOST = 16, 12
 """Windows of a piece, and of them that a force may act over."""

@@ -14,12 +14,13 @@ import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
 from ...models.families.extensions import WAVES_OF_PLACE, extension_of
-from .bank import FORCE, FORCES, Place, force_units
-from .motion import Motion, lagged
+from ..free_runs.bank import Place
+from ..free_runs.motion import Motion, lagged
+from .catalogue import FORCE, FORCES, force_units
 
 if TYPE_CHECKING:
-    from .free_runs import FreeRuns
-    from .motion import Series
+    from ..free_runs.motion import Series
+    from ..free_runs.problem import FreeRuns
 
 AXES = {"X": "surge force", "Y": "sway force", "N": "yaw moment"}
 WIDE = 5.0

@@ -30,14 +30,15 @@ from ...models.coefficient_groups import LocalNumber, local_numbers
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, RUDDER_FORCE, regime_parameters
 from ...models.regimes import VARIABLES, Regime, regime, values_of
-from .bank import HULL, Place
+from ..free_runs.bank import Place, names_of
+from .catalogue import HULL
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from ...estimation.selection.minimiser import Fitted
     from ...models.model import Model
-    from .free_runs import FreeRuns
+    from ..free_runs.problem import FreeRuns
 
 QUANTILES, ANGLES = (0.25, 0.45, 0.65, 0.8, 0.92), (0.25, 0.4, 0.5, 0.6, 0.7, 0.85)
 """Shares of the samples, and of the largest rudder angle, which dwells at few values, where thresholds are screened."""
@@ -144,7 +145,7 @@ def in_regime(
 # ---- candidates
 def _columns(model: Model, values: Mapping[str, np.ndarray]) -> Iterator[_Column]:
     """Every number to each side, and beyond the thresholds of a grid."""
-    known = {*model.coordinates, *model.constant_names}
+    known = {*names_of(model)}
     numbers = [n for n in local_numbers(model) if {*n.change} <= known]
     for where in _screened(values):
         if PART < float(np.mean(where.inside(values[where.variable]))) < 1.0 - PART:
@@ -171,13 +172,13 @@ def _column(number: LocalNumber, where: Regime) -> _Column:
 
 
 def _places(model: Model, columns: Sequence[_Column]) -> dict[str, Place]:
-    names = (*model.coordinates, *model.constant_names)
-    return {
-        c.candidate.id: Place(
-            "regime", inside=tuple((names.index(n), x) for n, x in c.number.change.items()), regime=c.regime
-        )
-        for c in columns
-    }
+    return {c.candidate.id: place_in(model, c.number, c.regime) for c in columns}
+
+
+def place_in(model: Model, number: LocalNumber, where: Regime) -> Place:
+    """What a number in a regime moves."""
+    names = names_of(model)
+    return Place("regime", inside=tuple((names.index(n), x) for n, x in number.change.items()), regime=where)
 
 
 def _values(runs: FreeRuns, fitted: Fitted) -> dict[str, np.ndarray]:

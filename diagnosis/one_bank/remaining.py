@@ -29,14 +29,13 @@ from ...estimation.selection.selection import (
     with_only,
 )
 from ...models.extend import extended
-from ...models.model import CHANNELS
 from ..causes.base import Cause
 from ..causes.registry import causes
 from ..gain.guard import log_fall, training_errors
 from ..gain.runs import with_runs
 from ..report.bank import demoted
 from ..result import RemainingForce
-from .bank import FLOWS
+from .catalogue import FLOWS
 from .curve import curve_of
 from .diagnose import runs_of, worsens
 from .events import events
@@ -49,11 +48,11 @@ if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.number import Candidate, Number
     from ...models.model import Model
+    from ..free_runs.problem import FreeRuns
     from ..options import Options
     from ..prepared import Prepared
     from ..result import Diagnosis
     from .events import Event
-    from .free_runs import FreeRuns
 
 RULES = Rules(least=0.02, level=0.9995, most=3, leaders=5, of_each=2)
 """Forces have a higher bar than causes: hundreds are tried, and gusts are none."""
@@ -348,7 +347,7 @@ def _force(rest: Remainder, one: Entered) -> RemainingForce:
 def _gain(runs: FreeRuns, before: np.ndarray, after: np.ndarray) -> dict[str, tuple[float, float]]:
     """Channel -> root mean square errors of mean squares (C,) before and after."""
     pairs = zip(np.sqrt(before).tolist(), np.sqrt(after).tolist(), strict=True)
-    return {CHANNELS[s]: pair for s, pair in zip(runs.symbols, pairs, strict=True)}
+    return dict(zip(runs.channels, pairs, strict=True))
 
 
 def _events(now: _Beside, of_pieces: Sequence[Event]) -> tuple[RemainingForce, ...]:

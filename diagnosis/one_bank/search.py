@@ -25,9 +25,9 @@ from ...estimation.selection.selection import (
 )
 from ..causes.base import Cause
 from ..causes.registry import causes
-from .bank import DELAY, FLOWS, FORCE, INPUT
+from ..free_runs.units import REFERENCE_S
+from .catalogue import DELAY, FLOWS, FORCE, INPUT
 from .regimes import in_regime
-from .units import REFERENCE_S
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,9 +35,9 @@ if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.number import Candidate
     from ...estimation.selection.selection import Entered
+    from ..free_runs.bank import Bank
+    from ..free_runs.problem import FreeRuns
     from ..options import Options
-    from .bank import Bank
-    from .free_runs import FreeRuns
     from .regimes import InRegime
 
 EXACT = Rules(least=0.004, level=0.999, last_rank=FORCE)

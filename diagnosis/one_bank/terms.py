@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from .motion import Motion, Series
+    from ..free_runs.motion import Motion, Series
 
 FORMULAS: Mapping[str, Callable[[np.ndarray, np.ndarray], np.ndarray]] = {
     "added_Nr_absr": lambda v, r: r * abs(r),

@@ -22,14 +22,14 @@ from ..report.bank import lines, of_channels
 from ..report.findings import BY_FREE_RUNS
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
-from .bank import FAULT, FLOWS, TERMS, flow_name
+from .catalogue import FAULT, FLOWS, TERMS, flow_name
 
 if TYPE_CHECKING:
     from ...checks.base import Check
     from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.selection import Entered
     from ...models.model import Model
-    from .free_runs import FreeRuns
+    from ..free_runs.problem import FreeRuns
     from .search import Choice
 
 INTERVAL = 0.95
@@ -150,9 +150,7 @@ def half_intervals(runs: FreeRuns, fitted: Fitted) -> dict[str, float]:
 
 def _model_values(choice: Choice) -> dict[str, float]:
     """Number of the model -> its value after the fit."""
-    model = choice.bank.model
-    names = (*model.coordinates, *model.constant_names)
-    return {n: x + choice.selection.final.value(n) for n, x in zip(names, model.theta.tolist(), strict=True)}
+    return {n: x + choice.selection.final.value(n) for n, x in choice.bank.values.items()}
 
 
 def _flow_sizes(choice: Choice, cause: str, one: Entered, half: Mapping[str, float]) -> Iterator[Size]:

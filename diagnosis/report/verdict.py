@@ -79,7 +79,7 @@ def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Se
 def by_share(what: str, explained: float) -> tuple[str, str]:
     """The verdict by the share of the explainable free-run error that is explained, and the sentence that supports it.
 
-    Eq. 10 of docs/mathematics/calibration.md.
+    Eq. 4 of docs/mathematics/calibration.md.
     """
     said = f"{what} off {100.0 * min(explained, 1.0):.0f} % of what can be explained of the free-run error"
     if explained >= NAMED:

@@ -4,7 +4,7 @@
     sigma_c^2 = sum_k w_kc s_kc / n_c + floor_c^2,      n_c = sum_k w_kc N_kc
 
 The sizes sigma_c of the channels follow the fit, so that a prior never outweighs errors that are gone; the floor is an
-error that counts as none.  The gradient of the cost is that of least squares weighted by these sizes, so that each step
+error that counts as none, and the size of a channel that is known.  The gradient of the cost is that of least squares weighted by these sizes, so that each step
 solves the normal equations at them.
 Source: Seber and Wild 1989, sections 2.2 and 5.1; damping as Marquardt 1963.
 """
@@ -56,6 +56,11 @@ class Problem(Protocol):
         ...
 
     @property
+    def known(self) -> np.ndarray:
+        """Channels (C,) whose errors have the size of the floor: no fit may give them up for others."""
+        ...
+
+    @property
     def own_sd(self) -> np.ndarray:
         """Prior standard deviations (m,) of the own effects."""
         ...
@@ -85,13 +90,15 @@ class Point(NamedTuple):
 class Fitted:
     """Where the cost is least.
 
-    left_out : sums of squared errors (K, C) of each unit, run with the numbers of the fit without it.
-    sd : standard deviations (p,) of the numbers, not less than the jackknife's over units.
+    left_out : sums of squared errors (K, C) of each unit, run with the numbers of the fit without it, `without`.
+    covariance (p, p) of the numbers;  sd (p,) : their standard deviations, not less than the jackknife's over units.
     """
 
     numbers: tuple[Number, ...]
     point: Point
     left_out: np.ndarray
+    without: tuple[dict[str, float], ...]
+    covariance: np.ndarray
     sd: np.ndarray
 
     def value(self, name: str) -> float:
@@ -120,10 +127,11 @@ def point_at(
         weight = np.broadcast_to(problem.weight[:, None], problem.counts.shape)
     squares = problem.squares([values] * len(own), own)
     total = np.maximum(np.sum(weight * problem.counts, axis=0), 1e-9)
-    size = np.sqrt(np.sum(weight * squares, axis=0) / total + problem.floor**2)
+    mean = np.sum(weight * squares, axis=0) / total
+    size = np.where(problem.known, problem.floor, np.sqrt(mean + problem.floor**2))
     prior = prior_of(numbers, values)
-    known = problem.counts.sum(axis=0) > 0
-    cost = float(np.sum((total * np.log(size))[known]))
+    misfit = total * np.where(problem.known, 0.5 * mean / problem.floor**2, np.log(size))
+    cost = float(np.sum(misfit[problem.counts.sum(axis=0) > 0]))
     cost += 0.5 * float(np.sum((prior.values / prior.sd) ** 2) + np.sum((own / problem.own_sd) ** 2))
     return Point(values, own, squares, size, cost, weight)
 
@@ -214,10 +222,11 @@ def _concluded(problem: Problem, numbers: tuple[Number, ...], end: _End) -> Fitt
     here = end.before
     prior, normal = prior_of(numbers, here.values), end.quadratic.normal(here.size, here.weight)
     if not numbers:
-        return Fitted((), end.point, end.point.squares, np.zeros(0))
+        return Fitted((), end.point, end.point.squares, (here.values,) * len(here.own), np.zeros((0, 0)), np.zeros(0))
     steps = left_out_steps(normal, prior)
     names = [n.name for n in numbers]
     each = [here.values | dict(zip(names, (prior.values + step).tolist(), strict=True)) for step in steps]
     left_out = problem.squares(each, here.own + own_step(normal, steps))
-    sd = np.sqrt(np.diag(np.linalg.inv(joint(normal, prior)[0])))
-    return Fitted(numbers, end.point, left_out, np.maximum(sd, np.nan_to_num(jackknife(steps), posinf=0.0)))
+    covariance = np.linalg.inv(joint(normal, prior)[0])
+    sd = np.maximum(np.sqrt(np.diag(covariance)), np.nan_to_num(jackknife(steps), posinf=0.0))
+    return Fitted(numbers, end.point, left_out, tuple(each), covariance, sd)

@@ -7,7 +7,7 @@ from helmbench.bench.faults import Case, inject
 from helmbench.bench.kinds.diagnosis.bases import base_model
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.one_bank.units import length_s, units_of
+from helmbench.diagnosis.free_runs.units import length_s, units_of
 from helmbench.models.model import resolve
 
 TENTH = np.deg2rad(0.1)

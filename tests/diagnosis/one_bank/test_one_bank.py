@@ -12,12 +12,12 @@ from helmbench.datasets.instruments import felt_rudder
 from helmbench.datasets.record import Record
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.one_bank.bank import ROWS, TERMS, Facts, bank_of
+from helmbench.diagnosis.free_runs.problem import STEP, Lane
+from helmbench.diagnosis.free_runs.units import length_s, units_of
+from helmbench.diagnosis.one_bank.catalogue import ROWS, TERMS, Facts, bank_of
 from helmbench.diagnosis.one_bank.diagnose import runs_of
-from helmbench.diagnosis.one_bank.free_runs import STEP, Lane
 from helmbench.diagnosis.one_bank.terms import FORMULAS
 from helmbench.diagnosis.one_bank.told import SAID
-from helmbench.diagnosis.one_bank.units import length_s, units_of
 from helmbench.diagnosis.options import Options
 from helmbench.estimation.run.run import run_along
 from helmbench.models.errors import CannotFit

@@ -9,11 +9,11 @@ from helmbench.bench.faults import Case, Effect, inject
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.free_runs.motion import lagged
+from helmbench.diagnosis.free_runs.problem import Lane
 from helmbench.diagnosis.kinematics.stage import Shown
 from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.forces import AXES, Force, forces_along, shapes
-from helmbench.diagnosis.one_bank.free_runs import Lane
-from helmbench.diagnosis.one_bank.motion import lagged
 from helmbench.diagnosis.one_bank.remaining import with_remaining
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared

@@ -6,9 +6,13 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.diagnosis_only.mixed_effects.problem import pooled, problem, squares
+from helmbench.diagnosis.calibration.whole_records import blind_errors
+from helmbench.diagnosis.free_runs.bank import of_numbers
+from helmbench.diagnosis.free_runs.problem import FreeRuns, Lane
+from helmbench.diagnosis.free_runs.units import whole_unit
 from helmbench.estimation.records.weather import measured_weather
 from helmbench.models.model import resolve
+from helmbench.models.time_scale import time_scale_s
 
 SPEED, FROM = 3.0, np.deg2rad(60.0)
 
@@ -24,12 +28,17 @@ def record(ship):
     return run.with_channels(wind_speed_m_s=np.full(run.n, SPEED), wind_direction_rad=np.full(run.n, FROM))
 
 
+def whole_run(model, record):
+    """The free run of a whole record as a problem of a fit."""
+    length_s = time_scale_s(model)
+    return FreeRuns(of_numbers(model), [whole_unit(model, record, length_s)], length_s, whole=True)
+
+
 def test_a_run_in_wind_is_predicted_with_the_measured_wind_and_not_without(ship, record):
-    p = problem(ship, [record])
-    calm = problem(replace(ship, windage=None), [record])
-    known, unknown = (pooled([squares(q, ship.theta, q.runs[0])]) for q in (p, calm))
-    assert np.all(known < 0.1 * p.floor)
-    assert np.all(unknown > 5.0 * p.floor)
+    windy, calm = (whole_run(model, record) for model in (ship, replace(ship, windage=None)))
+    known, unknown = (np.array([*blind_errors(runs, {}).values()]) for runs in (windy, calm))
+    assert np.all(known < 0.1 * windy.floor)
+    assert np.all(unknown > 5.0 * windy.floor)
 
 
 def test_weather_is_the_wind_towards_averaged_over_a_step(ship, record):
@@ -94,10 +103,10 @@ def test_filter_calibration_and_validation_give_the_same_free_run(ship, record, 
     def headings(model):
         est = estimator(model, [run])
         filtered = free_runs.free_run(est, est.start(), 0)[:, 0]
-        p = problem(model, [run])
-        error = p.residuals(model.theta, p.runs[0], np.zeros(p.own_sd.size))[:, p.channels.index("psi")]
+        whole = whole_run(model, run)
+        error = whole.errors([Lane(0, {}, whole.no_own[0])])[0][whole.symbols.index("psi"), 0]
         validated = Stretch.of(model, run).free_run().states[:, 5]
-        return filtered, heading[p.runs[0].series.index] - error, validated
+        return filtered, heading[whole.units[0].stretch.series.index] - error, validated
 
     late = run.time_s > 0.5 * run.time_s[-1]
     windy, calm = headings(ship), headings(replace(ship, windage=None))

@@ -32,6 +32,7 @@ class Linear:
     own_sd: np.ndarray
     floor: np.ndarray = field(default_factory=lambda: np.full(CHANNELS, 1e-3))
     bend: float = 0.0
+    known: np.ndarray = field(default_factory=lambda: np.zeros(CHANNELS, bool))
 
     @property
     def counts(self):

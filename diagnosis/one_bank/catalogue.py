@@ -1,14 +1,4 @@
-"""The bank: every cause, number and term that may explain free runs, as data.
-
-    place      what a number moves
-    model      a number of the model, or of a term that it lacks (`models.coefficient_groups`)
-    steering   a number of the rudder's linkage (`models.instruments`), or the inverse of a limit
-    flow       a steady current or wind, or a steady force in body axes, of all records or of one
-    term       a force in body axes along the measured motion (`Bank.series`)
-    window     a force in body axes over one of so many windows of a piece (entries: its number, their count)
-    sensor     numbers of instruments that show the motion
-    regime     a number of the model inside a regime only
-    drift      a sensor's error: what it grows by in a second (column 0), or what it is at the record's start (1)
+"""Every cause, number and term that may explain free runs, as data.
 
 Standard deviations and trial values are in natural units: s in ship lengths sailed (L/U), m/s in the ship's speed,
 rad/s in U/L, forces in rho/2 L^2 U^2 and moments in rho/2 L^3 U^2.
@@ -17,7 +7,7 @@ rad/s in U/L, forces in rho/2 L^2 U^2 and moments in rho/2 L^3 U^2.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -27,35 +17,15 @@ from ...models.coefficient_groups import Group, every_own_number, grown, parts_o
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes, causes_of
+from ..free_runs.bank import Bank, Place, numbers_of, places_of, values_of
 from .terms import term_of
 
 if TYPE_CHECKING:
     from ...models.model import Model
-    from ...models.regimes import Regime
-    from .motion import Series
 
 DEGREE = np.pi / 180.0
 INPUT, HULL, FORCE = 0, 1, 2
 """Ranks: faults of input and sensor go before numbers and terms of the hull, these before forces without a cause."""
-
-
-class Place(NamedTuple):
-    """What a number moves.
-
-    kind : see above.  entries : names of instruments; of a term, its own.  column : of the environment's inputs
-    (current, wind, forces), or of the model's numbers.  record : the one that it belongs to, None: all.
-    inside : places among the model's numbers, and by how much these change for a number of one.  regime : where.
-    fixed : further instruments and their values.
-    """
-
-    kind: str
-    entries: tuple[str, ...] = ()
-    column: int = -1
-    record: int | None = None
-    inverse: bool = False
-    inside: tuple[tuple[int, float], ...] = ()
-    regime: Regime | None = None
-    fixed: tuple[tuple[str, float], ...] = ()
 
 
 class Row(NamedTuple):
@@ -121,28 +91,6 @@ STARTS = {"second_order_lead": {"lag": {"lead": 1.0}, "half": {"lead": 0.5}}}
 """Extension -> kind -> points that its numbers are tried from where their slopes vanish: a pure lag, half a lead."""
 
 
-@dataclass(frozen=True)
-class Bank:
-    """All candidates for a model.
-
-    model : with the terms that it lacks, at zero.  own : its own numbers under their priors.  places : number -> what
-    it moves.  causes : id of a candidate's `of` -> cause that it is told as.  titles : the same -> words.
-    series : number of a term -> its force along a motion.
-    """
-
-    model: Model
-    candidates: tuple[Candidate, ...]
-    own: tuple[Number, ...]
-    places: Mapping[str, Place]
-    causes: Mapping[str, str]
-    titles: Mapping[str, str] = field(default_factory=dict)
-    series: Mapping[str, Series] = field(default_factory=dict)
-
-    def cause_of(self, candidate: Candidate) -> str:
-        """The cause of the taxonomy that a candidate is told as."""
-        return self.causes.get(candidate.of, BaseCoefficients.id)
-
-
 class Facts(NamedTuple):
     """What the records offer: states that they measure, whether the rudder's angle is unknown, their number, and the
     duration of the longest one, s; whether the model's own numbers were identified from them, so that they are hardly
@@ -167,16 +115,15 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     pairs = [*_inputs(whole, facts, length_s), *_terms(whole, facts)]
     candidates, places = [c for c, _ in pairs], {n: p for _, own in pairs for n, p in own.items()}
     told = {c.of: c.of for c in candidates} | causes_of(model)
-    names = (*whole.coordinates, *whole.constant_names)
-    numbers = dict(zip(names, whole.theta.tolist(), strict=True))
+    numbers = values_of(whole)
     candidates += [c for g in groups for c in _of_group(g, numbers)]
-    places = {name: Place("model", column=i) for i, name in enumerate(names)} | places
-    own = {n.name: n for g in groups if g.extension is None for n in _numbers(g, g.sd, numbers)}
+    places = places_of(whole) | places
+    own = {n.name: n for g in groups if g.extension is None for n in numbers_of(g, numbers)}
     if facts.coefficient_sd:
         own = {n: replace(x, sd=facts.coefficient_sd * abs(numbers[n])) for n, x in own.items() if numbers[n]}
     if facts.identified:
         barely = every_own_number(groups)
-        own = {n.name: n for n in _numbers(barely, barely.sd, numbers)}
+        own = {n.name: n for n in numbers_of(barely, numbers)}
     kept = [c for c in candidates if only is None or told.get(c.of, BaseCoefficients.id) in only]
     series = {name: term_of(name) for name, place in places.items() if place.kind == "term"}
     return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups}, series)
@@ -190,16 +137,12 @@ def _unstated(model: Model) -> Group:
 
 def _of_group(group: Group, values: Mapping[str, float]) -> Iterator[Candidate]:
     """A group, from each of the points that it is tried from, and each of its numbers alone."""
-    whole = tuple(_numbers(group, group.sd, values))
+    whole = tuple(numbers_of(group, values))
     for kind, starts in STARTS.get(group.extension or "", {"": {}}).items() if group.sd else ():
         own = [replace(n, trial=starts.get(n.name)) for n in whole]
         yield Candidate(group.id, tuple(own), HULL, kind=kind)
     for part in parts_of(group):
-        yield Candidate(part.id, tuple(_numbers(part, part.sd, values)), HULL, of=group.id)
-
-
-def _numbers(group: Group, sd: Mapping[str, float], values: Mapping[str, float]) -> list[Number]:
-    return [Number(name, one, low=group.low.get(name, -np.inf) - values[name]) for name, one in sd.items()]
+        yield Candidate(part.id, tuple(numbers_of(part, values)), HULL, of=group.id)
 
 
 def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
@@ -274,8 +217,8 @@ def _forces(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, P
     own = [row for row in FORCES if shown.get(row[0][-1], "r") in {"r", *facts.measured}]
     places = {name: Place("flow", column=column) for name, column, _ in own}
     whole = tuple(Number(name, sd * units[name[-1]]) for name, _, sd in own)
-    for numbers_of in (*((n,) for n in whole), *([whole] if len(whole) > 1 else [])):
-        yield Candidate("constant_force", numbers_of, FORCE), places
+    for numbers in (*((n,) for n in whole), *([whole] if len(whole) > 1 else [])):
+        yield Candidate("constant_force", numbers, FORCE), places
 
 
 def _terms(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, Place]]]:

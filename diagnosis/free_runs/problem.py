@@ -15,14 +15,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.signals import sensor_sd
-from ...estimation.diagnosis_only.mixed_effects.problem import (
-    CORRELATION,
-    FLOOR,
-    coarsely_integrated,
-    start_sd,
-    started_states,
-    units,
-)
 from ...estimation.records.gaps import SHORTEST
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
@@ -30,7 +22,20 @@ from ...models.errors import CannotFit
 from ...models.instruments import SENSORS
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
+from ...models.outputs import thrust_of
+from .bank import names_of
 from .motion import motion_of
+from .scales import (
+    CORRELATION,
+    FLOOR,
+    NEUTRAL_ANGLE_SD,
+    OF_PIECES,
+    THRUST,
+    coarsely_integrated,
+    start_sd,
+    started_states,
+    units,
+)
 from .units import FEWEST, Rudder, without_begin
 
 if TYPE_CHECKING:
@@ -43,8 +48,6 @@ if TYPE_CHECKING:
 
 STEP, OWN_STEP = 0.05, 0.3
 """Steps of the differences, in prior standard deviations of numbers and of own effects."""
-SHARE = 0.3
-"""Of the error that counts as none in whole records: pieces are shorter."""
 LIMIT = 3e3
 """Error, in floors, beyond which a run counts as lost; larger ones count as this."""
 LANES = 1024
@@ -81,28 +84,40 @@ class _Run(NamedTuple):
         return self.numbers.get(kind, {})
 
 
+class _Driven(NamedTuple):
+    """Lanes of one time step: states (B, M + 1, n), inputs (B, M + 1, nu), numbers of the model (B, m)."""
+
+    states: np.ndarray
+    inputs: np.ndarray
+    theta: np.ndarray
+
+
 class FreeRuns:
-    """The problem of a selection (`estimation.selection.minimiser.Problem`): units are pieces of records.
+    """The problem of a fit or a selection (`estimation.selection.minimiser.Problem`): units are pieces of records, or
+    whole ones, which have a neutral rudder angle of their own, too.
+
+    Eq. 1 of docs/mathematics/calibration.md.
+
+    Channels are the states that the records measure, and the propeller's thrust where one measures it and the model
+    says it.
 
     length_s : time of one ship length, s.
-
-    Raises
-    ------
-    CannotFit : the ship does not turn.
     """
 
-    def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float) -> None:
-        self.bank, self.length_s = bank, length_s
+    def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float, whole: bool = False) -> None:
+        self.bank, self.length_s, self.whole = bank, length_s, whole
         self.units, self.places = list(units_), bank.places
         self.model = coarsely_integrated(bank.model, length_s)
         values = np.array([np.isfinite(u.measured(MEASURED)).sum(axis=0) for u in self.units])
         self.symbols = [s for s, n in zip(MEASURED, values.mean(axis=0), strict=True) if n >= SHORTEST]
-        unit = units(bank.model, length_s)
+        self.thrust = thrust_of(bank.model.family) if any(u.thrust is not None for u in self.units) else None
         self._columns = [bank.model.states.index(s) for s in self.symbols]
-        self.floor = np.array([SHARE * FLOOR[s] * unit[s] for s in self.symbols])
+        self.floor = self._floors()
+        self.floor[: len(self.symbols)] *= 1.0 if whole else OF_PIECES
         self._own_places = [bank.model.states.index(s) for s in started_states(bank.model)]
-        self.own_sd = start_sd(bank.model, length_s, self.symbols)
-        self.measured = [u.measured(self.symbols) for u in self.units]
+        starts = start_sd(bank.model, length_s, self.symbols)
+        self.own_sd = np.array([NEUTRAL_ANGLE_SD, *starts]) if whole else starts
+        self.measured = [self._measured(u) for u in self.units]
         self.counts = np.array([np.isfinite(m).sum(axis=0) for m in self.measured], float)
         spans = [u.stretch.series.dt * len(u.grid_s) for u in self.units]
         self.weight = np.array([
@@ -111,8 +126,35 @@ class FreeRuns:
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
         self._terms: dict[tuple[int, str], np.ndarray] = {}
+
+    @property
+    def channels(self) -> list[str]:
+        """Columns of records that count."""
+        return [*(CHANNELS[s] for s in self.symbols), *([] if self.thrust is None else [THRUST])]
+
+    def _floors(self) -> np.ndarray:
+        """Errors (C,) of whole records that count as none."""
+        unit, thrust = units(self.bank.model, self.length_s), [u.thrust for u in self.units if u.thrust is not None]
+        own = [FLOOR[s] * unit[s] for s in self.symbols]
+        mean = np.mean([np.nanmean(np.abs(one)) for one in thrust]) if thrust else 0.0
+        return np.array(own if self.thrust is None else [*own, FLOOR[THRUST] * mean])
+
+    def _measured(self, unit: Unit) -> np.ndarray:
+        """Samples (N, C) of the channels in a unit, nan where there are none."""
+        states = unit.measured(self.symbols)
+        if self.thrust is None:
+            return states
+        return np.column_stack([states, np.full(len(states), np.nan) if unit.thrust is None else unit.thrust])
+
+    def require_turns(self) -> None:
+        """Refuse records without a manoeuvre.
+
+        Raises
+        ------
+        CannotFit : the ship does not turn.
+        """
         turning = [c for c, s in enumerate(self.symbols) if s in ("r", "psi")]
-        if not np.any(self.motion[turning] > self.floor[turning] / SHARE):
+        if not np.any(self.motion[turning] > self._floors()[turning]):
             raise CannotFit("the ship does not turn: the records hold no manoeuvre")
 
     def with_numbers(self, places: Mapping[str, Place], series: Mapping[str, Series]) -> FreeRuns:
@@ -131,14 +173,24 @@ class FreeRuns:
     def without_begin(self, late_s: float) -> FreeRuns:
         """The runs without the first `late_s` s of each record; the same where that leaves too few pieces."""
         units = without_begin(self.units, late_s)
-        return FreeRuns(self.bank, units, self.length_s) if len(units) >= FEWEST else self
+        return self.along(units) if len(units) >= FEWEST else self
+
+    def along(self, units: Sequence[Unit]) -> FreeRuns:
+        """The free runs of other units."""
+        return FreeRuns(self.bank, units, self.length_s, self.whole)
+
+    @property
+    def known(self) -> np.ndarray:
+        """Channels (C,) whose errors have the size of the floor: measured thrust."""
+        return np.array([column == THRUST for column in self.channels])
 
     @cached_property
     def noise(self) -> np.ndarray:
-        """Mean squared noise (C,) of the sensors in the units."""
+        """Mean squared noise (C,) of the sensors in the units; none is known of thrust."""
         records = [u.stretch.record for u in self.units]
         sds = [[sensor_sd(r.column(CHANNELS[s])) for r in records if r.has(CHANNELS[s])] for s in self.symbols]
-        return np.array([np.mean(np.square(own)) if own else 0.0 for own in sds])
+        known = np.array([np.mean(np.square(own)) if own else 0.0 for own in sds])
+        return np.pad(known, (0, len(self.floor) - len(known)))
 
     @property
     def record_names(self) -> dict[int, str]:
@@ -208,15 +260,15 @@ class FreeRuns:
             by_step.setdefault(round(self.units[k].stretch.series.dt, 9), []).append(k)
         out: dict[int, np.ndarray] = {}
         for units_ in by_step.values():
-            states, first = self._states([lane for k in units_ for lane in by_unit[k]]), 0
+            driven, first = self._driven([lane for k in units_ for lane in by_unit[k]]), 0
             for k in units_:
                 last = first + len(by_unit[k])
-                out[k] = self._errors(by_unit[k], states[first:last])
+                out[k] = self._errors(by_unit[k], _Driven(*(part[first:last] for part in driven)))
                 first = last
         return [out[k] for k in by_unit]
 
-    def _states(self, lanes: Sequence[_Run]) -> np.ndarray:
-        """States (B, M + 1, n) of lanes of one time step; shorter ones go on with their last input."""
+    def _driven(self, lanes: Sequence[_Run]) -> _Driven:
+        """Lanes of one time step; shorter ones go on with their last input."""
         driven = self._once(self._inputs, INPUTS, lanes)
         longest, width = max(len(u) for u in driven), max(u.shape[1] for u in driven)
         inputs = np.zeros((len(lanes), longest, width))
@@ -229,7 +281,9 @@ class FreeRuns:
         kinds = (*SHOWN, "model") if LAGGED in self.model.states else SHOWN
         start = np.array(self._once(self._start, kinds, lanes))
         effects = np.array([lane.own for lane in lanes])
-        start[:, self._own_places] += effects
+        if self.whole:
+            inputs[:, :, 0] += effects[:, :1]
+        start[:, self._own_places] += effects[:, int(self.whole) :]
         gain = self.model.kernels.RATE_GAIN
         if gain is not None:  # the smoothed yaw acceleration stands in the place of the hidden state
             start[:, 0] -= theta[:, gain] * inputs[:, 0, 0]
@@ -237,14 +291,14 @@ class FreeRuns:
         inside = [self._inside(lane, own) for lane, own in zip(lanes, theta, strict=True) if lane.of("regime")]
         with np.errstate(all="ignore"):
             if not inside:
-                return open_loops(self.model, theta, inputs, dt, start)
+                return _Driven(open_loops(self.model, theta, inputs, dt, start), inputs, theta)
             local = np.array([bool(lane.of("regime")) for lane in lanes])
             states = np.empty((len(lanes), longest, start.shape[1]))
             states[~local] = open_loops(self.model, theta[~local], inputs[~local], dt, start[~local])
             states[local] = open_loops(
                 self.model, theta[local], inputs[local], dt, start[local], *zip(*inside, strict=True)
             )
-        return states
+        return _Driven(states, inputs, theta)
 
     def _once(self, of: Callable[[_Run], np.ndarray], kinds: Sequence[str], lanes: Sequence[_Run]) -> list[np.ndarray]:
         """What lanes have by their unit and their numbers of some kinds, worked out once for those that are alike."""
@@ -280,7 +334,7 @@ class FreeRuns:
     def states_of(self, point: Point) -> list[np.ndarray]:
         """States (M + 1, n) of the run of every unit at a point."""
         lanes = self._sorted([Lane(k, point.values, own) for k, own in enumerate(point.own)])
-        return [self._states([lane])[0] for lane in lanes]
+        return [self._driven([lane]).states[0] for lane in lanes]
 
     def _start(self, lane: _Run) -> np.ndarray:
         """The state (n,) that a lane starts from: the smoothed one, without what its sensors add to it."""
@@ -304,8 +358,7 @@ class FreeRuns:
     @lru_cache(maxsize=4096)  # noqa: B019 (lives as long as one diagnosis)
     def _lagged(self, number: int, change_s: float, at_s: float) -> float:
         """The rudder behind a lag at a time of a record; change_s : of the lag, from that of the model."""
-        names = (*self.model.coordinates, *self.model.constant_names)
-        return self.rudders[number].lagged(float(self.model.theta[names.index(LAG)]) + change_s, at_s)
+        return self.rudders[number].lagged(float(self.model.theta[names_of(self.model).index(LAG)]) + change_s, at_s)
 
     def _start_later(self, unit: Unit, start: np.ndarray, symbol: str, late: float) -> None:
         """Change a start (n,) to what a channel shows `late` s later; the yaw rate, too, that a late heading tells."""
@@ -375,11 +428,13 @@ class FreeRuns:
         motion = self.motions[unit.number]
         return np.interp(unit.grid_s, motion.time_s, self.bank.series[name](motion))
 
-    def _errors(self, lanes: Sequence[_Run], states: np.ndarray) -> np.ndarray:
-        """Errors (C, B, N) of the lanes of one unit from their states (B, M, n)."""
+    def _errors(self, lanes: Sequence[_Run], driven: _Driven) -> np.ndarray:
+        """Errors (C, B, N) of the lanes of one unit."""
         k = lanes[0].unit
         series = self.units[k].stretch.series
-        shown = states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
+        shown = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
+        if self.thrust is not None:
+            shown = np.concatenate([shown, self._thrust(driven, len(series.inputs))[None]])
         for place, lane in enumerate(lanes):
             if any(lane.of(kind) for kind in SHOWN):
                 self._show(lane, shown[:, place], series.dt)
@@ -387,6 +442,13 @@ class FreeRuns:
         error = measured - np.moveaxis(series.observe(np.moveaxis(shown, 2, 0)), 0, 2)
         limit = (LIMIT * self.floor)[:, None, None]
         return np.fmax(np.fmin(error, limit), -limit) * known  # a run that is lost has the limit in the place of nan
+
+    def _thrust(self, driven: _Driven, points: int) -> np.ndarray:
+        """Thrust (B, M) of lanes, N."""
+        assert self.thrust is not None
+        inputs = driven.inputs[:, :points, : len(self.model.inputs)]
+        with np.errstate(all="ignore"):
+            return self.thrust(driven.states[:, :points], inputs, driven.theta[:, None])
 
     @cached_property
     def _by_channel(self) -> list[tuple[np.ndarray, np.ndarray]]:

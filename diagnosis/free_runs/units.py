@@ -1,4 +1,4 @@
-"""What is left out: pieces of the records of some eight ship lengths, each a free run with a start of its own."""
+"""What is left out: pieces of records of some eight ship lengths, or whole records, each with a start of its own."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ import numpy as np
 
 from ...datasets.instruments import felt_rudder
 from ...datasets.signals import bridged
-from ...estimation.diagnosis_only.mixed_effects.problem import coarse
 from ...estimation.records.gaps import SHORTEST, clock_of, stretches
 from ...estimation.run.stretch import Stretch
 from ...models.errors import CannotFit
 from ...models.time_scale import time_scale_s
 from .motion import lagged
+from .scales import THRUST, coarse
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -27,6 +27,8 @@ REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
 """L/U of a ship of 160 m at 15 kn, s."""
 LENGTHS = 8.0
 """Ship lengths sailed in a piece."""
+SMOOTHED = 12
+"""Samples that measured thrust is averaged over."""
 FEWEST, WANTED, MOST = 3, 8, 24
 """Pieces of all records together: without so many nothing is left out; shorter ones are cut until there are so many;
 and (but for one a record) the most."""
@@ -42,7 +44,7 @@ def length_s(model: Model, records: Sequence[Record]) -> float:
 
 @dataclass(frozen=True)
 class Unit:
-    """A piece of a record that is left out as a whole.
+    """A piece of a record, or a whole one, that is left out.
 
     number : of its record.  stretch : the model and the piece, thinned.  record : the whole record.  start : state (n,)
     that its run starts from.
@@ -64,6 +66,19 @@ class Unit:
         own = {states[c]: series.outputs[:, i] for i, c in enumerate(series.columns.tolist())}
         gap = np.full(len(series.index), np.nan)
         return np.column_stack([own.get(s, gap) for s in symbols])
+
+    @cached_property
+    def thrust(self) -> np.ndarray | None:
+        """Thrust (N,) of the propeller at the samples, the mean over SMOOTHED of them, N; None where none is
+        measured."""
+        if not self.record.has(THRUST):
+            return None
+        values, piece = self.record.column(THRUST), self.stretch.record
+        known, window = np.isfinite(values), np.ones(max(1, round(SMOOTHED * piece.dt / self.record.dt)))
+        count = np.convolve(known.astype(float), window, "same")
+        total = np.convolve(np.where(known, values, 0.0), window, "same")
+        mean = np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan)
+        return np.interp(piece.time_s, self.record.time_s, mean)
 
 
 @dataclass(frozen=True)
@@ -90,26 +105,28 @@ class Rudder:
         return np.interp(grid_s, self.record.time_s, acting - self._recorded)
 
 
-def units_of(model: Model, records: Sequence[Record], length: float) -> list[Unit]:
+def units_of(model: Model, records: Sequence[Record], length: float, whole: bool = False) -> list[Unit]:
     """The pieces of records behind the model's instruments, in its sign of the rudder.
 
-    length : time of one ship length, s.
+    length : time of one ship length, s.  whole : stretches without long gaps are not cut where there are FEWEST.
 
     Raises
     ------
     CannotFit : no record has a stretch without long gaps, there are too few pieces, or none measures a state of the
         model.
     """
-    whole = [(i, a, b) for i, r in enumerate(records) for a, b in stretches(r, clock_of(model, records))]
-    seconds = [float(records[i].time_s[b - 1] - records[i].time_s[a]) for i, a, b in whole]
-    if not whole:
+    stretches_ = [(i, a, b) for i, r in enumerate(records) for a, b in stretches(r, clock_of(model, records))]
+    seconds = [float(records[i].time_s[b - 1] - records[i].time_s[a]) for i, a, b in stretches_]
+    if not stretches_:
         raise CannotFit(f"no {SHORTEST} samples in turn with a rudder angle")
     piece = max(LENGTHS * length, sum(seconds) / MOST)
-    counts = [max(1, int(s / piece)) for s in seconds]
-    if sum(counts) < WANTED:
-        counts = [max(1, min(-(-WANTED // len(whole)), (b - a) // SHORTEST)) for _, a, b in whole]
+    counts, wanted = [max(1, int(s / piece)) for s in seconds], FEWEST if whole else WANTED
+    if whole and len(stretches_) >= FEWEST:
+        counts = [1] * len(stretches_)
+    elif sum(counts) < wanted:
+        counts = [max(1, min(-(-wanted // len(stretches_)), (b - a) // SHORTEST)) for _, a, b in stretches_]
     units = []
-    for (i, a, b), count, span in zip(whole, counts, seconds, strict=True):
+    for (i, a, b), count, span in zip(stretches_, counts, seconds, strict=True):
         edges = np.linspace(a, b, count + 1).astype(int)
         ends = [(first, last) for first, last in pairwise(edges.tolist()) if last - first >= SHORTEST]
         step = min(length, span / count / LENGTHS)  # short pieces keep as many samples as others
@@ -120,6 +137,23 @@ def units_of(model: Model, records: Sequence[Record], length: float) -> list[Uni
     if len(units) < FEWEST:
         raise CannotFit(f"fewer than {FEWEST} pieces of {SHORTEST} samples")
     return units
+
+
+def names_of_units(units: Sequence[Unit]) -> list[str]:
+    """The name of each unit: of its record, with its part where there are several."""
+    numbers = [u.number for u in units]
+    parts = [numbers[:k].count(n) + 1 for k, n in enumerate(numbers)]
+    names = [u.record.name for u in units]
+    return [
+        f"{name}, part {part}" if numbers.count(n) > 1 else name
+        for name, part, n in zip(names, parts, numbers, strict=True)
+    ]
+
+
+def whole_unit(model: Model, record: Record, length: float) -> Unit:
+    """A record as one unit."""
+    stretch = Stretch.of(model, coarse(record, length))
+    return Unit(0, stretch, record, stretch.state_at(0))
 
 
 def without_begin(units: Sequence[Unit], late_s: float) -> list[Unit]:
