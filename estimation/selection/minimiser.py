@@ -4,8 +4,8 @@
     sigma_c^2 = sum_k w_kc s_kc / n_c + floor_c^2,      n_c = sum_k w_kc N_kc
 
 The sizes sigma_c of the channels follow the fit, so that a prior never outweighs errors that are gone; the floor is an
-error that counts as none, and the size of a channel that is known.  The gradient of the cost is that of least squares weighted by these sizes, so that each step
-solves the normal equations at them.
+error that counts as none, and the size of a channel that is known.  The gradient of the cost is that of least squares
+weighted by these sizes, so that each step solves the normal equations at them.
 Source: Seber and Wild 1989, sections 2.2 and 5.1; damping as Marquardt 1963.
 """
 
