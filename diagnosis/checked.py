@@ -94,13 +94,19 @@ def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Seq
 
 
 def _refuted(found: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Diagnosis, list[CheckFinding]]:
-    """The diagnosis with doubts about the rudder taken back where free runs with it follow the training records, and
-    the doubts that stand: those of the size of its angles do, as a model's own gain takes up any factor."""
-    share = motion_explained([t for t in found.traces if t.role == "train"]) or 0.0
+    """The diagnosis with doubts about the rudder taken back where free runs with it follow the training records that
+    they are of, and the doubts that stand: those of the size of its angles do, as a model's own gain takes up any
+    factor."""
     of_rudder = [f for f in standing if check_of(f.cause).where == "rudder" or f.stage == BY_FREE_RUNS]
     of_rudder = [f for f in of_rudder if all(size.unit != "rad" for size in f.sizes)]
-    refuted = of_rudder if share >= REFUTED else []
-    said = tuple(f"{f.evidence}; yet free runs with it hold {100.0 * share:.0f} % of the yaw motion" for f in refuted)
+    train = [t for t in found.traces if t.role == "train"]
+    shares = [motion_explained([t for t in train if t.record in f.records]) or 0.0 for f in of_rudder]
+    refuted = [f for f, share in zip(of_rudder, shares, strict=True) if share >= REFUTED]
+    said = tuple(
+        f"{f.evidence}; yet free runs with it hold {100.0 * share:.0f} % of the yaw motion"
+        for f, share in zip(of_rudder, shares, strict=True)
+        if f in refuted
+    )
     checks = tuple(replace(f, standing=False) if f in refuted else f for f in found.checks)
     return replace(found, checks=checks, doubts=(*found.doubts, *said)), [f for f in standing if f not in refuted]
 

@@ -230,7 +230,8 @@ def _selection(runs: FreeRuns, groups: Sequence[Group], model: Model, choice: Ch
     if not choice.beside:
         named = _named_groups(choice, choice.selection.entered, groups, model)
         return on_whole_records(runs, base, named, changes)
-    few = on_whole_records(runs, base, _named_groups(choice, choice.few, groups, model), {})
+    entered = () if choice.few is None else choice.few.entered
+    few = on_whole_records(runs, base, _named_groups(choice, entered, groups, model), {})
     own = Group(OWN, "all of the model's own numbers", None, {n.name: n.sd for n in choice.bank.own})
     every = on_whole_records(runs, base, [NamedGroup(own)], changes)
     return every if score_fall(runs, few.final, every.final).gain > 0.0 else few
@@ -330,8 +331,8 @@ def _shares(runs: FreeRuns, given: Attempt, selection: Selection) -> dict[str, S
 
 def _verdict(runs: FreeRuns, given: Attempt, selection: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
     """The verdict, and the sentence that supports it (eq. 4 of docs/mathematics/calibration.md)."""
-    base = states_of(runs, np.sqrt(mean_squares(runs, given.fitted.left_out)))
-    large = base > ADEQUATE * states_of(runs, runs.motion)
+    beyond_noise = np.maximum(mean_squares(runs, given.fitted.left_out) - runs.noise, 0.0)
+    large = states_of(runs, np.sqrt(beyond_noise) > ADEQUATE * runs.motion)
     matter = [column for column, is_large in zip(columns_of_states(runs), large, strict=True) if is_large]
     if not matter and not selection.steps:
         limit = f"{100 * ADEQUATE:.0f} % of each channel's motion"

@@ -14,7 +14,7 @@ from ...estimation.selection.minimiser import minimise
 from ...models.instruments import combined
 from ...models.model import CHANNELS
 from ..free_runs.problem import FreeRuns
-from ..free_runs.units import length_s, units_of
+from ..free_runs.units import length_s, units_of, whole_unit
 from ..gain.guard import WORSE, log_fall, training_errors
 from ..gain.runs import with_calibrated, with_runs
 from ..report.findings import of_fault
@@ -164,7 +164,7 @@ def of_held_out(model: Model, choice: Choice, given: Prepared) -> dict[str, dict
         flows = [n for n, p in zip(candidate.names, places, strict=True) if p.kind == "flow" and p.record is not None]
         for record in given.held_out if flows else ():
             half = record.slice(0, record.n // 2)
-            runs = choice.runs.along(units_of(choice.bank.model, [half], choice.runs.length_s))
+            runs = choice.runs.along([whole_unit(choice.bank.model, half, choice.runs.length_s)])
             fixed = {n: x for n, x in choice.selection.final.point.values.items() if n not in flows}
             numbers = [replace(n, name=n.name.partition(":")[0]) for n in candidate.numbers[:2]]
             fitted = minimise(runs, numbers, fixed, runs.no_own)

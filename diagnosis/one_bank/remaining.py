@@ -40,8 +40,8 @@ from .curve import curve_of
 from .diagnose import runs_of, worsens
 from .events import events
 from .forces import AXES, READINGS, Forces, forces_along, reading_of
-from .search import Choice
-from .told import extended_model, half_intervals, interval_factor
+from .search import Choice, half_intervals, interval_factor
+from .told import extended_model
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

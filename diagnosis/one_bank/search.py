@@ -20,10 +20,12 @@ from ...estimation.selection.selection import (
     clearly_worse,
     fall_between,
     mean_squares,
+    quantile,
     select,
     with_only,
 )
 from ..causes.base import Cause
+from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
 from ..free_runs.units import REFERENCE_S
 from .catalogue import DELAY, FLOWS, FORCE, INPUT
@@ -48,6 +50,12 @@ CLEAR = 0.95
 """Level from which a number in a regime is clearly better than numbers that are wrong everywhere."""
 LATE = 0.1
 """Delay of the rudder, as a share of a piece, from which it matters what acted before a record's begin."""
+MOST = 0.8
+"""Share of what all of the model's own numbers take off the squared error, from which one of them is told that takes it
+off alone."""
+INTERVAL, WIDER = 0.95, 3.0
+"""Quantile of Student's t over pieces that a 90 % interval ends at, and factor on it beside numbers that are all
+uncertain: of a delay beside ten Mariners whose numbers were off by 10 % the error was 2.9 standard errors (rms)."""
 FEW = 3
 """Causes and numbers up to which a choice says more than that all of the model's own numbers are uncertain."""
 ENOUGH = 0.01
@@ -58,14 +66,14 @@ ENOUGH = 0.01
 class Choice:
     """What was selected, whether it is beside the model's own numbers, and a number that is wrong in a regime only.
 
-    few : where it is beside these numbers, the causes and numbers that were selected without them.
+    few : where it is beside these numbers, what was selected without them.
     """
 
     runs: FreeRuns
     selection: Selection
     beside: bool = False
     local: InRegime | None = None
-    few: tuple[Entered, ...] = ()
+    few: Selection | None = None
 
     @property
     def bank(self) -> Bank:
@@ -86,6 +94,26 @@ def with_own_numbers(choice: Choice) -> Choice | None:
     return replace(choice, selection=replace(selection, final=wide)) if better else None
 
 
+def main_number(choice: Choice) -> tuple[Selection, float] | None:
+    """Where all of the model's own numbers are uncertain: the one, or the group, that alone takes most of what all take
+    off the squared error of left-out pieces, and its share of that; None where there is none."""
+    few, runs = choice.few, choice.runs
+    if few is None:
+        return None
+    own = [e for e in few.entered if choice.bank.cause_of(e.candidate) == BaseCoefficients.id]
+    whole = _taken(runs, few.base, choice.selection.final)
+    alone = [with_only(runs, few, [one]) for one in own]
+    shares = [_taken(runs, few.base, one.final) / whole for one in alone]
+    best = max(zip(alone, shares, strict=True), key=lambda pair: pair[1], default=None)
+    return best if best is not None and best[1] > MOST else None
+
+
+def _taken(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
+    """What a fit takes off the squared error of left-out pieces, in squares of the motion, sum over channels."""
+    old, new = (mean_squares(runs, fitted.left_out) for fitted in (before, after))
+    return max(float(np.sum((old - new) / runs.motion**2)), 1e-12)
+
+
 def withdrawn(choice: Choice) -> Choice | None:
     """The choice without what entered last, else without the model's own numbers; None where there is nothing left."""
     runs, selection = choice.runs, choice.selection
@@ -103,7 +131,8 @@ def _without(choice: Choice, one: Entered) -> Choice:
 
 
 def chosen(runs: FreeRuns, options: Options) -> Choice:
-    """The choice for records, without faults of input and sensors whose sizes are below what matters.
+    """The choice for records, without faults of input and sensors whose sizes are below what matters, or of which none
+    differs from zero.
 
     Where the rudder acts late, another choice is made without the begin of each record: what acts there is not known.
     """
@@ -111,9 +140,27 @@ def chosen(runs: FreeRuns, options: Options) -> Choice:
     late_s = choice.selection.final.value(DELAY)
     if late_s > LATE * float(np.ptp(runs.units[0].grid_s)):
         choice = _chosen(runs.without_begin(late_s), options)
-    while small := [one for one in choice.selection.entered if not _matters(choice, one)]:
+    while small := [e for e in choice.selection.entered if not _matters(choice, e) or _may_be_none(choice, e)]:
         choice = _without(choice, small[-1])
     return choice
+
+
+def half_intervals(runs: FreeRuns, fitted: Fitted, beside: bool = False) -> dict[str, float]:
+    """Number -> half of its 90 % interval; beside : numbers that are all uncertain."""
+    factor = (WIDER if beside else 1.0) * interval_factor(runs)
+    return {n.name: factor * float(x) for n, x in zip(fitted.numbers, fitted.sd, strict=True)}
+
+
+def interval_factor(runs: FreeRuns) -> float:
+    """Standard deviations that half of a 90 % interval has."""
+    return quantile(runs, INTERVAL)
+
+
+def _may_be_none(choice: Choice, one: Entered) -> bool:
+    """Whether the intervals of all numbers of a candidate beside uncertain ones hold zero."""
+    final = choice.selection.final
+    halves = half_intervals(choice.runs, final, choice.beside)
+    return choice.beside and all(abs(final.value(n)) <= halves[n] for n in one.candidate.names)
 
 
 def _matters(choice: Choice, one: Entered) -> bool:
@@ -149,7 +196,7 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     if not _left_to_explain(choice.runs, choice.selection):
         return choice
     beside = _beside(choice, base)
-    return choice if beside is None else Choice(runs, beside, beside=True, few=choice.selection.entered)
+    return choice if beside is None else Choice(runs, beside, beside=True, few=choice.selection)
 
 
 def _with_regime(choice: Choice, rules: Rules) -> Choice:

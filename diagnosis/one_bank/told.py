@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...checks.result import Size
-from ...checks.statistics.tails import chi2_tail, student_quantile, student_tail
+from ...checks.statistics.tails import chi2_tail, student_tail
 from ...estimation.selection.selection import independent, mean_squares
 from ...models.coefficient_groups import grown, stated_groups
 from ...models.extend import extended
@@ -23,20 +23,14 @@ from ..report.findings import BY_FREE_RUNS
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
 from .catalogue import FAULT, FLOWS, TERMS, flow_name
+from .search import half_intervals, main_number
 
 if TYPE_CHECKING:
     from ...checks.base import Check
-    from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.selection import Entered
     from ...models.model import Model
-    from ..free_runs.problem import FreeRuns
     from .search import Choice
 
-INTERVAL = 0.95
-"""Quantile of Student's t over pieces that a 90 % interval ends at."""
-WIDER = 3.0
-"""Factor on intervals beside numbers that are all uncertain: of a delay beside ten Mariners whose numbers were off by
-10 % the error was 2.9 standard errors (rms)."""
 LARGE = 0.3
 """Error, as a share of the motion, from which a model without a finding is not adequate."""
 SAID = {
@@ -58,9 +52,21 @@ def findings(choice: Choice, identified: bool) -> list[Finding]:
         by_cause.setdefault(choice.bank.cause_of(one.candidate), []).append(one)
     out = [_finding(choice, cause, own) for cause, own in by_cause.items()]
     if choice.beside and not identified:
-        said = "all of the model's own numbers, uncertain under their priors, are needed to predict left-out pieces"
-        out.append(Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), evidence=said))
+        out.append(_all_numbers(choice))
     return out
+
+
+def _all_numbers(choice: Choice) -> Finding:
+    """That all of the model's own numbers are uncertain, and the few that alone explain most."""
+    said = "all of the model's own numbers, uncertain under their priors, are needed to predict left-out pieces"
+    main = main_number(choice)
+    if main is None:
+        return Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), evidence=said)
+    alone, share = main
+    one = _finding(replace(choice, selection=alone, beside=False, few=None), BaseCoefficients.id, alone.entered)
+    titles = ", ".join(one.details["groups"])
+    taken = f"{100.0 * share:.0f} % of what they take off the squared error"
+    return replace(one, evidence=f"{said}; {titles} alone takes {taken}")
 
 
 def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
@@ -101,8 +107,7 @@ def _title(choice: Choice, of: str) -> str:
 def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
     """Sizes of the numbers of a candidate with 90 % intervals."""
     fitted = choice.selection.final
-    wider = WIDER if choice.beside else 1.0
-    halves = {name: wider * half for name, half in half_intervals(choice.runs, fitted).items()}
+    halves = half_intervals(choice.runs, fitted, choice.beside)
     if cause in FLOWS:
         yield from _flow_sizes(choice, cause, one, halves)
         return
@@ -135,17 +140,6 @@ def fault_interval(choice: Choice, time_s: float) -> tuple[float, float]:
     every = sorted(t for place in choice.bank.places.values() for _, t in place.fixed)
     at = every.index(time_s)
     return every[max(at - 1, 0)], every[min(at + 1, len(every) - 1)]
-
-
-def interval_factor(runs: FreeRuns) -> float:
-    """Standard deviations that half of a 90 % interval has."""
-    return student_quantile(INTERVAL, max(len(runs.units) - 1, 1))
-
-
-def half_intervals(runs: FreeRuns, fitted: Fitted) -> dict[str, float]:
-    """Number -> half of its 90 % interval."""
-    factor = interval_factor(runs)
-    return {n.name: factor * float(x) for n, x in zip(fitted.numbers, fitted.sd, strict=True)}
 
 
 def _model_values(choice: Choice) -> dict[str, float]:
