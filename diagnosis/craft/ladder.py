@@ -24,6 +24,7 @@ from ...estimation.diagnosis_only.windows.fit import (
     mean_squares,
 )
 from ...estimation.diagnosis_only.windows.problem import SYMBOLS, Piece, Windows, mean_of_known, windows_of
+from ...estimation.selection.score import jackknife
 from ...models.errors import CannotFit
 from ...models.model import Model, resolve
 from ...models.time_scale import OWN_TIME
@@ -294,10 +295,8 @@ def _skill(without: Attempt, now: Attempt) -> tuple[float, float]:
         return 1.0 - own / max(min(simple), 1e-300)
 
     blocks = np.arange(total.shape[1])
-    if blocks.size < 3:
-        return share(blocks), np.inf
-    parts = np.array([share(blocks != b) for b in blocks])
-    return share(blocks), float(np.sqrt((blocks.size - 1.0) / blocks.size * np.sum((parts - parts.mean()) ** 2)))
+    error = float(jackknife(np.array([share(blocks != b) for b in blocks]))) if blocks.size > 2 else np.inf
+    return share(blocks), error
 
 
 def enters(old: Attempt, new: Attempt, gain: float, error: float) -> bool:

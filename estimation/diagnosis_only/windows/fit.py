@@ -20,6 +20,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ....models.linear_algebra import lstsq, pinv
+from ...selection import score
+from ...selection.score import Fall
 from .problem import Windows
 
 DIFFERENCE = 1e-3
@@ -294,21 +296,12 @@ def mean_squares(error: np.ndarray, w: Windows, sizes: np.ndarray) -> np.ndarray
     return out
 
 
-def fall(old: np.ndarray, new: np.ndarray, w: Windows, sizes: np.ndarray) -> tuple[float, float]:
+def fall(old: np.ndarray, new: np.ndarray, w: Windows, sizes: np.ndarray) -> Fall:
     """By how much the logarithm of the root mean square error of left-out blocks falls, mean over channels, and its
-    jackknife standard error over blocks: 0.05 is about 5 %."""
+    jackknife standard error over blocks, infinite for fewer than three: 0.05 is about 5 %."""
+    before, after = (mean_squares(errors, w, sizes) for errors in (old, new))
+    count = before[:, :, 1]
     floor = np.maximum(np.nan_to_num(w.noise), 1e-3 * w.motion) ** 2
-    before, after = mean_squares(old, w, sizes), mean_squares(new, w, sizes)
-
-    def gain(keep: np.ndarray) -> float:
-        a, b = before[keep].sum(axis=0), after[keep].sum(axis=0)
-        known = a[:, 1] > 0
-        ratio = (a[known, 0] / a[known, 1] + floor[known]) / (b[known, 0] / b[known, 1] + floor[known])
-        return float(0.5 * np.mean(np.log(ratio))) if known.any() else 0.0
-
-    n = len(before)
-    whole = gain(np.ones(n, bool))
-    if n < 3:
-        return whole, np.inf
-    parts = np.array([gain(np.arange(n) != i) for i in range(n)])
-    return whole, float(np.sqrt((n - 1.0) / n * np.sum((parts - parts.mean()) ** 2)))
+    by = score.fall(before[:, :, 0], after[:, :, 0], count * floor)
+    channels = max(int(np.count_nonzero(count.sum(axis=0))), 1)
+    return Fall(by.gain / channels, by.error / channels if len(count) > 2 else np.inf)
