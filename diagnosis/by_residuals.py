@@ -13,7 +13,9 @@ from ..estimation.filters.innovations.estimator import estimator
 from .candidate import Candidate, Unmodelled
 from .causes.registry import terms_for
 from .gain.extension import extended_model
-from .gain.measured import of_state, predicting
+from .gain.guard import worsens
+from .gain.held_out_flows import of_state
+from .gain.runs import with_runs
 from .report import bank, findings, verdict
 from .report.outcome import diagnosis_of, hypothesis_of, noise_of
 from .residuals.criterion import select, without
@@ -25,16 +27,15 @@ from .starting import starting_state, thinned
 from .state import State
 
 if TYPE_CHECKING:
+    from ..datasets.record import Record
     from ..models.model import Model
     from .causes.base import Cause
     from .options import Options
     from .prepared import Prepared
     from .result import Diagnosis
 
-NOT_SHOWN = "free runs of left-out records do not show it, or the records are too few"
-PREDICTS_WORSE = "records that were left out are predicted worse with it"
+PREDICTS_WORSE = "whole records are predicted worse with it"
 IN_NOISE = "not significant where the sensors' noise has a memory"
-HARDLY_GAINS = "records that were left out are predicted hardly better with it"
 
 
 @dataclass(frozen=True)
@@ -68,46 +69,55 @@ def selected(model: Model, given: Prepared, options: Options) -> Selected:
     return Selected(state, left, poor, cannot, small, rng)
 
 
-def concluded(
-    model: Model, given: Prepared, options: Options, found: Selected, barred: Collection[str] = ()
-) -> Diagnosis:
-    """The diagnosis with its extended model and gain.
+def by_innovations(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
+    """The diagnosis; what worsens whole records is withdrawn, the last that entered first.
 
-    barred : causes that the extended model may not hold.
+    given : records as they were corrected.  held_out : as they were read.
     """
-    state, rng, held_out = found.state, found.rng, thinned(given.held_out, model)
-    known = options.coefficient_sd == 0.0
-    memory = noise_with_memory(state.est, state.now) if known and found.left is not None else []
+    shown = selected(model, given, options)
+    barred: list[Cause] = []
+    while True:
+        outcome = concluded(model, given, options, shown, barred)
+        diagnosis = with_runs(outcome, given.train, given.instruments, held_out, options.channels)
+        kept = [cause for cause in shown.state.causes if cause not in barred]
+        if not kept or not worsens(diagnosis):
+            return diagnosis
+        barred.append(kept[-1])
+
+
+def concluded(
+    model: Model, given: Prepared, options: Options, shown: Selected, barred: Collection[Cause] = ()
+) -> Diagnosis:
+    """The diagnosis with its extended model, without its gain.
+
+    barred : causes that the extended model may not hold, as whole records are predicted worse with them.
+    """
+    state, rng, held_out = shown.state, shown.rng, thinned(given.held_out, model)
+    exact = options.coefficient_sd == 0.0
+    memory = noise_with_memory(state.est, state.now) if exact and shown.left is not None else []
     weak = _weak(state, memory)
     state = _without(state, weak)
-    out = [cause for cause in state.causes if cause.id in barred]
-    # Where something else is wrong as well, likelihoods of what was tested are not to be trusted: free runs of several
-    # records decide what is named, unless the model is exactly known and its sensors' noise white.
-    doubtful = found.left is not None and state.est.n_records > 1 and (bool(memory) or not known)
-    predicted = predicting(_without(state, out), options, doubtful)
-    refused = _why(out, NOT_SHOWN) | _why(predicted.failing, PREDICTS_WORSE)
-    left = found.left if found.left is not None else _what_looks_like(refused, state)
-    immaterial = _why(found.small, findings.SMALL) | _why(weak, IN_NOISE) | _why(predicted.idle, HARDLY_GAINS)
-    told, immaterial = ({}, immaterial | refused) if doubtful and not known else (refused, immaterial)
-    own = [f for f in findings.of_residuals(state, told, rng) if f.cause not in immaterial]
+    kept = _without(state, [cause for cause in state.causes if cause in barred])
+    refused = _why(barred, PREDICTS_WORSE)
+    left = shown.left if shown.left is not None else _what_looks_like(refused, state)
+    immaterial = _why(shown.small, findings.SMALL) | _why(weak, IN_NOISE)
+    own = [f for f in findings.of_residuals(state, refused, rng) if f.cause not in immaterial]
     every = [*(findings.of_fault(f) for f in given.faults), *given.shown.findings, *own]
     named = any(f.stage == findings.BY_RESIDUALS for f in every)
     instead = named and left is not None and left is state.rival
     est = state.est
-    extended = extended_model(est, predicted.setting, predicted.state.causes, given.instruments)
-    own = of_state(predicted.state, predicted.setting, held_out)
-    told = diagnosis_of(
-        (model, extended),
+    outcome = diagnosis_of(
+        (model, extended_model(est, kept.setting, kept.causes, given.instruments)),
         options,
-        verdict.decide(found.poor, left, instead, every),
+        verdict.decide(shown.poor, left, instead, every),
         every,
-        bank.of_residuals(state, found.cannot, given.shown.statistics, immaterial, every),
+        bank.of_residuals(state, shown.cannot, given.shown.statistics, immaterial, every),
         noise=noise_of(est, state.setting),
-        poor=found.poor,
+        poor=shown.poor,
         hypothesis=hypothesis_of(state, left, held_out),
         doubts=_doubts_of(memory),
     )
-    return replace(told, of_held_out=own)
+    return replace(outcome, of_held_out=of_state(kept, held_out))
 
 
 def _weak(state: State, memory: Sequence[Memory]) -> list[Cause]:

@@ -11,9 +11,8 @@ from typing import TYPE_CHECKING
 from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.memory import require_memory
-from .by_residuals import concluded, selected
+from .by_residuals import by_innovations
 from .checked import put_back, with_checks
-from .gain.runs import with_runs
 from .one_bank.diagnose import by_pieces
 from .one_bank.remaining import with_remaining, without_causes
 from .options import Options
@@ -103,8 +102,7 @@ def _named(
         with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
             return by_pieces(model, records, held_out, options)
     watch(CAUSES)
-    shown = concluded(model, records, options, selected(model, records, options))
-    return with_runs(shown, records.train, records.instruments, held_out, options.channels)
+    return by_innovations(model, records, held_out, options)
 
 
 def _described(

@@ -14,9 +14,8 @@ from ...estimation.filters.innovations.estimator import estimator
 from ...models.linear_algebra import pinv
 from ..causes.base import Cause
 from ..causes.registry import causes, testable
-from ..gain import free_runs
 from ..gain.extension import extended_model
-from ..gain.measured import of_held_out
+from ..gain.held_out_flows import adapted, of_held_out, transferred
 from ..gain.runs import with_runs
 from ..prepared import prepared
 from ..registry import Diagnoser
@@ -116,4 +115,4 @@ def _of_held_out(
     if not (records and own):
         return {}
     held = replace(estimator(runs.est.model, records, runs.est.unit), base=runs.est.base)
-    return of_held_out(held, free_runs.adapted(held, free_runs.transferred(held, s, own), own), own)
+    return of_held_out(held, adapted(held, transferred(held, s, own), own), own)

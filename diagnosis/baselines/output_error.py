@@ -10,7 +10,6 @@ import numpy as np
 
 from ...estimation.filters.innovations.estimator import estimator
 from ...models.linear_algebra import lstsq
-from ..gain.free_runs import START_S
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -18,6 +17,8 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..candidate import Variant
 
+START_S = 10.0
+"""Time (s, of a 160 m ship) that a free run starts after."""
 LIMIT = 1e6
 """Residual, in sensor standard deviations, above which a run counts as diverged."""
 

@@ -10,6 +10,9 @@ import numpy as np
 if TYPE_CHECKING:
     from ..result import Diagnosis
 
+POSITIONS = ("north_m", "east_m")
+CLEARLY = 0.1
+"""Mean of the logarithms of two errors' ratio from which one is clearly larger."""
 WORSE = 1.05
 """Ratio of the free-run errors (rms) of left-out records to the base model's, in any channel, from which a cause or a
 group of numbers is given up."""
@@ -32,3 +35,18 @@ def training_errors(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
     whole = {c: np.concatenate(blocks, axis=1) for c, blocks in parts.items()}
     rms = {c: np.sqrt(np.mean(e**2, axis=1)).tolist() for c, e in whole.items() if e.size}
     return {c: (before, after) for c, (before, after) in rms.items()}
+
+
+def worsens(said: Diagnosis) -> bool:
+    """Whether some channel of the held-out records is predicted worse, also with each record's own trim; or the motion
+    of these or of whole training records clearly worse without it, in the mean over channels."""
+    blind = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
+    if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training_errors(said))):
+        return True
+    return any(g.own_after > WORSE * g.own_before and g.rmse_after > WORSE * g.rmse_before for g in said.gain.values())
+
+
+def _motion_fall(errors: Mapping[str, tuple[float, float]]) -> float:
+    """Fall of the logarithm of errors before and after, in the mean over channels but positions."""
+    motion = {c: pair for c, pair in errors.items() if c not in POSITIONS}
+    return log_fall(*({c: pair[i] for c, pair in motion.items()} for i in (0, 1)))

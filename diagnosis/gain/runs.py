@@ -20,7 +20,7 @@ from ...models.errors import CannotFit
 from ..report.verdict import where
 from ..result import Gain
 from ..trace import Trace
-from .free_runs import BLOCK_S, error_blocks, ratio_of
+from .blocks import BLOCK_S, error_blocks, ratio_of
 from .own import own_run
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,7 @@ from ...models.instruments import combined
 from ...models.model import CHANNELS
 from ..free_runs.problem import FreeRuns
 from ..free_runs.units import length_s, units_of, whole_unit
-from ..gain.guard import WORSE, log_fall, training_errors
+from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.findings import of_fault
 from ..report.outcome import diagnosis_of
@@ -32,9 +32,6 @@ if TYPE_CHECKING:
     from ..result import Diagnosis
     from .search import Choice
 
-POSITIONS = ("north_m", "east_m")
-CLEARLY = 0.1
-"""Mean of the logarithms of two errors' ratio from which one is clearly larger."""
 BARRED = 2
 """Candidates that are barred at most, as whole records are predicted worse with them."""
 
@@ -115,21 +112,6 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
     runs = FreeRuns(bank, units_of(bank.model, records, length), length)
     runs.require_turns()
     return runs
-
-
-def worsens(said: Diagnosis) -> bool:
-    """Whether some channel of the held-out records is predicted worse, also with each record's own trim; or the motion
-    of these or of whole training records clearly worse without it, in the mean over channels."""
-    blind = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
-    if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training_errors(said))):
-        return True
-    return any(g.own_after > WORSE * g.own_before and g.rmse_after > WORSE * g.rmse_before for g in said.gain.values())
-
-
-def _motion_fall(errors: Mapping[str, tuple[float, float]]) -> float:
-    """Fall of the logarithm of errors before and after, in the mean over channels but positions."""
-    motion = {c: pair for c, pair in errors.items() if c not in POSITIONS}
-    return log_fall(*({c: pair[i] for c, pair in motion.items()} for i in (0, 1)))
 
 
 def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) -> Diagnosis:

@@ -79,8 +79,6 @@ class Estimator:
     unit : (nf,) units of the random forces, N and N m (response models: rad/s^2 and its like).
     rudder_sd : noise of the rudder's sensor, rad.  corner_error : see CORNER_ERROR (0: corners at samples only).
     clock : time scale against a 160 m ship.  terms : product terms that the vector holds beside the bank's.
-    free_s : None, or the time after which the filter updates nothing any more, so that innovations are output errors
-    over sensor noise.
     """
 
     model: Model
@@ -94,7 +92,6 @@ class Estimator:
     threads: int = 2
     terms: tuple[str, ...] = ()
     corner_error: float = CORNER_ERROR
-    free_s: float | None = None
 
     # ---- what there is
     @cached_property
@@ -178,10 +175,6 @@ class Estimator:
         """The same, with another share of the rudder's second difference in doubt at its corners (0: none)."""
         return replace(self, corner_error=share)
 
-    def simulating(self, seconds: float) -> Estimator:
-        """The same, but run freely after the first seconds: innovations are then output errors over sensor noise."""
-        return replace(self, free_s=seconds)
-
     def with_channels(self, used: Sequence[bool]) -> Estimator:
         """The same with some of the six channels only."""
         kept = [replace(d, measured=np.where(used, d.measured, np.nan)) for d in self.segments]
@@ -235,12 +228,12 @@ class Estimator:
         return run, trace
 
     def _filtered(self, s: Setting, segment: int, free: int | None, traced: bool, keep: bool) -> Made:
-        """One segment through the filter, freely from sample `free` on (None: as the estimator says), traced or not,
+        """One segment through the filter, freely from sample `free` on (None: nowhere), traced or not,
         and kept or not.
 
         The arrays are shared: they are not written to.
         """
-        free = self.released(segment) if free is None else free
+        free = self.segments[segment].time.size if free is None else free
         key = (segment, free, *content_of(s, segment, self.index))
         found = self.recent.get(key, traced)
         if found is None:
@@ -265,13 +258,6 @@ class Estimator:
         """Predicted channels (T, 6) of a segment: filtered up to sample `free`, simulated from there without random
         forces."""
         return self.run(s, segment, free).predicted
-
-    def released(self, segment: int) -> int:
-        """Sample of a segment from which the filter updates nothing any more."""
-        time = self.segments[segment].time
-        if self.free_s is None:
-            return time.size
-        return int(np.searchsorted(time, min(self.free_s, 0.2 * time[-1]))) + 2
 
     @cached_property
     def recent(self) -> Recent:

@@ -93,7 +93,6 @@ def _gusty(record, ship, rng):
 
 def test_filter_calibration_and_validation_give_the_same_free_run(ship, record, rng):
     """In wind and at revolutions that change; a calm run is far from all of them."""
-    from helmbench.diagnosis.gain import free_runs
     from helmbench.estimation.filters.innovations.estimator import estimator
     from helmbench.estimation.run.stretch import Stretch
 
@@ -102,7 +101,7 @@ def test_filter_calibration_and_validation_give_the_same_free_run(ship, record, 
 
     def headings(model):
         est = estimator(model, [run])
-        filtered = free_runs.free_run(est, est.start(), 0)[:, 0]
+        filtered = est.free_run(est.start(), 0, int(np.searchsorted(run.time_s, 5.0)))[:, 0]
         whole = whole_run(model, run)
         error = whole.errors([Lane(0, {}, whole.no_own[0])])[0][whole.symbols.index("psi"), 0]
         validated = Stretch.of(model, run).free_run().states[:, 5]
