@@ -102,6 +102,10 @@ class FreeRuns:
     says it.
 
     length_s : time of one ship length, s.
+
+    Raises
+    ------
+    CannotFit : no state is measured often enough.
     """
 
     def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float, whole: bool = False) -> None:
@@ -110,6 +114,8 @@ class FreeRuns:
         self.model = coarsely_integrated(bank.model, length_s)
         values = np.array([np.isfinite(u.measured(MEASURED)).sum(axis=0) for u in self.units])
         self.symbols = [s for s, n in zip(MEASURED, values.mean(axis=0), strict=True) if n >= SHORTEST]
+        if not self.symbols:
+            raise CannotFit(f"no state is measured at {SHORTEST} times in a piece")
         self.thrust = thrust_of(bank.model.family) if any(u.thrust is not None for u in self.units) else None
         self._columns = [bank.model.states.index(s) for s in self.symbols]
         self.floor = self._floors()

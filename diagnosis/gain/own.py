@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
 def own_run(stretch: Stretch) -> FreeRun:
     """The free run with the stretch's own neutral rudder angle and start; the plain one of a model without a time to
-    scale by."""
+    scale by, and of a few samples."""
     try:
         length_s = time_scale_s(stretch.model)
+        unit = whole_unit(stretch.model, stretch.record, length_s)
+        runs = FreeRuns(of_numbers(stretch.model), [unit], length_s, whole=True)
     except CannotFit:
         return stretch.free_run()
-    unit = whole_unit(stretch.model, stretch.record, length_s)
-    runs = FreeRuns(of_numbers(stretch.model), [unit], length_s, whole=True)
     angle, *effects = minimise(runs, (), {}, runs.no_own).point.own[0].tolist()
     inputs, start = stretch.series.inputs.copy(), stretch.state_at(0)
     inputs[:, 0] += angle

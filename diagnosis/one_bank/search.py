@@ -160,7 +160,7 @@ def _may_be_none(choice: Choice, one: Entered) -> bool:
     """Whether the intervals of all numbers of a candidate beside uncertain ones hold zero."""
     final = choice.selection.final
     halves = half_intervals(choice.runs, final, choice.beside)
-    return choice.beside and all(abs(final.value(n)) <= halves[n] for n in one.candidate.names)
+    return choice.few is not None and all(abs(final.value(n)) <= halves[n] for n in one.candidate.names)
 
 
 def _matters(choice: Choice, one: Entered) -> bool:
