@@ -201,39 +201,52 @@ def _bound(assignments: Iterable[Assignment]) -> list[Assignment]:
     return bound
 
 
-def _prepared(definition: Definition, assignments: Iterable[Assignment]):
-    """What the parameters alone determine, the symbols that the rest needs of it and of them, and the rest."""
-    alone = {str(symbol) for symbol in definition.parameters}
-    ahead, rest, made = list[Assignment](), list[Assignment](), dict[sp.Expr, sp.Symbol]()
+class _Once:
+    """What parameters alone determine, which is worked out once a run: assignments, each before its first use."""
 
-    def constant(expression: sp.Expr) -> bool:
-        return bool(expression.free_symbols) and {str(symbol) for symbol in expression.free_symbols} <= alone
+    def __init__(self, parameters: Iterable[sp.Symbol]) -> None:
+        self.alone = {str(symbol) for symbol in parameters}
+        self.assignments: list[Assignment] = []
+        self._names: dict[sp.Basic, sp.Symbol] = {}
 
-    def value_of(expression: sp.Expr) -> sp.Expr:
-        if expression not in made:
-            made[expression] = sp.Symbol(f"_c{len(made)}")
-            ahead.append((str(made[expression]), expression))
-        return made[expression]
+    def determines(self, expression: sp.Basic) -> bool:
+        return bool(expression.free_symbols) and {str(symbol) for symbol in expression.free_symbols} <= self.alone
 
-    def reduced(expression: sp.Expr) -> sp.Expr:
+    def add(self, name: str, expression: sp.Basic) -> None:
+        self.assignments.append((name, cast(sp.Expr, expression)))
+        self.alone.add(name)
+
+    def named(self, expression: sp.Basic) -> sp.Symbol:
+        """The symbol of a value that is determined."""
+        if expression not in self._names:
+            self._names[expression] = sp.Symbol(f"_c{len(self._names)}")
+            self.add(str(self._names[expression]), expression)
+        return self._names[expression]
+
+    def without(self, expression: sp.Basic) -> sp.Basic:
+        """The expression with what is determined in it as symbols; of a sum or product its part."""
         if not expression.args:
             return expression
-        if constant(expression):
-            return value_of(expression)
-        parts = [part for part in expression.args if constant(part) or part.is_number]
+        if self.determines(expression):
+            return self.named(expression)
+        parts = [part for part in expression.args if part.is_number or self.determines(part)]
         if isinstance(expression, sp.Add | sp.Mul) and len(parts) > 1:
-            others = [reduced(part) for part in expression.args if part not in parts]
-            return expression.func(value_of(expression.func(*parts)), *others)
-        return expression.func(*map(reduced, expression.args))
+            others = [self.without(part) for part in expression.args if part not in parts]
+            return expression.func(self.named(expression.func(*parts)), *others)
+        return expression.func(*[self.without(part) for part in expression.args])
 
+
+def _prepared(
+    definition: Definition, assignments: Iterable[Assignment]
+) -> tuple[list[Assignment], list[sp.Basic], list[Assignment]]:
+    """What the parameters alone determine, the symbols that the rest needs of it and of them, and the rest."""
+    once, rest = _Once(definition.parameters), list[Assignment]()
     for name, expression in _bound(assignments):
-        if constant(expression):
-            ahead.append((name, expression))
-            alone.add(name)
+        if once.determines(expression):
+            once.add(name, expression)
         else:
-            rest.append((name, reduced(expression)))
-    alone |= {str(symbol) for symbol in made.values()}
-    return ahead, sorted((symbol for symbol in _used(rest) if str(symbol) in alone), key=str), rest
+            rest.append((name, cast(sp.Expr, once.without(expression))))
+    return once.assignments, sorted((symbol for symbol in _used(rest) if str(symbol) in once.alone), key=str), rest
 
 
 def _used(assignments: Iterable[Assignment]) -> set[sp.Basic]:
