@@ -216,7 +216,7 @@ class _Once:
         self.assignments.append((name, cast(sp.Expr, expression)))
         self.alone.add(name)
 
-    def named(self, expression: sp.Basic) -> sp.Symbol:
+    def symbol_of(self, expression: sp.Basic) -> sp.Symbol:
         """The symbol of a value that is determined."""
         if expression not in self._names:
             self._names[expression] = sp.Symbol(f"_c{len(self._names)}")
@@ -228,15 +228,15 @@ class _Once:
         if not expression.args:
             return expression
         if self.determines(expression):
-            return self.named(expression)
+            return self.symbol_of(expression)
         parts = [part for part in expression.args if part.is_number or self.determines(part)]
         if isinstance(expression, sp.Add | sp.Mul) and len(parts) > 1:
             others = [self.without(part) for part in expression.args if part not in parts]
-            return expression.func(self.named(expression.func(*parts)), *others)
+            return expression.func(self.symbol_of(expression.func(*parts)), *others)
         return expression.func(*[self.without(part) for part in expression.args])
 
 
-def _prepared(
+def _split(
     definition: Definition, assignments: Iterable[Assignment]
 ) -> tuple[list[Assignment], list[sp.Basic], list[Assignment]]:
     """What the parameters alone determine, the symbols that the rest needs of it and of them, and the rest."""
@@ -335,19 +335,19 @@ def rhs_source(definition: Definition) -> str:
 
 
 def lanes_source(definition: Definition) -> str:
-    """`prepare_lanes(th, p)`: the PREPARED values of LANES records that their parameters determine, and
+    """`prepare_lanes(th, p)`: the LANE_NUMBERS values of each of LANES records that its parameters determine, and
     `rhs_lanes(x, u, p, dx)`: the state derivative; element `index * LANES + lane`."""
     assignments, accelerations, _ = _accelerations(definition)
     outputs = _outputs(definition, accelerations, "_o{}")
-    ahead, needed, rest = _prepared(definition, [*assignments, *outputs])
+    ahead, loads, rest = _split(definition, [*assignments, *outputs])
     pattern, lanes = "{array}[{index}*" + str(LANES) + "+_l]", f"    for _l in range({LANES}):"
-    lines = [f"PREPARED = {len(needed)}", "", ""]
+    lines = [f"LANE_NUMBERS = {len(loads)}", "", ""]
     lines += ['@njit("void(f8[::1],f8[::1])", **JIT)', "def prepare_lanes(_th, _p):", lanes]
-    lines += _loads(definition, {*_used(ahead), *needed}, pattern, 8) + _lines(ahead, 8, "lane_")
-    lines += [f"        _p[{place * LANES}+_l] = {name}" for place, name in enumerate(needed)]
+    lines += _loads(definition, {*_used(ahead), *loads}, pattern, 8) + _lines(ahead, 8, "lane_")
+    lines += [f"        _p[{place * LANES}+_l] = {name}" for place, name in enumerate(loads)]
     lines += ["", "", '@njit("void(f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)', "def rhs_lanes(_x, _u, _p, _dx):", lanes]
     lines += _loads(definition, _used(rest) - {*definition.parameters}, pattern, 8)
-    lines += [f"        {name} = " + pattern.format(array="_p", index=place) for place, name in enumerate(needed)]
+    lines += [f"        {name} = " + pattern.format(array="_p", index=place) for place, name in enumerate(loads)]
     lines += _lines(rest, 8, "lane_")
     lines += [f"        _dx[{row * LANES}+_l] = {name}" for row, (name, _) in enumerate(outputs)]
     return LANE_FUNCTIONS + "\n".join(lines) + "\n\n\n"
@@ -356,18 +356,18 @@ def lanes_source(definition: Definition) -> str:
 def simulate_source(definition: Definition) -> str:
     """`simulate(x0, U, th, h, substeps, hold, X)`: RK4 with the states as local variables."""
     assignments, accelerations, _ = _accelerations(definition)
-    ahead, needed, rest = _prepared(definition, [*assignments, *_outputs(definition, accelerations, "_o{}")])
+    ahead, loads, rest = _split(definition, [*assignments, *_outputs(definition, accelerations, "_o{}")])
     states, inputs = [str(s) for s in definition.states], [str(s) for s in definition.inputs]
     rows = range(len(states))
     lines = ['@njit(error_model="numpy", fastmath=FAST, inline="never")']
     lines.append(f"def _rates({', '.join(states + inputs)}, _p):")
-    lines += [f"    {name} = _p[{place}]" for place, name in enumerate(needed)] + _lines(rest)
+    lines += [f"    {name} = _p[{place}]" for place, name in enumerate(loads)] + _lines(rest)
     lines.append(f"    return {', '.join(f'_o{row}' for row in rows)}{',' if len(states) == 1 else ''}")
     lines += ["", "", '@njit("void(f8[::1],f8[:,::1],f8[::1],f8,i8,b1,f8[:,::1])", **JIT)']
     lines.append("def simulate(_x0, _U, _th, _h, _substeps, _hold, _X):")
-    lines += _loads(definition, {*_used(ahead), *needed}, "{array}[{index}]")
-    lines += [*_lines(ahead), f"    _p = np.empty({len(needed)})"]
-    lines += [f"    _p[{place}] = {name}" for place, name in enumerate(needed)]
+    lines += _loads(definition, {*_used(ahead), *loads}, "{array}[{index}]")
+    lines += [*_lines(ahead), f"    _p = np.empty({len(loads)})"]
+    lines += [f"    _p[{place}] = {name}" for place, name in enumerate(loads)]
     lines += [f"    _z{row} = _x0[{row}]" for row in rows] + [f"    _X[0, {row}] = _z{row}" for row in rows]
     lines += ["    for _k in range(_U.shape[0] - 1):", "        for _s in range(_substeps):"]
     for tag, offset in (("a", "_s"), ("b", "(_s + 0.5)"), ("c", "(_s + 1.0)")):

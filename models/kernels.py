@@ -182,7 +182,7 @@ class Kernels:
 
     PARTS: ClassVar = {
         **{"simulate": "simulate", "tangent": "tangent", "JT_COLUMN": "tangent", "JT_ROW": "tangent"},
-        **{"rhs_lanes": "lanes", "prepare_lanes": "lanes", "PREPARED": "lanes"},
+        **{"rhs_lanes": "lanes", "prepare_lanes": "lanes", "LANE_NUMBERS": "lanes"},
         **{"regress": "regress", "jacobian": "jacobian"},
     }
 

@@ -80,12 +80,12 @@ def open_loops(
         if first + lanes > len(u):
             pick = np.minimum(np.arange(first, first + lanes), len(u) - 1)
         series = np.ascontiguousarray(u[pick].transpose(1, 2, 0).reshape(samples, -1))
-        numbers, begin = _prepared(kernels, _theta(model, sets[pick]), outside), start[pick].T.ravel()
+        numbers, begin = _numbers(kernels, _theta(model, sets[pick]), outside), start[pick].T.ravel()
         block = states[first : first + lanes]
         if within is None:
             lane_drivers.open_loop(kernels.rhs_lanes, begin, series, numbers, dt, count, block)
             continue
-        other = _prepared(kernels, _theta(model, within[pick]), outside)
+        other = _numbers(kernels, _theta(model, within[pick]), outside)
         lane_drivers.in_regimes(kernels.rhs_lanes, begin, series, numbers, other, gates[pick], where, dt, count, block)
     return states
 
@@ -131,7 +131,7 @@ def closed_loops(
         inputs = np.hstack([inputs, weather[pick].transpose(1, 2, 0).reshape(samples, -1)])
         kernels, whole = model.environment(wind=bool(np.any(weather[..., 2:4])))
         outside = np.repeat(whole[model.theta.size :], lanes)
-    numbers = _prepared(kernels, _theta(model, sets), outside)
+    numbers = _numbers(kernels, _theta(model, sets), outside)
     states = np.empty((samples, start.shape[1] * lanes))
     order, rudder = np.empty((samples, lanes)), np.empty((samples, lanes))
     lane_drivers.closed_loop(
@@ -166,11 +166,11 @@ def _theta(model: Model, sets: Array) -> Array:
     return np.hstack([sets, np.tile(model.constants, (len(sets), 1))]).T.ravel()
 
 
-def _prepared(kernels: Kernels, theta: Array, outside: Array) -> Array:
+def _numbers(kernels: Kernels, theta: Array, outside: Array) -> Array:
     """The values that `rhs_lanes` takes, from the models' numbers and those of what is outside."""
-    prepared = np.empty(kernels.PREPARED * kernels.LANES)
-    kernels.prepare_lanes(np.concatenate([theta, outside]), prepared)
-    return prepared
+    numbers = np.empty(kernels.LANE_NUMBERS * kernels.LANES)
+    kernels.prepare_lanes(np.concatenate([theta, outside]), numbers)
+    return numbers
 
 
 def _by_run(block: Array, lanes: int) -> Array:

@@ -78,9 +78,9 @@ def test_lanes_are_the_scalar_kernel(name, rng):
     definition, module = symbolic(name).simulated(), kernels.load(name)
     sets = [draw(definition, rng) for _ in range(module.LANES)]
     x, u, theta = (np.ascontiguousarray(np.array(group).T).ravel() for group in zip(*sets, strict=True))
-    rates, prepared = np.empty(len(definition.states) * module.LANES), np.empty(module.PREPARED * module.LANES)
-    module.prepare_lanes(theta, prepared)
-    module.rhs_lanes(x, u, prepared, rates)
+    rates, numbers = np.empty(len(definition.states) * module.LANES), np.empty(module.LANE_NUMBERS * module.LANES)
+    module.prepare_lanes(theta, numbers)
+    module.rhs_lanes(x, u, numbers, rates)
     lanes = rates.reshape(-1, module.LANES).T
     for lane, one in zip(lanes, sets, strict=True):
         np.testing.assert_allclose(lane, rhs(module, *one), rtol=1e-12, atol=1e-13)
