@@ -183,9 +183,11 @@ ugly: env
 	$(BIN)/pytest tests/nightly/robustness -n $(WORKERS) -rP
 
 # Rows that are there for the same code are not measured again, so an interrupted `make timing` goes on.
+# Some peers are large and needed by nothing else.
 timing: env
+	@$(INSTALL) casadi diffrax polars
 	@mkdir -p $(dir $(ROWS))
-	$(BIN)/pytest tests/timing/test_ratios.py tests/timing/test_growth.py --rows $(ROWS) || test $$? -eq 5
+	$(BIN)/pytest tests/timing/test_peers.py tests/timing/test_ratios.py tests/timing/test_growth.py --rows $(ROWS) || test $$? -eq 5
 	$(BIN)/python -m helmbench.reporting.timing.publish $(ROWS) reports/timing
 
 fit-times: env

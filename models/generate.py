@@ -45,10 +45,14 @@ def step(x):
 '''
 
 LANE_FUNCTIONS = '''
+ROUNDING = 6755399441055744.0  # 1.5 * 2**52: a sum with it ends in the bits of the nearest whole number
+
+
 @njit(inline="always")
 def lane_sincos(x):
-    """Branch-free sine and cosine (Cody-Waite reduction, minimax polynomials) for |x| < 1e5."""
-    q = np.floor(x * 0.6366197723675814 + 0.5)
+    """Sine and cosine without branches: Cody-Waite reduction and polynomials of fdlibm, for |x| < 1e5."""
+    shifted = x * 0.6366197723675814 + ROUNDING
+    q = shifted - ROUNDING
     y = x - q * 1.5707963267341256
     y = y - q * 6.077100506303966e-11
     y = y - q * 2.0222662487959506e-21
@@ -59,15 +63,11 @@ def lane_sincos(x):
     c = 1.0 - 0.5 * z + z * z * (4.16666666666665929218e-2 + z * (-1.38888888888730564116e-3 + z * (
         2.48015872888517045348e-5 + z * (-2.75573141792967388112e-7 + z * (
             2.08757008419747316778e-9 + z * -1.13585365213876817300e-11)))))
-    half = q * 0.5
-    odd = (half - np.floor(half)) * 2.0
-    quarter = q * 0.25
-    turn = (quarter - np.floor(quarter)) * 4.0
-    next_turn = turn + 1.0
-    next_turn = next_turn - 4.0 * np.floor(next_turn * 0.25)
-    sine = (1.0 - 2.0 * np.floor(turn * 0.5)) * (odd * c + (1.0 - odd) * s)
-    cosine = (1.0 - 2.0 * np.floor(next_turn * 0.5)) * (odd * s + (1.0 - odd) * c)
-    return sine, cosine
+    quarter = np.float64(shifted).view(np.int64)
+    odd = (quarter & 1) == 1
+    sine = np.float64(c if odd else s).view(np.int64) ^ ((quarter & 2) << 62)
+    cosine = np.float64(s if odd else c).view(np.int64) ^ (((quarter + 1) & 2) << 62)
+    return np.int64(sine).view(np.float64), np.int64(cosine).view(np.float64)
 
 
 @njit(inline="always")
@@ -82,29 +82,32 @@ def lane_cos(x):
 
 @njit(inline="always")
 def lane_exp(x):
-    """Exponential without branches: a polynomial at x/1024, squared ten times (relative error 1e-13)."""
-    y = min(max(x, -700.0), 700.0) / 1024.0
+    """Exponential without branches: 2**k e**y with |y| <= log(2)/2, Taylor's series of e**y; 0 below -700."""
+    shifted = min(max(x, -700.0), 700.0) * 1.4426950408889634 + ROUNDING
+    k = shifted - ROUNDING
+    y = min(max(x, -700.0), 700.0) - k * 0.6931471803691238 - k * 1.9082149292705877e-10
     p = 1.0 + y * (1.0 + y * (0.5 + y * (1.0 / 6.0 + y * (1.0 / 24.0 + y * (1.0 / 120.0 + y * (
         1.0 / 720.0 + y * (1.0 / 5040.0 + y * (1.0 / 40320.0 + y * (1.0 / 362880.0 + y * (
-            1.0 / 3628800.0 + y / 39916800.0))))))))))
-    for _ in range(10):
-        p = p * p
-    return p
+            1.0 / 3628800.0 + y * (1.0 / 39916800.0 + y / 479001600.0)))))))))))
+    power = (np.float64(shifted).view(np.int64) + 1023) << 52
+    return p * np.int64(power).view(np.float64)
 
 
 @njit(inline="always")
 def lane_atan2(y, x):
+    """Arc tangent without branches: an angle below pi/8, less pi/4 if need be, and a polynomial (Chebyshev, 1e-17)."""
     ay = abs(y)
     ax = abs(x)
-    t = min(ax, ay) / (max(ax, ay) + 1e-300)
-    big = 1.0 if t > 0.4142135623730951 else 0.0
-    t = (t - big) / (1.0 + big * t)
+    low = min(ax, ay)
+    high = max(ax, ay) + 1e-300
+    big = low > 0.4142135623730951 * high
+    t = (low - high if big else low) / (low + high if big else high)
     z = t * t
-    p = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1) * z
-         - 1.228866684490136173410e2) * z - 6.485021904942025371773e1
-    d = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z + 4.328810604912902668951e2) * z
-         + 4.853903996359136964868e2) * z + 1.945506571482613964425e2
-    a = t * z * p / d + t + big * 0.7853981633974483
+    p = -0.3333333333333333 + z * (0.1999999999999552 + z * (-0.14285714284666542 + z * (
+        0.11111111015256361 + z * (-0.09090904578123903 + z * (0.07692183190826087 + z * (
+            -0.06664511447381948 + z * (0.0585814891280221 + z * (-0.0508544973794026 + z * (
+                0.03923165829558719 + z * -0.01917688711906226)))))))))
+    a = t + t * z * p + (0.7853981633974483 if big else 0.0)
     a = 1.5707963267948966 - a if ay > ax else a
     a = 3.141592653589793 - a if x < 0.0 else a
     return -a if y < 0.0 else a
@@ -171,21 +174,79 @@ class _Printer(PythonCodePrinter):
 
 def _emit(assignments: Iterable[Assignment], indent: int = 4, prefix: str = "") -> list[str]:
     """Assignment lines with common subexpressions bound once, each just before its first use."""
+    return _lines(_bound(assignments), indent, prefix)
+
+
+def _lines(assignments: Iterable[Assignment], indent: int = 4, prefix: str = "") -> list[str]:
+    printer = _Printer(prefix)
+    return [" " * indent + f"{name} = {printer.doprint(expression)}" for name, expression in assignments]
+
+
+def _bound(assignments: Iterable[Assignment]) -> list[Assignment]:
+    """The assignments with common subexpressions as further ones, each just before its first use."""
     names, expressions = zip(*[(name, sp.sympify(expression)) for name, expression in assignments], strict=True)
     shared, reduced = sp.cse(list(expressions), symbols=sp.numbered_symbols("_t"), order="none", list=True)
-    printer, pending, lines = _Printer(prefix), dict(shared), []
+    pending, bound = dict(shared), list[Assignment]()
 
-    def bind(expression) -> None:
+    def bind(expression: sp.Expr) -> None:
         for symbol in sorted(expression.free_symbols & pending.keys(), key=str):
             if symbol in pending:
                 value = pending.pop(symbol)
                 bind(value)
-                lines.append(f"{symbol} = {printer.doprint(value)}")
+                bound.append((str(symbol), value))
 
     for name, expression in zip(names, reduced, strict=True):
         bind(expression)
-        lines.append(f"{name} = {printer.doprint(expression)}")
-    return [" " * indent + line for line in lines]
+        bound.append((name, expression))
+    return bound
+
+
+class _Once:
+    """What parameters alone determine, which is worked out once a run: assignments, each before its first use."""
+
+    def __init__(self, parameters: Iterable[sp.Symbol]) -> None:
+        self.alone = {str(symbol) for symbol in parameters}
+        self.assignments: list[Assignment] = []
+        self._names: dict[sp.Basic, sp.Symbol] = {}
+
+    def determines(self, expression: sp.Basic) -> bool:
+        return bool(expression.free_symbols) and {str(symbol) for symbol in expression.free_symbols} <= self.alone
+
+    def add(self, name: str, expression: sp.Basic) -> None:
+        self.assignments.append((name, cast(sp.Expr, expression)))
+        self.alone.add(name)
+
+    def symbol_of(self, expression: sp.Basic) -> sp.Symbol:
+        """The symbol of a value that is determined."""
+        if expression not in self._names:
+            self._names[expression] = sp.Symbol(f"_c{len(self._names)}")
+            self.add(str(self._names[expression]), expression)
+        return self._names[expression]
+
+    def without(self, expression: sp.Basic) -> sp.Basic:
+        """The expression with what is determined in it as symbols; of a sum or product its part."""
+        if not expression.args:
+            return expression
+        if self.determines(expression):
+            return self.symbol_of(expression)
+        parts = [part for part in expression.args if part.is_number or self.determines(part)]
+        if isinstance(expression, sp.Add | sp.Mul) and len(parts) > 1:
+            others = [self.without(part) for part in expression.args if part not in parts]
+            return expression.func(self.symbol_of(expression.func(*parts)), *others)
+        return expression.func(*[self.without(part) for part in expression.args])
+
+
+def _split(
+    definition: Definition, assignments: Iterable[Assignment]
+) -> tuple[list[Assignment], list[sp.Basic], list[Assignment]]:
+    """What the parameters alone determine, the symbols that the rest needs of it and of them, and the rest."""
+    once, rest = _Once(definition.parameters), list[Assignment]()
+    for name, expression in _bound(assignments):
+        if once.determines(expression):
+            once.add(name, expression)
+        else:
+            rest.append((name, cast(sp.Expr, once.without(expression))))
+    return once.assignments, sorted((symbol for symbol in _used(rest) if str(symbol) in once.alone), key=str), rest
 
 
 def _used(assignments: Iterable[Assignment]) -> set[sp.Basic]:
@@ -274,14 +335,20 @@ def rhs_source(definition: Definition) -> str:
 
 
 def lanes_source(definition: Definition) -> str:
-    """`rhs_lanes(x, u, th, dx)`: the state derivative of LANES records, element `index * LANES + lane`."""
+    """`prepare_lanes(th, p)`: the LANE_NUMBERS values of each of LANES records that its parameters determine, and
+    `rhs_lanes(x, u, p, dx)`: the state derivative; element `index * LANES + lane`."""
     assignments, accelerations, _ = _accelerations(definition)
     outputs = _outputs(definition, accelerations, "_o{}")
-    body = [*assignments, *outputs]
-    lines = ['@njit("void(f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)', "def rhs_lanes(_x, _u, _th, _dx):"]
-    lines.append(f"    for _l in range({LANES}):")
-    pattern = "{array}[{index}*" + str(LANES) + "+_l]"
-    lines += _loads(definition, _used(body), pattern, 8) + _emit(body, 8, "lane_")
+    ahead, loads, rest = _split(definition, [*assignments, *outputs])
+    pattern, lanes = "{array}[{index}*" + str(LANES) + "+_l]", f"    for _l in range({LANES}):"
+    lines = [f"LANE_NUMBERS = {len(loads)}", "", ""]
+    lines += ['@njit("void(f8[::1],f8[::1])", **JIT)', "def prepare_lanes(_th, _p):", lanes]
+    lines += _loads(definition, {*_used(ahead), *loads}, pattern, 8) + _lines(ahead, 8, "lane_")
+    lines += [f"        _p[{place * LANES}+_l] = {name}" for place, name in enumerate(loads)]
+    lines += ["", "", '@njit("void(f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)', "def rhs_lanes(_x, _u, _p, _dx):", lanes]
+    lines += _loads(definition, _used(rest) - {*definition.parameters}, pattern, 8)
+    lines += [f"        {name} = " + pattern.format(array="_p", index=place) for place, name in enumerate(loads)]
+    lines += _lines(rest, 8, "lane_")
     lines += [f"        _dx[{row * LANES}+_l] = {name}" for row, (name, _) in enumerate(outputs)]
     return LANE_FUNCTIONS + "\n".join(lines) + "\n\n\n"
 
@@ -289,15 +356,18 @@ def lanes_source(definition: Definition) -> str:
 def simulate_source(definition: Definition) -> str:
     """`simulate(x0, U, th, h, substeps, hold, X)`: RK4 with the states as local variables."""
     assignments, accelerations, _ = _accelerations(definition)
-    body = [*assignments, *_outputs(definition, accelerations, "_o{}")]
+    ahead, loads, rest = _split(definition, [*assignments, *_outputs(definition, accelerations, "_o{}")])
     states, inputs = [str(s) for s in definition.states], [str(s) for s in definition.inputs]
-    used, rows = _used(body), range(len(states))
+    rows = range(len(states))
     lines = ['@njit(error_model="numpy", fastmath=FAST, inline="never")']
-    lines.append(f"def _rates({', '.join(states + inputs)}, _th):")
-    lines += [f"    {s} = _th[{i}]" for i, s in enumerate(definition.parameters) if s in used]
-    lines += [*_emit(body), f"    return {', '.join(f'_o{row}' for row in rows)}{',' if len(states) == 1 else ''}"]
+    lines.append(f"def _rates({', '.join(states + inputs)}, _p):")
+    lines += [f"    {name} = _p[{place}]" for place, name in enumerate(loads)] + _lines(rest)
+    lines.append(f"    return {', '.join(f'_o{row}' for row in rows)}{',' if len(states) == 1 else ''}")
     lines += ["", "", '@njit("void(f8[::1],f8[:,::1],f8[::1],f8,i8,b1,f8[:,::1])", **JIT)']
     lines.append("def simulate(_x0, _U, _th, _h, _substeps, _hold, _X):")
+    lines += _loads(definition, {*_used(ahead), *loads}, "{array}[{index}]")
+    lines += [*_lines(ahead), f"    _p = np.empty({len(loads)})"]
+    lines += [f"    _p[{place}] = {name}" for place, name in enumerate(loads)]
     lines += [f"    _z{row} = _x0[{row}]" for row in rows] + [f"    _X[0, {row}] = _z{row}" for row in rows]
     lines += ["    for _k in range(_U.shape[0] - 1):", "        for _s in range(_substeps):"]
     for tag, offset in (("a", "_s"), ("b", "(_s + 0.5)"), ("c", "(_s + 1.0)")):
@@ -309,7 +379,7 @@ def simulate_source(definition: Definition) -> str:
     stages = (("_p", "", "a"), ("_q", "0.5 * _h * _p{}", "b"), ("_r", "0.5 * _h * _q{}", "b"), ("_w", "_h * _r{}", "c"))
     for stage, move, tag in stages:
         arguments = [f"_z{row} + {move.format(row)}" if move else f"_z{row}" for row in rows]
-        arguments += [f"_{tag}u{i}" for i in range(len(inputs))] + ["_th"]
+        arguments += [f"_{tag}u{i}" for i in range(len(inputs))] + ["_p"]
         targets = "".join(f"{stage}{row}, " for row in rows)
         lines.append(f"            {targets}= _rates({', '.join(arguments)})")
     lines += [f"            _z{row} += _h / 6.0 * (_p{row} + 2.0 * (_q{row} + _r{row}) + _w{row})" for row in rows]

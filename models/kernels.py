@@ -182,7 +182,8 @@ class Kernels:
 
     PARTS: ClassVar = {
         **{"simulate": "simulate", "tangent": "tangent", "JT_COLUMN": "tangent", "JT_ROW": "tangent"},
-        **{"rhs_lanes": "lanes", "regress": "regress", "jacobian": "jacobian"},
+        **{"rhs_lanes": "lanes", "prepare_lanes": "lanes", "LANE_NUMBERS": "lanes"},
+        **{"regress": "regress", "jacobian": "jacobian"},
     }
 
     def __init__(self, name: str) -> None:

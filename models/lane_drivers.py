@@ -1,7 +1,7 @@
 """Numerical drivers for blocks of W runs at once, held as structure of arrays: element `index * W + lane`.
 
 Each takes a model's `rhs_lanes` as a pointer.  Flat arrays let the compiler work on several runs in one instruction.
-N+1 samples, n states, nu inputs.
+N+1 samples, n states, nu inputs; `numbers` is what the model's `prepare_lanes` makes of its parameters.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def _between(u0, u1, part, u):
 
 
 @njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1, A1, A1, A1), **JIT, **BORROWED)
-def rk4_sample(rhs_lanes, x, u0, u1, theta, dt, substeps, rate, total, probe, u):
+def rk4_sample(rhs_lanes, x, u0, u1, numbers, dt, substeps, rate, total, probe, u):
     """Advance x (n*W,) in place over one sample, the inputs (nu*W,) linear from u0 to u1; the rest is working space."""
     n, nu, h = x.size, u0.size, dt / substeps
     for i in range(nu):
@@ -31,24 +31,24 @@ def rk4_sample(rhs_lanes, x, u0, u1, theta, dt, substeps, rate, total, probe, u)
             if stage == 1:
                 _between(u0, u1, (s + 0.5) / substeps, u)
             if stage == 0:
-                rhs_lanes(x, u, theta, rate)
+                rhs_lanes(x, u, numbers, rate)
                 for i in range(n):
                     total[i] = x[i] + h / 6.0 * rate[i]
                     probe[i] = x[i] + 0.5 * h * rate[i]
             else:
-                rhs_lanes(probe, u, theta, rate)
+                rhs_lanes(probe, u, numbers, rate)
                 ahead = h if stage == 2 else 0.5 * h
                 for i in range(n):
                     total[i] += h / 3.0 * rate[i]
                     probe[i] = x[i] + ahead * rate[i]
         _between(u0, u1, (s + 1.0) / substeps, u)
-        rhs_lanes(probe, u, theta, rate)
+        rhs_lanes(probe, u, numbers, rate)
         for i in range(n):
             x[i] = total[i] + h / 6.0 * rate[i]
 
 
 @njit(types.void(RHS, A1, A2, A1, f8, i8, A3), **JIT)
-def open_loop(rhs_lanes, x0, inputs, theta, dt, substeps, states):
+def open_loop(rhs_lanes, x0, inputs, numbers, dt, substeps, states):
     """RK4 along given inputs (N+1, nu*W) from x0 (n*W,); the states (R, N+1, n) of the first R runs are filled."""
     size, x = x0.size, x0.copy()
     runs, samples, n = states.shape
@@ -56,15 +56,15 @@ def open_loop(rhs_lanes, x0, inputs, theta, dt, substeps, states):
     rate, total, probe, u = np.empty(size), np.empty(size), np.empty(size), np.empty(inputs.shape[1])
     for k in range(samples):
         if k:
-            rk4_sample(rhs_lanes, x, inputs[k - 1], inputs[k], theta, dt, substeps, rate, total, probe, u)
+            rk4_sample(rhs_lanes, x, inputs[k - 1], inputs[k], numbers, dt, substeps, rate, total, probe, u)
         for j in range(runs):
             for i in range(n):
                 states[j, k, i] = x[i * width + j]
 
 
 @njit(types.void(RHS, A1, A2, A1, A1, A2, I1, f8, i8, A3), **JIT)
-def in_regimes(rhs_lanes, x0, inputs, theta, inside, gates, place, dt, substeps, states):
-    """`open_loop` with numbers `inside` in a regime of each lane, gates (W, 4), and `theta` outside (p*W,) both."""
+def in_regimes(rhs_lanes, x0, inputs, numbers, inside, gates, place, dt, substeps, states):
+    """`open_loop` with numbers `inside` in a regime of each lane, gates (W, 4), and `numbers` outside."""
     size, x = x0.size, x0.copy()
     runs, samples, n = states.shape
     width, h = size // n, dt / substeps
@@ -78,7 +78,7 @@ def in_regimes(rhs_lanes, x0, inputs, theta, inside, gates, place, dt, substeps,
                 _between(inputs[k - 1], inputs[k], part, u)
                 for i in range(size):
                     probe[i] = x[i] if stage == 0 else x[i] + moved * h * rate[i]
-                rhs_lanes(probe, u, theta, rate)
+                rhs_lanes(probe, u, numbers, rate)
                 rhs_lanes(probe, u, inside, other)
                 time = (k - 1 + part) * dt
                 for j in range(width):
@@ -102,7 +102,7 @@ def in_regimes(rhs_lanes, x0, inputs, theta, inside, gates, place, dt, substeps,
 
 @njit(types.void(RHS, A1, A2, A1, f8, i8, b1, I1, A2, A2, i8, i8, A2, A2, A2), **JIT)
 def closed_loop(
-    rhs_lanes, x0, inputs, theta, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order, rudder
+    rhs_lanes, x0, inputs, numbers, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order, rudder
 ):  # fmt: skip
     """`drivers.closed_loop` for W runs with ideal linkages, each with a helmsman of its own.
 
@@ -133,9 +133,9 @@ def closed_loop(
             rudder[k + 1, j] = steer(rudder[k, j], command[j], dt, lag[j], rates[j], limit[j])
             inputs[k + 1, j] = rudder[k + 1, j]
         if explicit:
-            rhs_lanes(x, inputs[k], theta, rate)
+            rhs_lanes(x, inputs[k], numbers, rate)
             for i in range(n):
                 x[i] += dt * rate[i]
         else:
-            rk4_sample(rhs_lanes, x, inputs[k], inputs[k + 1], theta, dt, substeps, rate, total, probe, u)
+            rk4_sample(rhs_lanes, x, inputs[k], inputs[k + 1], numbers, dt, substeps, rate, total, probe, u)
         states[k + 1] = x

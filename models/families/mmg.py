@@ -325,12 +325,12 @@ def _race_square(up, thrust, diameter, scale) -> sp.Expr:
 def _rudder(helpers: Helpers, delta, ur, vr, factor, coefficients) -> list[sp.Expr]:
     """Surge force, sway force and yaw moment of the rudder (paper 004, eq 7, 8 and 13).
 
-    `vr` is the sway velocity of the rudder through the water; `factor` is A_R f_alpha/(S L).
+    `vr` is the sway velocity of the rudder through the water; `factor` is A_R f_alpha/(S L).  The inflow has the angle
+    alpha_R = delta + atan(v_R/u_R) and the speed U_R: U_R sin(alpha_R) = u_R sin(delta) + v_R cos(delta).
     """
-    alpha, normal, sine, cosine = symbols("alpha_R F_N sin_delta cos_delta")
-    helpers[alpha] = delta + atan2v(vr, ur)
-    helpers[normal] = factor * (ur**2 + vr**2) * sp.sin(alpha)
+    normal, sine, cosine = symbols("F_N sin_delta cos_delta")
     helpers[sine], helpers[cosine] = sp.sin(delta), sp.cos(delta)
+    helpers[normal] = factor * sp.sqrt(ur**2 + vr**2) * (ur * sine + vr * cosine)
     along, across, moment = (coefficients[name] for name in RUDDER)
     return [-along * normal * sine, -across * normal * cosine, -moment * normal * cosine]
 

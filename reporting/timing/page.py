@@ -68,9 +68,10 @@ def readme(rows: Sequence[Row], environment: Mapping[str, Any]) -> str:
         "",
         f"{sum(bool(row.reached) for row in judged)} of {len(judged)} targets are reached.",
         "",
+        *slower(rows),
         "## Pairs and values",
         "",
-        markdown(table([row for row in rows if not row.axis], "")),
+        markdown(table([row for row in rows if not row.axis and not is_slower(row)], "")),
         "",
     ]
     for axis in AXES:
@@ -81,6 +82,19 @@ def readme(rows: Sequence[Row], environment: Mapping[str, Any]) -> str:
     if left := unmeasured(rows):
         lines += [f"Not measured yet, `make timing` goes on: cost against samples of {', '.join(left)}.", ""]
     return "\n".join(lines)
+
+
+def is_slower(row: Row) -> bool:
+    """Whether the other side of a pair does more in the same time."""
+    return row.ratio is not None and row.ratio < 1.0
+
+
+def slower(rows: Sequence[Row]) -> list[str]:
+    """The pairs in which the other side is faster, the worst one first."""
+    pairs = sorted((row for row in rows if is_slower(row)), key=lambda row: row.ratio or 0.0)
+    if not pairs:
+        return ["Nothing is slower than what it is compared with.", ""]
+    return ["## Slower than the other side", "", markdown(table(pairs, "")), ""]
 
 
 def unmeasured(rows: Sequence[Row]) -> list[str]:

@@ -1,5 +1,7 @@
 """The generated kernels say what the symbols say, for every family and its environment variant."""
 
+import re
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -7,7 +9,7 @@ import sympy as sp
 from helmbench.models import kernels
 from helmbench.models.definition import Definition, symbols
 from helmbench.models.families.environment import with_environment
-from helmbench.models.generate import sources
+from helmbench.models.generate import lanes_source, simulate_source, sources
 from helmbench.models.primitives import absv, atan2v, sgn, step
 
 FAMILIES = sorted(kernels.definitions())
@@ -75,12 +77,43 @@ def test_state_derivative_is_the_symbolic_one(name, rng):
 def test_lanes_are_the_scalar_kernel(name, rng):
     definition, module = symbolic(name).simulated(), kernels.load(name)
     sets = [draw(definition, rng) for _ in range(module.LANES)]
-    stacked = [np.ascontiguousarray(np.array(group).T).ravel() for group in zip(*sets, strict=True)]
-    rates = np.empty(len(definition.states) * module.LANES)
-    module.rhs_lanes(*stacked, rates)
+    x, u, theta = (np.ascontiguousarray(np.array(group).T).ravel() for group in zip(*sets, strict=True))
+    rates, numbers = np.empty(len(definition.states) * module.LANES), np.empty(module.LANE_NUMBERS * module.LANES)
+    module.prepare_lanes(theta, numbers)
+    module.rhs_lanes(x, u, numbers, rates)
     lanes = rates.reshape(-1, module.LANES).T
     for lane, one in zip(lanes, sets, strict=True):
-        np.testing.assert_allclose(lane, rhs(module, *one), rtol=1e-8, atol=1e-11)
+        np.testing.assert_allclose(lane, rhs(module, *one), rtol=1e-12, atol=1e-13)
+
+
+@pytest.mark.parametrize("name", VARIANTS)
+def test_a_step_works_out_nothing_of_parameters_alone(name):
+    """Of many runs, and of one: what parameters determine is worked out once a run."""
+    definition = symbolic(name).simulated()
+    parameters = {str(symbol) for symbol in definition.parameters}
+    for source, function in ((lanes_source(definition), "rhs_lanes"), (simulate_source(definition), "_rates")):
+        text = source.partition(f"def {function}(")[2].partition("\n\n")[0]
+        body = dict(re.findall(r"^ +(\w+) = (.+)$", text, re.MULTILINE))
+        numbers = {name for name, value in body.items() if value.startswith("_p[")}
+        used = {name: set(re.findall(r"[A-Za-z_]\w*", value)) for name, value in body.items() if name not in numbers}
+        assert numbers and "_th[" not in text and not parameters & used.keys()
+        assert [name for name, of in used.items() if of and of <= numbers] == []
+
+
+@pytest.mark.parametrize("name", [name for name in FAMILIES if name.startswith("mmg")])
+def test_the_normal_force_of_a_rudder_is_that_of_its_inflow_angle(name, rng):
+    """U_R^2 sin(delta + atan(v_R/u_R)) in all four quadrants, written without an arc tangent."""
+    helpers = {str(symbol): expression for symbol, expression in symbolic(name).helpers.items()}
+    force = helpers["F_N"]
+    assert not force.has(atan2v) and "alpha_R" not in helpers
+    inflow = [
+        next(s for s in force.free_symbols if str(s) == name) for name in ("u_R", "v_R", "sin_delta", "cos_delta")
+    ]
+    scale = [s for s in force.free_symbols if s not in inflow]
+    along, across, delta = rng.normal(size=(3, 200))
+    found = sp.lambdify([*inflow, *scale], force)(along, across, np.sin(delta), np.cos(delta), *np.ones(len(scale)))
+    expected = (along**2 + across**2) * np.sin(delta + np.arctan2(across, along))
+    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-14)
 
 
 @pytest.mark.parametrize("name", VARIANTS)

@@ -171,7 +171,7 @@ def test_the_table_of_mmgdynamics_gives_the_published_accelerations(rng):
     p = json.loads(text)
     c = {name.removesuffix("_dash"): value for name, value in p.items()}
     c |= {"L": p["Lpp"], "D_P": p["D_p"], "H_R": p["D_p"] / p["eta"], "x_P": p["x_P"] / p["Lpp"]}
-    c |= {"nabla": p["m"] / p["rho"], "I_zz": p["I_zG"] + p["m"] * p["x_G"] ** 2}
+    c |= {"nabla": p["m"] / p["rho"], "I_zz": p["I_zG"] + p["m"] * p["x_G"] ** 2, "x_R": -0.5}
     rudder = {"t_R": p["t_R"], "a_H": p["a_H"], "x_H": p["x_H_dash"]}
     assert rudder == pytest.approx({"t_R": 0.387, "a_H": 0.312, "x_H": -0.464})
     assert p["C_b"] == pytest.approx(0.8098, abs=1e-4)

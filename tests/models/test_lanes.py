@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.manoeuvres import parse_manoeuvre
+from helmbench.models import kernels
 from helmbench.models.errors import BadInput
 from helmbench.models.lanes import closed_loops, open_loops, width
 from helmbench.models.model import list_vessels, resolve
@@ -11,7 +12,7 @@ from helmbench.models.simulate import closed_loop, initial_state, inputs_of, sim
 
 MANOEUVRES = ("zigzag:10/5", "zigzag:20/20:port", "sine:10deg/20s+5deg/7s", "turn:15", "prbs:8deg/3s", "zigzag:5/2")
 SAMPLES = 121
-AGREE = 1e-9
+AGREE = 1e-11
 """Largest difference, as a share of the state's largest value."""
 
 
@@ -97,6 +98,32 @@ def test_a_rudder_linkage_is_kept(rng):
     for run in range(3):
         alone = closed_loop(vessel.with_coefficients(sets[run]), 0.5, controls[run], None, starts[run])
         np.testing.assert_array_equal(together.states[run], alone.states)
+
+
+ALONG, ACROSS = np.meshgrid(np.linspace(-2.0, 2.0, 201), np.geomspace(1e-6, 1e3))
+LANE_FUNCTIONS = {
+    "lane_sin": (np.sin, [np.linspace(-100.0, 100.0, 20_001)]),
+    "lane_cos": (np.cos, [np.linspace(-100.0, 100.0, 20_001)]),
+    "lane_exp": (np.exp, [np.linspace(-690.0, 690.0, 20_001)]),
+    "lane_atan2": (np.arctan2, [ALONG.ravel(), ACROSS.ravel()]),
+}
+"""Name -> the function it stands for, and where they are compared."""
+
+
+@pytest.mark.parametrize("name", LANE_FUNCTIONS)
+def test_functions_of_a_block_are_those_of_numpy(name):
+    exact, at = LANE_FUNCTIONS[name]
+    of_block = getattr(kernels._module(kernels.load("mmg")._found["lanes"]), name)
+    found = np.array([of_block(*values) for values in zip(*at, strict=True)])
+    np.testing.assert_allclose(found, exact(*at), rtol=2e-15, atol=2e-16)
+
+
+def test_arc_tangents_of_a_block_go_round_the_circle():
+    of_block = kernels._module(kernels.load("mmg")._found["lanes"]).lane_atan2
+    angles = np.linspace(-3.14, 3.14, 400)
+    found = [of_block(np.sin(angle), np.cos(angle)) for angle in angles]
+    np.testing.assert_allclose(found, angles, rtol=2e-15, atol=2e-16)
+    assert of_block(0.0, 0.0) == 0.0
 
 
 def test_more_runs_than_a_block_holds_are_refused(rng):

@@ -1,7 +1,8 @@
 """KVLCC2 (7 m): the published equations written again, the shipmmg package, and the measured HSVA zigzags."""
 
+import math
 from dataclasses import replace
-from math import atan2, cos, exp, pi, sin, sqrt
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -27,39 +28,49 @@ CHANNELS = ("surge_m_s", "sway_m_s", "yaw_rate_rad_s", "north_m", "east_m", "hea
 PUBLISHED = {"t_R": 0.387, "a_H": 0.312, "x_R": -0.5, "x_H": -0.464}
 
 
-def published_accelerations(c, state, delta, n):
-    """u_dot, v_dot, r_dot of the MMG standard method from constants and hull derivatives `c`."""
+PLAIN = SimpleNamespace(
+    sqrt=math.sqrt,
+    exp=math.exp,
+    sin=math.sin,
+    cos=math.cos,
+    atan2=math.atan2,
+    where=lambda test, yes, no: yes if test else no,
+)
+
+
+def published_accelerations(c, state, delta, n, m=PLAIN):
+    """u_dot, v_dot, r_dot of the MMG standard method from constants and hull derivatives `c`; `m` has the functions."""
     u, v, r = state
-    speed = sqrt(u**2 + v**2)
-    vp, rp, beta = v / speed, r * c["L"] / speed, atan2(-v, u)
+    speed = m.sqrt(u**2 + v**2)
+    vp, rp, beta = v / speed, r * c["L"] / speed, m.atan2(-v, u)
     beta_p = beta - c["x_P"] * rp
-    c2 = c["C_2_plus"] if beta_p >= 0 else c["C_2_minus"]
-    water = (1 - c["w_P0"]) * (1 + (1 - exp(-c["C_1"] * abs(beta_p))) * (c2 - 1))
+    c2 = m.where(beta_p >= 0, c["C_2_plus"], c["C_2_minus"])
+    size = m.where(beta_p >= 0, beta_p, -beta_p)
+    water = (1 - c["w_P0"]) * (1 + (1 - m.exp(-c["C_1"] * size)) * (c2 - 1))
     advance = u * water / (n * c["D_P"])
     kt = c["k_0"] + c["k_1"] * advance + c["k_2"] * advance**2
     x_p = (1 - c["t_P"]) * c["rho"] * n**2 * c["D_P"] ** 4 * kt
     eta = c["D_P"] / c["H_R"]
-    race = 1 + c["kappa"] * (sqrt(1 + 8 * kt / (pi * advance**2)) - 1)
-    u_r = c["epsilon"] * u * water * sqrt(eta * race**2 + 1 - eta)
+    race = 1 + c["kappa"] * (m.sqrt(1 + 8 * kt / (math.pi * advance**2)) - 1)
+    u_r = c["epsilon"] * u * water * m.sqrt(eta * race**2 + 1 - eta)
     beta_r = beta - c["l_R"] * rp
-    v_r = speed * (c["gamma_R_plus"] if beta_r >= 0 else c["gamma_R_minus"]) * beta_r
-    f_n = 0.5 * c["rho"] * c["A_R"] * (u_r**2 + v_r**2) * c["f_alpha"] * sin(delta - atan2(v_r, u_r))
-    x_rudder = -(1 - PUBLISHED["t_R"]) * f_n * sin(delta)
-    y_rudder = -(1 + PUBLISHED["a_H"]) * f_n * cos(delta)
-    n_rudder = -(PUBLISHED["x_R"] + PUBLISHED["a_H"] * PUBLISHED["x_H"]) * c["L"] * f_n * cos(delta)
+    v_r = speed * m.where(beta_r >= 0, c["gamma_R_plus"], c["gamma_R_minus"]) * beta_r
+    f_n = 0.5 * c["rho"] * c["A_R"] * (u_r**2 + v_r**2) * c["f_alpha"] * m.sin(delta - m.atan2(v_r, u_r))
+    x_rudder = -(1 - c["t_R"]) * f_n * m.sin(delta)
+    y_rudder = -(1 + c["a_H"]) * f_n * m.cos(delta)
+    n_rudder = -(c["x_R"] + c["a_H"] * c["x_H"]) * c["L"] * f_n * m.cos(delta)
     force = 0.5 * c["rho"] * c["L"] * c["d"] * speed**2
     surge = -c["R_0"] + c["X_vv"] * vp**2 + c["X_vr"] * vp * rp + c["X_rr"] * rp**2 + c["X_vvvv"] * vp**4
     sway, yaw = (cubic(c, axis, vp, rp) for axis in "YN")
     added = 0.5 * c["rho"] * c["L"] ** 2 * c["d"]
-    m = c["rho"] * c["nabla"]
-    mx, my, jz = m + c["m_x"] * added, m + c["m_y"] * added, c["I_zz"] + c["J_z"] * added * c["L"] ** 2
-    xg = c["x_G"] * m
-    right = [
-        force * surge + x_p + x_rudder + my * v * r + xg * r**2,
-        force * sway + y_rudder - mx * u * r,
-        force * c["L"] * yaw + n_rudder - xg * u * r,
-    ]
-    return np.linalg.solve([[mx, 0, 0], [0, my, xg], [0, xg, jz]], right)
+    mass = c["rho"] * c["nabla"]
+    mx, my, jz = mass + c["m_x"] * added, mass + c["m_y"] * added, c["I_zz"] + c["J_z"] * added * c["L"] ** 2
+    xg = c["x_G"] * mass
+    along = force * surge + x_p + x_rudder + my * v * r + xg * r**2
+    across = force * sway + y_rudder - mx * u * r
+    about = force * c["L"] * yaw + n_rudder - xg * u * r
+    det = my * jz - xg**2
+    return [along / mx, (jz * across - xg * about) / det, (my * about - xg * across) / det]
 
 
 def cubic(c, axis, v, r):
@@ -68,7 +79,7 @@ def cubic(c, axis, v, r):
 
 
 def numbers(model):
-    return {**dict(zip(model.constant_names, model.constants, strict=True)), **model.parameters}
+    return {**dict(zip(model.constant_names, model.constants, strict=True)), **model.parameters, **PUBLISHED}
 
 
 def test_equations_at_random_states(rng):
@@ -149,7 +160,7 @@ def with_helpers_of_shipmmg(*names):
 
 def run_definition(definition, model, rudder):
     """States (6, N) of a definition evaluated in plain NumPy, with the rudder as the spline that shipmmg makes."""
-    meanings = [{"step": lambda x: float(x > 0), "absv": abs, "atan2v": atan2}, "numpy"]
+    meanings = [{"step": lambda x: float(x > 0), "absv": abs, "atan2v": math.atan2}, "numpy"]
     known = [*definition.states, *definition.inputs, *definition.parameters]
     helpers = list(definition.helpers)
     steps = [sp.lambdify([*known, *helpers[:i]], definition.helpers[h], meanings) for i, h in enumerate(helpers)]

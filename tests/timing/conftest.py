@@ -69,7 +69,7 @@ class Ratios:
     def absent(self, what, unit, least, package):
         """The row of a pair whose other side is not installed."""
         self.benchmark.pedantic(lambda: None, rounds=1)
-        self.row(what, unit, least=least, remark=f"{package} is not installed (extra `peers`)")
+        self.row(what, unit, least=least, remark=f"{package} is not installed; `make timing` installs what PyPI has")
 
     def cost(self, what, axis, points, most=None, remark="", limit=""):
         """The row of a cost that grows: points (size, CPU s); the slope is that of the last decade, of parameters that

@@ -8,7 +8,6 @@ import importlib
 import importlib.util
 import json
 import resource
-import shutil
 import subprocess
 import sys
 import time
@@ -39,7 +38,6 @@ from helmbench.models.simulate import initial_state, inputs_of, simulate, subste
 
 from ..models import test_reference_kvlcc2 as reference
 from .conftest import Side
-from .in_c import compiled
 
 pytestmark = pytest.mark.benchmark(timer=time.process_time)
 RUNS = 1000
@@ -77,20 +75,6 @@ def peer(name):
 
 
 @pytest.mark.parametrize("vessel", ["mariner", "kvlcc2-l7", "response-2"])
-def test_scalar_kernel_and_c(ratios, tmp_path, vessel):
-    what = f"scalar kernel, C -O3: {vessel}"
-    if (gcc := shutil.which("gcc")) is None:
-        return ratios.absent(what, "steps/s", 1.0, "gcc")
-    model, inputs, dt, start = ship(vessel, 20_001)
-    count, found = substeps(model, dt), np.empty((2, len(inputs), start.size))
-    in_c, steps = compiled(model, gcc, tmp_path), (len(inputs) - 1) * count
-    ours = Side(lambda: model.kernels.simulate(start, inputs, model.theta, dt / count, count, False, found[0]), steps)
-    other = Side(lambda: in_c(inputs, dt, count, start, found[1]), steps)
-    ratios.compare(what, "steps/s", ours, other, 1.0, rounds=15, limit="both compile the same operations")
-    np.testing.assert_allclose(found[0], found[1], rtol=1e-6, atol=1e-6)
-
-
-@pytest.mark.parametrize("vessel", ["mariner", "kvlcc2-l7", "response-2"])
 def test_lanes_and_scalar_kernel(ratios, vessel):
     model, inputs, dt, start = ship(vessel)
     coefficients, batch, starts = (np.stack([value] * RUNS) for value in (model.coefficients, inputs, start))
@@ -114,7 +98,7 @@ def test_zigzag_and_shipmmg(ratios):
     model.kernels.simulate(start, inputs, model.theta, dt / (8 * count), 8 * count, False, exact)
     own = np.abs(simulate(model, inputs, dt, start) - exact).max()
 
-    def theirs(rtol=1e-10, atol=1e-12):
+    def theirs(rtol=1e-9, atol=1e-11):
         return reference.run_shipmmg(model, rudder, clock, rtol, atol)
 
     error = np.abs(theirs() - theirs(1e-11, 1e-13)).max()

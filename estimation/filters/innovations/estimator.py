@@ -378,7 +378,7 @@ def _first_speed(segments: Sequence[Segment]) -> float:
 def _substeps(est: Estimator) -> int:
     """RK4 steps a sample is cut into: twice as many until the base model's innovations hardly change."""
     dt = est.segments[0].step_s
-    most = int(np.ceil(dt / (4.0 * est.model.max_step_s) - 1e-9))
+    most = int(np.ceil(dt / est.model.max_step_s - 1e-9))
     if most <= 1:
         return 1
 

@@ -41,6 +41,15 @@ def test_a_pair_stands_with_its_range_target_and_verdict(tmp_path):
     assert "did other work" not in text
 
 
+def test_what_is_slower_than_a_peer_stands_first_the_worst_of_it_at_the_top(tmp_path):
+    pairs = [{**PAIR, "what": f"by {ratio}", "ratio": ratio} for ratio in (3.0, 0.9, 0.2)]
+    text = publish(written(tmp_path, *pairs), tmp_path / "out", MACHINE)[0].read_text()
+    places = [text.index(part) for part in ("## Slower", "by 0.2", "by 0.9", "## Pairs", "by 3.0")]
+    assert places == sorted(places) and text.count("by 0.2") == 1
+    text = publish(written(tmp_path, PAIR), tmp_path / "out", MACHINE)[0].read_text()
+    assert "## Slower" not in text and "Nothing is slower" in text
+
+
 def test_a_busy_machine_is_told(tmp_path):
     (readme, *_) = publish(written(tmp_path, {**PAIR, "load": 6.0}), tmp_path / "out", MACHINE)
     assert "load average 6.0" in readme.read_text()

@@ -337,7 +337,7 @@ def test_a_sample_is_cut_into_as_many_steps_as_its_innovations_need():
     """Slow sampling of a small ship: fewer than its own finest step asks, and no innovation tells the difference."""
     model, records = _records("kvlcc2-l7", count=1, duration_s=150.0, dt_s=0.5)
     est = estimator(model, records)
-    finest = int(np.ceil(0.5 / (4.0 * model.max_step_s)))
+    finest = int(np.ceil(0.5 / model.max_step_s))
     assert est.shape.substeps < finest
     fine = replace(est)
     fine.__dict__["shape"] = est.shape._replace(substeps=4 * finest)
