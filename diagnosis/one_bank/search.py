@@ -100,7 +100,8 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     few, runs = choice.few, choice.runs
     if few is None:
         return None
-    own = [e for e in few.entered if choice.bank.cause_of(e.candidate) == BaseCoefficients.id]
+    everywhere = [e for e in few.entered if {*e.candidate.names} <= runs.places.keys()]
+    own = [e for e in everywhere if choice.bank.cause_of(e.candidate) == BaseCoefficients.id]
     whole = _taken(runs, few.base, choice.selection.final)
     alone = [with_only(runs, few, [one]) for one in own]
     shares = [_taken(runs, few.base, one.final) / whole for one in alone]
