@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from ..reporting.leaderboard.board import Leaderboard
     from ..reporting.leaderboard.comparing import Changes
 
+QUICK = "quick"
+"""The suite that is run where none is named."""
 STATUSES = ("ok", "failed", "not_applicable")
 
 
@@ -157,7 +159,7 @@ def run_suite(
     from ..bench.trust import check_trust
 
     folder = Path(directory)
-    given = Selection(suite or "quick", tuple(methods), tuple(vessels), seeds, seed)
+    given = Selection(suite or QUICK, tuple(methods), tuple(vessels), seeds, seed)
     resume = resume and _started(folder)
     if resume:
         stored = _stored_selection(folder)

@@ -1,7 +1,7 @@
 """The command line: parses, calls what `import helmbench` offers, prints.  One file a command.
 
 Nothing heavy is imported before a command needs it.  Exit status: 0 done, 1 finished but some runs failed (they are
-listed), 2 bad input (one line, nothing written).
+listed) or `check` names what matters, 2 bad input (one line, nothing written).
 """
 
 from __future__ import annotations
