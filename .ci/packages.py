@@ -16,7 +16,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
-EXTRAS = ("parquet", "bench", "bayes", "pdf", "identibench", "open", "readers", "deep", "distributed", "slurm", "docs")
+EXTRAS = (
+    *("pandas", "parquet", "bench", "bayes", "pdf", "identibench", "open", "readers"),
+    *("deep", "distributed", "slurm", "docs"),
+)
 COMMANDS = (
     "simulate kvlcc2-l7 --manoeuvre zigzag:20/20 --noise low --seed 1 -o one.csv",
     "simulate kvlcc2-l7 --manoeuvre zigzag:10/10 --noise low --seed 2 -o two.csv",

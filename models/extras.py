@@ -9,6 +9,8 @@ from .errors import BadInput
 
 EXTRAS: Mapping[str, str] = {
     "pyarrow": "parquet",
+    "pandas": "pandas",
+    "torch": "gp",
     **dict.fromkeys(("cmaes", "joblib", "optuna", "sklearn"), "bench"),
     "jax": "deep",
     "distributed": "distributed",
@@ -31,6 +33,15 @@ def missing(error: ImportError) -> str:
     if package not in EXTRAS:
         raise error
     return f"this needs {package}: {INSTALL}{EXTRAS[package]}]'"
+
+
+def missing_here(error: ModuleNotFoundError) -> str:
+    """The same, also for a package of the base: then Python was started in a checkout that is not installed for it;
+    raises the error again where a module of helmbench was not found."""
+    package = (error.name or "").partition(".")[0]
+    if package in EXTRAS or package == "helmbench":
+        return missing(error)
+    return f"this needs {package}: 'python -m pip install .' in the folder of helmbench installs what it needs"
 
 
 @contextmanager

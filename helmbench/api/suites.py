@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..models.argument_types import typed
 from ..models.errors import BadInput, visible
+from ..models.extras import extras_told
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -66,12 +67,14 @@ class SuiteResults:
         """The failed runs in words -> how many failed so."""
         return dict(Counter(map(self._kind().describe, self._failed())))
 
+    @extras_told()
     def runs(self) -> pd.DataFrame:
         """A row a run, as in results.parquet (suites of kind diagnosis: diagnosis.parquet)."""
         from ..bench.store import read_tables
 
         return read_tables(self.directory)[0]
 
+    @extras_told()
     def parameters(self) -> pd.DataFrame:
         """A row a run and parameter, as in parameters.parquet (suites of kind diagnosis: diagnosis_sizes.parquet)."""
         from ..bench.store import read_tables

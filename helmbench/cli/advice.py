@@ -19,7 +19,7 @@ from ._shared import FILE, METHOD, NUMBER, WholeRange, output_options, print_jso
 @click.option(
     "-o",
     "--output",
-    default="advice",
+    default="advice-results",
     show_default=True,
     type=FILE,
     help="directory of the runs and the page; goes on where it stopped",

@@ -31,7 +31,7 @@ class Diagnose(TwoSets):
 
 @click.command(cls=Diagnose)
 @click.option("--model", type=MODEL, help="Vessel id, family id or model.json.  [default: build one from the records]")
-@two_sets_options("Records to name the causes with.", "Records to measure the gain with.", "diagnosis")
+@two_sets_options("Records to name the causes with.", "Records to measure the gain with.", "diagnose-results")
 @click.option(
     "--base-parameters",
     type=click.Choice(["file", "identify"]),

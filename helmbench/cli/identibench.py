@@ -37,7 +37,7 @@ def export(suite: str, vessels: tuple[str, ...], seeds: int | None, output: Path
 @click.option(
     "-o",
     "--output",
-    default="identibench",
+    default="identibench-records",
     show_default=True,
     type=FILE,
     help="folder of records and suite.yaml",

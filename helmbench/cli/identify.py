@@ -76,7 +76,7 @@ class Request:
 @click.option(
     "-o",
     "--output",
-    default="identification",
+    default="identify-results",
     show_default=True,
     type=FILE,
     help="model.json to write, or a directory for page and model",

@@ -124,6 +124,6 @@ def test_method_and_folder_have_defaults(call, tmp_path, monkeypatch, capsys):
     call("ls")
     assert status_of(["identify", "train.csv", "--model", "response-1"]) == 0
     assert "by output-error" in capsys.readouterr().out
-    assert {path.name for path in (tmp_path / "identification").iterdir()} >= {"identification.html", "model.json"}
+    assert {path.name for path in (tmp_path / "identify-results").iterdir()} >= {"identification.html", "model.json"}
     assert status_of(["identify", "train.csv", "--model", "response-1"]) == 2
     assert "exists already; give another place, or --force" in capsys.readouterr().err
