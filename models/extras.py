@@ -36,12 +36,12 @@ def missing(error: ImportError) -> str:
 
 
 def missing_here(error: ModuleNotFoundError) -> str:
-    """The same, also for a package of the base: then Python was started in a checkout that is not installed for it;
-    raises the error again where a module of helmbench was not found."""
+    """The same, also for a package that no extra brings: one of the base where an installation is not whole, or Python
+    was started in a checkout that is not installed for it; raises the error again for a module of helmbench."""
     package = (error.name or "").partition(".")[0]
     if package in EXTRAS or package == "helmbench":
         return missing(error)
-    return f"this needs {package}: 'python -m pip install .' in the folder of helmbench installs what it needs"
+    return f"{package} is not installed; 'python -m pip install .' in helmbench's folder installs what helmbench needs"
 
 
 @contextmanager

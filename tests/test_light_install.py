@@ -95,6 +95,14 @@ def test_what_needs_an_extra_says_which_in_one_line_and_writes_nothing(folder):
 
 
 @pytest.mark.nightly
+def test_a_package_of_the_base_that_is_missing_is_told_in_one_line(folder):
+    code = (
+        "BLOCKED.append('numba')\nprint(status_of(['simulate', 'response-1', '--manoeuvre', 'turn:20', '-o', 'x.csv']))"
+    )
+    assert blocked(code, folder).startswith("helmbench: numba is not installed; 'python -m pip install .' in")
+
+
+@pytest.mark.nightly
 def test_data_frames_say_in_python_which_extra_they_need(folder):
     code = """
 import helmbench

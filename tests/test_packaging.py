@@ -217,10 +217,12 @@ def test_a_checkout_says_what_to_install_where_nothing_is() -> None:
     command = [sys.executable, "-S", "-m", "helmbench", "list", "methods"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     (line,) = done.stderr.splitlines()
-    assert done.returncode == 2 and line.startswith("helmbench: this needs click: 'python -m pip install .' in the")
+    assert done.returncode == 2 and line.startswith("helmbench: click is not installed; 'python -m pip install .' in")
     command = [sys.executable, "-S", "-c", "import helmbench; helmbench.simulate"]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
-    assert done.stderr.splitlines()[-1].startswith("ModuleNotFoundError: this needs numpy: 'python -m pip install .'")
+    assert done.stderr.splitlines()[-1].startswith(
+        "ModuleNotFoundError: numpy is not installed; 'python -m pip install .'"
+    )
 
 
 def slow_modules_after(code: str, cwd: Path) -> list[str]:
