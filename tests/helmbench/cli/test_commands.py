@@ -421,7 +421,6 @@ def test_a_good_record_is_not(call, tmp_path):
         (["run", "--vessel", "titanic", "-o", "out"], "titanic"),
         (["run", "--seeds", "0", "-o", "out"], "seeds"),
         (["run", "--jobs", "0", "-o", "out"], "jobs"),
-        (["run"], "output"),
         (["report", "nowhere"], "nowhere"),
         (["fetch", "kvlcc3"], "kvlcc3"),
     ],
