@@ -31,6 +31,8 @@ COMMANDS = (
 )
 """What the base installation must do."""
 MIB = 2**20
+MOST_MIB = 660
+"""Size that the base installation may have, pip's own 21 MiB included."""
 
 
 def pythons() -> Iterator[tuple[str, str]]:
@@ -119,6 +121,8 @@ def try_one(version: str, path: str, package: Path) -> None:
         took = install(python, str(package.resolve()))
         use(python, Path(folder))
         size = megabytes(python)
+    if size > MOST_MIB:
+        sys.exit(f"Python {version}: {package.name} takes {size:.0f} MiB, more than {MOST_MIB}")
     print(f"Python {version}: {package.name} installed in {took:.0f} s, {size:.0f} MiB, used", flush=True)
 
 
