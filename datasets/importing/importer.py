@@ -41,8 +41,6 @@ Aside: TypeAlias = "dict[str, dict[str, Any]]"
 """Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
 RUDDER_SIDE, VARIATION = "rudder side", "variation"
 """Ids of the questions for the side of a positive rudder, and for the magnetic variation."""
-SURELY, SURELY_AGAINST = 0.4, 0.5
-"""Certainty of the yaw response from which on it tells the rudder's side, and contradicts what the file states."""
 LED_BY_TRACK = {"latitude", "north", "velocity_north", "speed_over_ground"}
 """Quantities of the logger that leads a run without rudder, heading and yaw rate."""
 SAME_RUN = 5.0
@@ -551,10 +549,10 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
     told = steering_side(record)
     if record.has(*TWIN):
         return (record, *_twin(record, told), [])
-    if stated and (told is None or told[0] == stated or told[1] < SURELY_AGAINST):
+    if stated and (told is None or told[0] == stated):
         record = replace(record, meta=replace(record.meta, positive_rudder=stated))
         return record, [f"{record.name}: positive rudder to {stated}, as the file states"], [], []
-    if told is not None and not stated and told[1] >= SURELY:
+    if told is not None and not stated:
         record = replace(record, meta=replace(record.meta, positive_rudder=told[0]))
         return (
             record,
@@ -578,7 +576,7 @@ def _twin(record: Record, told: tuple[Side, float] | None) -> tuple[list[str], l
     """What the yaw response says of two propellers that steer."""
     if told is None:
         return [f"{record.name}: the yaw response does not tell which propeller is to port; as named or answered"], []
-    if told[0] == "starboard" or told[1] < SURELY_AGAINST:
+    if told[0] == "starboard":
         return [f"{record.name}: more thrust to port turns the ship to {told[0]} (confidence {told[1]:.0%})"], []
     hint = "port and starboard exchanged? exchange the two columns in the mapping"
     return [], [Fault(record.name, "the ship turns against its two propellers", hint, column=TWIN[0])]
