@@ -54,7 +54,7 @@ def yaw_response(
     lags : in stretches of the record, besides the largest one.
     """
     known = np.isfinite(rate) & np.isfinite(helm)
-    if known.sum() < FEWEST:
+    if known.sum() < FEWEST or not all(np.ptp(values[known]) > 0.0 for values in (rate, helm)):
         return None
     turning, steering = (_means(time[known], _scaled(values[known])) for values in (rate, helm))
     n = turning.size
