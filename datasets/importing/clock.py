@@ -349,6 +349,7 @@ def _moments(texts: Texts, form: Form) -> np.ndarray:
     cells = [re.sub(r"(:\d{2}),(\d)", r"\1.\2", cell) for cell in texts.trimmed_texts()]
     if form == "iso":
         cells = [re.sub(r"^(\d{4})[/.](\d{1,2})[/.](\d{1,2})", r"\1-\2-\3", cell) for cell in cells]
+        cells = [re.sub(r"(?<=\d)\s?(?:UTC|GMT)$", "Z", cell) for cell in cells]
     series = pd.Series([None if cell.lower() in GAPS else cell for cell in cells], dtype=object)
     values = _by_pandas(series, form).to_numpy(dtype="datetime64[ns]")
     return np.where(np.isnat(values), np.nan, values.astype(np.int64) / 1e9)
