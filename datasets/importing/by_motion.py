@@ -205,6 +205,7 @@ class Relations:
         pairs = itertools.permutations(motion.values, 2)
         fits = {pair: rate_fit(motion, *pair) for pair in pairs}
         self.rates = {pair: fit for pair, fit in fits.items() if fit[0] > RATE_FIT}
+        self.responses = dict[tuple[str, str], YawResponse | None]()
 
     # ---- heading and yaw rate
 
@@ -344,10 +345,10 @@ class Relations:
 
     # ---- rudder
 
-    def rudders(self, rate: np.ndarray, taken: set[str], unit: str) -> list[tuple[str, Meaning]]:
-        """Columns that the yaw rate, rad/s, answers: the one that is ahead of the others, or none."""
+    def rudders(self, turning: str, rate: np.ndarray, taken: set[str], unit: str) -> list[tuple[str, Meaning]]:
+        """Columns that the yaw rate, of a column, answers: the one that is ahead of the others, or none."""
         able = [n for n in self.motion.open() if n not in taken and any(self._may_steer(n, u) for u in ANGLES)]
-        tried = [(yaw_response(self.motion.time, rate, self.motion.values[name]), name) for name in able]
+        tried = [(self._response(turning, rate, name), name) for name in able]
         answers = sorted(((r, name) for r, name in tried if r is not None), key=lambda entry: -entry[0].beyond)
         if not answers:
             return []
@@ -360,6 +361,12 @@ class Relations:
         least = FAINT / AHEAD if best.beyond > FAINT else 1.0
         told = [(r.beyond, name) for r, name in (answers[0], *rivals) if r.beyond > least][:MOST_RIVALS]
         return [(name, self._helm(name, share, unit, len(told))) for share, name in told]
+
+    def _response(self, turning: str, rate: np.ndarray, name: str) -> YawResponse | None:
+        """The response to a column, in any unit of the yaw rate's column."""
+        if (turning, name) not in self.responses:
+            self.responses[turning, name] = yaw_response(self.motion.time, rate, self.motion.values[name])
+        return self.responses[turning, name]
 
     def _helm(self, name: str, share: float, unit: str, rivals: int) -> Meaning:
         units = [u for u in ("rad", "deg") if self._may_steer(name, u)]
@@ -485,7 +492,8 @@ def _completed(
         told |= track.meanings
         told |= _body(_unique(relations.velocities(track, psi, set(told))))
     turning = motion.si(*rate) if rate is not None else np.gradient(smooth(psi, relations.width), motion.step)
-    helms = relations.rudders(turning, set(told) | set(motion.known), of.unit) if not motion.of("rudder") else []
+    column, taken = rate[0] if rate is not None else name, set(told) | set(motion.known)
+    helms = relations.rudders(column, turning, taken, of.unit) if not motion.of("rudder") else []
     for helm in helms or [None]:
         yield told | ({helm[0]: helm[1]} if helm else {})
 
