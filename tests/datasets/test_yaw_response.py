@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from helmbench.datasets.measured import data_dir, load, stems
+from helmbench.datasets.measured import load, missing_files, stems
+from helmbench.datasets.record import Record
 from helmbench.datasets.rudder_sign import SIGN_SHARE, steering_side
 from helmbench.datasets.yaw_response import yaw_response
 
@@ -66,6 +67,27 @@ def test_an_autopilot_under_gusts_never_turns_the_sign(rng):
     assert all(gain == 1.0 for gain in told)
 
 
+@pytest.mark.parametrize("turned", [1.0, -1.0])
+def test_a_noisy_heading_of_a_small_craft_under_an_autopilot_tells_the_side(rng, turned):
+    """Courses are changed in gusts; the heading alone is logged, with a noise of .35 deg."""
+
+    def order(t, psi, r):
+        return float(np.clip(0.6 * np.sign(np.sin(t / 25.0)) - psi - 2.0 * r, -0.5, 0.5))
+
+    rate, rudder = steered(0.03 * gusts(rng, 5.0), order, gain=0.25, constant_s=2.5, dead_s=0.5)
+    heading = 0.5 * np.cumsum(rate) + rng.normal(0.0, 0.006, TIME.size)
+    told = steering_side(Record(TIME, {"rudder_rad": turned * rudder, "heading_rad": heading}))
+    assert told is not None and told[0] == ("starboard" if turned > 0.0 else "port")
+
+
+def test_a_track_without_a_heading_tells_the_side(rng):
+    rate, rudder = steered(0.01 * gusts(rng, 20.0), lambda t, psi, r: 0.3 * np.sign(np.sin(t / 9.0)))
+    course = 0.5 * np.cumsum(rate)
+    north, east = (3.0 * 0.5 * np.cumsum(turn(course)) for turn in (np.cos, np.sin))
+    told = steering_side(Record(TIME, {"rudder_rad": rudder, "north_m": north, "east_m": east}))
+    assert told is not None and told[0] == "starboard"
+
+
 def test_what_never_moves_or_is_too_short_has_no_response(rng):
     rate = rng.normal(size=TIME.size)
     assert yaw_response(TIME, rate, np.full(TIME.size, 0.1)) is None
@@ -83,7 +105,7 @@ def test_huge_numbers_and_gaps_are_no_trouble(rng):
 @pytest.mark.parametrize("source", ["kvlcc2-hsva", "kvlcc2-marin", "esso-osaka"])
 def test_no_measured_run_is_told_wrongly(source):
     """Of the sets that are on this machine."""
-    if not data_dir().exists():
+    if missing_files(source):
         return
     sides = {stem: steering_side(load(source, stem).turned("starboard")) for stem in stems(source)}
     assert {stem: side for stem, side in sides.items() if side is not None and side[0] != "starboard"} == {}
