@@ -5,8 +5,8 @@ from __future__ import annotations
 import datetime
 import os
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Dict
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -285,7 +285,7 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     timed = [time.question for time in log.times.values() if time.question is not None]
     used = {f.table.label for f in log.findings if f.may_be}
     timed = [question for question in timed if question.table in used]
-    questions = [*timed, *log.proposals, *(question for f in log.findings for question in f.questions)]
+    questions = [*timed, *log.proposals, *(question for f in _first(log.findings) for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
     entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
     idle = [table for table in tables if table.label not in used and not faults and _in_map(table, entries)]
@@ -302,6 +302,15 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     if made is not None:
         made = made.model_copy(update=_answered_whole(answers))
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
+
+
+def _first(findings: Sequence[Finding]) -> Iterator[Finding]:
+    """The findings without those of headings and sways whose way the track tells once its own axes are answered."""
+    tracks = {f.table.label for f in findings if f.questions and set(f.may_be) == {"north", "east"}}
+    for found in findings:
+        waits = found.table.label in tracks and found.quantity in ("heading", "sway")
+        if not (waits and all(question.about == "sign" for question in found.questions)):
+            yield found
 
 
 def _answered_whole(answers: Dict[str, str]) -> dict[str, str]:
