@@ -160,7 +160,8 @@ format: env
 page-picture: env browser
 	$(BIN)/python docs/page_picture.py docs/_static/page.png
 
-docs: env
+# Where .venv holds the extra `docs` alone, that is enough.
+docs: $(if $(wildcard $(BIN)/sphinx-build),$(wildcard $(STAMP)),env)
 	$(BIN)/python -m sphinx -q -W --keep-going docs docs/_build
 	@echo "docs/_build/index.html"
 

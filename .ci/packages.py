@@ -16,7 +16,10 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
-EXTRAS = ("parquet", "bench", "bayes", "pdf", "identibench", "open", "readers", "deep", "distributed", "slurm", "docs")
+EXTRAS = (
+    *("pandas", "parquet", "bench", "bayes", "pdf", "identibench", "open", "readers"),
+    *("deep", "distributed", "slurm", "docs"),
+)
 COMMANDS = (
     "simulate kvlcc2-l7 --manoeuvre zigzag:20/20 --noise low --seed 1 -o one.csv",
     "simulate kvlcc2-l7 --manoeuvre zigzag:10/10 --noise low --seed 2 -o two.csv",
@@ -28,6 +31,8 @@ COMMANDS = (
 )
 """What the base installation must do."""
 MIB = 2**20
+MOST_MIB = 660
+"""Size that the base installation may have, pip's own 21 MiB included."""
 
 
 def pythons() -> Iterator[tuple[str, str]]:
@@ -116,6 +121,8 @@ def try_one(version: str, path: str, package: Path) -> None:
         took = install(python, str(package.resolve()))
         use(python, Path(folder))
         size = megabytes(python)
+    if size > MOST_MIB:
+        sys.exit(f"Python {version}: {package.name} takes {size:.0f} MiB, more than {MOST_MIB}")
     print(f"Python {version}: {package.name} installed in {took:.0f} s, {size:.0f} MiB, used", flush=True)
 
 

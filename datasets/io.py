@@ -36,8 +36,9 @@ import numpy as np
 
 from ..models.argument_types import typed
 from ..models.errors import BadInput
-from ..models.files import read_bytes, read_utf8, replace_together
+from ..models.files import read_bytes, replace_together, utf8_of
 from ..models.memory import bounded_memory, require_memory
+from ..models.model import is_model_id
 from .arrow_csv import FEWEST_BYTES, FEWEST_ROWS, columns_of_numbers, numbers_of_arrow, short_text, write_csv
 from .columns import ACCEPTED, NUMBER, RUDDERS, SURROUNDINGS, TWIN, check_header, in_order, to_canonical
 from .record import Record, is_side
@@ -47,6 +48,8 @@ from .time_faults import time_fault
 MIN_SAMPLES = 10
 SWING_RAD = math.radians(5.0)
 PARQUET = (".parquet", ".pq")
+RAW = (b"PK\x03\x04", b"\xd0\xcf\x11\xe0", b"\x89HDF", b"MATLAB ", b"ULog", b"#ROSBAG", b"SQLite format 3", b"\xa3\x95")
+"""First bytes of workbooks, archives and binary logs, which `helmbench import` reads."""
 DELIMITERS = ",;\t"
 CELL_BYTES, LEAST_PARQUET_BYTES = 32, 2**28
 """Memory of a cell of a Parquet file while it is read and converted, and of the reader itself."""
@@ -111,6 +114,8 @@ def read_table(path: Path) -> dict[str, np.ndarray]:
 
 
 def _read(path: Path) -> _Table:
+    if not path.exists() and is_model_id(str(path)):
+        raise BadInput("is a model, not a record", file=path, hint="give the files of records here")
     return _read_parquet(path) if path.suffix.lower() in PARQUET else _read_csv(path)
 
 
@@ -118,7 +123,9 @@ def _read(path: Path) -> _Table:
 
 
 def _read_csv(path: Path) -> _Table:
-    data = read_utf8(path)
+    data = read_bytes(path)
+    _refuse_other_kinds(data, path)
+    data = utf8_of(data, path)
     if not data[:4096].strip() and not data.strip():
         raise BadInput("the file is empty", file=path, row=1)
     end = re.search(rb"[\r\n]", data)
@@ -133,6 +140,15 @@ def _read_csv(path: Path) -> _Table:
     if columns is None:
         columns = _parse_slowly(data, names, delimiter, path)
     return _Table(columns, lambda i: next(islice(_rows(data, delimiter), i + 1, None))[0])
+
+
+def _refuse_other_kinds(data: bytes, path: Path) -> None:
+    """BadInput for raw logs and for models, whose first bytes tell what they are."""
+    if data.startswith(RAW):
+        hint = f"'helmbench import {path} -o {path.stem}-record.csv' makes a record of it"
+        raise BadInput("is a workbook or a binary log, not a record", file=path, hint=hint)
+    if data.lstrip().startswith(b"{"):
+        raise BadInput("is JSON, such as a model, not a record", file=path, hint="give the files of records here")
 
 
 def _parse_fast(body: str, names: list[str], delimiter: str) -> dict[str, np.ndarray] | None:

@@ -17,6 +17,7 @@ import numpy as np
 
 from ..models.display import html_table
 from ..models.errors import BadInput
+from ..models.extras import extras_told
 from ..models.lanes import Runs, closed_loops, width
 from ..models.memory import require_memory
 from ..models.model import Model
@@ -97,6 +98,7 @@ class SimulatedRuns:
         channels = {name: values[run] for name, values in self.channels.items()}
         return Record(self.time_s, channels, f"run {run}", replace(meta, notes=f"{meta.notes}; seed {self.seeds[run]}"))
 
+    @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
         """The channels as a pandas table: a row a run and sample, with the columns `run` and `time_s`."""
         import pandas as pd
@@ -105,6 +107,7 @@ class SimulatedRuns:
         columns = {name: values.ravel() for name, values in self.channels.items()}
         return pd.DataFrame({"run": np.repeat(number, samples), "time_s": np.tile(self.time_s, len(self)), **columns})
 
+    @extras_told()
     def indices_to_dataframe(self) -> pd.DataFrame:
         """The indices as a pandas table: a row a run, with the columns `run`, `seed` and `diverged`."""
         import pandas as pd

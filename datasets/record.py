@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from ..models.argument_types import shown
 from ..models.display import html_table
 from ..models.errors import BadInput
+from ..models.extras import extras_told
 from .angles import unwrapped
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
 from .display import Curve, channel_row, continuous, time_figure
@@ -138,6 +139,7 @@ class Record:
         refuse_time_fault(record.time_s, name)
         return record
 
+    @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
         """The record as a pandas table: a row a sample, `time_s` and the channels as columns, gaps as nan."""
         import pandas as pd
@@ -316,6 +318,7 @@ def _frozen(values: ArrayLike) -> np.ndarray:
     return array
 
 
+@extras_told()
 def _with_time(frame: pd.DataFrame) -> pd.DataFrame:
     """A pandas table with its index as the column `time_s`, where it has no time and the index is one."""
     import pandas as pd

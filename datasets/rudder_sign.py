@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..models.linear_algebra import lstsq
+from .angles import unwrapped
 from .plausibility import PlausibilityWarning
 from .record import Record, Side
-from .signals import integral
+from .yaw_response import FEWEST, yaw_response
 
 ONE_SIDE = 0.9
 """A rudder is held to one side, and a ship turns to one, where this share of the angle, of the yaw rate, is there."""
-SIGN_SHARE = 0.3
-"""The rudder's sign is questioned where it explains at least this share of what the yaw rate leaves unexplained."""
-FEWEST = 20
-"""Samples with rudder and yaw rate below which the sign is not judged."""
+SIGN_SHARE = 0.5
+"""Least share of the yaw rate that the response to the rudder explains where it tells the rudder's side."""
 
 
 class RudderSignWarning(PlausibilityWarning):
@@ -37,55 +35,37 @@ def rudder_sign_doubt(record: Record) -> str | None:
 def steering_side(record: Record) -> tuple[Side, float] | None:
     """The side to which a positive rudder turns the ship, and how surely from 0 to 1; None where nothing tells it.
 
-    Least squares of the integrated first-order response r - r0 = a int r + b int delta + c t, with r to starboard:
-    b has the sign of the rudder; the share of what the yaw rate leaves unexplained without b is its certainty.  In a
-    turn, the rudder on one side and the speed falling, b says little: there the yaw rate itself, which must stay on
-    one side too, has that sign.
+    The share of the yaw rate that its response to the rudder explains (`yaw_response`) is the certainty.  In a turn,
+    the rudder on one side and the speed falling, the response says little: there the yaw rate itself, which must stay
+    on one side too, has the sign.
     """
-    if not (record.has("yaw_rate_rad_s") or record.has("heading_rad")):
-        return None
     rate, rudder = _yaw_rate(record), record.rudder()
-    known = np.isfinite(rate) & np.isfinite(rudder)
-    if known.sum() < FEWEST:
+    if rate is None or np.sum(known := np.isfinite(rate) & np.isfinite(rudder)) < FEWEST:
         return None
-    time, rate, rudder = record.time_s[known] - record.time_s[known][0], _scaled(rate[known]), _scaled(rudder[known])
-    helm, turn = one_sided(rudder), one_sided(rate)
+    helm, turn = one_sided(rudder[known]), one_sided(rate[known])
     if abs(helm) > ONE_SIDE:
         return (_side(helm * turn), abs(turn)) if abs(turn) > ONE_SIDE else None
-    gain, share = _response(time, rate, rudder)
-    return (_side(gain), share) if share >= SIGN_SHARE and gain != 0.0 else None
-
-
-def _scaled(values: np.ndarray) -> np.ndarray:
-    """Values (N,) over the largest of them: a sample of 1e300 has no square."""
-    return values / max(float(np.max(np.abs(values))), 1e-300)
+    response = yaw_response(record.time_s, rate, rudder)
+    return (_side(response.gain), response.share) if response is not None and response.is_sure(SIGN_SHARE) else None
 
 
 def _side(value: float) -> Side:
     return "starboard" if value > 0.0 else "port"
 
 
-def _yaw_rate(record: Record) -> np.ndarray:
+def _yaw_rate(record: Record) -> np.ndarray | None:
+    """The yaw rate (N,), rad/s, by its sensor, by the heading or by the course of the track; None without any."""
     if record.has("yaw_rate_rad_s"):
         return record.column("yaw_rate_rad_s")
-    return np.gradient(record.heading_unwrapped(), record.time_s)
+    if record.has("heading_rad"):
+        return np.gradient(record.heading_unwrapped(), record.time_s)
+    if record.has("north_m", "east_m"):
+        north, east = (np.gradient(record.column(name), record.time_s) for name in ("north_m", "east_m"))
+        return np.gradient(unwrapped(np.arctan2(east, north)), record.time_s)
+    return None
 
 
 def one_sided(values: np.ndarray) -> float:
     """1 where all values (N,) are positive, -1 where all are negative, between where they change sign."""
     size = float(np.sum(np.abs(values)))
     return float(np.sum(values)) / size if size > 0.0 else 0.0
-
-
-def _response(time: np.ndarray, rate: np.ndarray, rudder: np.ndarray) -> tuple[float, float]:
-    """Gain of the first-order response to the rudder, and the share of the squared error that the rudder takes off."""
-    columns = np.column_stack([integral(rudder, time), integral(rate, time), time, np.ones(time.size)])
-    gain, error = _least_squares(columns, rate)
-    _, error_without = _least_squares(columns[:, 1:], rate)
-    return gain, 1.0 - error / error_without if error_without > 0.0 else 0.0
-
-
-def _least_squares(columns: np.ndarray, values: np.ndarray) -> tuple[float, float]:
-    """First coefficient and sum of squared residuals."""
-    solution = lstsq(columns, values)
-    return float(solution[0]), float(np.sum((values - columns @ solution) ** 2))

@@ -58,13 +58,16 @@ def without_spikes(values: np.ndarray, least: float = 0.0) -> tuple[np.ndarray, 
     least = max(least, LEAST * float(np.std(values[known])) if known.any() else 0.0)
     if values.size < 12 or known.sum() < 12:
         return values.copy(), 0, 0
-    usual = LIMIT * _spread(*_departures(values, known), least)
+    good = known
+    departure, judged = _departures(values, good)
+    usual = LIMIT * _spread(departure, judged, least)
     ends = _at_ends(values, known, usual)
-    known &= ~ends
+    known = known & ~ends
     spike = _off_the_median(values, known, usual)
     for _ in range(ROUNDS):
-        good = known & ~spike
-        departure, judged = _departures(values, good)
+        if not np.array_equal(good, known & ~spike):
+            good = known & ~spike
+            departure, judged = _departures(values, good)
         spread = _spread(departure, good & judged, least)
         peak = departure >= _largest_beside(np.where(spike, 0.0, departure))
         found = (departure > LIMIT * spread) & (spike | peak) & known & (spread > 0.0)
@@ -96,9 +99,11 @@ def _off_the_median(y: np.ndarray, good: np.ndarray, limit: float) -> np.ndarray
     the median of the AROUND good ones about them, which gross errors beside each other do not move."""
     own, off, reach = np.flatnonzero(good), np.zeros(y.size, bool), AROUND // 2
     if own.size >= AROUND and limit > 0.0:
+        steps = np.abs(np.diff(y[own]))
+        furthest = max(limit, OUTSIDE * reach * float(np.quantile(steps, LARGE)))
+        if (AROUND - 1) * float(steps.max()) <= furthest:
+            return off
         windows = np.lib.stride_tricks.sliding_window_view(y[own], AROUND)
-        way = reach * float(np.quantile(np.abs(np.diff(y[own])), LARGE))
-        furthest = max(limit, OUTSIDE * way)
         wide = np.flatnonzero(_ranges(y[own]) > furthest)  # in others no sample is as far from the median
         inner = own[reach + wide]
         off[inner] = np.abs(y[inner] - np.median(windows[wide], axis=1)) > furthest

@@ -231,8 +231,9 @@ def command_page() -> Iterator[str]:
         "# Command line",
         "",
         "Exit status: 0 done (a diverged simulation, or a method that does not apply, is a result), 1 finished but",
-        "some runs failed (they are listed and stay in the tables), 2 bad input. A model is a vessel or a family by",
-        "its identifier, a model.json, or a YAML file of particulars; a method may carry options: `ls,scheme=zoh`.",
+        "some runs failed (they are listed and stay in the tables) or `check` names what matters, 2 bad input.",
+        "A model is a vessel or a family by its identifier, a model.json, or a YAML file of particulars; a method may",
+        "carry options: `ls,scheme=zoh`.",
     )
     yield from _help(cli, "helmbench")
     for name in cli.list_commands(click.Context(cli)):

@@ -240,7 +240,12 @@ def _load(name: str) -> Any:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     module, attribute = _HOME[name]
-    return getattr(import_module(f"{__name__}.{module}"), attribute)
+    try:
+        return getattr(import_module(f"{__name__}.{module}"), attribute)
+    except ModuleNotFoundError as error:
+        from .models.extras import missing_here
+
+        raise ModuleNotFoundError(missing_here(error), name=error.name) from None
 
 
 def __getattr__(name: str) -> Any:

@@ -9,6 +9,8 @@ from .errors import BadInput
 
 EXTRAS: Mapping[str, str] = {
     "pyarrow": "parquet",
+    "pandas": "pandas",
+    "torch": "gp",
     **dict.fromkeys(("cmaes", "joblib", "optuna", "sklearn"), "bench"),
     "jax": "deep",
     "distributed": "distributed",
@@ -31,6 +33,15 @@ def missing(error: ImportError) -> str:
     if package not in EXTRAS:
         raise error
     return f"this needs {package}: {INSTALL}{EXTRAS[package]}]'"
+
+
+def missing_here(error: ModuleNotFoundError) -> str:
+    """The same, also for a package that no extra brings: one of the base where an installation is not whole, or Python
+    was started in a checkout that is not installed for it; raises the error again for a module of helmbench."""
+    package = (error.name or "").partition(".")[0]
+    if package in EXTRAS or package == "helmbench":
+        return missing(error)
+    return f"{package} is not installed; 'python -m pip install .' in helmbench's folder installs what helmbench needs"
 
 
 @contextmanager

@@ -37,7 +37,12 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
 
 def read_utf8(path: Path, most: int = MOST_BYTES) -> bytes:
     """The whole file without a byte order mark; BadInput with the row where it is not UTF-8 text."""
-    data = read_bytes(path, most).removeprefix(b"\xef\xbb\xbf")
+    return utf8_of(read_bytes(path, most), path)
+
+
+def utf8_of(data: bytes, path: Path) -> bytes:
+    """The content of a file without a byte order mark; BadInput with the row where it is not UTF-8 text."""
+    data = data.removeprefix(b"\xef\xbb\xbf")
     wrong = _first_wrong_byte(data)
     if wrong is not None:
         message = f"wrong encoding: byte 0x{data[wrong]:02x} is not UTF-8 text"

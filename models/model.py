@@ -51,6 +51,8 @@ CHANNELS = {
 
 RESPONSE_STEP_S = 0.1
 FILE_SCHEMA = 1
+TABLES = (".csv", ".parquet", ".pq", ".xlsx", ".xls", ".txt")
+"""Endings of files that are no models."""
 SMALLEST, LARGEST, PLACES = 1e-6, 1e9, ("x_", "y_", "z_")
 """Particulars (SI units) that a ship can have, and how the names of places begin."""
 
@@ -257,17 +259,25 @@ def resolve(name: str | os.PathLike[str]) -> Model:
     BadInput : if there is no such id or file, or the file cannot be used.
     """
     text = os.fspath(name)
+    if text.lower().endswith(TABLES):
+        hint = "a model is a vessel id, a family id or a model.json; 'helmbench import-model' makes one of a table"
+        raise BadInput("is a record or another table, not a model", file=text, hint=hint)
     if text in vessel_files():
         return _from_vessel(text)
     if text.endswith((".yaml", ".yml")):
         return _from_yaml(Path(text))
     if text.endswith(".json") or os.sep in text:
         return model_from_json(text)
-    if is_family_name(text) and kernel_store.is_family(text):
+    if is_model_id(text):
         return _from_family(text)
     known = [*vessel_files(), *kernel_store.catalogue()]
     hint = suggestion(text, known, f"vessels: {', '.join(vessel_files())}")
     raise BadInput(f"unknown model {text!r}", hint=f"{hint} ('helmbench list models' shows all)")
+
+
+def is_model_id(text: str) -> bool:
+    """Whether a text is the identifier of a vessel or of a family of equations, extended or not."""
+    return text in vessel_files() or (is_family_name(text) and kernel_store.is_family(text))
 
 
 def _from_family(name: str) -> Model:

@@ -42,6 +42,7 @@ LINES = (
     "identify one.csv --model nomoto-1 --method ls --validate two.csv -o model.json",
     "validate model.json two.csv -o validation",
     "import raw.csv --yes --positive-rudder starboard -o record.csv",
+    "diagnose --model response-1 --train one.csv --held-out two.csv -o diagnosed",
     *("diagnose --help", "list methods", "list causes", "list suites"),
 )
 REFUSED = {
@@ -65,15 +66,21 @@ def blocked(code: str, folder: Path) -> str:
 def folder(tmp_path_factory) -> Path:
     """A folder in which the base installation has done all that it must."""
     place = tmp_path_factory.mktemp("base")
-    rows = [f"2024-05-01 10:{s // 60:02}:{s % 60:02};{10 if s % 40 < 20 else -10};{50 + s % 20}" for s in range(200)]
-    (place / "raw.csv").write_text("\n".join(["Time;Rudder angle [deg];Heading [deg]", *rows]) + "\n")
+    rows = [
+        f"1.5.2024 10:{s // 60:02}:{s % 60:02};{10 if s % 40 < 20 else -10};{50 + s % 20};54.{s:04};8.{s:04}"
+        for s in range(200)
+    ]
+    header = "Time;Rudder angle [deg];Heading [deg];Latitude;Longitude"
+    (place / "raw.csv").write_text("\n".join([header, *rows]) + "\n")
     blocked(f"LINES = {LINES!r}{WORKS}", place)
     return place
 
 
 @pytest.mark.nightly
 def test_the_base_checks_imports_identifies_and_validates_without_the_extras(folder):
-    assert {"one.csv", "model.json", "validation", "record.csv"} <= {path.name for path in folder.iterdir()}
+    assert {"one.csv", "model.json", "validation", "record.csv", "diagnosed"} <= {
+        path.name for path in folder.iterdir()
+    }
 
 
 @pytest.mark.nightly
@@ -85,6 +92,28 @@ def test_what_needs_an_extra_says_which_in_one_line_and_writes_nothing(folder):
     for line, (package, extra) in zip(lines, REFUSED.values(), strict=True):
         assert line.endswith(f"needs {package}: pip install 'helmbench[{extra}]'")
     assert sorted(folder.rglob("*")) == before
+
+
+@pytest.mark.nightly
+def test_a_package_of_the_base_that_is_missing_is_told_in_one_line(folder):
+    code = (
+        "BLOCKED.append('numba')\nprint(status_of(['simulate', 'response-1', '--manoeuvre', 'turn:20', '-o', 'x.csv']))"
+    )
+    assert blocked(code, folder).startswith("helmbench: numba is not installed; 'python -m pip install .' in")
+
+
+@pytest.mark.nightly
+def test_data_frames_say_in_python_which_extra_they_need(folder):
+    code = """
+import helmbench
+record = helmbench.read_record("one.csv")
+for table in (record.to_dataframe, lambda: helmbench.Record.from_dataframe(None)):
+    try:
+        table()
+    except helmbench.BadInput as error:
+        print(error, file=sys.stderr)
+"""
+    assert blocked(code, folder).splitlines() == ["this needs pandas: pip install 'helmbench[pandas]'"] * 2
 
 
 def test_every_package_of_an_extra_that_is_imported_is_known():

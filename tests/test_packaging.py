@@ -212,6 +212,19 @@ def test_python_started_in_a_checkout_takes_the_code_of_the_checkout(tree: Path,
     assert sorted(vessels) == sorted(str(path) for path in (tree / "models" / "vessels").glob("*.yaml"))
 
 
+def test_a_checkout_says_what_to_install_where_nothing_is() -> None:
+    """`-S`: a Python without the packages that are installed for it."""
+    command = [sys.executable, "-S", "-m", "helmbench", "list", "methods"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    (line,) = done.stderr.splitlines()
+    assert done.returncode == 2 and line.startswith("helmbench: click is not installed; 'python -m pip install .' in")
+    command = [sys.executable, "-S", "-c", "import helmbench; helmbench.simulate"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
+    assert done.stderr.splitlines()[-1].startswith(
+        "ModuleNotFoundError: numpy is not installed; 'python -m pip install .'"
+    )
+
+
 def slow_modules_after(code: str, cwd: Path) -> list[str]:
     """Which of SLOW_TO_IMPORT a fresh interpreter holds after running the code."""
     report = f"import sys\n{code}\nsys.stdout.flush()\nprint('\\n' + ' '.join(sys.modules))"
@@ -320,7 +333,7 @@ def test_commands_call_only_what_helmbench_offers() -> None:
     assert wrong == []
 
 
-OPTIONAL = ("bayes", "bench", "deep", "distributed", "identibench", "open", "parquet", "pdf")
+OPTIONAL = ("bayes", "bench", "deep", "distributed", "identibench", "open", "pandas", "parquet", "pdf")
 DISTRIBUTIONS = {"sklearn": "scikit-learn", "yaml": "pyyaml", "charset_normalizer": "charset-normalizer"}
 """Import name -> distribution, where they differ."""
 

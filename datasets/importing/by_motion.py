@@ -16,6 +16,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ..signals import integral
+from ..yaw_response import YawResponse, yaw_response
 from .units import UNITS
 
 GRID, COARSE = 1500, 400
@@ -24,10 +25,10 @@ FLOOR = 2e-3
 """Share of a column's variance that no relation explains: sensors' noise and rounding."""
 RATE_FIT, SPEED_FIT, TURN_FIT, ANSWER_FIT = 0.9, 0.9, 0.75, 0.35
 """Least share of a column that its relation explains: an angle by its rate, a position or a speed by a velocity, the
-course by the heading, the yaw acceleration by a rudder beyond the yaw rate."""
+course by the heading, the yaw rate by its answer to a rudder beyond that at the same time."""
 SCALE, SCALE_WORTH = 0.2, 10.0
 """Largest difference of the logarithms of a measured factor and of a unit's, and what a difference takes off."""
-FAINT, AHEAD = 0.04, 3.0
+FAINT, AHEAD = 0.1, 3.0
 """Least share of a rudder's answer, and how much more it must explain beyond another column than that beyond it."""
 MOST_RIVALS = 3
 """Columns of which each may be the rudder where none is ahead."""
@@ -204,6 +205,7 @@ class Relations:
         pairs = itertools.permutations(motion.values, 2)
         fits = {pair: rate_fit(motion, *pair) for pair in pairs}
         self.rates = {pair: fit for pair, fit in fits.items() if fit[0] > RATE_FIT}
+        self.responses = dict[tuple[str, str], YawResponse | None]()
 
     # ---- heading and yaw rate
 
@@ -343,36 +345,34 @@ class Relations:
 
     # ---- rudder
 
-    def rudders(self, rate: np.ndarray, taken: set[str], unit: str) -> list[tuple[str, Meaning]]:
-        """Columns that the yaw rate, rad/s, answers: the one that is ahead of the others, or none.
-
-        Share of the yaw acceleration that they explain beyond the yaw rate, at the best lag of the columns.
-        """
-        width = max(3, self.width // 2)
-        slow = smooth(rate, width)
-        base, _ = np.linalg.qr(np.column_stack([slow, np.ones(slow.size)]))
-        wanted = _unit(_beside(base, np.gradient(slow, self.motion.step)))
-        answers = []
-        for name in self.motion.open():
-            if name not in taken and any(self._may_steer(name, u) for u in ANGLES):
-                answers.append((*_answer(base, wanted, smooth(self.motion.values[name], width)), name))
-        answers.sort(key=lambda entry: -entry[0])
+    def rudders(self, turning: str, rate: np.ndarray, taken: set[str], unit: str) -> list[tuple[str, Meaning]]:
+        """Columns that the yaw rate, of a column, answers: the one that is ahead of the others, or none."""
+        able = [n for n in self.motion.open() if n not in taken and any(self._may_steer(n, u) for u in ANGLES)]
+        tried = [(self._response(turning, rate, name), name) for name in able]
+        answers = sorted(((r, name) for r, name in tried if r is not None), key=lambda entry: -entry[0].beyond)
         if not answers:
             return []
-        best, series, _ = answers[0]
-        rivals = [entry for entry in answers[1:] if not _is_ahead(wanted, (best, series), entry[:2])]
-        faint = best < (FAINT if all(best > AHEAD * entry[0] for entry in answers[1:]) else ANSWER_FIT)
+        best = answers[0][0]
+        rivals = [entry for entry in answers[1:] if not _is_ahead(best, entry[0])]
+        faint = best.beyond < (FAINT if all(best.beyond > AHEAD * r.beyond for r, _ in answers[1:]) else ANSWER_FIT)
         if faint and len(answers) == 1:
             return []
         rivals = answers[1:] if faint else rivals
-        least = FAINT / AHEAD if best > FAINT else 1.0
-        able = [(share, name) for share, _, name in (answers[0], *rivals) if share > least][:MOST_RIVALS]
-        return [(name, self._helm(name, share, unit, len(able))) for share, name in able]
+        least = FAINT / AHEAD if best.beyond > FAINT else 1.0
+        told = [(r.beyond, name) for r, name in (answers[0], *rivals) if r.beyond > least][:MOST_RIVALS]
+        return [(name, self._helm(name, share, unit, len(told))) for share, name in told]
+
+    def _response(self, turning: str, rate: np.ndarray, name: str) -> YawResponse | None:
+        """The response to a column, in any unit of the yaw rate's column."""
+        if (turning, name) not in self.responses:
+            self.responses[turning, name] = yaw_response(self.motion.time, rate, self.motion.values[name])
+        return self.responses[turning, name]
 
     def _helm(self, name: str, share: float, unit: str, rivals: int) -> Meaning:
         units = [u for u in ("rad", "deg") if self._may_steer(name, u)]
         value = (worth(share) + (SAME_UNIT if units[0] == unit else 0.0)) / rivals
-        return Meaning("rudder", units[0], 1, f"explains {share:.1%} of the yaw acceleration", value)
+        why = f"the yaw rate follows it: {share:.1%} beyond what it is at the same time"
+        return Meaning("rudder", units[0], 1, why, value)
 
     def _may_steer(self, name: str, unit: str) -> bool:
         largest = float(np.abs(self.motion.values[name]).max()) * UNITS[unit].factor
@@ -390,27 +390,13 @@ def _unit(values: np.ndarray) -> np.ndarray:
     return values / size if size > 0.0 else values
 
 
-def _answer(base: np.ndarray, wanted: np.ndarray, helm: np.ndarray) -> tuple[float, np.ndarray]:
-    """Share of a wanted series of norm one that a helm explains beyond a base, at its best lag, and that helm (n,)."""
-    n = wanted.size
-    best = (0.0, np.zeros(n))
-    for lag in sorted({0, *np.geomspace(1, max(2, n // 30), 8).astype(int).tolist()}):
-        late = np.concatenate([np.full(lag, helm[0]), helm[: n - lag]])
-        series = _unit(_beside(base, late))
-        best = max(best, (float(wanted @ series) ** 2, series), key=lambda entry: entry[0])
-    return best
-
-
-def _is_ahead(wanted: np.ndarray, one: tuple[float, np.ndarray], other: tuple[float, np.ndarray]) -> bool:
-    """Whether a column explains much more beyond another one than that beyond it: (share, series of norm one) each."""
-    both = _share_of_both(wanted, one[1], other[1])
-    return both - other[0] >= AHEAD * (both - one[0])
-
-
-def _share_of_both(wanted: np.ndarray, first: np.ndarray, second: np.ndarray) -> float:
-    """Share of a wanted series of norm one that two others of norm one explain together."""
+def _is_ahead(one: YawResponse, other: YawResponse) -> bool:
+    """Whether a column explains much more beyond another one than that beyond it."""
+    wanted, first, second = (_unit(values - values.mean()) for values in (one.rate, one.answer, other.answer))
     beside = _unit(second - first * float(first @ second))
-    return float(wanted @ first) ** 2 + float(wanted @ beside) ** 2
+    alone = float(wanted @ first) ** 2
+    both = alone + float(wanted @ beside) ** 2
+    return both - float(wanted @ second) ** 2 >= AHEAD * (both - alone)
 
 
 def _course_fit(north: np.ndarray, east: np.ndarray, psi: np.ndarray) -> tuple[float, float]:
@@ -506,7 +492,8 @@ def _completed(
         told |= track.meanings
         told |= _body(_unique(relations.velocities(track, psi, set(told))))
     turning = motion.si(*rate) if rate is not None else np.gradient(smooth(psi, relations.width), motion.step)
-    helms = relations.rudders(turning, set(told) | set(motion.known), of.unit) if not motion.of("rudder") else []
+    column, taken = rate[0] if rate is not None else name, set(told) | set(motion.known)
+    helms = relations.rudders(column, turning, taken, of.unit) if not motion.of("rudder") else []
     for helm in helms or [None]:
         yield told | ({helm[0]: helm[1]} if helm else {})
 

@@ -42,8 +42,8 @@ def _whole(digits: np.ndarray) -> np.ndarray:
 
 
 def _seconds(parts: list[np.ndarray], nanoseconds: np.ndarray) -> np.ndarray | None:
-    """Seconds since 1970 (N,) of year, month, day, hour, minute and second; None where they are no moment, or one that
-    nanoseconds since 1970 do not hold."""
+    """Seconds since 1970 (N,) of year, month, day, hour, minute and second; None where they are no moment, or one of
+    other centuries."""
     year, month, day, hour, minute, second = parts
     if (year < 1700).any() or (year > 2200).any() or (month < 1).any() or (month > 12).any() or (day < 1).any():
         return None
@@ -53,4 +53,4 @@ def _seconds(parts: list[np.ndarray], nanoseconds: np.ndarray) -> np.ndarray | N
     days = first.astype("datetime64[D]").astype(np.int64) + day - 1
     if (day > 28).any() and (days.astype("datetime64[D]").astype("datetime64[M]") != first).any():
         return None
-    return ((86400 * days + 3600 * hour + 60 * minute + second) * 10**9 + nanoseconds) / 1e9
+    return 86400 * days + 3600 * hour + 60 * minute + second + nanoseconds / 1e9

@@ -7,6 +7,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+RADIUS_M, FLATTENING = 6378137.0, 1.0 / 298.257223563
+"""The ellipsoid WGS 84."""
+MOST_STEPS, CLOSE_RAD = 50, 1e-14
+
 
 @dataclass(frozen=True)
 class Plane:
@@ -25,21 +29,49 @@ class Plane:
 def on_plane(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray, Plane]:
     """North and east (N,), m, of positions (N,), rad; azimuthal equidistant projection of WGS 84 about the first.
 
-    pyproj; Snyder 1987, Map Projections: A Working Manual, USGS PP 1395, ch. 25.  nan stays nan.
+    Snyder 1987, Map Projections: A Working Manual, USGS PP 1395, ch. 25: distance and course of the geodesic.  nan
+    stays nan.
     """
-    import pyproj
-
-    known = np.isfinite(latitude) & np.isfinite(longitude)
-    first = int(known.argmax())
+    first = int((np.isfinite(latitude) & np.isfinite(longitude)).argmax())
     origin = (float(latitude[first]), float(longitude[first]))
-    text = f"+proj=aeqd +lat_0={math.degrees(origin[0])!r} +lon_0={math.degrees(origin[1])!r} +ellps=WGS84 +units=m"
-    project = pyproj.Proj(text)
-    north, east = np.full(latitude.size, np.nan), np.full(latitude.size, np.nan)
-    east[known], north[known] = project(np.degrees(longitude[known]), np.degrees(latitude[known]))
-    far = int(np.nanargmax(np.hypot(north, east)))
-    factors = project.get_factors(np.degrees(longitude[far]), np.degrees(latitude[far]))
-    scale = max(abs(factors.tissot_semimajor - 1.0), abs(factors.tissot_semiminor - 1.0))
-    return north, east, Plane(*origin, scale, abs(float(np.radians(factors.meridian_convergence))))
+    distance, course, course_there, arc = geodesics(*origin, latitude, longitude)
+    far = int(np.nanargmax(distance))
+    scale = float(arc[far] / math.sin(arc[far]) - 1.0) if arc[far] else 0.0
+    turned = (course_there[far] - course[far] + math.pi) % (2.0 * math.pi) - math.pi
+    return distance * np.cos(course), distance * np.sin(course), Plane(*origin, scale, abs(float(turned)))
+
+
+def geodesics(
+    latitude: float, longitude: float, latitudes: np.ndarray, longitudes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Distance, m, course here and there, rad, and arc, rad, of the geodesics of WGS 84 from a place to others (N,).
+
+    Vincenty 1975, Direct and inverse solutions of geodesics on the ellipsoid, Survey Review 23(176), eqs. 10 to 21;
+    within 1e-4 m, but for places on the other side of the earth.
+    """
+    own, others = math.atan((1.0 - FLATTENING) * math.tan(latitude)), np.arctan((1.0 - FLATTENING) * np.tan(latitudes))
+    sin1, cos1, sin2, cos2 = math.sin(own), math.cos(own), np.sin(others), np.cos(others)
+    east = np.remainder(longitudes - longitude + math.pi, 2.0 * math.pi) - math.pi
+    angle = east
+    for _ in range(MOST_STEPS):
+        across, along = cos2 * np.sin(angle), np.sin(others - own) + 2.0 * sin1 * cos2 * np.sin(0.5 * angle) ** 2
+        sin_arc, cos_arc = np.hypot(across, along), sin1 * sin2 + cos1 * cos2 * np.cos(angle)
+        arc = np.arctan2(sin_arc, cos_arc)
+        sin_azimuth = cos1 * across / np.where(sin_arc > 0.0, sin_arc, 1.0)
+        square = 1.0 - sin_azimuth**2
+        middle = cos_arc - 2.0 * sin1 * sin2 / np.where(square > 1e-15, square, np.inf)
+        c = FLATTENING / 16.0 * square * (4.0 + FLATTENING * (4.0 - 3.0 * square))
+        more = arc + c * sin_arc * (middle + c * cos_arc * (2.0 * middle**2 - 1.0))
+        former, angle = angle, east + (1.0 - c) * FLATTENING * sin_azimuth * more
+        if np.nanmax(np.abs(angle - former)) < CLOSE_RAD:
+            break
+    u = square * ((1.0 / (1.0 - FLATTENING)) ** 2 - 1.0)
+    a = 1.0 + u / 16384.0 * (4096.0 + u * (-768.0 + u * (320.0 - 175.0 * u)))
+    b = u / 1024.0 * (256.0 + u * (-128.0 + u * (74.0 - 47.0 * u)))
+    third = b / 6.0 * middle * (4.0 * sin_arc**2 - 3.0) * (4.0 * middle**2 - 3.0)
+    less = b * sin_arc * (middle + b / 4.0 * (cos_arc * (2.0 * middle**2 - 1.0) - third))
+    there = np.arctan2(cos1 * np.sin(angle), cos1 * sin2 * np.cos(angle) - sin1 * cos2)
+    return (1.0 - FLATTENING) * RADIUS_M * a * (arc - less), np.arctan2(across, along), there, arc
 
 
 def headings_of_track(north: np.ndarray, east: np.ndarray, time: np.ndarray, least_m_s: float) -> np.ndarray:

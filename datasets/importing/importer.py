@@ -5,8 +5,8 @@ from __future__ import annotations
 import datetime
 import os
 from collections import Counter
+from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Dict
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -41,8 +41,6 @@ Aside: TypeAlias = "dict[str, dict[str, Any]]"
 """Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
 RUDDER_SIDE, VARIATION = "rudder side", "variation"
 """Ids of the questions for the side of a positive rudder, and for the magnetic variation."""
-SURELY, SURELY_AGAINST = 0.4, 0.5
-"""Certainty of the yaw response from which on it tells the rudder's side, and contradicts what the file states."""
 LED_BY_TRACK = {"latitude", "north", "velocity_north", "speed_over_ground"}
 """Quantities of the logger that leads a run without rudder, heading and yaw rate."""
 SAME_RUN = 5.0
@@ -287,7 +285,7 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     timed = [time.question for time in log.times.values() if time.question is not None]
     used = {f.table.label for f in log.findings if f.may_be}
     timed = [question for question in timed if question.table in used]
-    questions = [*timed, *log.proposals, *(question for f in log.findings for question in f.questions)]
+    questions = [*timed, *log.proposals, *(question for f in _first(log.findings) for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
     entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
     idle = [table for table in tables if table.label not in used and not faults and _in_map(table, entries)]
@@ -304,6 +302,15 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     if made is not None:
         made = made.model_copy(update=_answered_whole(answers))
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
+
+
+def _first(findings: Sequence[Finding]) -> Iterator[Finding]:
+    """The findings without those of headings and sways whose way the track tells once its own axes are answered."""
+    tracks = {f.table.label for f in findings if f.questions and set(f.may_be) == {"north", "east"}}
+    for found in findings:
+        waits = found.table.label in tracks and found.quantity in ("heading", "sway")
+        if not (waits and all(question.about == "sign" for question in found.questions)):
+            yield found
 
 
 def _answered_whole(answers: Dict[str, str]) -> dict[str, str]:
@@ -551,10 +558,10 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
     told = steering_side(record)
     if record.has(*TWIN):
         return (record, *_twin(record, told), [])
-    if stated and (told is None or told[0] == stated or told[1] < SURELY_AGAINST):
+    if stated and (told is None or told[0] == stated):
         record = replace(record, meta=replace(record.meta, positive_rudder=stated))
         return record, [f"{record.name}: positive rudder to {stated}, as the file states"], [], []
-    if told is not None and not stated and told[1] >= SURELY:
+    if told is not None and not stated:
         record = replace(record, meta=replace(record.meta, positive_rudder=told[0]))
         return (
             record,
@@ -578,7 +585,7 @@ def _twin(record: Record, told: tuple[Side, float] | None) -> tuple[list[str], l
     """What the yaw response says of two propellers that steer."""
     if told is None:
         return [f"{record.name}: the yaw response does not tell which propeller is to port; as named or answered"], []
-    if told[0] == "starboard" or told[1] < SURELY_AGAINST:
+    if told[0] == "starboard":
         return [f"{record.name}: more thrust to port turns the ship to {told[0]} (confidence {told[1]:.0%})"], []
     hint = "port and starboard exchanged? exchange the two columns in the mapping"
     return [], [Fault(record.name, "the ship turns against its two propellers", hint, column=TWIN[0])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable
 from collections.abc import Mapping as Dict
@@ -59,10 +60,14 @@ def _speed(log: Log, found: Finding) -> Finding:
     for name, speed in speeds(tracks):
         size = size_ratio(speed, raw)
         units = [found.unit] if found.unit is not None else [UNITS[name] for name in ("kn", "m/s", "km/h")]
-        unit = next((u for u in units if size and abs(size / (u.factor * found.factor) - 1.0) < SAME), None)
-        if unit is not None:
-            decided = _decided(found, "speed_over_ground", f"speed over ground: agrees with the speed of {name}")
-            return decided if found.unit is not None else decided.told("other channel", unit.name, unit=unit)
+        parts = (1.0, 0.1) if found.unit is None and not np.any(np.nan_to_num(found.column.numbers) % 1.0) else (1.0,)
+        for unit, part in itertools.product(units, parts):
+            factor = part * found.factor
+            if size and abs(size / (unit.factor * factor) - 1.0) < SAME:
+                decided = _decided(found, "speed_over_ground", f"speed over ground: agrees with the speed of {name}")
+                said = unit.name if part == 1.0 else f"{part:g} {unit.name}"
+                own = {"unit": unit, "factor": factor}
+                return decided if found.unit is not None else decided.told("other channel", said, **own)
     return found
 
 

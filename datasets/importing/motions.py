@@ -2,8 +2,8 @@
 
 A ship drifts outward in a turn, later than it turns: course(t) = heading(t) - a r(t) - b r_T(t) + const., a, b >= 0,
 with r_T the yaw rate r through a first-order lag T; that is sway over yaw of the linear equations of manoeuvring
-(Nomoto et al. 1957, Int. Shipb. Progr. 4).  The yaw follows the rudder: dr/dt = k rudder + a r + b r|r| + c r^3 + d.
-The offset is the one that leaves the least of course and yaw acceleration.
+(Nomoto et al. 1957, Int. Shipb. Progr. 4).  The yaw rate answers the rudder (`yaw_response`).  The offset is the one
+that leaves the least of course and yaw rate.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ...models.linear_algebra import lstsq
 from ..angles import unwrapped
 from ..signals import integral
+from ..yaw_response import yaw_response
 from .convert import Stream
 from .geodesy import on_plane
 
@@ -30,12 +30,11 @@ POINTS, FINE = 300, 0.25
 FEW, MANY, OVERLAP, FEWEST = 121, 401, 0.4, 40
 """Offsets that are tried near 0 and anywhere, share of the shorter log that must overlap, and fewest samples."""
 COURSE_LEFT, YAW_LEFT, ALIKE = 0.02, 0.12, 2.0
-"""Shares of course and yaw acceleration that may be left, and times the least that is as good as it."""
+"""Shares of course and yaw rate that may be left, and times the least that is as good as it."""
 MOST_BY_RUDDER_S = 30.0
 """Largest offset that the rudder tells: zigzags repeat themselves."""
 LAGS_S = (0.0, 0.7, 1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 17.0, 25.0, 38.0, 57.0)
-WINDOWS_S = (1.0, 2.0, 4.0, 8.0, 16.0)
-"""Time constants that are tried for the drift, and means over time for the yaw acceleration."""
+"""Time constants that are tried for the drift."""
 LEAST_TURN_RAD = 0.2
 NEAR_S = 1.0
 """Seconds by which an offset may miss the range of those that explain nearly as much."""
@@ -77,9 +76,8 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
             continue
         near = near_s if told == course else min(near_s or 0.0, MOST_BY_RUDDER_S)
         window = one.window_s if sign > 0.0 else other.window_s
-        ways = [(_by_rudder(w), YAW_LEFT) for w in WINDOWS_S]
-        ways = [(_by_course(window), COURSE_LEFT)] if told == course else ways
-        found = next((f for left, most in ways if (f := _searched(led, leader, left, most, near))), None)
+        left, most = (_by_course(window), COURSE_LEFT) if told == course else (_by_rudder, YAW_LEFT)
+        found = _searched(led, leader, left, most, near)
         if found is not None:
             low, high = sorted((sign * found[1], sign * found[2]))
             return Lag(sign * found[0], low, high, told, told == course)
@@ -235,31 +233,11 @@ def _lagged(values: np.ndarray, step: float, lag: float) -> np.ndarray:
     return lfilter([1.0 - kept], [1.0, -kept], values - values[0]) + values[0]
 
 
-def _by_rudder(window_s: float) -> Left:
-    """A function for the share of the yaw acceleration that rudder and yaw rate leave, in means over a time."""
-
-    def left(turn: Curve, rudder: Curve, offset: float) -> float:
-        shared = _common(turn, rudder, offset)
-        if shared is None:
-            return math.nan
-        time, psi = shared
-        width = max(1, round(window_s / float(time[1] - time[0])))
-        if time.size < FEWEST + 4 * width:
-            return math.nan
-        rate = np.gradient(_mean(psi, width), time)
-        acceleration, angle = np.gradient(rate, time), _mean(np.interp(time - offset, *rudder), width)
-        columns = np.column_stack([angle, rate, rate * np.abs(rate), rate**3, np.ones(time.size)])
-        columns, acceleration = columns[2 * width : -2 * width], acceleration[2 * width : -2 * width]
-        columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
-        rest = acceleration - columns @ lstsq(columns, acceleration)
-        power = float(np.sum((acceleration - acceleration.mean()) ** 2))
-        return float(rest @ rest) / power if power > 0.0 else math.nan
-
-    return left
-
-
-def _mean(values: np.ndarray, width: int) -> np.ndarray:
-    """Values (N,) in means over a number of samples, twice."""
-    from scipy.ndimage import uniform_filter1d
-
-    return uniform_filter1d(uniform_filter1d(values, width), width)
+def _by_rudder(turn: Curve, rudder: Curve, offset: float) -> float:
+    """The share of the yaw rate that its response to the rudder leaves, without a lag of its own."""
+    shared = _common(turn, rudder, offset)
+    if shared is None:
+        return math.nan
+    time, psi = shared
+    told = yaw_response(time, np.gradient(psi, time), np.interp(time - offset, *rudder), lags=(0,))
+    return 1.0 - told.share if told is not None else math.nan

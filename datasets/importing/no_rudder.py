@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping as Dict
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
 
-from ...models.errors import BadInput
-from ..record import Record
-from ..rudder_sign import SIGN_SHARE, steering_side
+from ..rudder_sign import SIGN_SHARE
+from ..yaw_response import yaw_response
 from .draft import Answer, Question
 from .evidence import Series, together
 from .finding import WITH_SIDE, Finding
@@ -36,10 +34,6 @@ DECIDED = ("the map says so", "not used, as answered")
 """Why a column is not used that the user left out."""
 ACCELERATIONS = frozenset({"accel", "acceleration", "acc", "accy"})
 """Words for what a yaw rate follows as it does a rudder."""
-SURELY = 0.5
-"""Share of the yaw rate that a column must explain that is not said to be an angle, or to be something else."""
-SHIFTS, RARE = 13, 0.85
-"""Other times at which a column is tried, and the quantile of what it explains there that it must reach at its own."""
 
 
 def questions(tables: Sequence[RawTable], log: Log, mapping: Mapping | None, answers: Dict[str, str]) -> list[Question]:
@@ -125,20 +119,10 @@ def _is_servo_like(found: Finding) -> bool:
 def _answered_by(log: Log, found: Finding, turning: Sequence[Series]) -> bool:
     """Whether a yaw rate answers the column as one answers a rudder; also where none can be compared with it."""
     series = log.series(found, raw=True)
-    compared = [] if series is None else [(r, share) for r in turning if (share := response(series, r)) is not None]
+    compared = [] if series is None else [share for r in turning if (share := response(series, r)) is not None]
     if series is None or not compared:
         return not _is_refused(found)
-    rate, share = max(compared, key=lambda pair: abs(pair[1]))
-    if unit_of(found.column.unit, "angle") and not _is_refused(found):
-        return abs(share) >= SIGN_SHARE
-    return abs(share) >= SURELY and _by_its_times(series, rate, abs(share))
-
-
-def _by_its_times(steering: Series, rate: Series, share: float) -> bool:
-    """Whether the yaw rate is explained better than by the same column at other times, as slow changes are not."""
-    moves = [k * steering.values.size // (SHIFTS + 1) for k in range(1, SHIFTS + 1)]
-    shifted = [response(replace(steering, values=np.roll(steering.values, move)), rate) for move in moves]
-    return share >= float(np.quantile([abs(other or 0.0) for other in shifted], RARE))
+    return any(compared)
 
 
 def response(steering: Series, rate: Series) -> float | None:
@@ -147,13 +131,8 @@ def response(steering: Series, rate: Series) -> float | None:
     shared = together(steering, rate)
     if shared is None or not np.ptp(shared[1]) > 0.0 or not np.ptp(shared[2]) > 0.0:
         return None
-    time, angle, turning = shared
-    try:
-        record = Record(time, {"rudder_rad": angle - np.median(angle), "yaw_rate_rad_s": turning})
-    except BadInput:
-        return None
-    told = steering_side(record)
-    return 0.0 if told is None else told[1] * (1.0 if told[0] == "starboard" else -1.0)
+    told = yaw_response(shared[0], shared[2], shared[1])
+    return told.share * told.gain if told is not None and told.is_sure(SIGN_SHARE) else 0.0
 
 
 def _which_rudder(tables: Sequence[RawTable], able: Sequence[Finding]) -> Question:

@@ -20,8 +20,6 @@ from .quantities import word_list
 from .units import UNITS, unit_of
 
 PORT, STARBOARD = "thrust_port", "thrust_starboard"
-SURELY = 0.4
-"""Share of the yaw rate that the difference of two propellers must explain to be told by it."""
 PULSE_US, NEUTRAL_US = (700.0, 2300.0), 1500.0
 MOST = 24
 """Columns without a name of a side above which pairs are not tried."""
@@ -51,8 +49,8 @@ def settle(log: Log, answers: Dict[str, str]) -> None:
     if not pairs:
         return
     best = max(pairs, key=lambda pair: (pair.sided, abs(pair.share or 0.0)))
-    against = best.sided and best.signed and best.share is not None and best.share < -SURELY
-    agrees = best.signed and best.share is not None and best.share >= SURELY
+    against = best.sided and best.signed and best.share is not None and best.share < 0.0
+    agrees = best.signed and best.share is not None and best.share > 0.0
     if best.sided and (agrees or (_in_newtons(log, best) and not against)):
         why = "the names state the side" + (", and the yaw rate answers their difference" if agrees else "")
         _use(log, best.port, best.starboard, why)
@@ -86,12 +84,12 @@ def _pairs(log: Log) -> Iterator[_Pair]:
                 continue
             i, j = own[columns[ports[0]].name], own[columns[starboards[0]].name]
             pair = _pair(log, i, j, sided=True)
-            if _drives(key[0]) or (abs(pair.share or 0.0) >= SURELY and _opposed(log, i, j)):
+            if _drives(key[0]) or (pair.share and _opposed(log, i, j)):
                 done |= {i, j}
                 yield pair
         rest = [i for i in own.values() if i not in done]
         if not done and len(rest) <= MOST:
-            yield from (pair for pair in _numbered(log, rest) if pair.share is not None and abs(pair.share) >= SURELY)
+            yield from (pair for pair in _numbered(log, rest) if pair.share)
 
 
 def _may_drive(found: Finding) -> bool:

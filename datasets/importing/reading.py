@@ -112,6 +112,8 @@ def _from_header(base: Finding) -> Finding:
     positive = header.positive or next((s for text in column.said if (s := sign_stated(text)[0])), "")
     found = replace(base, may_be=name.may_be, why=(name.why,))
     found = _with_unit(found, header, suffix, said)
+    if name.extra and not found.may_be:  # the name is doubtful, and its unit is none of what it may mean
+        return base.unused(Named().why)
     found = _with_sign(found, positive)
     found = _doubted(found, name) if name.extra else found
     found = _with_times(found, header.times) if header.times != 1.0 and found.unit is not None else found

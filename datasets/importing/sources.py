@@ -26,7 +26,9 @@ from .formats.mavlink_text import looks_like_mavlink_text, read_mavlink_text
 from .formats.messages import with_messages
 from .formats.moos import looks_like_alog, read_alog
 from .formats.n2k import looks_like_n2k, read_n2k
+from .formats.named_values import looks_like_named_values, read_named_values
 from .formats.pospac import with_pospac
+from .formats.program_headers import with_plain_header
 from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet
 from .formats.signalk import with_signal_k
@@ -55,6 +57,7 @@ TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]]
     (looks_like_alog, read_alog),
     (looks_transposed, read_transposed),
     (looks_like_nmea, read_nmea),
+    (looks_like_named_values, read_named_values),
 )
 """Kinds of text that are told by their first lines, and their readers."""
 
@@ -135,7 +138,7 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
     if known is not None:
         tables = known(text, path)
     else:
-        parts = read_parts(text, path, lambda part: read_text(part, encoding, path))
+        parts = read_parts(with_plain_header(text), path, lambda part: read_text(part, encoding, path))
         tables = [table for part in parts for table in by_instrument(part)]
     tables = [part for table in tables for part in with_messages(_bounded(table, path))]
     return [with_px4(with_ros(with_pospac(with_signal_k(table)))) for table in tables]

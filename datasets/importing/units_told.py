@@ -48,6 +48,10 @@ def by_channel(log: Log, found: Finding) -> Finding:
         unit = nearest(size / found.factor, candidates(dimension), WITHIN[dimension])
         if unit is not None:
             return found.told("other channel", f"{unit.name}: agrees with {name}", unit=unit)
+        tenth = nearest(10.0 * size / found.factor, candidates(dimension), WITHIN[dimension])
+        if tenth is not None and dimension == "speed" and not np.any(np.nan_to_num(found.column.numbers) % 1.0):
+            factor = 0.1 * found.factor
+            return found.told("other channel", f"0.1 {tenth.name}: agrees with {name}", unit=tenth, factor=factor)
     return found
 
 

@@ -206,6 +206,8 @@ def _with_units(table: RawTable) -> RawTable:
 def _unit_of_ais(column: RawColumn) -> str:
     may_be = _may_be(column)
     stated = read_header(column.name, "").units
+    if "speed_over_ground" in may_be and column.numeric and not np.any(np.nan_to_num(column.numbers) % 1.0):
+        return ""  # whole numbers: knots, or tenths of them as the messages hold
     return next((unit for quantity, unit in UNITS_OF_AIS.items() if quantity in may_be and not stated), "")
 
 

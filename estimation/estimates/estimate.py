@@ -14,6 +14,7 @@ from ...datasets.display import Curve, continuous, time_figure
 from ...datasets.record import Record
 from ...models.display import html_table
 from ...models.errors import BadInput, FitFailed
+from ...models.extras import extras_told
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -96,6 +97,7 @@ class Estimate:
 
         return prediction_scores(self.model, listed(records), self.predictor)
 
+    @extras_told()
     def residual_report(self, records: Record | Sequence[Record], horizon: str = "free") -> pd.DataFrame:
         """Statistics of measured minus predicted samples, pooled over one record or several.
 
@@ -137,6 +139,7 @@ class Estimate:
             raise BadInput(f"{self.method} has no parameters", hint="a black box has no coefficients")
         return identifiability(self.model, [hull_record(record, self.model) for record in listed(records)])
 
+    @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
         """Published parameters: a row each, with unit, estimate and stderr; no rows for a black box."""
         import pandas as pd

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Path: TypeAlias = "str | PathLike[str]"
 AUTO = "auto"
 """Stands for every model that the records allow."""
+METHOD = "output-error"
+"""The method that identifies where none is named."""
 
 
 def as_model(model: Model | Path) -> Model:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 from ..estimation.judgement import assessment, comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput
+from ..models.extras import extras_told
 from .admission import admit, refuse_copies, rudder_sign_doubt, warn_of
 from .arguments import AUTO, as_model, as_records
 from .documents import content_writer, write_together
@@ -51,6 +52,7 @@ class Assessment(assessment.Assessment, Result):
         """Plain values for identification.json: the figures of the page."""
         return super().to_json() | {"statement": self.statement()}
 
+    @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
         """The parameters: a row each, with unit, value, stderr, low, high and bound."""
         import pandas as pd
@@ -108,6 +110,7 @@ class Comparison(comparison.Comparison):
 
         return compared(self)
 
+    @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
         """A row a candidate: model, method, coefficients, error, RMSE and R² of every channel, time and reason."""
         import pandas as pd

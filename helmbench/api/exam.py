@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..models.argument_types import typed
+from ..models.extras import extras_told
 from ..models.plain import plain
 from .diagnosis import shown_stages
 from .documents import content_writer, json_text, write_together
@@ -35,6 +36,7 @@ class ExamScores:
 
         return text(self.scores, self.answers)
 
+    @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
         """A row an entrant and kind of world."""
         import pandas as pd

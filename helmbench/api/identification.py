@@ -14,7 +14,7 @@ from ..estimation.judgement.comparison import Comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput, CannotFit
 from .admission import admit, refuse_copies, warn_of
-from .arguments import AUTO, as_model, as_records, check_numbers, check_seed
+from .arguments import AUTO, METHOD, as_model, as_records, check_numbers, check_seed
 
 if TYPE_CHECKING:
     from ..methods.base import Method
@@ -126,11 +126,13 @@ def simulate(
     """
     from ..datasets.disturbances import parse_disturbance
     from ..datasets.generator import record_run
-    from ..datasets.manoeuvres import parse_manoeuvre
+    from ..datasets.manoeuvres import KINDS, parse_manoeuvre
     from ..datasets.sensors import parse_noise
 
     check_seed(seed)
     check_numbers(duration_s=duration_s, dt_s=dt_s)
+    if isinstance(model, str) and model.partition(":")[0] in KINDS:
+        raise BadInput(f"{model!r} is a manoeuvre, not a model", hint="first the vessel, then the manoeuvre")
     return record_run(
         as_model(model),
         parse_manoeuvre(manoeuvre),
@@ -164,8 +166,8 @@ def identify(
         records (`build_model`); with a method it also tries every family that needs no constants of a ship, and the
         vessels that the records name (`compare`), and takes the best of them where it predicts as well ahead or its
         free runs follow the records better.
-    method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine' (`list_methods`);
-        'auto' needs none.
+    method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine' (`list_methods`).
+        None: 'output-error'; with 'auto' no method beside the built model.
     validate : held-out records: 'auto' chooses by them (without any each record, or block of time, is left out in
         turn), and `assess`, `to_html` and `write` of the result judge by them.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
@@ -195,9 +197,8 @@ def identify(
         return replace(found, held_out=tuple(others))
     if particulars is not None:
         raise BadInput("particulars beside a model", hint="they go with the model 'auto'")
-    if method is None:
-        raise BadInput("no method", hint="give one (`list_methods`); only the model 'auto' needs none")
-    structure, fitter = as_model(model), make(method) if isinstance(method, str) else method
+    chosen = METHOD if method is None else method
+    structure, fitter = as_model(model), make(chosen) if isinstance(chosen, str) else chosen
     read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
     refuse_copies(read, others)
     warn_of(admit(read, structure))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..estimation.indices import result
 from ..models.argument_types import typed
+from ..models.extras import extras_told
 from .results import Told
 
 if TYPE_CHECKING:
@@ -43,6 +44,7 @@ class ModelFromIndices(result.ModelFromIndices, Told):
             "excess": self.excess,
         }
 
+    @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
         """The parameters: a row each, with unit, value, low and high, which are nan where it is not determined."""
         import pandas as pd
@@ -51,6 +53,7 @@ class ModelFromIndices(result.ModelFromIndices, Told):
         index = pd.Index([row.name for row in self.parameters], name="parameter")
         return pd.DataFrame(rows, index=index, columns=pd.Index(["unit", "value", "low", "high"]))
 
+    @extras_told()
     def indices_to_dataframe(self) -> pd.DataFrame:
         """The indices: a row each, in the unit of its key."""
         import pandas as pd

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..models.argument_types import typed
 from ..models.errors import BadInput, visible
+from ..models.extras import extras_told
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from ..reporting.leaderboard.board import Leaderboard
     from ..reporting.leaderboard.comparing import Changes
 
+QUICK = "quick"
+"""The suite that is run where none is named."""
 STATUSES = ("ok", "failed", "not_applicable")
 
 
@@ -64,12 +67,14 @@ class SuiteResults:
         """The failed runs in words -> how many failed so."""
         return dict(Counter(map(self._kind().describe, self._failed())))
 
+    @extras_told()
     def runs(self) -> pd.DataFrame:
         """A row a run, as in results.parquet (suites of kind diagnosis: diagnosis.parquet)."""
         from ..bench.store import read_tables
 
         return read_tables(self.directory)[0]
 
+    @extras_told()
     def parameters(self) -> pd.DataFrame:
         """A row a run and parameter, as in parameters.parquet (suites of kind diagnosis: diagnosis_sizes.parquet)."""
         from ..bench.store import read_tables
@@ -157,7 +162,7 @@ def run_suite(
     from ..bench.trust import check_trust
 
     folder = Path(directory)
-    given = Selection(suite or "quick", tuple(methods), tuple(vessels), seeds, seed)
+    given = Selection(suite or QUICK, tuple(methods), tuple(vessels), seeds, seed)
     resume = resume and _started(folder)
     if resume:
         stored = _stored_selection(folder)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from ..estimation.validation import result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
+from ..models.extras import extras_told
 from .admission import admit, rudder_sign_doubt
 from .arguments import as_model, as_records, labels, listed
 from .documents import content_writer, write_together
@@ -37,6 +38,7 @@ class Validation(result.Validation, Result):
 
     room, files, pictured = "validation", FILES, "measured channels and free runs"
 
+    @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
         """The scores: a row a model, record (None: all), channel (None: all) and horizon, with n, rmse and r2."""
         import pandas as pd

@@ -1,7 +1,7 @@
 """The command line: parses, calls what `import helmbench` offers, prints.  One file a command.
 
 Nothing heavy is imported before a command needs it.  Exit status: 0 done, 1 finished but some runs failed (they are
-listed), 2 bad input (one line, nothing written).
+listed) or `check` names what matters, 2 bad input (one line, nothing written).
 """
 
 from __future__ import annotations
@@ -96,9 +96,9 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
     except MemoryError as error:
         return complain(f"not enough memory ({error or 'the machine refused more'})", BAD_INPUT)
     except ModuleNotFoundError as error:
-        from ..models.extras import missing
+        from ..models.extras import missing_here
 
-        return complain(missing(error), BAD_INPUT)
+        return complain(missing_here(error), BAD_INPUT)
     except OSError as error:
         return complain(_refusal(error), BAD_INPUT)
     except ValueError as error:

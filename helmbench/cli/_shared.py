@@ -169,14 +169,14 @@ class TwoSets(Greedy):
                 formatter.write_dl(rows)
 
 
-def two_sets_options(train: str, held_out: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Add `--train` and `--held-out` with these helps, `--positive-rudder` and `--output`."""
+def two_sets_options(train: str, held_out: str, output: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Add `--train` and `--held-out` with these helps, `--positive-rudder`, and `--output` with this default."""
     rudder = "Side of a positive rudder in the files; overrides their sidecars."
     options = (
         click.option("--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help=train),
         click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help=held_out),
         click.option("--positive-rudder", type=SIDES, help=rudder),
-        click.option("-o", "--output", required=True, type=FILE, help="directory of the results"),
+        click.option("-o", "--output", default=output, show_default=True, type=FILE, help="directory of the results"),
     )
 
     def decorate(function: Callable[P, R]) -> Callable[P, R]:

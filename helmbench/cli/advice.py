@@ -17,7 +17,12 @@ from ._shared import FILE, METHOD, NUMBER, WholeRange, output_options, print_jso
 @click.option("--jobs", type=WholeRange(min=1), help="Worker processes, at most one a processor.")
 @click.option("--timeout", type=NUMBER, help="Seconds until a run is ended and stored as failed.")
 @click.option(
-    "-o", "--output", required=True, type=FILE, help="directory of the runs and the page; goes on where it stopped"
+    "-o",
+    "--output",
+    default="advice-results",
+    show_default=True,
+    type=FILE,
+    help="directory of the runs and the page; goes on where it stopped",
 )
 @output_options
 def advice(

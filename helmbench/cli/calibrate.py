@@ -1,4 +1,4 @@
-"""`helmbench calibrate --model M --train RECORD... --held-out RECORD... -o DIR`."""
+"""`helmbench calibrate --model M --train RECORD... --held-out RECORD... [-o DIR]`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ._shared import (
 
 @click.command(cls=TwoSets)
 @click.option("--model", required=True, type=MODEL, help="Vessel id or model.json, 3-DOF.")
-@two_sets_options("Records.", "Records that are scored at the end.")
+@two_sets_options("Records.", "Records that are scored at the end.", "calibrate-results")
 @force_option
 @output_options
 def calibrate(

@@ -6,7 +6,10 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, SIDES, check_folder, echo, force_option, output_options, print_json, show_files
+from ._shared import FILE, OK, SIDES, check_folder, echo, force_option, output_options, print_json, show_files
+
+MATTERS = 1
+"""Exit status where a finding matters."""
 
 
 @click.command()
@@ -17,11 +20,11 @@ from ._shared import FILE, SIDES, check_folder, echo, force_option, output_optio
 @output_options
 def check(
     records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, force: bool, as_json: bool, quiet: bool
-) -> None:
+) -> int:
     """Name the faults of sensors and files; needs no model.
 
     Time stamps, frozen samples, jumps, units, signs, exchanged columns; biases, scales, delays and offsets of heading,
-    yaw rate, velocities and positions.
+    yaw rate, velocities and positions.  Exit status 0: nothing that matters, 1: a finding that matters.
     """
     import helmbench
 
@@ -36,3 +39,4 @@ def check(
     elif not quiet:
         echo(found.summary())
         show_files(paths)
+    return MATTERS if any(finding.material for finding in found.findings) else OK

@@ -1,4 +1,4 @@
-"""`helmbench diagnose [--model M] --train RECORD... --held-out RECORD... -o DIR`."""
+"""`helmbench diagnose [--model M] --train RECORD... --held-out RECORD... [-o DIR]`."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class Diagnose(TwoSets):
 
 @click.command(cls=Diagnose)
 @click.option("--model", type=MODEL, help="Vessel id, family id or model.json.  [default: build one from the records]")
-@two_sets_options("Records to name the causes with.", "Records to measure the gain with.")
+@two_sets_options("Records to name the causes with.", "Records to measure the gain with.", "diagnose-results")
 @click.option(
     "--base-parameters",
     type=click.Choice(["file", "identify"]),

@@ -75,7 +75,7 @@ def make(
 @exam.command("answer")
 @EXAM
 @click.option("--diagnoser", required=True, type=Identifier("diagnosers"), help="Its name, or path.py:Class.")
-@click.option("-o", "--output", required=True, type=FILE, help="directory of the submission")
+@click.option("-o", "--output", default="submission", show_default=True, type=FILE, help="directory of the submission")
 @output_options
 def answer(folder: Path, diagnoser: str, output: Path, as_json: bool, quiet: bool) -> int:
     """Answer an exam with a diagnoser of helmbench; writes submission.json and the predicted motion."""

@@ -12,7 +12,7 @@ from ._shared import FILE, FORMATS, MODEL, check_folder, force_option, output_op
 @click.command("export")
 @click.argument("model", type=MODEL)
 @click.option("--to", required=True, type=FORMATS, help="What the files are for.")
-@click.option("-o", "--output", required=True, type=FILE, help="Folder of the files.")
+@click.option("-o", "--output", default="export", show_default=True, type=FILE, help="Folder of the files.")
 @force_option
 @output_options
 def export(model: str, to: str, output: Path, force: bool, as_json: bool, quiet: bool) -> None:

@@ -19,7 +19,7 @@ def identibench() -> None:
 @click.argument("suite", type=SUITE)
 @click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
 @click.option("--seeds", type=WholeRange(1, 1_000_000), help="Number of seeds; default: the suite's.")
-@click.option("-o", "--output", required=True, type=FILE, help="directory of the problems")
+@click.option("-o", "--output", default="problems", show_default=True, type=FILE, help="directory of the problems")
 @output_options
 def export(suite: str, vessels: tuple[str, ...], seeds: int | None, output: Path, as_json: bool, quiet: bool) -> None:
     """Write the problems of an identification suite as HDF5 files, for identibench or any other program."""
@@ -34,7 +34,14 @@ def export(suite: str, vessels: tuple[str, ...], seeds: int | None, output: Path
 
 @identibench.command("import")
 @click.option("--data-root", type=FILE, help="identibench's data; default: IDENTIBENCH_DATA_ROOT, ~/.identibench_data.")
-@click.option("-o", "--output", required=True, type=FILE, help="directory of the records and suite.yaml")
+@click.option(
+    "-o",
+    "--output",
+    default="identibench-records",
+    show_default=True,
+    type=FILE,
+    help="folder of records and suite.yaml",
+)
 @output_options
 def suite(data_root: Path | None, output: Path, as_json: bool, quiet: bool) -> None:
     """Write identibench's ship set as records, with a suite of every method on them."""

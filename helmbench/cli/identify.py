@@ -1,4 +1,4 @@
-"""`helmbench identify RECORD... --model M --method X -o model.json`."""
+"""`helmbench identify RECORD... --model M [--method X] [-o DIR]`."""
 
 from __future__ import annotations
 
@@ -58,7 +58,9 @@ class Request:
     "--model", required=True, type=MODEL_OR_AUTO, help="Vessel id, family id, model.json, or auto: the best of all."
 )
 @click.option(
-    "--method", type=METHOD, help="Method id with options (ls,scheme=midpoint) or path.py:Class; auto needs none."
+    "--method",
+    type=METHOD,
+    help="Method id with options (ls,scheme=midpoint) or path.py:Class.  [default: output-error; none with auto]",
 )
 @click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
 @click.option("--compare", multiple=True, metavar="METHOD...", type=METHOD, help="Further methods, side by side.")
@@ -71,7 +73,14 @@ class Request:
 )
 @tuning_options
 @click.option("--page", type=FILE, help="Write the page to this HTML file.")
-@click.option("-o", "--output", required=True, type=FILE, help="model.json to write, or a directory for page and model")
+@click.option(
+    "-o",
+    "--output",
+    default="identify-results",
+    show_default=True,
+    type=FILE,
+    help="model.json to write, or a directory for page and model",
+)
 @force_option
 @output_options
 def identify(
@@ -97,17 +106,17 @@ def identify(
     model.json.  --model auto builds a model from the records: what steers the craft, and what simpler models lack.
     """
     from .. import with_tuner
-    from ..api.arguments import AUTO
+    from ..api import arguments
     from ..api.assessment import FILES
 
     into_file = output.suffix == ".json"
     check_file(output, force) if into_file else check_folder(output, FILES, force)
     if page is not None:
         check_file(page, force)
-    if method is None and model != AUTO:
-        raise click.UsageError("Missing option '--method'.")
-    if particulars is not None and model != AUTO:
-        raise click.UsageError("--particulars goes with --model auto.")
+    if model != arguments.AUTO:
+        method = method or arguments.METHOD
+        if particulars is not None:
+            raise click.UsageError("--particulars goes with --model auto.")
     methods = with_tuner(((method, *compare) if method else compare), tuner, storage)
     told = f"method {methods[0]}" if methods else "the ladder"
     with refusals(f"{told} failed on {model}", f"{told} cannot fit {model}") as failed:

@@ -44,7 +44,9 @@ RUDDER, NO_RUDDER = "rudder", "none"
 @click.option(
     "--variation", "variation_deg", type=NUMBER, help="Magnetic variation, deg to east, for magnetic headings."
 )
-@click.option("-o", "--output", required=True, type=FILE, help="record.csv or record.parquet")
+@click.option(
+    "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
+)
 @force_option
 @output_options
 def import_command(

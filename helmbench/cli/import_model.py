@@ -15,7 +15,7 @@ from ._shared import FILE, NUMBER, check_file, force_option, output_options, pri
 @click.option("--positive-rudder", required=True, type=click.Choice(("port", "starboard")), help="Side it turns to.")
 @click.option("--speed", type=NUMBER, help="Speed of the straight course, m/s.")
 @click.option("--revolutions", type=NUMBER, help="Revolutions of the straight course, 1/s.")
-@click.option("-o", "--output", required=True, type=FILE, help="model.json to write.")
+@click.option("-o", "--output", default="model.json", show_default=True, type=FILE, help="model.json to write.")
 @force_option
 @output_options
 def import_model(

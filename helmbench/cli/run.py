@@ -54,7 +54,7 @@ if TYPE_CHECKING:
 @tuning_options
 @click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
 @click.option("--trust", is_flag=True, help="Run code that the suite file, or the directory to resume, names.")
-@click.option("-o", "--output", required=True, type=FILE, help="directory of the results")
+@click.option("-o", "--output", type=FILE, help="directory of the results  [default: out/SUITE]")
 @output_options
 def run(
     suite: str | None,
@@ -73,17 +73,18 @@ def run(
     storage: str | None,
     resume: bool,
     trust: bool,
-    output: Path,
+    output: Path | None,
     as_json: bool,
     quiet: bool,
 ) -> int:
     """Run a suite; every finished run is stored at once."""
     from .. import run_suite, with_tuner
+    from ..api.suites import QUICK
 
     hidden = quiet or as_json
     found = run_suite(
         suite,
-        directory=output,
+        directory=output or Path("out", Path(suite or QUICK).stem),
         methods=with_tuner(methods, tuner, storage),
         vessels=vessels,
         seeds=seeds,

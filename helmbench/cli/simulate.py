@@ -20,7 +20,9 @@ from ._shared import FILE, NUMBER, SIDES, VESSEL, WholeRange, check_file, echo, 
 )
 @click.option("--seed", type=WholeRange(min=0), default=0, show_default=True)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
-@click.option("-o", "--output", required=True, type=FILE, help="record.csv or record.parquet")
+@click.option(
+    "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
+)
 @force_option
 @output_options
 def simulate(

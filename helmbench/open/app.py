@@ -18,6 +18,7 @@ from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
+from ..api.arguments import METHOD
 from ..models.errors import BadInput
 from ..models.plain import plain
 from .projects import LOGS, LONGEST_PART, MODEL_FILE, MODELS, MOST_PARTS, Project, Projects, safe_name
@@ -93,7 +94,7 @@ class Asked(_Body):
 
     kind: Literal["check", "identify", "diagnose"]
     model: Annotated[str, Field(max_length=200)] = NO_MODEL
-    method: Annotated[str, Field(max_length=60)] = "output-error"
+    method: Annotated[str, Field(max_length=60)] = METHOD
 
 
 def application(projects: Projects, assets: Path, style: Path) -> Starlette:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .. import ImportDraft
     from ..datasets.record import Record
 
-TAKE_TIME = ("pandas", "numba", "scipy.signal", "..reporting.open.views")
+TAKE_TIME = ("numba", "scipy.signal", "..reporting.open.views")
 """Modules that the tasks need: imported while there is none, so that the next begins at once."""
 Stage = Callable[[str], object]
 """Is called with what begins now, in words."""

@@ -320,7 +320,8 @@ def test_unbalanced_quote(trial, table):
         (b"time_s,rudder_rad\n1,2\r\n3,\xb0\n", "trial.csv: row 3: wrong encoding: byte 0xb0 is not UTF-8 text"),
         ("time_s,rudder_rad\n1,2\n".encode("utf-16"), "trial.csv: row 1: wrong encoding: byte 0xff is not UTF-8 text"),
         ("time_s,rudder_rad\n1,2\n".encode("utf-16-le"), "trial.csv: row 1: wrong encoding: byte 0x00 is not UTF-8"),
-        (b"PK\x03\x04\x14\x00\x06\x00", "trial.csv: row 1: wrong encoding"),
+        (b"PK\x03\x04\x14\x00\x06\x00", "trial.csv: is a workbook or a binary log, not a record; 'helmbench import"),
+        (b'{"schema": 1}', "trial.csv: is JSON, such as a model, not a record"),
     ],
 )
 def test_bad_bytes(trial, content, message):

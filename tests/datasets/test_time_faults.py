@@ -14,7 +14,9 @@ from helmbench.models.errors import BadInput
 N = 600
 TIME = 0.5 * np.arange(N)
 RUDDER = 20.0 * np.sign(np.sin(TIME / 25.0))
-HEADING = np.cumsum(0.02 * RUDDER)
+LATER = np.exp(-TIME[:40] / 4.0)
+HEADING = np.cumsum(0.02 * np.convolve(RUDDER, LATER / LATER.sum())[:N])
+"""The yaw rate follows the rudder in some seconds."""
 WRONG = {
     "a clock that was set": (np.where(np.arange(N) < 300, TIME, 1.39e9 + TIME), "jumps by 16088 days"),
     "a date that changed with day and month exchanged": (TIME + 2592000.0 * (TIME > 100.0), "jumps by 30 days"),

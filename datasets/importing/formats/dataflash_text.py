@@ -85,5 +85,6 @@ def _instance(kind: str, row: dict[str, float]) -> str:
 
 
 def _table(path: Path, kind: str, own: list[dict[str, float]]) -> RawTable | None:
-    values = {name: np.array([row[name] for row in own]) for name in own[0]}
+    names = dict.fromkeys(name for row in own for name in row)  # a log may state a message anew
+    values = {name: np.array([row.get(name, np.nan) for row in own]) for name in names}
     return message_table(path, kind, np.array([_seconds(row) for row in own]), values)

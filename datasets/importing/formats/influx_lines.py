@@ -9,7 +9,7 @@ from typing import Any
 
 from ....models.number_texts import DECIMAL
 from ..raw import RawTable
-from .json_records import tables_or_refusal
+from .object_tables import tables_or_refusal
 
 LINE = re.compile(r"(?P<series>[^\s=]{1,200}(?:,[^\s,=]+=[^\s,=]+)*) (?P<fields>[^\s=,]+=\S.*) (?P<time>\d{10,19})\s*$")
 FIELD = re.compile(rf"(?P<name>[^\s=,]+)=(?:(?P<number>{DECIMAL})[iu]?|\"[^\"]*\"|[a-zA-Z]+)(?:,|$)")

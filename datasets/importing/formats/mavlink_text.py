@@ -9,7 +9,7 @@ from typing import Any
 
 from ....models.number_texts import DECIMAL
 from ..raw import RawTable
-from .json_records import tables_or_refusal
+from .object_tables import tables_or_refusal
 
 LINE = re.compile(
     r"(?P<stamp>\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?:\.\d+)?): (?P<name>[A-Z][A-Z0-9_]+) \{(?P<fields>.*)\}\s*$"

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..raw import RawColumn, RawTable
+from .object_tables import FEWEST, Row
 
 RUDDER = "starboard"
 """Side of a positive rudder angle."""
@@ -88,3 +91,24 @@ def _told(column: RawColumn) -> RawColumn:
         return column
     side = RUDDER if quantity.startswith("rudder") else ""
     return replace(column, unit=unit, known=quantity, source=f"Signal K states it: {path}", side=side)
+
+
+def tables_of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
+    """A table for every path of every source."""
+    series: dict[tuple[str, str], list[tuple[int, str, float]]] = defaultdict(list)
+    for line, message in deltas:
+        for time, source, name, number in values_of(message, str(message.get("timestamp", ""))):
+            series[source, name].append((line, time, number))
+    several = len({source for source, _ in series}) > 1
+    tables = []
+    for (source, name), own in series.items():
+        if len(own) < FEWEST or not name:
+            continue
+        times = RawColumn("time", "", tuple(time for _, time, _ in own), "", "Signal K states it: UTC")
+        column = RawColumn(
+            name, "", np.array([number for *_, number in own]), source=f"source {source}" if source else ""
+        )
+        sheet = f"{source} {name}".strip() if several else name
+        rows = np.array([line for line, *_ in own])
+        tables.append(RawTable(path.name, (times, column), rows, sheet, path.name, done=(f"{len(own)} values",)))
+    return tables

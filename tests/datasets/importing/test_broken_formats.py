@@ -27,6 +27,9 @@ BROKEN = {
         "no message of the log can be used",
     ),
     "Hypack without records": ("FTP NEW 2\nEOH\nGYR 1 nonsense 3\n", "no record of the file can be used"),
+    "TOA5 without rows": ('"TOA5","a"\n"TIMESTAMP","Heading"\n', "no rows of numbers found"),
+    "Tecplot without rows": ('VARIABLES = "t", "psi"\nZONE I=0\n', "no rows of numbers found"),
+    "named values of no column": ("a=1 b=2\n" * 2 + "a=1 b=x\n" * 9, "no rows of numbers found"),
     "a table on its side without rows": ("path," + ",".join(map(str, range(0, 900, 30))) + "\nb,1,2,3\n", "no row has"),
     "NovAtel of a week that no calendar has": (
         "\n".join(novatel(HEAD[1:].format(week="9e99", second="nan")) for _ in range(9)),

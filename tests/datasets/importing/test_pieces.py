@@ -3,6 +3,7 @@
 import re
 
 import numpy as np
+import pyproj
 import pytest
 
 import helmbench
@@ -15,6 +16,7 @@ from helmbench.datasets.importing.clock import guess_form, seconds, spread
 from helmbench.datasets.importing.convert import Stream
 from helmbench.datasets.importing.geodesy import on_plane
 from helmbench.datasets.importing.headers import read_header, west_or_south
+from helmbench.datasets.importing.moments import moment
 from helmbench.datasets.importing.names import named
 from helmbench.datasets.importing.offsets import estimate_offset
 from helmbench.datasets.importing.raw import RawColumn
@@ -222,6 +224,47 @@ def test_positions_on_the_plane_keep_their_distances():
     assert north[1] == pytest.approx(11132.0, rel=2e-3) and east[1] == pytest.approx(0.0, abs=1e-6)
     assert np.isnan(north[2]) and east[3] == pytest.approx(13110.0, rel=2e-3)
     assert plane.scale_error < 1e-5 and 0.0 < plane.convergence_rad < 0.01
+
+
+@pytest.mark.parametrize("size", [1e-4, 1e-2, 1.0])
+def test_positions_on_a_plane_are_those_of_proj(size, rng):
+    place = rng.uniform([-1.2, -3.1], [1.2, 3.1])
+    lat, lon = (place[:, None] + size * rng.uniform(-0.2, 0.2, (2, 50))).clip(-1.5, 3.14)
+    north, east, plane = on_plane(lat, lon)
+    project = pyproj.Proj(proj="aeqd", lat_0=np.degrees(lat[0]), lon_0=np.degrees(lon[0]), ellps="WGS84")
+    peer_east, peer_north = project(np.degrees(lon), np.degrees(lat))
+    assert np.abs(north - peer_north).max() < 1e-4 and np.abs(east - peer_east).max() < 1e-4
+    far = int(np.hypot(north, east).argmax())
+    factors = project.get_factors(np.degrees(lon[far]), np.degrees(lat[far]))
+    assert plane.scale_error == pytest.approx(factors.tissot_semimajor - 1.0, rel=0.02, abs=1e-7)
+    assert plane.convergence_rad == pytest.approx(abs(np.radians(factors.meridian_convergence)), rel=0.3, abs=1e-5)
+
+
+MOMENTS = {
+    "2026-03-14T12:00:00.25Z": 0.25,
+    "20260314 120001": 1.0,
+    "2026/03/14 13:30:00,5+01:30": 0.5,
+    "2026-03-14 09:30-0230": 0.0,
+    "14.03.2026 12:00:00 UTC": 0.0,
+    "14/3/26 12:00:02 PM": 2.0,
+    "14-Mar-2026 12:00": 0.0,
+    "14.03.2026, 12:00:60": 60.0,
+    "14.03.2026": -43200.0,
+    "31.02.2026 12:00": np.nan,
+    "03.14.2026 12:00": np.nan,
+    "14.03.2026 24:00": np.nan,
+    "14.03.2026 12:00 CET": np.nan,
+    "noon": np.nan,
+}
+
+
+@pytest.mark.parametrize("text", MOMENTS)
+def test_moments_of_many_forms(text):
+    assert moment(text) - NOON == pytest.approx(MOMENTS[text], nan_ok=True)
+
+
+def test_month_before_day():
+    assert moment("3/14/2026 12:00", month_first=True) == NOON and np.isnan(moment("14/3/2026", month_first=True))
 
 
 def test_velocities_in_body_axes():

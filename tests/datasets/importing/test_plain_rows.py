@@ -135,7 +135,7 @@ def test_texts_of_arrow_are_the_same_numbers(cells):
 @pytest.mark.parametrize("mark", ["T", " "])
 @pytest.mark.parametrize("zone", ["", "Z"])
 @pytest.mark.parametrize("decimals", [0, 1, 3, 6, 9])
-def test_even_stamps_are_those_of_pandas(rng, mark, zone, decimals):
+def test_even_stamps_are_those_of_each_text(rng, mark, zone, decimals):
     moments = rng.integers(-8e9, 7e9, 200).astype("datetime64[s]")
     ends = ["." + "".join(map(str, rng.integers(0, 10, decimals))) if decimals else "" for _ in moments]
     texts = [str(moment).replace("T", mark) + end + zone for moment, end in zip(moments, ends, strict=True)]
@@ -145,5 +145,5 @@ def test_even_stamps_are_those_of_pandas(rng, mark, zone, decimals):
 
 
 @pytest.mark.parametrize("stamp", STAMPS)
-def test_other_stamps_are_left_to_pandas(stamp):
+def test_other_stamps_are_read_text_by_text(stamp):
     assert even_stamps(Texts.of_arrow(arrow_texts([stamp] * 3))) is None

@@ -60,6 +60,3 @@ def test_commands_need_no_model_and_no_method(records, tmp_path, capsys):
     model = tmp_path / "model.json"
     assert status_of(["identify", *files[:2], "--model", "auto", "--validate", files[2], "-o", str(model)]) == 0
     assert "by ladder" in capsys.readouterr().out and helmbench.resolve(model).known
-    assert status_of(["identify", files[0], "--model", "nomoto-1", "-o", str(tmp_path / "other.json")]) == 2
-    with pytest.raises(helmbench.BadInput, match="no method"):
-        helmbench.identify(records[0], "nomoto-1")

@@ -18,13 +18,16 @@ def file(tmp_path):
     return path
 
 
-def test_a_finding_is_no_failure(file, capsys):
-    assert status_of(["check", str(file)]) == 0
+def test_status_1_where_a_finding_matters_and_0_where_none_does(file, tmp_path, capsys):
+    assert status_of(["check", str(file)]) == 1
     assert "yaw rate bias" in capsys.readouterr().out
+    sound = helmbench.simulate("mariner", "zigzag:20/20", noise="low", seed=5, duration_s=300.0)
+    helmbench.write_record(sound, tmp_path / "sound.csv")
+    assert status_of(["check", str(tmp_path / "sound.csv"), "--quiet"]) == 0
 
 
 def test_json_and_files_say_the_same(file, tmp_path, capsys):
-    assert status_of(["check", str(file), "--json", "-o", str(tmp_path / "out")]) == 0
+    assert status_of(["check", str(file), "--json", "-o", str(tmp_path / "out")]) == 1
     assert json.loads(capsys.readouterr().out) == json.loads((tmp_path / "out" / "check.json").read_text("utf-8"))
     assert {p.name for p in (tmp_path / "out").iterdir()} == {"check.json", "check.html"}
 

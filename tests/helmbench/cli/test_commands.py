@@ -4,6 +4,7 @@ import json
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -54,6 +55,18 @@ BAD_RECORDS = {
     "wrong encoding": (GOOD.encode("utf-16"), ""),
     "empty file": ("", ""),
 }
+
+
+def test_no_default_place_is_a_folder_of_the_repository():
+    """The reader may well be in the clone."""
+    root = Path(__file__).resolve().parents[3]
+    groups = [
+        *cli.commands.values(),
+        *(own for c in cli.commands.values() for own in getattr(c, "commands", {}).values()),
+    ]
+    options = [option for command in groups for option in command.params if option.name == "output"]
+    places = {option.default for option in options if isinstance(option.default, str)}
+    assert len(places) > 5 and [place for place in places if (root / place).exists()] == []
 
 
 @pytest.fixture
@@ -408,7 +421,6 @@ def test_a_good_record_is_not(call, tmp_path):
         (["run", "--vessel", "titanic", "-o", "out"], "titanic"),
         (["run", "--seeds", "0", "-o", "out"], "seeds"),
         (["run", "--jobs", "0", "-o", "out"], "jobs"),
-        (["run"], "output"),
         (["report", "nowhere"], "nowhere"),
         (["fetch", "kvlcc3"], "kvlcc3"),
     ],

@@ -117,3 +117,13 @@ def test_auto_chooses_the_structure_of_the_ship(call):
     status, out, _ = call("output-error", "--validate", "{}/other.csv", model="auto")
     assert status == 0 and out.startswith("nomoto-1-cubic by output-error from train: ")
     assert "nomoto-2-quadratic-speed" in out and "no column surge_m_s" in out and "chosen" in out
+
+
+def test_method_and_folder_have_defaults(call, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    call("ls")
+    assert status_of(["identify", "train.csv", "--model", "response-1"]) == 0
+    assert "by output-error" in capsys.readouterr().out
+    assert {path.name for path in (tmp_path / "identify-results").iterdir()} >= {"identification.html", "model.json"}
+    assert status_of(["identify", "train.csv", "--model", "response-1"]) == 2
+    assert "exists already; give another place, or --force" in capsys.readouterr().err

@@ -57,7 +57,7 @@ def test_without_a_known_rudder_yes_takes_none_and_says_which_column_could_be_it
     assert "Columns: Pump. None of them is taken for it" in shown.err and "there is no rudder in this log" in shown.out
     mapping = out.with_name("out.map.yaml")
     assert "rudder: none" in mapping.read_text("utf-8")
-    assert status_of(["check", str(out)]) == 0
+    assert status_of(["check", str(out)]) == 1
     again = log.with_name("again.csv")
     assert status_of(["import", str(log), "--map", str(mapping), "-o", str(again)]) == 0
     assert again.read_bytes() == out.read_bytes()

@@ -10,6 +10,7 @@ import yaml
 
 from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
+from helmbench.models.model import model_to_json, resolve
 
 DEG = 180.0 / np.pi
 
@@ -49,6 +50,30 @@ def refused(arguments, capsys):
     assert status == 2, lines
     assert lines[-1].startswith("helmbench: ") and not any("Traceback" in line for line in lines)
     return lines[-1]
+
+
+EXCHANGED = {
+    "identify kvlcc2-l7 --model run.csv": "run.csv: is a record or another table, not a model; a model is a vessel id",
+    "identify kvlcc2-l7 --model nomoto-1": "kvlcc2-l7: is a model, not a record; give the files of records here",
+    "identify nomoto-1 --model nomoto-1": "nomoto-1: is a model, not a record",
+    "identify model.json --model nomoto-1": "model.json: is JSON, such as a model, not a record",
+    "identify log.xlsx --model nomoto-1": "log.xlsx: is a workbook .*'helmbench import log.xlsx -o log-record.csv'",
+    "validate run.csv kvlcc2-l7": "run.csv: is a record or another table, not a model",
+    "diagnose --model run.csv --train kvlcc2-l7": "run.csv: is a record or another table, not a model",
+    "calibrate --model kvlcc2-l7 --train model.json": "model.json: is JSON, such as a model, not a record",
+    "check kvlcc2-l7": "kvlcc2-l7: is a model, not a record",
+    "check log.xlsx": "log.xlsx: is a workbook or a binary log, not a record",
+    "simulate zigzag:20/20 --manoeuvre kvlcc2-l7": "'zigzag:20/20' is a manoeuvre, not a model; first the vessel",
+}
+
+
+@pytest.mark.parametrize("arguments", EXCHANGED)
+def test_exchanged_arguments_and_raw_logs_are_told(arguments, run, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    record_file(run, tmp_path / "run.csv")
+    model_to_json(resolve("response-1"), "model.json")
+    openpyxl.Workbook().save("log.xlsx")
+    assert re.search(EXCHANGED[arguments], refused(arguments.split(), capsys))
 
 
 # ------------------------------------------------------------------------------------------------ records
@@ -124,7 +149,7 @@ def test_positions_that_turn_against_the_heading_are_refused_or_told(run, tmp_pa
     path = record_file(swapped, tmp_path / "swapped.csv")
     assert status_of(["validate", "kvlcc2-l7", str(path)]) == 0
     assert "as if north_m and east_m are exchanged" in capsys.readouterr().out
-    assert status_of(["check", str(record_file(bare, tmp_path / "mirror.csv", north_m=-1.0))]) == 0
+    assert status_of(["check", str(record_file(bare, tmp_path / "mirror.csv", north_m=-1.0))]) == 1
     assert "the track turns against the heading, as if north_m has the other sign" in capsys.readouterr().out
 
 

@@ -323,6 +323,9 @@ RAW = {
     "raw-labview": "LabVIEW, times of every channel, decimal commas",
     "raw-fixed": "fixed width, numbers that touch",
     "raw-tables": "two tables in one file",
+    "raw-toa5": "Campbell Scientific TOA5",
+    "raw-tecplot": "Tecplot",
+    "raw-values": "named values",
 }
 """Reader -> log of the bank whose first file is changed."""
 

@@ -66,7 +66,7 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
     tab = opened()
     tab.wait_for_selector("#choose")
     assert "code" not in tab.url and tab.context.cookies() == []
-    tab.evaluate(DROP, [f"{HOSTILE}.csv", log.decode()])
+    tab.evaluate(DROP, [f"{HOSTILE}{30 * 'log'}.csv", log.decode()])
     tab.wait_for_selector("#start", timeout=LONG_MS)
     names = tab.locator("li.column .name b").all_inner_texts()
     assert HOSTILE in names and len(names) == 10 and tab.locator("img").count() == 0

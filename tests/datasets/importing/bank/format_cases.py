@@ -667,7 +667,68 @@ def _simulink(run, folder):
     return [folder / "scope.mat"]
 
 
+# ------------------------------------------------------------------------------------------------ programs
+
+
+def _toa5(run):
+    """A logger of Campbell Scientific: the station, the names, the units, the way of sampling."""
+    head = ['"TOA5","Vessel","CR1000","1031","CR1000.Std.26","CPU:Helm.CR1","4062","Helm"',
+            '"TIMESTAMP","RECORD","Heading_Avg","YawRate_Avg","RudderAngle_Smp","BattV_Min"',
+            '"TS","RN","deg","deg/s","deg","Volts"', '"","","Avg","Avg","Smp","Min"']  # fmt: skip
+    own = zip(run.t, run.psi * D % 360, run.r * D, run.delta * D, strict=True)
+    return head + [
+        f'"{stamp(run, i, "").replace("T", " ")}",{i},{p:.2f},{r:.4f},{d:.2f},12.6'
+        for i, (_, p, r, d) in enumerate(own)
+    ]
+
+
+def _tecplot(run):
+    """Names in quotes, cut over two lines, above the begin of the zone."""
+    head = ['TITLE = "zigzag"', 'VARIABLES = "Time [s]" "Heading [deg]"', '"Yaw rate [deg/s]" "Rudder [deg]"',
+            f'ZONE T="run 1", I={run.t.size}, F=POINT']  # fmt: skip
+    own = zip(run.t, run.psi * D, run.r * D, run.delta * D, strict=True)
+    return head + [" ".join(f"{x:.6E}" for x in row) for row in own]
+
+
+def _named_values(run, i):
+    heading, rate, rudder = run.psi[i] * D % 360, run.r[i] * D, run.delta[i] * D
+    return [
+        f"ts={stamp(run, i)} level=info msg=helm hdg_deg={heading:.2f} rot_deg_s={rate:.4f} rudder_deg={rudder:.2f}"
+    ]
+
+
+def _flow(run):
+    """Monitors of a program that simulates flows: each name stands twice."""
+    names = (("Heading", "deg"), ("Yaw Rate", "radian/s"), ("Rudder Angle", "deg"), ("Surge Velocity", "m/s"))
+    twice = [f'"{name} Monitor: {name} Monitor ({unit})"' for name, unit in names]
+    own = zip(run.t, run.psi * D, run.r, run.delta * D, run.u, strict=True)
+    head = ",".join(['"Physical Time: Physical Time (s)"', *twice])
+    return [head, *(",".join(f"{x:.8g}" for x in row) for row in own)]
+
+
+def _tenths(run):
+    """AIS as a service exports it: speeds in tenths of knots as whole numbers, nothing says so."""
+    head = "MMSI,LAT,LON,SPEED,HEADING,COURSE,STATUS,TIMESTAMP"
+    own = zip(run.lat, run.lon, run.sog / KN, run.psi * D % 360, run.cog * D, strict=True)
+    return [head] + [
+        f"219012345,{a:.7f},{o:.7f},{10 * s:.0f},{h:.1f},{c:.1f},0,{stamp(run, i, '')}"
+        for i, (a, o, s, h, c) in enumerate(own)
+    ]
+
+
+def _utc_behind(run):
+    own = zip(run.psi * D % 360, run.delta * D, strict=True)
+    rows_ = [f"{stamp(run, i, '').replace('T', ' ')} UTC,{h:.2f},{d:.2f}" for i, (h, d) in enumerate(own)]
+    return ["TIMESTAMP,HEADING [deg],RUDDER [deg]", *rows_]
+
+
 FORMAT_CASES: dict[str, Case] = {
+    "Campbell Scientific TOA5": log("CR1000_Helm.dat", _toa5, end="\r\n"),
+    "Tecplot": log("zigzag.plt", _tecplot),
+    "named values": log("helm.log", rows(_named_values)),
+    "names that stand twice": log("monitors.csv", _flow, (*TURN, "surge_m_s")),
+    "AIS, tenths of knots": log("track.csv", _tenths, ("heading_rad", "north_m", "east_m", "surge_m_s"), loose=0.06),
+    "UTC behind the stamps": log("track.csv", _utc_behind, BOTH, start="start_utc"),
     "JSON, topics with units": log("mqtt.ndjson", rows(_topics), GROUND),
     "JSON, nested objects": log("nested.jsonl", rows(_nested)),
     "JSON, values with units, stamp before": log("stamped.log", rows(_with_units)),

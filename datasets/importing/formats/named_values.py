@@ -1,0 +1,49 @@
+"""Logs whose lines name each value: `ts=2026-03-14T10:00:00Z level=info hdg=271.4 rudder_deg=-3`, as logfmt."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from ....models.number_texts import DECIMAL
+from ..names import is_time
+from ..raw import RawTable
+from ..stamp_texts import time_in
+from .object_tables import Row, tables_or_refusal
+
+PAIR = re.compile(r'(?<![^\s,;|])([^\W\d][\w.\-/]*)\s?[=:]\s?("[^"]*"|[^\s,;|"]+)(?=[\s,;|]|$)')
+NUMBER = re.compile(DECIMAL)
+STAMP = "timestamp"
+FEWEST, LONGEST = 2, 5000
+"""Pairs of a line, and its characters."""
+
+
+def looks_like_named_values(text: str) -> bool:
+    """Whether most of the first lines hold numbers, each behind its name and a sign of equality."""
+    lines = [line for line in text[:20000].splitlines()[:60] if line.strip()][:-1]
+    return len(lines) > 2 and sum(_numbers(line) >= FEWEST for line in lines) > 0.8 * len(lines)
+
+
+def _numbers(line: str) -> int:
+    return sum("=" in match[0] and NUMBER.fullmatch(match[2]) is not None for match in PAIR.finditer(line[:LONGEST]))
+
+
+def read_named_values(text: str, path: Path) -> list[RawTable]:
+    """The tables of a log of named values: one for each kind of line; BadInput where none holds numbers."""
+    return tables_or_refusal(list(_rows(text)), path, "line of named values")
+
+
+def _rows(text: str) -> Iterator[Row]:
+    """(line, values) of the lines that hold some; a time before them is one, too."""
+    for number, line in enumerate(text.splitlines(), start=1):
+        pairs = list(PAIR.finditer(line)) if len(line) <= LONGEST else []
+        values: dict[str, Any] = {pair[1]: _value(pair[2]) for pair in pairs}
+        if len(values) >= FEWEST:
+            stamp, _ = time_in(line[: pairs[0].start()])
+            yield number, ({STAMP: stamp} if stamp and not any(map(is_time, values)) else {}) | values
+
+
+def _value(text: str) -> float | str:
+    return float(text) if NUMBER.fullmatch(text) else text.strip('"')

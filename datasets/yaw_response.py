@@ -1,0 +1,107 @@
+"""How the yaw rate answers what steers: a first-order response of its own, without the measured yaw rate in it.
+
+r(t) = K h(t) + c + d exp(-t/T), T dh/dt + h = helm(t - lag): Nomoto's equation (Nomoto et al. 1957, Int. Shipb. Progr.
+4), with the gain K free and T, lag > 0 searched.  An autopilot answers the yaw rate as well, but later: a helm that
+follows the yaw rate is a good likeness of it at the same time, and no better a cause of it later.  So a response counts
+by what it explains beyond the helm at the same time.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .signals import integral
+
+MEANS, FEWEST = 400, 20
+"""Means over equal stretches that are compared, and samples below which nothing is."""
+CONSTANTS, QUICKEST, SLOWEST = 14, 0.5, 0.25
+"""Time constants that are tried; the least of them in stretches, the largest as a share of the record."""
+LAGS, LATEST = (0, 1, 2, 3, 5), 0.02
+"""Lags that are tried, in stretches, and the largest as a share of the record."""
+STILL = 1e-9
+"""Share of the square of a response that is left without its mean and its start, below which it stands still."""
+LEADS, RIVAL = 0.2, 0.5
+"""Least share that a response explains beyond the helm at the same time, and most that the other sign may of it."""
+
+
+class YawResponse(NamedTuple):
+    """The response that explains most of a yaw rate.
+
+    share : of the yaw rate's square about its mean that it explains.  gain : its sign, 1 or -1.  opposite : the share
+    that the best response of the other sign explains.  beyond : of what the helm at the same time leaves, the share
+    that the response explains.  rate, answer : yaw rate and response (M,), about their means.
+    """
+
+    share: float
+    gain: float
+    opposite: float
+    beyond: float
+    rate: np.ndarray
+    answer: np.ndarray
+
+    def is_sure(self, least: float) -> bool:
+        """Whether it explains a least share, later than the helm, and is no mirror image."""
+        return self.share >= least and self.beyond >= LEADS and self.opposite <= RIVAL * self.share
+
+
+def yaw_response(
+    time: np.ndarray, rate: np.ndarray, helm: np.ndarray, lags: tuple[int, ...] = LAGS
+) -> YawResponse | None:
+    """The response of a yaw rate (N,) to a helm (N,) at rising times (N,), s; None where either never changes.
+
+    lags : in stretches of the record, besides the largest one.
+    """
+    known = np.isfinite(rate) & np.isfinite(helm)
+    if known.sum() < FEWEST or not all(np.ptp(values[known]) > 0.0 for values in (rate, helm)):
+        return None
+    turning, steering = (_means(time[known], _scaled(values[known])) for values in (rate, helm))
+    n = turning.size
+    late = sorted({*lags, round(LATEST * n)} if len(lags) > 1 else lags)
+    constants = np.concatenate([[0.0], np.geomspace(QUICKEST, max(SLOWEST * n, 1.0), CONSTANTS)])
+    kept = np.exp(-1.0 / np.maximum(constants, 1e-3))
+    moved = steering - steering[0]
+    follows = _follow(moved, kept)
+    tried = [entry for k, own in zip(kept, follows, strict=True) for entry in _answers(turning, own, k, late)]
+    if not tried:
+        return None
+    share, gain, answer = max(tried, key=lambda entry: entry[0])
+    opposite = max((other for other, sign, _ in tried if sign != gain), default=0.0)
+    same = tried[0][0] if tried[0][1] == gain else 0.0
+    beyond = (share - same) / max(1.0 - same, 1e-12)
+    return YawResponse(share, gain, opposite, beyond, turning - turning.mean(), answer)
+
+
+def _scaled(values: np.ndarray) -> np.ndarray:
+    """Values (N,) over the largest of them: a sample of 1e300 has no square."""
+    return values / max(float(np.max(np.abs(values))), 1e-300)
+
+
+def _means(time: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Means (M,) of values (N,) over equal stretches of the time."""
+    count = min(MEANS, max(values.size // 2, FEWEST))
+    edges = np.linspace(time[0], time[-1], count + 1)
+    return np.diff(np.interp(edges, time, integral(values, time))) / (edges[1] - edges[0])
+
+
+def _follow(steering: np.ndarray, kept: np.ndarray) -> np.ndarray:
+    """What follows (K, M) a helm (M,) from rest, with the share that each (K,) keeps of its value for a step."""
+    states, state = np.empty((steering.size, kept.size)), np.zeros(kept.size)
+    for i, helm in enumerate(steering):
+        states[i] = state = helm + kept * (state - helm)
+    return states.T
+
+
+def _answers(
+    turning: np.ndarray, follows: np.ndarray, kept: float, lags: list[int]
+) -> list[tuple[float, float, np.ndarray]]:
+    """(share, sign of the gain, response (M,)) of what follows the helm, at each lag; none that stands still."""
+    n = turning.size
+    base, _ = np.linalg.qr(np.column_stack([np.ones(n), kept ** np.arange(n)]))
+    late = np.stack([np.concatenate([np.zeros(lag), follows[: n - lag]]) for lag in lags])
+    moves, wanted = late - (late @ base) @ base.T, turning - base @ (base.T @ turning)
+    powers, power, products = np.sum(moves**2, axis=1), float(wanted @ wanted), moves @ wanted
+    live = (powers > STILL * np.sum(late**2, axis=1)) & (power > 0.0)
+    found = zip(powers[live], products[live], moves[live], strict=True)
+    return [(float(c * c / (p * power)), 1.0 if c > 0.0 else -1.0, m * float(c / p)) for p, c, m in found]
