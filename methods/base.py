@@ -238,23 +238,28 @@ class RecursiveMethod(Method):
     p0: float
     theta0: Any
     prior: str
-    scheme: str
+    scheme: str | None
     _stream: Stream | None = None
 
     def check_options(self) -> None:
         super().check_options()
-        check_scheme(self.scheme)
+        check_scheme(self.used_scheme)
         if not self.p0 > 0.0:
             raise BadInput(f"p0 is {self.p0!r}, a positive number is needed")
         if self.prior not in PRIORS:
             raise BadInput(f"prior is {self.prior!r}", hint=f"known: {', '.join(PRIORS)}")
+
+    @property
+    def used_scheme(self) -> str:
+        """The stated scheme; without one central differences, for a printed variant the papers' forward ones."""
+        return self.scheme or ("forward" if self.variant == "as_printed" else "midpoint")
 
     def update_rule(self, parts: Sequence[RegressionSamples]) -> UpdateRule:
         """A new rule for a run that begins with the samples `parts`."""
         raise NotImplementedError(f"{type(self).__name__} does not implement update_rule()")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        parts = regression_samples(records, model, self.scheme)
+        parts = regression_samples(records, model, self.used_scheme)
         prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
         return recursion(parts, model, prior, self.update_rule(parts))
 
@@ -274,7 +279,7 @@ class RecursiveMethod(Method):
         if self._stream is None or self._stream.model.id != model.id:
             self.check_options()
             prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
-            self._stream = Stream(model, self.scheme, prior, self.update_rule, scale_with)
+            self._stream = Stream(model, self.used_scheme, prior, self.update_rule, scale_with)
         wall, cpu = time.perf_counter(), time.process_time()
         with np.errstate(all="ignore"), blas_limited():
             self._stream.add(chunk)
