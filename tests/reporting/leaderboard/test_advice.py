@@ -94,6 +94,9 @@ def test_regret_is_the_ratio_of_the_errors(calm_and_windy, run_of):
     assert "3 situations were drawn with seed 7; in 1 no method applies" in told
     lost = advice.Tested(calm, found[0].advice, math.inf, math.inf, "b", 0.001)
     small = advice.Tested(calm, found[0].advice, 0.009, 0.3, "b", 0.001)
+    assert small.regret_without_floor == pytest.approx(9.0) and lost.regret_without_floor == math.inf
+    assert "Without the floor, below which errors count as 0.01, it does so in 0 % [" in advice.summary([small])
+    assert "without the floor" in told
     assert lost.regret == math.inf and small.regret == 1.0 and small.chosen_regret == pytest.approx(30.0)
 
 

@@ -39,7 +39,7 @@ def results(tmp_path_factory, made_up_results):
 
 @pytest.fixture(scope="module")
 def made_up_results():
-    """Writes a store of seven methods, six vessels, two noises and excitations, three seeds."""
+    """Writes a store of eight methods, six vessels, two noises and excitations, three seeds."""
     import numpy as np
 
     from ...made_up.runs import make_parameter, make_run
@@ -54,6 +54,7 @@ def made_up_results():
         "d": (2.0, 0.01),
         "e": (6.0, 0.1),
         "lost": (9.0, 0.3),
+        "mean": (1.9, 0.5),
     }
 
     def write(folder):
