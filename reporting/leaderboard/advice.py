@@ -6,7 +6,7 @@ What the regret of an advice is, `EXPLAINED` says.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,8 @@ import numpy as np
 from ...bench.situations import SEEDS, Situation
 from ...models.model import resolve
 from ..numbers import MISSING, number, percent
-from ..tables import Column, Table, field, make_table, markdown
+from ..tables import Column, Table, make_table, markdown
+from ..tables import field as column
 from .answer import FLOOR, GOOD, shortlist
 from .columns import count, numeric
 from .contest import Contest
@@ -30,6 +31,8 @@ EXPLAINED = (
 )
 CONDITIONS = ("case", "noise", "disturbance", "model", "sampling", "excitation")
 """What the page is asked with, the most important first."""
+PLAIN_RULES = ("output-error", "grey-gp")
+"""Methods that somebody could always take: an advice that is no better than each of them is worth nothing."""
 LEAST_SHIPS = 2
 """Ships that an answer must rest on, else a condition is left open."""
 
@@ -45,7 +48,10 @@ class Advice:
 
 @dataclass(frozen=True)
 class Tested:
-    """A situation, the advice, its error, that of the method chosen from the list, and the best one with its error."""
+    """A situation, the advice, its error, that of the method chosen from the list, and the best one with its error.
+
+    plain : method of `PLAIN_RULES` -> its error there, infinite where it does not apply.
+    """
 
     situation: Situation
     advice: Advice
@@ -53,6 +59,7 @@ class Tested:
     chosen_error: float
     best: str
     least: float
+    plain: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def regret(self) -> float:
@@ -68,6 +75,10 @@ class Tested:
     def chosen_regret(self) -> float:
         """The same of the method that was chosen from the list."""
         return max(self.chosen_error, FLOOR) / max(self.least, FLOOR)
+
+    def plain_regret(self, method: str) -> float:
+        """The same of a method of `PLAIN_RULES`."""
+        return max(self.plain.get(method, np.inf), FLOOR) / max(self.least, FLOOR)
 
 
 def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) -> Advice | None:
@@ -114,12 +125,13 @@ def _tested(fresh: Contest, checks: Contest, one: Situation, advice: Advice) -> 
     (at,), place = _places(fresh, one, held_out="+".join(one.held_out)), _check_of(checks, one)
     errors = fresh.errors[at]
     least = int(np.nanargmin(errors))
-    error = errors[fresh.methods.index(advice.method)] if advice.method in fresh.methods else np.nan
-    error = np.inf if np.isnan(error) else float(error)
+    known = {name: float(value) for name, value in zip(fresh.methods, errors, strict=True) if not np.isnan(value)}
+    error, plain = known.get(advice.method, np.inf), {name: known.get(name, np.inf) for name in PLAIN_RULES}
     chosen = (
         np.nan if place is None else _chosen(fresh.runs[at], fresh.methods, checks.runs[place], checks.methods, advice)
     )
-    return Tested(one, advice, error, error if np.isnan(chosen) else chosen, fresh.methods[least], float(errors[least]))
+    chosen_error = error if np.isnan(chosen) else chosen
+    return Tested(one, advice, error, chosen_error, fresh.methods[least], float(errors[least]), plain)
 
 
 def _chosen(
@@ -152,8 +164,20 @@ def summary(found: Sequence[Tested]) -> str:
         f"error of all methods in {_good([one.regret for one in found])} ({', '.join(told)}). Without the floor, below "
         f"which errors count as {FLOOR:g}, it does so in {_good([one.regret_without_floor for one in found])}. "
         f"The best on one more record of the methods that it lists does so in "
-        f"{_good([one.chosen_regret for one in found])}."
+        f"{_good([one.chosen_regret for one in found])}. {_plain_rules(found)}"
     )
+
+
+def _plain_rules(found: Sequence[Tested]) -> str:
+    """The plain rules beside the advice, for each kind of equations."""
+    parts = []
+    for kind in ("own equations", "other equations"):
+        if own := [one for one in found if one.situation.kind.startswith(kind)]:
+            rules = [("the advice", [one.regret for one in own])]
+            rules += [(f"always {name}", [one.plain_regret(name) for one in own]) for name in PLAIN_RULES]
+            told = "; ".join(f"{name} {_good(regrets)}" for name, regrets in rules)
+            parts.append(f"{kind[:1].upper()}{kind[1:]}, {len(own)} situations: {told}.")
+    return " ".join(parts)
 
 
 def _count(regrets: Sequence[float]) -> int:
@@ -192,7 +216,7 @@ def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:
         }
 
     columns = [
-        field("kind"),
+        column("kind"),
         count("n", "situations"),
         numeric(f"named: regret below {GOOD:g}", "named", percent),
         numeric("median", "median"),
@@ -221,7 +245,7 @@ def _situations(found: Sequence[Tested]) -> Table:
         for one in sorted(found, key=lambda one: -one.regret)
     ]
     names = ("ship", "model", "train", "predict", "noise", "disturbance", "asked", "advice", "list", "best")
-    columns = [*map(field, names), Column("regret", lambda row: _told(row["regret"]), lambda row: row["regret"])]
+    columns = [*map(column, names), Column("regret", lambda row: _told(row["regret"]), lambda row: row["regret"])]
     return make_table(columns, rows)
 
 

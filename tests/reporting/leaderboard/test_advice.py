@@ -100,6 +100,19 @@ def test_regret_is_the_ratio_of_the_errors(calm_and_windy, run_of):
     assert lost.regret == math.inf and small.regret == 1.0 and small.chosen_regret == pytest.approx(30.0)
 
 
+def test_plain_rules_stand_beside_the_advice(calm_and_windy, run_of):
+    """`output-error` is best in calm water, where the board names `a`; it does not apply in wind."""
+    windy, calm = situation("wind:9@0deg"), situation()
+    errors = {("a", "none"): 0.3, ("output-error", "none"): 0.1, ("grey-gp", "none"): 0.2, ("a", "wind:9@0deg"): 0.4}
+    fresh = board_of([*runs_of(run_of, errors), *runs_of(run_of, {("b", "wind:9@0deg"): 0.2})])
+    found = advice.tested(advice.advices(board_of(calm_and_windy), fresh, [calm, windy]), fresh, fresh)
+    regrets = [[one.regret, *map(one.plain_regret, advice.PLAIN_RULES)] for one in found]
+    assert regrets[0] == pytest.approx([3.0, 1.0, 2.0], rel=1e-3) and regrets[1] == [1.0, math.inf, math.inf]
+    told = advice.summary(found)
+    assert "Own equations, 2 situations: the advice 50 % [" in told
+    assert "always output-error 50 % [" in told and "always grey-gp 0 % [" in told
+
+
 def test_of_a_list_the_method_is_taken_that_errs_least_on_the_check_record(run_of):
     """`b` errs less on what is predicted in both draws of the noise; the record to choose by says so in the second."""
     one, found = situation(), advice.Advice("a", ("a", "b", "unknown"), {})
