@@ -202,6 +202,8 @@ def test_a_run_shows_curves_residuals_and_estimates(opened):
     titles = tab.locator("#run svg text.axis").all_text_contents()
     assert {"heading (deg)", "residual (deg)", "yaw rate (deg/s)", "time (s)"} <= set(titles)
     assert tab.locator("#run svg path.predicted").count() == 2 and tab.locator("#run table tbody tr").count() == 1
+    problems = [text.partition(": error")[0] for text in tab.locator("#choose-problem option").all_inner_texts()]
+    assert len(problems) == len(set(problems)) > 2
 
 
 @pytest.mark.nightly
