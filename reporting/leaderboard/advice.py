@@ -19,15 +19,19 @@ from ..tables import field as column
 from .answer import FLOOR, GOOD, shortlist
 from .columns import count, numeric
 from .contest import Contest
-from .standings import median
+from .standings import CASES, median
 
+UNKNOWN = "output-error"
+"""The advice where a ship's equations are unknown.  In 96 fresh situations neither what a board ranks first there nor a
+structure of its own (nomoto-2-cubic, or the one that predicts left-out records best) was shown to be better."""
 EXPLAINED = (
     "The regret of an advice is the error of the method that it names over the least error of all methods there; it is "
     "infinite (a dash) where that method fails or diverges. Errors are medians over "
     f"{SEEDS} draws of the noise. A method that does not apply is passed over. "
     f"Errors below {FLOOR:g} of what the record varies by count as {FLOOR:g}: nobody needs the difference. The page "
     "also lists a few methods to compare: of these the one is taken that errs least on one more record, another "
-    "manoeuvre with the same sensors in the same weather, for each draw of the noise."
+    "manoeuvre with the same sensors in the same weather, for each draw of the noise. "
+    f"Where the ship's equations are unknown, the advice is {UNKNOWN}, whatever the page ranks first."
 )
 CONDITIONS = ("case", "noise", "disturbance", "model", "sampling", "excitation")
 """What the page is asked with, the most important first."""
@@ -82,7 +86,8 @@ class Tested:
 
 
 def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) -> Advice | None:
-    """The method that the page ranks first for what somebody has, as somebody would ask.
+    """The method to take for what somebody has, as somebody would ask: the one that the page ranks first or, where the
+    ship's equations are unknown, `UNKNOWN`.
 
     The page is asked suite by suite: the case, then as many of the wanted conditions as the suite's problems have, each
     by its own text or the nearest one.  The suite with the most of them counts, of several the one with most problems.
@@ -90,7 +95,7 @@ def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) ->
     Parameters
     ----------
     wanted : case, and conditions (`contest.DIMENSIONS`) -> text.
-    applies : methods that can be used with the records; the first of them in the ranking is named.
+    applies : methods that can be used with the records, of which one is named.
     """
     found = [_asked(board.where({"suite": suite}), wanted) for suite in board.problems["suite"].astype(str).unique()]
     ranked = [(own, chosen) for own, chosen in found if len(own.order()) > 1]
@@ -101,7 +106,8 @@ def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) ->
     usable = [name for name in names if name in applies]
     if not usable:
         return Advice(names[0], (names[0],), chosen)
-    return Advice(usable[0], tuple(shortlist(own, usable)[0]), chosen)
+    plain = wanted.get("case") == CASES[1] and UNKNOWN in applies
+    return Advice(UNKNOWN if plain else usable[0], tuple(shortlist(own, usable)[0]), chosen)
 
 
 def advices(board: Contest, fresh: Contest, situations: Sequence[Situation]) -> dict[Situation, Advice]:
@@ -153,15 +159,12 @@ def _chosen(
 
 
 def summary(found: Sequence[Tested]) -> str:
-    """The shares of good advice in two sentences, with 95 % intervals (Wilson)."""
+    """The shares of good advice, with 95 % intervals (Wilson), and the plain rules beside it."""
     if not found:
         return "No situation could be judged."
-    kinds = {one.situation.kind.partition(",")[0] for one in found}
-    each = [(kind, [one.regret for one in found if one.situation.kind.startswith(kind)]) for kind in sorted(kinds)]
-    told = [f"{kind} {percent(_count(regrets) / len(regrets))} of {len(regrets)}" for kind, regrets in each]
     return (
-        f"In {len(found)} fresh situations the method that this page names errs less than {GOOD:g} times the least "
-        f"error of all methods in {_good([one.regret for one in found])} ({', '.join(told)}). Without the floor, below "
+        f"In {len(found)} fresh situations the method that is advised errs less than {GOOD:g} times the least "
+        f"error of all methods in {_good([one.regret for one in found])}. Without the floor, below "
         f"which errors count as {FLOOR:g}, it does so in {_good([one.regret_without_floor for one in found])}. "
         f"The best on one more record of the methods that it lists does so in "
         f"{_good([one.chosen_regret for one in found])}. {_plain_rules(found)}"
@@ -176,7 +179,8 @@ def _plain_rules(found: Sequence[Tested]) -> str:
             rules = [("the advice", [one.regret for one in own])]
             rules += [(f"always {name}", [one.plain_regret(name) for one in own]) for name in PLAIN_RULES]
             told = "; ".join(f"{name} {_good(regrets)}" for name, regrets in rules)
-            parts.append(f"{kind[:1].upper()}{kind[1:]}, {len(own)} situations: {told}.")
+            rule = f" (the advice is {UNKNOWN}, whatever ranks first)" if kind == "other equations" else ""
+            parts.append(f"{kind[:1].upper()}{kind[1:]}{rule}, {len(own)} situations: {told}.")
     return " ".join(parts)
 
 

@@ -48,6 +48,16 @@ def test_the_advice_is_that_of_the_conditions(calm_and_windy):
     assert advice.advise(board, {"case": "measured ships"}, ["a"]) is None
 
 
+def test_where_equations_are_unknown_the_advice_is_the_plain_rule(run_of):
+    """The board ranks grey-gp first; its list begins with that."""
+    errors, unknown = {"output-error": 0.2, "grey-gp": 0.1}, {"error": None, "model": "nomoto-1", "parameters": []}
+    board = board_of([run_of(r2=1.0 - e**2, method=m, vessel=v, **unknown) for m, e in errors.items() for v in SHIPS])
+    wanted = {"case": "equations unknown", "model": "nomoto-1"}
+    found = advice.advise(board, wanted, ["output-error", "grey-gp"])
+    assert found.method == advice.UNKNOWN and found.listed[0] == "grey-gp"
+    assert advice.advise(board, wanted, ["grey-gp"]).method == "grey-gp"
+
+
 @pytest.mark.parametrize(
     ("text", "level"),
     [
@@ -89,7 +99,9 @@ def test_regret_is_the_ratio_of_the_errors(calm_and_windy, run_of):
     assert [one.advice.method for one in found] == ["b", "a"]
     assert [one.regret for one in found] == pytest.approx([1.0, 3.0], rel=1e-3)
     told = advice.report(found, len(found) + 1, 7)
-    assert "in 50 % [" in advice.summary(found) and "median regret 2 (own equations 50 % of 2)" in advice.summary(found)
+    assert "in 50 % [" in advice.summary(found) and "Own equations, 2 situations: the advice 50 % [" in advice.summary(
+        found
+    )
     assert "own equations, disturbed" in told
     assert "3 situations were drawn with seed 7; in 1 no method applies" in told
     lost = advice.Tested(calm, found[0].advice, math.inf, math.inf, "b", 0.001)

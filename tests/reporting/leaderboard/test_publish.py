@@ -71,7 +71,7 @@ def test_the_published_leaderboard_says_what_its_results_say(folder, tmp_path):
 
 @pytest.mark.nightly
 def test_what_the_advice_is_worth_stands_on_page_and_readme(folder, tmp_path):
-    said = "In 60 fresh situations the method that this page names errs less than 1.3 times the least error in 70 %."
+    said = "In 60 fresh situations the method that is advised errs less than 1.3 times the least error in 70 %."
     paths = publish.publish([folder], tmp_path)
     assert said not in "".join(path.read_text() for path in paths if path.name in (publish.README, publish.PAGE))
     (tmp_path / publish.ADVICE).write_text(f"# The advice tested\n\n{said}\n\nMore.\n")
