@@ -22,8 +22,8 @@ from .contest import Contest
 from .standings import CASES, median
 
 UNKNOWN = "output-error"
-"""The advice where a ship's equations are unknown.  In 96 fresh situations neither what a board ranks first there nor a
-structure of its own (nomoto-2-cubic, or the one that predicts left-out records best) was shown to be better."""
+"""The advice where a ship's equations are unknown: no rule tried was shown to be better, see
+docs/how-to/read-the-leaderboard.md."""
 EXPLAINED = (
     "The regret of an advice is the error of the method that it names over the least error of all methods there; it is "
     "infinite (a dash) where that method fails or diverges. Errors are medians over "
