@@ -22,8 +22,9 @@ class Rls(RecursiveMethod):
     theta0 : initial coefficients, one number for all or (p,) numbers.
     prior : 'scaled' (every regressor column and equation of unit root mean square) or 'physical' (the model's
         coordinates and unscaled rows, as in paper 000).
-    scheme : difference scheme, see `helmbench.estimation.regression.schemes`; None: central differences ('midpoint',
-        the trapezoid for first-order equations), for printed variants the papers' forward ones ('forward').
+    scheme : difference scheme, see `helmbench.estimation.regression.schemes`; None: of central ('midpoint', the
+        trapezoid for first-order equations) and forward differences those whose fits follow left-out windows of the
+        records best, in a stream central ones; for printed variants the papers' forward ones.
 
     Several records are gone through one after the other; P and the coefficients are carried over.
     """

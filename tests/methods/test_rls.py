@@ -36,7 +36,7 @@ def test_settling_time_of_paper_000():
 @pytest.mark.parametrize("vessel", ["response-2", "kvlcc2-l7"])
 def test_with_a_wide_prior_it_is_least_squares(suite, vessel):
     model, records = suite(vessel, noise="low")
-    recursive, batch = Rls(p0=1e12).fit(records, model), Ls("midpoint").fit(records, model)
+    recursive, batch = Rls(p0=1e12, scheme="midpoint").fit(records, model), Ls("midpoint").fit(records, model)
     gap = np.abs(recursive.coefficients - batch.coefficients) / np.sqrt(np.diag(batch.covariance))
     assert gap.max() < (1e-3 if vessel == "response-2" else 1.0)  # 3-DOF: batch weighs its equations once more
     ratio = np.sqrt(np.diag(recursive.covariance) / np.diag(batch.covariance))
@@ -75,11 +75,13 @@ def test_impossible_options(options):
 
 
 @pytest.mark.parametrize("name", ["rls", "fw-rls", "mi-rls", "nmi-rls", "fci-ls"])
-def test_recursions_take_central_differences_and_printed_forms_the_papers(name):
-    record, model = generate(Case("response-1", "zigzag:20/20", "low", seed=1)), resolve("response-1")
-    plain, central = (make(text).fit([record], model) for text in (name, f"{name},scheme=midpoint"))
-    assert np.array_equal(plain.coefficients, central.coefficients)
+@pytest.mark.parametrize(("vessel", "scheme"), [("response-1", "midpoint"), ("response-2", "forward")])
+def test_recursions_choose_differences_and_printed_forms_have_the_papers(name, vessel, scheme):
+    """Median error of rls in the suite quick: .069, with forward differences alone .10, with central ones .29."""
+    record, model = generate(Case(vessel, "zigzag:20/20", "low", seed=1)), resolve(vessel)
+    plain, stated = (make(text).fit([record], model) for text in (name, f"{name},scheme={scheme}"))
+    assert plain.extra["scheme"] == scheme and np.array_equal(plain.coefficients, stated.coefficients)
     method = make(name)
-    for variant in method.variants:
-        method.set_params(**({"variant": variant} if variant != "corrected" else {}))
-        assert method.used_scheme == ("midpoint" if variant == "corrected" else "forward")
+    if "as_printed" in method.variants:
+        method.set_params(variant="as_printed")
+        assert method._usual_scheme([record], model) == "forward"

@@ -32,6 +32,8 @@ WINDOWS = 6
 CORNERS = 5
 """Corner frequencies of the state-variable filter that are tried, from the slowest to the fastest."""
 SVF = "svf"
+DIFFERENCES = ("midpoint", "forward")
+"""Difference schemes that are tried."""
 
 
 class Scheme(NamedTuple):
@@ -49,20 +51,26 @@ class Window(NamedTuple):
 
 
 def schemes_of(records: Sequence[Record]) -> list[Scheme]:
-    """The schemes to choose from: both differences first, which win where they are equal to a filter."""
+    """Every scheme to choose from: the differences first, which win where they are equal to a filter."""
     corners = corner_frequencies(records, CORNERS).tolist()
-    return [Scheme("midpoint"), Scheme("forward"), *(Scheme(SVF, omega) for omega in corners)]
+    return [*map(Scheme, DIFFERENCES), *(Scheme(SVF, omega) for omega in corners)]
 
 
-def best_scheme(records: Sequence[Record], model: Model) -> Scheme:
-    """The scheme whose fits follow left-out windows best in free runs; central differences where none can be judged.
+def best_difference(records: Sequence[Record], model: Model) -> str:
+    """As `best_scheme`, of `DIFFERENCES` alone."""
+    return best_scheme(records, model, [*map(Scheme, DIFFERENCES)]).name
+
+
+def best_scheme(records: Sequence[Record], model: Model, schemes: Sequence[Scheme] = ()) -> Scheme:
+    """The scheme whose fits follow left-out windows best in free runs, the first one where none can be judged.
+
+    schemes : default: `schemes_of` the records.
 
     Raises
     ------
     CannotFit : no window has a channel of the model, or a record lacks an input.
     """
-    windows = windows_of(records, model)
-    schemes = schemes_of(records)
+    windows, schemes = windows_of(records, model), schemes or schemes_of(records)
     costs = [left_out_error(scheme, windows, model) for scheme in schemes]
     return schemes[int(np.argmin(costs))]
 
