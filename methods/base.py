@@ -238,25 +238,37 @@ class RecursiveMethod(Method):
     p0: float
     theta0: Any
     prior: str
-    scheme: str
+    scheme: str | None
     _stream: Stream | None = None
 
     def check_options(self) -> None:
         super().check_options()
-        check_scheme(self.scheme)
+        if self.scheme is not None:
+            check_scheme(self.scheme)
         if not self.p0 > 0.0:
             raise BadInput(f"p0 is {self.p0!r}, a positive number is needed")
         if self.prior not in PRIORS:
             raise BadInput(f"prior is {self.prior!r}", hint=f"known: {', '.join(PRIORS)}")
+
+    def _usual_scheme(self, records: Sequence[Record] = (), model: Model | None = None) -> str:
+        """Where none is stated: the papers' forward differences for a printed variant, else those that predict left-out
+        windows best; without records, as in a stream, central ones."""
+        from ..estimation.methods_only.regression.left_out import DIFFERENCES, best_difference
+
+        if self.variant == "as_printed":
+            return "forward"
+        return DIFFERENCES[0] if model is None else best_difference(records, model)
 
     def update_rule(self, parts: Sequence[RegressionSamples]) -> UpdateRule:
         """A new rule for a run that begins with the samples `parts`."""
         raise NotImplementedError(f"{type(self).__name__} does not implement update_rule()")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        parts = regression_samples(records, model, self.scheme)
+        scheme = self.scheme or self._usual_scheme(records, model)
+        parts = regression_samples(records, model, scheme)
         prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
-        return recursion(parts, model, prior, self.update_rule(parts))
+        found = recursion(parts, model, prior, self.update_rule(parts))
+        return found._replace(extra={**found.extra, "scheme": scheme})
 
     def partial_fit(self, chunk: Record, model: Model, scale_with: Sequence[Record] | None = None) -> Estimate | None:
         """Take the next samples of a stream and return the estimate so far; None while there are too few.
@@ -274,7 +286,8 @@ class RecursiveMethod(Method):
         if self._stream is None or self._stream.model.id != model.id:
             self.check_options()
             prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
-            self._stream = Stream(model, self.scheme, prior, self.update_rule, scale_with)
+            scheme = self.scheme or self._usual_scheme()
+            self._stream = Stream(model, scheme, prior, self.update_rule, scale_with)
         wall, cpu = time.perf_counter(), time.process_time()
         with np.errstate(all="ignore"), blas_limited():
             self._stream.add(chunk)

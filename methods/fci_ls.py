@@ -61,7 +61,7 @@ class FciLs(RecursiveMethod):
         p0: float = 1e6,
         theta0=0.0,
         prior: str = "scaled",
-        scheme: str = "forward",
+        scheme: str | None = None,
         degrees: bool = False,
         variant: str = "corrected",
     ) -> None:
@@ -83,7 +83,7 @@ class FciLs(RecursiveMethod):
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         if self.variant == "corrected":
             return super().estimate(records, model)
-        if self.scheme != "forward":
+        if self.scheme not in (None, "forward"):
             raise CannotFit("the printed form has forward differences")
         tolerance = PRINTED_TOLERANCE if self.tolerance is None else self.tolerance
         return printed_fit(records, model, PrintedLearning(self.beta, int(self.most), tolerance, self.p0, self.degrees))

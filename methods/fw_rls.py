@@ -38,7 +38,7 @@ class FwRls(RecursiveMethod):
         p0: float = 1e10,
         theta0=0.0,
         prior: str = "scaled",
-        scheme: str = "forward",
+        scheme: str | None = None,
         variant: str = "corrected",
     ) -> None:
         self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme

@@ -1,20 +1,23 @@
-"""Batch least squares on difference equations (papers 000, 001 and 002 in their corrected form)."""
+"""Batch least squares, with the difference scheme or filter that predicts left-out windows best."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
+from ..estimation.methods_only.regression.left_out import SVF, Scheme, best_scheme
 from ..estimation.methods_only.regression.replay import replayed_covariance
 from ..estimation.methods_only.regression.zero_order_hold import common_step, exact_with_covariance
-from ..estimation.methods_only.tuning.space import Choice
 from ..estimation.numerics import factors
-from ..estimation.regression.least_squares import fit_by_scheme
+from ..estimation.regression.filtered_fit import coloured_covariance, fit_filtered
+from ..estimation.regression.least_squares import LeastSquares, fit_by_scheme
 from ..estimation.regression.schemes import INTEGRATED, check_scheme
 from ..estimation.results.fit import Fit
 from .base import Method
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..datasets.record import Record
     from ..models.model import Model
 
@@ -24,37 +27,49 @@ class Ls(Method):
 
     Parameters
     ----------
-    scheme : a scheme of `helmbench.estimation.regression.schemes` ('forward' is explicit Euler), or
-        'zoh': forward differences converted by the exact map for a held rudder
-        (`helmbench.estimation.methods_only.regression.zero_order_hold`), for response models.
+    scheme : a scheme of `helmbench.estimation.regression.schemes` ('forward' is explicit Euler, 'midpoint' the
+        trapezoid for first-order equations), or 'zoh': forward differences converted by the exact map for a held rudder
+        (`helmbench.estimation.methods_only.regression.zero_order_hold`), for response models.  None takes the one of
+        'forward', 'midpoint' and a state-variable filter at 5 corner frequencies whose fits follow left-out windows of
+        the records best (`helmbench.estimation.methods_only.regression.left_out`); `extra['scheme']` says which.
 
     3-DOF models need surge, sway and yaw rate (or heading); response models yaw rate or heading.  Standard errors take
     the equations' errors as independent, except for the integrated schemes, where sensor noise is coloured
-    (`helmbench.estimation.methods_only.regression.replay`).
+    (`helmbench.estimation.methods_only.regression.replay`), and for the filter, which colours it.
     """
 
     name = "ls"
-    title = "batch least squares on difference equations (QR)"
-    search_space: ClassVar = {"scheme": Choice("forward", "midpoint")}
+    title = "batch least squares (QR), difference scheme or filter by left-out windows"
 
-    def __init__(self, scheme: str = "forward") -> None:
+    def __init__(self, scheme: str | None = None) -> None:
         self.scheme = scheme
 
     def check_options(self) -> None:
         super().check_options()
-        check_scheme(self.scheme, ("zoh",))
+        if self.scheme is not None:
+            check_scheme(self.scheme, ("zoh",))
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        scheme = "forward" if self.scheme == "zoh" else self.scheme
-        found = fit_by_scheme(records, model, scheme)
-        coefficients, covariance, p = found.coefficients, found.covariance, len(model.coordinates)
-        if scheme in INTEGRATED and found.rank == p:
-            covariance = replayed_covariance(records, lambda r: fit_by_scheme(r, model, scheme).coefficients)
-        if self.scheme == "zoh":
-            coefficients, covariance = exact_with_covariance(coefficients, covariance, model, common_step(records))
-        return Fit(
-            coefficients,
-            covariance,
-            message=factors.rank_message(found.rank, p),
-            extra={"rank": found.rank, "condition": found.condition, "residual_sd": found.residual_sd.tolist()},
-        )
+        scheme = best_scheme(records, model) if self.scheme is None else Scheme(self.scheme)
+        if scheme.name == SVF:
+            filtered = fit_filtered(records, model, scheme.omega)
+            return _fit(filtered.solution, coloured_covariance(filtered, model), scheme)
+        if scheme.name == "zoh":
+            found = fit_by_scheme(records, model, "forward")
+            exact, covariance = exact_with_covariance(found.coefficients, found.covariance, model, common_step(records))
+            return _fit(found._replace(coefficients=exact), covariance, scheme)
+        found = fit_by_scheme(records, model, scheme.name)
+        if scheme.name in INTEGRATED and found.rank == len(model.coordinates):
+            covariance = replayed_covariance(records, lambda r: fit_by_scheme(r, model, scheme.name).coefficients)
+            return _fit(found, covariance, scheme)
+        return _fit(found, found.covariance, scheme)
+
+
+def _fit(found: LeastSquares, covariance: np.ndarray, scheme: Scheme) -> Fit:
+    chosen = {"scheme": scheme.name} | ({"omega_rad_s": scheme.omega} if scheme.name == SVF else {})
+    return Fit(
+        found.coefficients,
+        covariance,
+        message=factors.rank_message(found.rank, len(found.coefficients)),
+        extra=chosen | {"rank": found.rank, "condition": found.condition, "residual_sd": found.residual_sd.tolist()},
+    )

@@ -29,7 +29,7 @@ class MiRls(RecursiveMethod):
     search_space: ClassVar = {"length": Integer(1, 50, log=True), "p0": Real(1e-2, 1e12, log=True)}
 
     def __init__(
-        self, length: int = 10, p0: float = 1e10, theta0=0.0, prior: str = "scaled", scheme: str = "forward"
+        self, length: int = 10, p0: float = 1e10, theta0=0.0, prior: str = "scaled", scheme: str | None = None
     ) -> None:
         self.length = length
         self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme

@@ -40,7 +40,7 @@ class NmiRls(RecursiveMethod):
         p0: float = 1e6,
         theta0=0.0,
         prior: str = "scaled",
-        scheme: str = "forward",
+        scheme: str | None = None,
         variant: str = "corrected",
     ) -> None:
         self.omega, self.length, self.variant = omega, length, variant

@@ -22,7 +22,9 @@ class Rls(RecursiveMethod):
     theta0 : initial coefficients, one number for all or (p,) numbers.
     prior : 'scaled' (every regressor column and equation of unit root mean square) or 'physical' (the model's
         coordinates and unscaled rows, as in paper 000).
-    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
+    scheme : difference scheme, see `helmbench.estimation.regression.schemes`; None: of central ('midpoint', the
+        trapezoid for first-order equations) and forward differences those whose fits follow left-out windows of the
+        records best, in a stream central ones; for printed variants the papers' forward ones.
 
     Several records are gone through one after the other; P and the coefficients are carried over.
     """
@@ -31,7 +33,7 @@ class Rls(RecursiveMethod):
     title = "recursive least squares"
     search_space: ClassVar = {"p0": Real(1e-2, 1e12, log=True)}
 
-    def __init__(self, p0: float = 1e10, theta0=0.0, prior: str = "scaled", scheme: str = "forward") -> None:
+    def __init__(self, p0: float = 1e10, theta0=0.0, prior: str = "scaled", scheme: str | None = None) -> None:
         self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme
 
     def update_rule(self, parts: Sequence[RegressionSamples]) -> UpdateRule:

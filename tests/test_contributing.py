@@ -235,7 +235,9 @@ def test_example_score_fills_its_column(tmp_path, monkeypatch):
     from helmbench.bench.scores import registry
     from helmbench.bench.store import read_tables
 
-    (tmp_path / "mine.yaml").write_text("entries: [{vessels: response-1, methods: ls, euler: true}]", encoding="utf-8")
+    (tmp_path / "mine.yaml").write_text(
+        "entries: [{vessels: response-1, methods: ls-forward, euler: true}]", encoding="utf-8"
+    )
     loaded("helmbench.bench.scores.nearly_right", example("python", "A score: one file"), tmp_path, monkeypatch)
     registry.scores.cache_clear()
     suite = suites.load_suite(str(tmp_path / "mine.yaml"))

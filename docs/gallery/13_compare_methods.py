@@ -2,7 +2,7 @@
 Methods side by side on one record
 ==================================
 
-Least squares on differences, its robust relatives and output error fit the same model to the same noisy record. The
+Least squares, its robust relatives and output error fit the same model to the same noisy record. The
 error is that of free runs along a record that took no part.
 """
 

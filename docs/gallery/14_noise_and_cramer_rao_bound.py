@@ -3,9 +3,9 @@ Noise, and the smallest error that is possible
 ==============================================
 
 No unbiased method can have a smaller standard deviation than the Cramer-Rao bound. Twenty records with other noise
-show how near output error and least squares come to it for the gain K. Least squares differentiates the noise, which
-costs accuracy and biases K. The bound takes the rudder as exactly known. Noise of the measured rudder angle, which the
-preset `low` has too, drives the model and comes on top: the third row.
+show how near output error and least squares on forward differences come to it for the gain K. These differentiate the
+noise, which costs accuracy and biases K. The bound takes the rudder as exactly known. Noise of the measured rudder
+angle, which the preset `low` has too, drives the model and comes on top: the third row.
 """
 
 import matplotlib.pyplot as plt
@@ -23,7 +23,7 @@ gains = {
     name: [helmbench.identify(given.record(i), "response-1", method).parameters["K"] for i in range(runs)]
     for name, method, given in (
         ("output-error", "output-error", many),
-        ("ls", "ls", many),
+        ("ls-forward", "ls-forward", many),
         ("output-error, noisy rudder", "output-error", noisy_rudder),
     )
 }

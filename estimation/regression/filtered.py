@@ -76,7 +76,7 @@ def filtered_rows(records: Sequence[Record], model: Model, omega: float, order: 
     ------
     CannotFit : a record lacks a channel, or there are no more rows than coefficients.
     """
-    found = [rows for record in records for rows in _pieces(record, model, omega, order)]
+    found = [rows for record in records for rows in filtered_pieces(record, model, omega, order)]
     check_enough_rows(sum(rows.parts.accelerations.size for rows in found), model)
     return found
 
@@ -145,8 +145,13 @@ def stretches(record: Record, channels: Sequence[np.ndarray]) -> list[Record]:
     return [record.slice(a, b) for a, b in pairwise(edges) if not outside[a]]
 
 
-def _pieces(record: Record, model: Model, omega: float, order: int) -> Iterator[FilteredRows]:
-    """Rows of every stretch of a record that is long enough, for each source of the yaw rate."""
+def filtered_pieces(record: Record, model: Model, omega: float, order: int = ORDER) -> Iterator[FilteredRows]:
+    """Rows, however few, of every stretch of a record that is long enough, for each source of the yaw rate.
+
+    Raises
+    ------
+    CannotFit : the record lacks a channel.
+    """
     for source in _sources(record, model):
         motions = [require(record, s) for s in model.regression_states if s in ("u", "v")]
         used = [require(record, source), *motions, *inputs_of(record, model).values()]
@@ -194,10 +199,15 @@ def _inputs(record: Record, model: Model, filtered: _Filter) -> dict[str, np.nda
     return found | {"delta": rudder[:, 0], "delta_rate": rudder[:, 1]}
 
 
-def row_factors(found: Sequence[FilteredRows], model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Triangular factors (e, p + 1, p + 1) of [Phi | y] and numbers of rows (e,); one per equation and yaw source."""
+def row_factors(
+    found: Sequence[FilteredRows], model: Model, sources: Sequence[str] = ()
+) -> tuple[np.ndarray, np.ndarray]:
+    """Triangular factors (e, p + 1, p + 1) of [Phi | y] and numbers of rows (e,); one per equation and yaw source.
+
+    sources : those that get equations even where no row has them; default: the ones of the rows.
+    """
     k, p = n_accelerations(model), len(model.coordinates)
-    sources = sorted({rows.source for rows in found})
+    sources = sources or sorted({rows.source for rows in found})
     folded = {(s, e): factors.empty(p) for s in sources for e in range(k)}
     counts = dict.fromkeys(folded, 0)
     for rows in found:

@@ -69,7 +69,12 @@ def _cost(squares: Sequence[np.ndarray], series: Sequence[Series]) -> float:
 
 def free_run_cost(model: Model, series: Sequence[Series]) -> float:
     """Negative log likelihood of the model's free runs, each from its best initial state; inf if one diverges."""
-    if not model.known:
+    return left_out_cost([model] * len(series), series)
+
+
+def left_out_cost(models: Sequence[Model], series: Sequence[Series]) -> float:
+    """As `free_run_cost`, with a model of its own for each series: the one that was fitted without it."""
+    if not all(model.known for model in models):
         return np.inf
-    fitted = [fitted_start(model, s) for s in series]
-    return _cost([free_run.squares(model, s, s.start) for s in fitted], fitted)
+    starts = [fitted_start(model, s) for model, s in zip(models, series, strict=True)]
+    return _cost([free_run.squares(model, s, s.start) for model, s in zip(models, starts, strict=True)], starts)

@@ -6,7 +6,7 @@ What the regret of an advice is, `EXPLAINED` says.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -14,22 +14,29 @@ import numpy as np
 from ...bench.situations import SEEDS, Situation
 from ...models.model import resolve
 from ..numbers import MISSING, number, percent
-from ..tables import Column, Table, field, make_table, markdown
+from ..tables import Column, Table, make_table, markdown
+from ..tables import field as column
 from .answer import FLOOR, GOOD, shortlist
 from .columns import count, numeric
 from .contest import Contest
-from .standings import median
+from .standings import CASES, median
 
+UNKNOWN = "output-error"
+"""The advice where a ship's equations are unknown: no rule tried was shown to be better, see
+docs/how-to/read-the-leaderboard.md."""
 EXPLAINED = (
     "The regret of an advice is the error of the method that it names over the least error of all methods there; it is "
     "infinite (a dash) where that method fails or diverges. Errors are medians over "
     f"{SEEDS} draws of the noise. A method that does not apply is passed over. "
     f"Errors below {FLOOR:g} of what the record varies by count as {FLOOR:g}: nobody needs the difference. The page "
     "also lists a few methods to compare: of these the one is taken that errs least on one more record, another "
-    "manoeuvre with the same sensors in the same weather, for each draw of the noise."
+    "manoeuvre with the same sensors in the same weather, for each draw of the noise. "
+    f"Where the ship's equations are unknown, the advice is {UNKNOWN}, whatever the page ranks first."
 )
 CONDITIONS = ("case", "noise", "disturbance", "model", "sampling", "excitation")
 """What the page is asked with, the most important first."""
+PLAIN_RULES = ("output-error", "grey-gp")
+"""Methods that somebody could always take: an advice that is no better than each of them is worth nothing."""
 LEAST_SHIPS = 2
 """Ships that an answer must rest on, else a condition is left open."""
 
@@ -45,7 +52,10 @@ class Advice:
 
 @dataclass(frozen=True)
 class Tested:
-    """A situation, the advice, its error, that of the method chosen from the list, and the best one with its error."""
+    """A situation, the advice, its error, that of the method chosen from the list, and the best one with its error.
+
+    plain : method of `PLAIN_RULES` -> its error there, infinite where it does not apply.
+    """
 
     situation: Situation
     advice: Advice
@@ -53,6 +63,7 @@ class Tested:
     chosen_error: float
     best: str
     least: float
+    plain: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def regret(self) -> float:
@@ -60,13 +71,23 @@ class Tested:
         return max(self.error, FLOOR) / max(self.least, FLOOR)
 
     @property
+    def regret_without_floor(self) -> float:
+        """The same with errors as they are."""
+        return self.error / self.least if np.isfinite(self.error) else np.inf
+
+    @property
     def chosen_regret(self) -> float:
         """The same of the method that was chosen from the list."""
         return max(self.chosen_error, FLOOR) / max(self.least, FLOOR)
 
+    def plain_regret(self, method: str) -> float:
+        """The same of a method of `PLAIN_RULES`."""
+        return max(self.plain.get(method, np.inf), FLOOR) / max(self.least, FLOOR)
+
 
 def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) -> Advice | None:
-    """The method that the page ranks first for what somebody has, as somebody would ask.
+    """The method to take for what somebody has, as somebody would ask: the one that the page ranks first or, where the
+    ship's equations are unknown, `UNKNOWN`.
 
     The page is asked suite by suite: the case, then as many of the wanted conditions as the suite's problems have, each
     by its own text or the nearest one.  The suite with the most of them counts, of several the one with most problems.
@@ -74,7 +95,7 @@ def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) ->
     Parameters
     ----------
     wanted : case, and conditions (`contest.DIMENSIONS`) -> text.
-    applies : methods that can be used with the records; the first of them in the ranking is named.
+    applies : methods that can be used with the records, of which one is named.
     """
     found = [_asked(board.where({"suite": suite}), wanted) for suite in board.problems["suite"].astype(str).unique()]
     ranked = [(own, chosen) for own, chosen in found if len(own.order()) > 1]
@@ -85,7 +106,8 @@ def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) ->
     usable = [name for name in names if name in applies]
     if not usable:
         return Advice(names[0], (names[0],), chosen)
-    return Advice(usable[0], tuple(shortlist(own, usable)[0]), chosen)
+    plain = wanted.get("case") == CASES[1] and UNKNOWN in applies
+    return Advice(UNKNOWN if plain else usable[0], tuple(shortlist(own, usable)[0]), chosen)
 
 
 def advices(board: Contest, fresh: Contest, situations: Sequence[Situation]) -> dict[Situation, Advice]:
@@ -109,12 +131,13 @@ def _tested(fresh: Contest, checks: Contest, one: Situation, advice: Advice) -> 
     (at,), place = _places(fresh, one, held_out="+".join(one.held_out)), _check_of(checks, one)
     errors = fresh.errors[at]
     least = int(np.nanargmin(errors))
-    error = errors[fresh.methods.index(advice.method)] if advice.method in fresh.methods else np.nan
-    error = np.inf if np.isnan(error) else float(error)
+    known = {name: float(value) for name, value in zip(fresh.methods, errors, strict=True) if not np.isnan(value)}
+    error, plain = known.get(advice.method, np.inf), {name: known.get(name, np.inf) for name in PLAIN_RULES}
     chosen = (
         np.nan if place is None else _chosen(fresh.runs[at], fresh.methods, checks.runs[place], checks.methods, advice)
     )
-    return Tested(one, advice, error, error if np.isnan(chosen) else chosen, fresh.methods[least], float(errors[least]))
+    chosen_error = error if np.isnan(chosen) else chosen
+    return Tested(one, advice, error, chosen_error, fresh.methods[least], float(errors[least]), plain)
 
 
 def _chosen(
@@ -136,17 +159,29 @@ def _chosen(
 
 
 def summary(found: Sequence[Tested]) -> str:
-    """The shares of good advice in two sentences, with 95 % intervals (Wilson)."""
+    """The shares of good advice, with 95 % intervals (Wilson), and the plain rules beside it."""
     if not found:
         return "No situation could be judged."
-    kinds = {one.situation.kind.partition(",")[0] for one in found}
-    each = [(kind, [one.regret for one in found if one.situation.kind.startswith(kind)]) for kind in sorted(kinds)]
-    told = [f"{kind} {percent(_count(regrets) / len(regrets))} of {len(regrets)}" for kind, regrets in each]
     return (
-        f"In {len(found)} fresh situations the method that this page names errs less than {GOOD:g} times the least "
-        f"error of all methods in {_good([one.regret for one in found])} ({', '.join(told)}). The best on one more "
-        f"record of the methods that it lists does so in {_good([one.chosen_regret for one in found])}."
+        f"In {len(found)} fresh situations the method that is advised errs less than {GOOD:g} times the least "
+        f"error of all methods in {_good([one.regret for one in found])}. Without the floor, below "
+        f"which errors count as {FLOOR:g}, it does so in {_good([one.regret_without_floor for one in found])}. "
+        f"The best on one more record of the methods that it lists does so in "
+        f"{_good([one.chosen_regret for one in found])}. {_plain_rules(found)}"
     )
+
+
+def _plain_rules(found: Sequence[Tested]) -> str:
+    """The plain rules beside the advice, for each kind of equations."""
+    parts = []
+    for kind in ("own equations", "other equations"):
+        if own := [one for one in found if one.situation.kind.startswith(kind)]:
+            rules = [("the advice", [one.regret for one in own])]
+            rules += [(f"always {name}", [one.plain_regret(name) for one in own]) for name in PLAIN_RULES]
+            told = "; ".join(f"{name} {_good(regrets)}" for name, regrets in rules)
+            rule = f" (the advice is {UNKNOWN}, whatever ranks first)" if kind == "other equations" else ""
+            parts.append(f"{kind[:1].upper()}{kind[1:]}{rule}, {len(own)} situations: {told}.")
+    return " ".join(parts)
 
 
 def _count(regrets: Sequence[float]) -> int:
@@ -179,16 +214,17 @@ def report(found: Sequence[Tested], drawn: int, seed: int) -> str:
 def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:
     def row(kind: str, own: Sequence[Tested]) -> dict[str, Any]:
         named, chosen = [one.regret for one in own], [one.chosen_regret for one in own]
-        shares = {"named": named, "chosen": chosen}
+        shares = {"named": named, "chosen": chosen, "raw": [one.regret_without_floor for one in own]}
         return {"kind": kind, "n": len(own), "median": median(named), "median_chosen": median(chosen)} | {
             name: _count(regrets) / len(own) for name, regrets in shares.items()
         }
 
     columns = [
-        field("kind"),
+        column("kind"),
         count("n", "situations"),
         numeric(f"named: regret below {GOOD:g}", "named", percent),
         numeric("median", "median"),
+        numeric("without the floor", "raw", percent),
         numeric(f"chosen from the list: regret below {GOOD:g}", "chosen", percent),
         numeric("median", "median_chosen"),
     ]
@@ -213,7 +249,7 @@ def _situations(found: Sequence[Tested]) -> Table:
         for one in sorted(found, key=lambda one: -one.regret)
     ]
     names = ("ship", "model", "train", "predict", "noise", "disturbance", "asked", "advice", "list", "best")
-    columns = [*map(field, names), Column("regret", lambda row: _told(row["regret"]), lambda row: row["regret"])]
+    columns = [*map(column, names), Column("regret", lambda row: _told(row["regret"]), lambda row: row["regret"])]
     return make_table(columns, rows)
 
 

@@ -19,6 +19,8 @@ GOOD, FLOOR = 1.3, 0.01
 """An error is good below this multiple of the least of all methods; free-run errors below the floor count as it."""
 SHORT, ENOUGH = 5, 0.95
 """Most methods of a short list, and the share of problems with a good one among them from which it is whole."""
+FLOORS, LITTLE = ("mean", "straight-line"), 0.5
+"""Methods of the kind floor, and the share of their error above which a method has little skill."""
 MEAN = 1.0
 """Free-run error of the mean of the record."""
 USELESS = "None predicts better than the mean of the record (error 1); least bad: "
@@ -51,11 +53,36 @@ def sentence(board: Contest) -> str:
     error, seconds = median(board.errors[:, best]), median(board.times[:, best])
     if not np.isfinite(error):
         return "No method predicts these problems with a finite error."
-    useless = "" if error < MEAN or board.criterion != "prediction" else USELESS
     others = rivals(board)
     told = _others(places[0].method, others) if others else ""
-    listed = _listed(board) if board.criterion == "prediction" else ""
-    return f"{useless}{places[0].method} (error {number(error)}, {number(seconds)} s){told}.{listed}"
+    figures = f"{places[0].method} (error {number(error)}, {number(seconds)} s; {_problems(board, best)})"
+    if board.criterion != "prediction":
+        return f"{figures}{told}."
+    useless = "" if error < MEAN else USELESS
+    return f"{useless}{figures}{'' if useless else _little_skill(board, best)}{told}.{_listed(board)}"
+
+
+def _problems(board: Contest, method: int) -> str:
+    """How many problems of how many ships a method's error is the median of."""
+    known = ~np.isnan(board.errors[:, method])
+    counts = (int(known.sum()), "problem"), (int(board.problems["vessel"][known].nunique()), "ship")
+    return " of ".join(f"{count} {word}{'s' if count != 1 else ''}" for count, word in counts)
+
+
+def _little_skill(board: Contest, best: int) -> str:
+    """Against what an error is no great one: the better of the floors, over the problems that both have."""
+    if board.methods[best] in FLOORS:
+        return ", which identifies nothing"
+    found = []
+    for name in FLOORS:
+        if name in board.methods:
+            floor, own = board.errors[:, board.methods.index(name)], board.errors[:, best]
+            both = ~np.isnan(floor) & ~np.isnan(own)
+            found += [(median(floor[both]), name, median(own[both]))] if both.any() else []
+    error, name, own = min(found, default=(np.inf, "", 0.0))
+    if not own > LITTLE * error:
+        return ""
+    return f", which is little skill: {name}, without any identification, errs {number(error)}"
 
 
 def shortlist(board: Contest, methods: Sequence[str]) -> tuple[list[str], float, int]:
@@ -117,15 +144,20 @@ def _others(best: str, others: Sequence[Rival]) -> str:
     if good:
         more = f" and {len(good) - NAMED} more" if len(good) > NAMED else ""
         named = f"{', '.join(other.method for other in good[:NAMED])}{more}"
-        return f"; as good (error below {NEAR:g} times, {good[0].sample}): {named}; fast choice: {_fast(best, good)}"
+        return f"; as good (error below {NEAR:g} times, {_sample(good[0])}): {named}; fast choice: {_fast(best, good)}"
     least = min(others, key=lambda other: round(other.error_ratio, 9))
     near = f"{least.method} errs {number(least.error_ratio)} times as much"
     if all(other.verdict == FEW for other in others):
         most = max(others, key=lambda other: int(other.sample.split()[0]))
         return f"; too few problems ({most.sample}) to say which are as good; the nearest, {near}"
     if least.verdict == WORSE:
-        return f"; no other is as good: the nearest, {near} ({least.sample})"
-    return f"; none is shown to be as good, and it is not settled: {near} ({least.sample})"
+        return f"; no other is as good: the nearest, {near} ({_sample(least)})"
+    return f"; none is shown to be as good, and it is not settled: {near} ({_sample(least)})"
+
+
+def _sample(other: Rival) -> str:
+    """What a verdict rests on, and how small its p can be."""
+    return f"{other.sample}, with which p is {number(other.least_p)} at the least"
 
 
 def _fast(best: str, good: Sequence[Rival]) -> str:

@@ -24,6 +24,7 @@ DIMENSIONS = {
     "case": "what is known",
     "vessel": "vessel",
     "excitation": "excitation",
+    "predicted": "predicted records",
     "noise": "noise",
     "disturbance": "disturbance",
     "channels": "channels",
@@ -164,6 +165,7 @@ def described(cells: Frame, runs: Frame) -> Frame:
     problems = problems.merge(suites, on=CELL, how="left") if len(runs) else problems.assign(suite="all")
     texts = {
         "excitation": problems["train"].astype(str).map(excitation),
+        "predicted": problems["held_out"].astype(str).map(predicted),
         "sampling": [sampling(n, share) for n, share in zip(problems["thinning"], problems["length"], strict=True)],
     }
     problems = problems.assign(**texts)
@@ -190,6 +192,12 @@ def excitation(train: str) -> str:
         return f"{kinds[0]} {', '.join(part.partition(':')[2] for part in parts)}{euler}"
     named = [KINDS.get(kind, kind) for kind in kinds]
     return f"{', '.join(named[:-1])} and {named[-1]}{euler}"
+
+
+def predicted(held_out: str) -> str:
+    """Held-out records in a few words, with their conditions: `zz_10, zz_20 (set kvlcc2-marin)`."""
+    records, begin, conditions = held_out.partition(" (")
+    return excitation(records) + begin + conditions
 
 
 def sampling(thinning: int, length: float) -> str:

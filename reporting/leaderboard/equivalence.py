@@ -39,6 +39,7 @@ class Rival:
     p : of the verdict's test; of a method that is not settled that of being as good; nan without a test.
     speed : median ratio of the times of a fit, best / its.
     sample : what was tested, such as `9 ships`.
+    least_p : the smallest p that an exact signed-rank test of this sample can have.
     """
 
     method: str
@@ -48,6 +49,7 @@ class Rival:
     p: float
     speed: float
     sample: str
+    least_p: float
 
 
 def rivals(board: Contest) -> list[Rival]:
@@ -65,7 +67,8 @@ def against(board: Contest, best: int, other: int) -> Rival:
     if verdict == EQUAL and not max(ratio, _shown(board, best, other)) <= NEAR:
         verdict = OPEN
     told = f"{values.size} {unit if values.size != 1 else SINGLE[unit]}"
-    return Rival(board.methods[other], other, ratio, verdict, p, _speed(board, best, other), told)
+    least_p = max((0.5**group.size for group in groups), default=1.0)
+    return Rival(board.methods[other], other, ratio, verdict, p, _speed(board, best, other), told, least_p)
 
 
 def samples(board: Contest, best: int, other: int) -> tuple[list[np.ndarray], str]:

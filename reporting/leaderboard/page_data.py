@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from ...bench.kinds.identification.plan import AS_MEASURED
 from ...models.model import list_vessels
 from .contest import CRITERIA, DIMENSIONS, MOST_VALUES, Contest, contest, levels
 from .standings import CASES, CELL, Frame
@@ -230,7 +231,7 @@ def _within(found: dict[str, Any], board: Contest) -> dict[str, Any]:
 
 def _problem(row: Mapping[str, Any]) -> list[str]:
     """Texts of a problem for a reader: vessel, model, training records, held-out records, noise, other conditions."""
-    other = [row["disturbance"] if row["disturbance"] != "none" else "", row["sampling"]]
+    other = [row["disturbance"] if row["disturbance"] not in ("none", AS_MEASURED) else "", row["sampling"]]
     rest = ", ".join(text for text in other if text and text != "whole records")
     return [row["vessel"], row["model"], row["train"], row["held_out"], row["noise"], rest]
 

@@ -10,8 +10,11 @@ import io
 import json
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ...bench.kinds import IDENTIFICATION
 from ...bench.kinds.identification.columns import PARAMETERS, RESULTS
@@ -30,7 +33,7 @@ from .estimates import summarised
 from .findings import Finding, beyond, findings, tuners_compared
 from .page import headline, html
 from .page_data import MEASURED, as_script, page_data
-from .standings import CELL, Frame
+from .standings import CASES, CELL, Frame
 from .statistics import Statistics
 from .tables import overall_table
 from .tuners import tuner_table
@@ -72,7 +75,7 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
     traces = [entry for source in sources for entry in read_traces(source)]
     manifest = combined(manifests)
     written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters), MANIFEST: _json(manifest)}
-    made = pages(manifest, results, parameters, traces, advice=_tested(folder), slow=_slow(folder))
+    made = pages(manifest, results, parameters, traces, advice=_tested(folder), slow=slow_board(folder))
     return _written(folder, written | made)
 
 
@@ -93,7 +96,7 @@ def publish_again(folder: str | Path) -> tuple[Path, ...]:
         raise BadInput(f"cannot be read ({error})", file=folder) from None
     page = folder / PAGE
     old = json.loads(page.read_text().partition(DATA)[2].partition("</script>")[0]) if page.is_file() else None
-    return _written(folder, pages(manifest, results, parameters, (), old, _tested(folder), _slow(folder)))
+    return _written(folder, pages(manifest, results, parameters, (), old, _tested(folder), slow_board(folder)))
 
 
 def _tested(folder: Path) -> str:
@@ -103,13 +106,40 @@ def _tested(folder: Path) -> str:
     return (folder / ADVICE).read_text(encoding="utf-8").split("\n\n")[1]
 
 
-def _slow(folder: Path) -> str:
-    """The headlines of the board in the folder's `SLOW`; empty without one."""
-    page = folder / SLOW / README
-    if not page.is_file():
-        return ""
+@dataclass(frozen=True)
+class SlowBoard:
+    """The board of fits that may take minutes: its headlines in one line, and its problems, one row (`CELL`) each."""
+
+    headlines: str
+    problems: Frame
+
+    def told(self, main: Contest) -> str:
+        """Its headlines, how its problems differ from the main board's, and whom that ranks first on those of both."""
+        import pandas as pd
+
+        own, theirs = (pd.MultiIndex.from_frame(frame[CELL].astype(str)) for frame in (main.problems, self.problems))
+        both = np.asarray(own.isin(theirs))
+        if both.all() and len(own) == len(theirs):
+            return self.headlines
+        text = f"{self.headlines} It has {len(theirs)} problems, this board {len(own)}; both have {both.sum()} of them"
+        named = [
+            f"{case} {places[0].method}"
+            for case in CASES
+            if (places := [place for place in main.kept(both).where({"case": case}).order() if not place.partial])
+        ]
+        return f"{text}, on which this board ranks first: {', '.join(named)}." if named else f"{text}."
+
+
+def slow_board(folder: Path) -> SlowBoard | None:
+    """The board in the folder's `SLOW`; None without one."""
+    import pandas as pd
+
+    page, table = folder / SLOW / README, folder / SLOW / RESULTS
+    if not (page.is_file() and table.is_file()):
+        return None
     lines = page.read_text(encoding="utf-8").splitlines()
-    return " ".join(line.strip("*") for line in lines if line.startswith("**"))
+    headlines = " ".join(line.strip("*") for line in lines if line.startswith("**"))
+    return SlowBoard(headlines, pd.read_parquet(table, columns=CELL).drop_duplicates())
 
 
 def _written(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
@@ -125,7 +155,7 @@ def pages(
     traces: Sequence[Mapping[str, Any]],
     old: Mapping[str, Any] | None = None,
     advice: str = "",
-    slow: str = "",
+    slow: SlowBoard | None = None,
 ) -> dict[str, bytes]:
     """README, page and picture by name.
 
@@ -135,7 +165,7 @@ def pages(
     ----------
     old : data of an earlier page of the same results, whose curves are kept.
     advice : what the test of the advice says.
-    slow : the headlines of the board of fits that may take minutes.
+    slow : the board of fits that may take minutes.
     """
     runs, estimates, tuning = judged_runs(results, parameters)
     cells = standings.cell_table(runs)
@@ -150,7 +180,9 @@ def pages(
     compared = None if tuning is None else contest_of_tuners(tuning, parameters)
     findings = [*told(runs, found, every), *(tuners_compared(compared) if compared else [])]
     texts = {
-        README: readme(manifest, results, board, lines, found, findings, compared, advice, slow),
+        README: readme(
+            manifest, results, board, lines, found, findings, compared, advice, slow.told(found.board) if slow else ""
+        ),
         PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else "", advice),
         PICTURE: picture(board),
     }

@@ -1,7 +1,7 @@
 // Ranks, tests and the answer, as reporting/leaderboard/contest.py, equivalence.py and answer.py compute them.
 "use strict";
 const Ranking = (function () {
-  const COVERAGE = 0.9, LEVEL = 0.05, LEAST = 5, NEAR = 1.25, FASTER = 1.2, NAMED = 4, EXACT_PAIRS = 50, GOOD = 1.3, FLOOR = 0.01, SHORT = 5, ENOUGH = 0.95, MEAN = 1;
+  const COVERAGE = 0.9, LEVEL = 0.05, LEAST = 5, NEAR = 1.25, FASTER = 1.2, NAMED = 4, EXACT_PAIRS = 50, GOOD = 1.3, FLOOR = 0.01, SHORT = 5, ENOUGH = 0.95, MEAN = 1, FLOORS = ["mean", "straight-line"], LITTLE = 0.5;
   const EQUAL = "as good", WORSE = "worse", OPEN = "not settled", FEW = "too few";
   const SINGLE = { ships: "ship", problems: "problem", "seeds of one problem": "seed of one problem" };
   const NOTHING = "No two methods were compared under these conditions.";
@@ -138,7 +138,8 @@ const Ranking = (function () {
     if (verdict === EQUAL && !(Math.max(ratio, shownRatio(b, best, other)) <= NEAR)) verdict = OPEN;
     const speeds = b.times.map(function (row) { return row[best] > 0 && row[other] > 0 ? row[best] / row[other] : null; });
     return { method: b.methods[other], index: other, errorRatio: ratio, verdict: verdict, p: p, speed: median(speeds),
-      size: values.length, sample: values.length + " " + (values.length === 1 ? SINGLE[found.unit] : found.unit) };
+      size: values.length, sample: values.length + " " + (values.length === 1 ? SINGLE[found.unit] : found.unit),
+      leastP: found.groups.length ? Math.max(...found.groups.map(function (own) { return Math.pow(0.5, own.length); })) : 1 };
   }
   function rivals(b, places) {
     const full = places.filter(function (place) { return !place.partial; });
@@ -164,7 +165,7 @@ const Ranking = (function () {
     const good = rest.filter(function (other) { return other.verdict === EQUAL; });
     if (good.length) {
       const named = good.slice(0, NAMED).map(function (other) { return other.method; }).join(", ");
-      return "; as good (error below " + NEAR + " times, " + good[0].sample + "): " + named +
+      return "; as good (error below " + NEAR + " times, " + sampled(good[0]) + "): " + named +
         (good.length > NAMED ? " and " + (good.length - NAMED) + " more" : "") + "; fast choice: " + fastChoice(best, good);
     }
     const least = rest.reduce(function (a, c) { return Math.round(c.errorRatio * 1e9) < Math.round(a.errorRatio * 1e9) ? c : a; });
@@ -173,8 +174,26 @@ const Ranking = (function () {
       const most = rest.reduce(function (a, c) { return c.size > a.size ? c : a; });
       return "; too few problems (" + most.sample + ") to say which are as good; the nearest, " + near;
     }
-    if (least.verdict === WORSE) return "; no other is as good: the nearest, " + near + " (" + least.sample + ")";
-    return "; none is shown to be as good, and it is not settled: " + near + " (" + least.sample + ")";
+    if (least.verdict === WORSE) return "; no other is as good: the nearest, " + near + " (" + sampled(least) + ")";
+    return "; none is shown to be as good, and it is not settled: " + near + " (" + sampled(least) + ")";
+  }
+  function sampled(other) { return other.sample + ", with which p is " + number(other.leastP) + " at the least"; }
+  function counted(count, word) { return count + " " + word + (count === 1 ? "" : "s"); }
+  function problems(b, method) {
+    const known = b.errors.map(function (_, i) { return i; }).filter(function (i) { return b.errors[i][method] !== null; });
+    return counted(known.length, "problem") + " of " + counted(new Set(known.map(function (i) { return b.ships[i]; })).size, "ship");
+  }
+  function littleSkill(b, best) { // against what an error is no great one
+    if (FLOORS.includes(b.methods[best])) return ", which identifies nothing";
+    let least = { error: Infinity, name: "", own: 0 };
+    FLOORS.forEach(function (name) {
+      const floor = b.methods.indexOf(name);
+      if (floor < 0) return;
+      const both = b.errors.filter(function (row) { return row[floor] !== null && row[best] !== null; });
+      const error = median(both.map(function (row) { return row[floor]; }));
+      if (error < least.error) least = { error: error, name: name, own: median(both.map(function (row) { return row[best]; })) };
+    });
+    return least.own > LITTLE * least.error ? ", which is little skill: " + least.name + ", without any identification, errs " + number(least.error) : "";
   }
   function answer(b, places, rest) {
     const full = places.filter(function (place) { return !place.partial; });
@@ -185,7 +204,8 @@ const Ranking = (function () {
     if (!isFinite(error)) return "No method predicts these problems with a finite error.";
     const useless = error >= MEAN && b.criterion === "prediction"
       ? "None predicts better than the mean of the record (error 1); least bad: " : "";
-    return useless + full[0].method + " (error " + number(error) + ", " + number(seconds) + " s)" + (rest.length ? others(full[0].method, rest) : "") + "." +
+    return useless + full[0].method + " (error " + number(error) + ", " + number(seconds) + " s; " + problems(b, best) + ")" +
+      (useless || b.criterion !== "prediction" ? "" : littleSkill(b, best)) + (rest.length ? others(full[0].method, rest) : "") + "." +
       (b.criterion === "prediction" ? listed(b, full) : "");
   }
   function covering(good) { // at most SHORT columns that together are true in many rows; a row counts a quarter each time it is covered

@@ -241,9 +241,8 @@ const Runs = (function () {
     const label = make("label", { class: "wide" }, body), select = make("select", { id: "choose-problem" }, label);
     label.prepend(make("span", { text: "problem" }));
     stored.forEach(function (i) {
-      const k = problems.indexOf(i), e = board.errors[k][j], p = data.problems[i];
-      const text = p[0] + " as " + p[1] + ", noise " + p[4] + (p[5] ? ", " + p[5] : "") + ": error " + (e === Infinity ? "infinite" : Ranking.number(e));
-      make("option", { value: String(i), text: text }, select);
+      const e = board.errors[problems.indexOf(i)][j];
+      make("option", { value: String(i), text: titleOf(data, i, stored) + ": error " + (e === Infinity ? "infinite" : Ranking.number(e)) }, select);
     });
     select.value = state.problem;
     select.addEventListener("change", function () { state.problem = select.value; changed(); document.getElementById("choose-problem").focus(); });
@@ -252,6 +251,13 @@ const Runs = (function () {
     curves(make("div", { class: "charts" }, body), run, entry, method);
     estimates(body, run, entry);
     recursion(body, run, entry, method);
+  }
+  function titleOf(data, i, others) { // conditions, and the records where they alone tell it from another problem
+    const conditions = function (p) { return p[0] + " as " + p[1] + ", noise " + p[4] + (p[5] ? ", " + p[5] : ""); };
+    const p = data.problems[i], text = conditions(p);
+    const equal = others.map(function (k) { return data.problems[k]; }).filter(function (q) { return conditions(q) === text; });
+    const differ = function (place) { return equal.some(function (q) { return q[place] !== p[place]; }); };
+    return text + (differ(2) ? ", trained on " + p[2] : "") + (differ(3) ? ", predicting " + p[3] : "");
   }
   return { show: show };
 })();

@@ -29,7 +29,7 @@ def _cost(study: Study, tiny: Row) -> Iterator[str]:
 What does a study of 10^8 runs take, and what breaks first? The figures on this page are computed from one measured
 row of `reports/timing` (`{tiny.what}`:
 {tiny.remark}), so they are those of the machine and the code named there. A run is as small as a run can be here: one
-fit of `ls` with its record, its scores and its row in the results.
+fit of `ls-forward` with its record, its scores and its row in the results.
 
 | of one run | measured |
 |---|---|

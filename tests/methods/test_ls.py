@@ -5,6 +5,7 @@ import pytest
 
 from helmbench.datasets.record import Record
 from helmbench.methods.ls import Ls
+from helmbench.methods.ls_forward import LsForward
 from helmbench.models.errors import BadInput
 from helmbench.models.model import list_vessels, resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
@@ -16,7 +17,7 @@ from ..simulators.paper_000 import difference_record, in_paper_order
 @pytest.mark.parametrize("vessel", list_vessels())
 def test_exact_on_its_own_difference_equation(suite, vessel):
     model, records = suite(vessel, euler=True)
-    estimate = Ls().fit(records, model.blanked())
+    estimate = LsForward().fit(records, model.blanked())
     worst = max(relative_errors(estimate, model).items(), key=lambda item: item[1])
     assert worst[1] < 1e-6, worst
     zeros = [name for name, value in model.parameters.items() if not value]
@@ -26,10 +27,10 @@ def test_exact_on_its_own_difference_equation(suite, vessel):
 def test_first_order_on_hsva(hsva):
     """Train on 15/5 at the measured 0.05 s, and at 0.5 s: K, T and alpha of the literature, to 1 %."""
     record, model = hsva("Z_15_05"), resolve("nomoto-1-cubic")
-    fine = Ls().fit([record], model).parameters
+    fine = LsForward().fit([record], model).parameters
     assert [fine[k] for k in ("K", "T", "alpha")] == pytest.approx([0.3239, 20.12, 213.0], rel=1e-3)
     tenth = Record(record.time_s[::10], {k: v[::10] for k, v in record.channels.items()}, "0.5 s", record.meta)
-    coarse = Ls().fit([tenth], model).parameters
+    coarse = LsForward().fit([tenth], model).parameters
     assert [coarse[k] for k in ("K", "T", "alpha")] == pytest.approx([0.4183, 26.31, 594.5], rel=1e-3)
 
 
@@ -43,7 +44,7 @@ def test_first_order_on_hsva(hsva):
 def test_noise_free_zigzag_of_paper_002(vessel, expected):
     """Forward differences of a continuous 5/10 zigzag, dt 0.1 s, 200 s: the known errors of the scheme."""
     model = resolve(vessel)
-    found = Ls().fit([_zigzag(model, 5.0, 10.0, 200.0)], model).parameters
+    found = LsForward().fit([_zigzag(model, 5.0, 10.0, 200.0)], model).parameters
     assert found == pytest.approx(expected, rel=1e-4)
 
 
@@ -82,7 +83,7 @@ def test_standard_errors_are_those_of_repetition(rng):
             r[k + 1] = r[k] + dt * (a * r[k] + b * rudder[k] + c * r[k] ** 3 + kick[k])
             psi[k + 1] = psi[k] + dt * r[k]
         record = Record(dt * np.arange(rudder.size), {"rudder_rad": rudder, "yaw_rate_rad_s": r, "heading_rad": psi})
-        estimate = Ls().fit([record], model)
+        estimate = LsForward().fit([record], model)
         found.append(list(estimate.parameters.values()))
         stated.append(list(estimate.stderr.values()))
     ratio = np.std(found, axis=0) / np.mean(stated, axis=0)

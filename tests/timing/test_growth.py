@@ -263,7 +263,7 @@ def test_log_of_many_samples(ratios, benchmark, tmp_path, log):
 
 SUITE = """
 import helmbench
-entry = "entries: [{{vessels: response-1, methods: [ls], noise: low, seeds: {seeds}}}]"
+entry = "entries: [{{vessels: response-1, methods: [ls-forward], noise: low, seeds: {seeds}}}]"
 Path("mine.yaml").write_text(entry)
 found = helmbench.run_suite("mine.yaml", directory="{folder}", jobs=1)
 size = sum(path.stat().st_size for path in Path("{folder}").rglob("*") if path.is_file())
@@ -276,7 +276,7 @@ from helmbench.bench.execution import quiet
 from helmbench.bench.kinds.identification.execute import fit_and_score
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.suites import load_suite
-entry = "entries: [{{vessels: response-1, methods: [ls], noise: low, seeds: {seeds}}}]"
+entry = "entries: [{{vessels: response-1, methods: [ls-forward], noise: low, seeds: {seeds}}}]"
 Path("mine.yaml").write_text(entry)
 first, *specs = plan(load_suite("mine.yaml"))
 with quiet():

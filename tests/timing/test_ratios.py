@@ -49,7 +49,7 @@ MEMORY = "one pass over the rows, which no longer fit in the processor's caches 
 LIMITS = {
     **dict.fromkeys(("output-error", "pem"), MORE_STEPS),
     **dict.fromkeys(("grey-residual", "grey-gp"), f"output error, which they start from: {MORE_STEPS}"),
-    **dict.fromkeys(("mean", "straight-line", "ls", "arx", "lts", "sindy", "subspace", "narx-poly"), MEMORY),
+    **dict.fromkeys(("mean", "straight-line", "ls-forward", "arx", "lts", "sindy", "subspace", "narx-poly"), MEMORY),
 }
 """What keeps a method's cost from being linear in samples."""
 STEERED = {"response-2": "zigzag:20/20", "mariner": "prbs:30deg/20s"}

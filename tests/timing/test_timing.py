@@ -71,7 +71,7 @@ def test_fit(benchmark, name, vessel):
 
 
 def test_suite_row(benchmark):
-    spec = RunSpec("timing", "ls", "corrected", "ls", task("mariner"))
+    spec = RunSpec("timing", "ls-forward", "corrected", "ls-forward", task("mariner"))
     benchmark(execute, spec)
 
 

@@ -30,6 +30,8 @@ ADDED: dict[str, Any] = {"held_out_noise": "none", "held_out_disturbance": "none
 ADDED |= {"held_out_dataset": None, "vessel_file": None, "own_records": False, "positive_rudder": None, "digest": None}
 ADDED |= {"constants": (), "terms": ()}
 """Fields of a task that count in a run's key only where they are not these values: older runs keep their keys."""
+AS_MEASURED = "as measured"
+"""Noise and disturbance of measured records in the tables: none was added, which does not say that there is none."""
 METHOD_GROUPS = {
     "all": ("grey box", "black box", "hybrid", "floor"),
     "identification": ("grey box",),
@@ -80,12 +82,17 @@ def task_key(task: Task) -> dict[str, Any]:
         "model": model_text(task),
         "train": task.train_text,
         "held_out": task.held_out_text,
-        "noise": task.noise,
-        "disturbance": task.disturbance,
+        "noise": as_measured(task.noise) if task.measured else task.noise,
+        "disturbance": AS_MEASURED if task.measured else task.disturbance,
         "thinning": task.thinning,
         "length": task.length,
         "seed": task.seed,
     }
+
+
+def as_measured(noise: str) -> str:
+    """The noise of measured records as the tables name it: theirs, and the channels that were taken away."""
+    return AS_MEASURED + noise.removeprefix("none")
 
 
 def model_text(task: Task) -> str:

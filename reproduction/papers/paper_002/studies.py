@@ -30,8 +30,8 @@ SETTINGS = {
     "heading": 10.0,
 }  # fmt: skip
 """Settings of Section IV and V in use."""
-BASIC = "rls,p0=1e6"
-FCI = "fci-ls,p0=1e6,beta=0.005,most=200,tolerance=0.001"
+BASIC = "rls,scheme=forward,p0=1e6"
+FCI = "fci-ls,scheme=forward,p0=1e6,beta=0.005,most=200,tolerance=0.001"
 PRINTED = FCI + ",variant=as_printed,degrees=true"
 WITHOUT_BETA = FCI.replace("beta=0.005", "beta=0")
 
@@ -169,7 +169,7 @@ def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
     from ....models.model import resolve
 
     specs = {
-        "ls": "ls",
+        "ls": "ls-forward",
         "zoh": "ls,scheme=zoh",
         "radians": "fci-ls,variant=as_printed,beta=0,most=1,p0=1e6",
         "fci": FCI,
@@ -242,7 +242,7 @@ def beta(rng: np.random.Generator, *, index: int) -> StudyResult:
     values["rad.300"] = not np.isfinite(_iterated(record, model, 300.0, False))
     values["deg.0.08"] = not np.isfinite(_iterated(record, model, 0.08, True))
     values["rad.2gamma"] = bool(np.isfinite(_iterated(record, model, 2e6, False)))
-    safe = fitted("fci-ls,beta=2e6,p0=1e6", record, model)
+    safe = fitted("fci-ls,scheme=forward,beta=2e6,p0=1e6", record, model)
     values["corrected.2gamma"] = bool(safe is not None and np.isfinite(safe.coefficients).all())
     series["corrected"] = np.array([_corrected(record, model, share) for share in shares])
     return StudyResult(values, series)
@@ -263,7 +263,7 @@ def _iterated(record: Record, model: Model, step: float, degrees: bool) -> float
 
 def _corrected(record: Record, model: Model, share: float) -> float:
     """As `_iterated`, of the corrected form, whose columns have unit root mean square."""
-    spec = f"fci-ls,tolerance=0,most=200,p0=1e6,beta={float(share) * 2.0 / len(model.coordinates)!r}"
+    spec = f"fci-ls,scheme=forward,tolerance=0,most=200,p0=1e6,beta={float(share) * 2.0 / len(model.coordinates)!r}"
     return _errors(fitted(spec, record, model), model)["K"] / model.parameters["K"]
 
 
@@ -271,11 +271,11 @@ def _corrected(record: Record, model: Model, share: float) -> float:
 
 DATASET, TRAINING = "kvlcc2-hsva", "Z_15_05"
 HELD_OUT = {"25/5": "Z_25_05", "10/10 P": "Z_10_10_P", "10/10 S": "Z_10_10_S"}
-TANK = "fci-ls,p0=1e3,beta=0.005,most=200,tolerance=0.001"
+TANK = "fci-ls,scheme=forward,p0=1e3,beta=0.005,most=200,tolerance=0.001"
 FITS = {
     "integrator": ("output-error", "integrator", 1),
-    "ls": ("ls", "nomoto-1-cubic", 1),
-    "ls .5 s": ("ls", "nomoto-1-cubic", 10),
+    "ls": ("ls-forward", "nomoto-1-cubic", 1),
+    "ls .5 s": ("ls-forward", "nomoto-1-cubic", 10),
     "oe": ("output-error", "nomoto-1-cubic", 1),
     "oe-2": ("output-error", "nomoto-2", 1),
     "oe-2-speed": ("output-error", "nomoto-2-quadratic-speed", 1),

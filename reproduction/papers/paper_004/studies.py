@@ -293,7 +293,7 @@ def ignored(rng: np.random.Generator, *, index: int) -> StudyResult:
     seas = [rough(ship, text, float(rng.choice(DIRECTIONS)), rng) for text in texts]
     values: dict[str, float] = {}
     for name, runs in (("calm", [calm(ship, text) for text in texts]), ("sea", seas)):
-        values[f"{name}_forward_error"] = records.prediction_error(make("ls").fit(runs, ship).model, held)
+        values[f"{name}_forward_error"] = records.prediction_error(make("ls-forward").fit(runs, ship).model, held)
         for method in ("ls", "nmi"):
             found = fitted(METHODS[method], runs, ship)
             if found is None:

@@ -37,6 +37,8 @@ VESSELS = (
 RATES = ("surge_m_s", "sway_m_s", "yaw_rate_rad_s")
 RESPONSE = "nomoto-2"
 ESO, SVF = "eso-rw-lssvr", "svf-ls"
+FORWARD = ",scheme=forward"
+"""The papers' differences."""
 CORNERS: dict[tuple[str, str, int], float] = {}
 """Corner frequency of `svf-ls` by vessel, noise and seed, rad/s."""
 
@@ -56,13 +58,13 @@ class Pair:
 
 
 PAIRS = {
-    "fw-rls": Pair("fw-rls", "rls"),
-    "fci-ls": Pair("fci-ls", "ls"),
-    "mi-rls": Pair("mi-rls", "rls"),
-    "nmi-rls": Pair("nmi-rls", "rls"),
-    "nmi-mi": Pair("nmi-rls", "mi-rls"),
+    "fw-rls": Pair(f"fw-rls{FORWARD}", f"rls{FORWARD}"),
+    "fci-ls": Pair(f"fci-ls{FORWARD}", "ls-forward"),
+    "mi-rls": Pair(f"mi-rls{FORWARD}", f"rls{FORWARD}"),
+    "nmi-rls": Pair(f"nmi-rls{FORWARD}", f"rls{FORWARD}"),
+    "nmi-mi": Pair(f"nmi-rls{FORWARD}", f"mi-rls{FORWARD}"),
     "eso-svf": Pair(ESO, SVF, (ESO, SVF), response=True),
-    "eso-ls": Pair(ESO, "ls", (ESO,), response=True),
+    "eso-ls": Pair(ESO, "ls-forward", (ESO,), response=True),
     "a1-ls": Pair("euler-ls", "ls,scheme=midpoint"),
     "a1-a2": Pair("euler-ls", "euler-ls,algorithm=A2"),
 }

@@ -48,6 +48,16 @@ def test_the_advice_is_that_of_the_conditions(calm_and_windy):
     assert advice.advise(board, {"case": "measured ships"}, ["a"]) is None
 
 
+def test_where_equations_are_unknown_the_advice_is_the_plain_rule(run_of):
+    """The board ranks grey-gp first; its list begins with that."""
+    errors, unknown = {"output-error": 0.2, "grey-gp": 0.1}, {"error": None, "model": "nomoto-1", "parameters": []}
+    board = board_of([run_of(r2=1.0 - e**2, method=m, vessel=v, **unknown) for m, e in errors.items() for v in SHIPS])
+    wanted = {"case": "equations unknown", "model": "nomoto-1"}
+    found = advice.advise(board, wanted, ["output-error", "grey-gp"])
+    assert found.method == advice.UNKNOWN and found.listed[0] == "grey-gp"
+    assert advice.advise(board, wanted, ["grey-gp"]).method == "grey-gp"
+
+
 @pytest.mark.parametrize(
     ("text", "level"),
     [
@@ -89,12 +99,30 @@ def test_regret_is_the_ratio_of_the_errors(calm_and_windy, run_of):
     assert [one.advice.method for one in found] == ["b", "a"]
     assert [one.regret for one in found] == pytest.approx([1.0, 3.0], rel=1e-3)
     told = advice.report(found, len(found) + 1, 7)
-    assert "in 50 % [" in advice.summary(found) and "median regret 2 (own equations 50 % of 2)" in advice.summary(found)
+    assert "in 50 % [" in advice.summary(found) and "Own equations, 2 situations: the advice 50 % [" in advice.summary(
+        found
+    )
     assert "own equations, disturbed" in told
     assert "3 situations were drawn with seed 7; in 1 no method applies" in told
     lost = advice.Tested(calm, found[0].advice, math.inf, math.inf, "b", 0.001)
     small = advice.Tested(calm, found[0].advice, 0.009, 0.3, "b", 0.001)
+    assert small.regret_without_floor == pytest.approx(9.0) and lost.regret_without_floor == math.inf
+    assert "Without the floor, below which errors count as 0.01, it does so in 0 % [" in advice.summary([small])
+    assert "without the floor" in told
     assert lost.regret == math.inf and small.regret == 1.0 and small.chosen_regret == pytest.approx(30.0)
+
+
+def test_plain_rules_stand_beside_the_advice(calm_and_windy, run_of):
+    """`output-error` is best in calm water, where the board names `a`; it does not apply in wind."""
+    windy, calm = situation("wind:9@0deg"), situation()
+    errors = {("a", "none"): 0.3, ("output-error", "none"): 0.1, ("grey-gp", "none"): 0.2, ("a", "wind:9@0deg"): 0.4}
+    fresh = board_of([*runs_of(run_of, errors), *runs_of(run_of, {("b", "wind:9@0deg"): 0.2})])
+    found = advice.tested(advice.advices(board_of(calm_and_windy), fresh, [calm, windy]), fresh, fresh)
+    regrets = [[one.regret, *map(one.plain_regret, advice.PLAIN_RULES)] for one in found]
+    assert regrets[0] == pytest.approx([3.0, 1.0, 2.0], rel=1e-3) and regrets[1] == [1.0, math.inf, math.inf]
+    told = advice.summary(found)
+    assert "Own equations, 2 situations: the advice 50 % [" in told
+    assert "always output-error 50 % [" in told and "always grey-gp 0 % [" in told
 
 
 def test_of_a_list_the_method_is_taken_that_errs_least_on_the_check_record(run_of):

@@ -39,7 +39,7 @@ def results(tmp_path_factory, made_up_results):
 
 @pytest.fixture(scope="module")
 def made_up_results():
-    """Writes a store of seven methods, six vessels, two noises and excitations, three seeds."""
+    """Writes a store of eight methods, six vessels, two noises and excitations, three seeds."""
     import numpy as np
 
     from ...made_up.runs import make_parameter, make_run
@@ -54,6 +54,7 @@ def made_up_results():
         "d": (2.0, 0.01),
         "e": (6.0, 0.1),
         "lost": (9.0, 0.3),
+        "mean": (1.9, 0.5),
     }
 
     def write(folder):
@@ -201,6 +202,8 @@ def test_a_run_shows_curves_residuals_and_estimates(opened):
     titles = tab.locator("#run svg text.axis").all_text_contents()
     assert {"heading (deg)", "residual (deg)", "yaw rate (deg/s)", "time (s)"} <= set(titles)
     assert tab.locator("#run svg path.predicted").count() == 2 and tab.locator("#run table tbody tr").count() == 1
+    problems = [text.partition(": error")[0] for text in tab.locator("#choose-problem option").all_inner_texts()]
+    assert len(problems) == len(set(problems)) > 2
 
 
 @pytest.mark.nightly

@@ -170,21 +170,47 @@ def test_nothing_is_called_equal_where_the_errors_shown_differ(board_of, run_of)
 
 def test_a_small_board_says_that_it_has_too_few_problems(board_of, run_of):
     told = answer(board_of(ratios_of(run_of, [1.01] * 4, lambda p: f"v{p}")))
-    assert (
-        told == "a (error 0.0010, 0.40 s); too few problems (4 problems) to say which are as good; the nearest, "
-        "b errs 1.0 times as much."
-    )
+    figures = "a (error 0.0010, 0.40 s; 4 problems of 4 ships)"
+    few = "too few problems (4 problems) to say which are as good; the nearest, b errs 1.0 times as much."
+    assert told == f"{figures}; {few}"
 
 
 def test_a_difference_that_is_not_shown_is_not_settled(board_of, run_of):
     told = answer(board_of(ratios_of(run_of, [3.0, 0.5, 3.0, 0.4, 3.0, 3.0], lambda p: f"v{p}")))
-    assert "none is shown to be as good, and it is not settled: b errs 3.0 times as much (6 ships)" in told
+    sample = "6 ships, with which p is 0.016 at the least"
+    assert f"none is shown to be as good, and it is not settled: b errs 3.0 times as much ({sample})" in told
 
 
 def test_the_answer_names_the_best_those_as_good_and_the_fast_choice(board_of, run_of, rng):
     told = answer(board_of(problems(run_of, rng, 1.1, ships=8)))
-    assert told.startswith("a (error") and "as good (error below 1.25 times, 8 ships): b; fast choice: b, 3.0 " in told
+    assert told.startswith("a (error") and "s; 8 problems of 8 ships)" in told
+    sample = "8 ships, with which p is 0.0039 at the least"
+    assert f"as good (error below 1.25 times, {sample}): b; fast choice: b, 3.0 " in told
     assert "c" not in told.split("): ")[1].split(";")[0]
+
+
+@pytest.mark.parametrize(("groups", "least"), [([5], 0.5**5), ([6, 5], 0.5**5), ([12], 0.5**12)])
+def test_no_sample_has_a_smaller_p_than_stated(board_of, run_of, groups, least):
+    """Ratios that all lie on one side; two ships with problems of their own must both show it."""
+    ships = [f"v{n}" for n, size in enumerate(groups) for _ in range(size)]
+    alone = len(groups) == 1
+    ratios = [1.01 + 0.001 * p for p in range(len(ships))]
+    board = board_of(ratios_of(run_of, ratios, (lambda p: f"v{p}") if alone else ships.__getitem__))
+    found = equivalence.against(board, 0, 1)
+    assert found.least_p == least and found.p == pytest.approx(least)
+
+
+def test_little_skill_is_said_with_what_the_floor_gets(board_of, run_of):
+    def told(best):
+        errors = {"pem": best, "mean": 1.1, "straight-line": 0.9}
+        return answer(
+            board_of([run_of(r2=1.0 - e**2, method=m, vessel=f"v{n}") for m, e in errors.items() for n in range(3)])
+        )
+
+    little = ", which is little skill: straight-line, without any identification, errs 0.90;"
+    assert told(0.78).startswith(f"pem (error 0.78, 0.40 s; 3 problems of 3 ships){little}")
+    assert "little skill" not in told(0.4)
+    assert told(1.2).startswith("straight-line (error 0.90, 0.40 s; 3 problems of 3 ships), which identifies nothing;")
 
 
 def test_what_is_known_of_the_ship_is_never_put_together(board_of, run_of):
@@ -260,3 +286,15 @@ def test_sensitivity_leaves_vessels_out_and_takes_other_metrics(run_of, rng):
 )
 def test_excitations_in_words(train, text):
     assert contest.excitation(train) == text
+
+
+@pytest.mark.parametrize(
+    ("held_out", "text"),
+    [
+        ("turn:35+zigzag:30/30", "turns and zigzags"),
+        ("zz_20+zz_10 (set kvlcc2-marin)", "zz_10, zz_20 (set kvlcc2-marin)"),
+        ("turn:20 (noise high)", "turn 20 (noise high)"),
+    ],
+)
+def test_predicted_records_in_words(held_out, text):
+    assert contest.predicted(held_out) == text

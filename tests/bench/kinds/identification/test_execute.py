@@ -99,5 +99,5 @@ def test_time_is_that_of_the_fit_alone(monkeypatch):
 
 
 def test_noise_free_euler_records_are_recovered_to_rounding():
-    row = execute(spec_of(noise="none", train=("zigzag:20/20@euler",)))["row"]
+    row = execute(spec_of("ls-forward", noise="none", train=("zigzag:20/20@euler",)))["row"]
     assert row["rel_error_max"] < 1e-10 and row["train"] == "zigzag:20/20@euler"

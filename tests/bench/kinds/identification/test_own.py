@@ -49,7 +49,7 @@ def test_a_vessel_file_is_a_vessel(ferry):
 
 def test_an_own_vessel_joins_the_entries_of_its_kind(ferry):
     suite = load_suite("default")
-    specs = plan(suite, Selection("default", ("ls", "pem"), (str(ferry),)))
+    specs = plan(suite, Selection("default", ("ls-forward", "pem"), (str(ferry),)))
     rows = [spec.row_key() for spec in specs]
     assert {row["vessel"] for row in rows} == {"ferry"} and {row["noise"] for row in rows} == {"none", "low", "high"}
     assert {row["model"] for row in rows} == {resolve("cargo").family}

@@ -88,6 +88,14 @@ def test_measured_has_every_method_on_every_set():
     assert all(spec.task.measured and not set(spec.task.train) & set(spec.task.held_out) for spec in specs)
 
 
+def test_conditions_of_measured_records_are_as_measured_and_only_channels_are_taken_away():
+    rows = [(spec.task, spec.row_key()) for spec in planned("channels")]
+    measured = {(row["noise"], row["disturbance"]) for task, row in rows if task.measured}
+    assert measured >= {("as measured", "as measured"), ("as measured,only=heading", "as measured")}
+    assert not {text for pair in measured for text in pair if text.startswith("none")}
+    assert all((row["noise"], row["disturbance"]) == (task.noise, "none") for task, row in rows if not task.measured)
+
+
 def test_an_optional_entry_is_left_out_where_its_records_are_missing(tmp_path):
     entry = "  - {records: {train: [no.csv], held_out: [none.csv]}, models: nomoto-1, methods: ls, optional: true}\n"
     suite = suite_file(tmp_path, entry + "  - {vessels: response-1, methods: ls}\n")

@@ -13,6 +13,7 @@ from helmbench.estimation.methods_only.tuning.tune import TUNERS, sampler_of, st
 from helmbench.estimation.results.fit import Fit
 from helmbench.methods.base import Method
 from helmbench.methods.ls import Ls
+from helmbench.methods.ls_forward import LsForward
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 
@@ -118,7 +119,7 @@ def test_split_validates_on_samples_that_were_not_fitted(records):
 
 
 def test_the_error_is_that_of_a_free_run(records, model):
-    exact = Ls().fit([generate(Case(SHIP, "zigzag:20/20@euler"))], model)
+    exact = LsForward().fit([generate(Case(SHIP, "zigzag:20/20@euler"))], model)
 
     class Fixed(Method):
         name, title, factor = "fixed", "returns given coefficients", 1.0
