@@ -74,40 +74,6 @@ def share_inside(gate, rudder, u, v, r, time):
     return 0.5 * (1.0 + z / np.sqrt(1.0 + z * z))
 
 
-@njit(types.void(RHS, A1, A2, A1, A1, A1, I1, f8, i8, A2), **JIT)
-def in_regime(rhs, x0, inputs, theta, inside, gate, place, step, substeps, states):
-    """RK4 with numbers `inside` in a regime and `theta` outside; inputs linear; states (N+1, n) is filled.
-
-    place (3,) : of u, v, r in x, -1 for one that the model has not.
-    """
-    n, nu = x0.size, inputs.shape[1]
-    x, rate, other, total = x0.copy(), np.empty(n), np.empty(n), np.empty(n)
-    probe, u = np.empty(n), np.empty(nu)
-    states[0] = x
-    for k in range(inputs.shape[0] - 1):
-        for s in range(substeps):
-            for stage in range(4):
-                moved = 0.0 if stage == 0 else (1.0 if stage == 3 else 0.5)
-                part = (s + moved) / substeps
-                for i in range(nu):
-                    u[i] = inputs[k, i] + part * (inputs[k + 1, i] - inputs[k, i])
-                for i in range(n):
-                    probe[i] = x[i] if stage == 0 else x[i] + moved * step * rate[i]
-                rhs(probe, u, theta, rate)
-                surge, sway, turn = probe[place[0]], probe[place[1]], probe[place[2]]
-                share = share_inside(gate, u[0], surge, sway, turn, (k * substeps + s + moved) * step)
-                if share > 1e-6:
-                    rhs(probe, u, inside, other)
-                    for i in range(n):
-                        rate[i] += share * (other[i] - rate[i])
-                weight = step / 6.0 if (stage == 0 or stage == 3) else step / 3.0
-                for i in range(n):
-                    total[i] = x[i] + weight * rate[i] if stage == 0 else total[i] + weight * rate[i]
-            for i in range(n):
-                x[i] = total[i]
-        states[k + 1] = x
-
-
 @njit(types.void(RHS, A2, A1, f8, i8, A1, A2), **JIT, **BORROWED)
 def _row_by_row(rhs, inputs, theta, dt, substeps, work, ahead):
     """Advance every row of ahead (N, n) by one sample."""

@@ -323,26 +323,6 @@ def _array(values: ArrayLike, dimensions: int) -> NDArray[np.float64]:
     return array
 
 
-def simulate_in_regime(
-    kernels: kernel_store.Kernels,
-    where: Regime,
-    start: NDArray[np.float64],
-    inputs: NDArray[np.float64],
-    theta: tuple[NDArray[np.float64], NDArray[np.float64]],
-    time: tuple[float, int],
-    states: NDArray[np.float64],
-) -> None:
-    """Fill the states (N, n) of a run from `start` under inputs (N, nu), as `Kernels.simulate` does.
-
-    theta : the model's numbers outside and inside the regime.  time : step of the integration, s, and steps a sample.
-    """
-    from . import drivers
-
-    drivers.in_regime(
-        kernels.rhs, start, inputs, *theta, gates_of([where])[0], places_of(kernels.STATES), *time, states
-    )
-
-
 def gates_of(regimes: Sequence[Regime]) -> NDArray[np.float64]:
     """Regimes (W, 4) as the drivers take them: place of the variable in `VARIABLES`, sign, threshold, width."""
     return np.array([[[*VARIABLES].index(w.variable), w.sign, w.threshold, w.width] for w in regimes], float)

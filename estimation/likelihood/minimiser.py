@@ -92,13 +92,6 @@ def try_steps(
     return trial
 
 
-def damped_step(normal: np.ndarray, slope: np.ndarray, damping: float) -> tuple[np.ndarray, float]:
-    """The step (p,) of normal equations (p, p), (p,) with a share of the diagonal added to it, and the gain that those
-    without it predict: a `Stepper` (Marquardt 1963)."""
-    step = np.linalg.solve(normal + damping * np.diag(np.diag(normal)), slope)
-    return step, float(slope @ step - 0.5 * step @ normal @ step)
-
-
 class Minimum(NamedTuple):
     """Where `levenberg_marquardt` stopped."""
 

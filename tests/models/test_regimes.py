@@ -6,9 +6,10 @@ import pytest
 from helmbench.models.coefficient_groups import local_numbers
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import OFFSET, regime_parameters
+from helmbench.models.lanes import open_loops
 from helmbench.models.model import resolve
 from helmbench.models.regimes import Regime, regime, values_of
-from helmbench.models.simulate import initial_state, inputs_of, simulate, simulate_in_regime, substeps
+from helmbench.models.simulate import initial_state, inputs_of, simulate
 
 CASES = [
     ("cargo", "rudder_force", "rudder", "above", 0.2, -0.3), ("cargo", "a2", "time", "above", 200.0, 0.3),
@@ -29,9 +30,8 @@ def test_the_extension_and_the_blended_run_agree(vessel, number, variable, side,
     for one, change in local.change.items():
         inside[names.index(one)] += size * change
     inputs = inputs_of(base, 0.4 * np.sin(np.arange(400.0) / 40.0))
-    count, states = substeps(base, 1.0), np.empty((400, len(base.states)))
-    times = 1.0 / count, count
-    simulate_in_regime(base.kernels, where, initial_state(base), inputs, (base.theta, inside), times, states)
+    one_run = (base.theta[None], inputs[None], 1.0, initial_state(base)[None], inside[None], [where])
+    (states,) = open_loops(base, *one_run)
     plain = simulate(base, inputs, 1.0, initial_state(base))
     grown = simulate(whole, inputs, 1.0, initial_state(whole))[:, : states.shape[1]]
     heading = base.states.index("psi")
