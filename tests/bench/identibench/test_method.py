@@ -61,6 +61,7 @@ def test_identibench_scores_a_method_that_knows_the_equations(root, task):
         assert found["test_sets"][name]["rmse"] < 0.01 * spread(root, part)[1]
 
 
+@pytest.mark.nightly
 def test_every_kind_of_method_predicts_all_columns(root, run):
     u, y = run
     for method in ("ls", "arx", "straight-line", "grey-residual"):

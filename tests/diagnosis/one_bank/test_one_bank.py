@@ -187,6 +187,7 @@ def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):
     assert found.gain["heading_rad"].rmse_after < 0.2 * found.gain["heading_rad"].rmse_before
 
 
+@pytest.mark.nightly
 def test_a_delay_beside_wrong_numbers_is_named_with_its_size(rng):
     ship = resolve("mariner")
     model = ship.with_coefficients(ship.coefficients * (1.0 + 0.1 * rng.standard_normal(ship.coefficients.size)))

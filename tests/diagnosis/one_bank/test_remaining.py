@@ -161,6 +161,7 @@ def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(diagnosis
     assert begin == pytest.approx(150.0, abs=15.0) and end == pytest.approx(190.0, abs=15.0)
 
 
+@pytest.mark.nightly
 def test_nothing_is_described_where_nothing_is_wrong(rng):
     case = inject(Case("mariner", (), gusts="slow", duration_s=300.0, dt_s=1.0), rng)
     assert diagnose(resolve("mariner"), case.train, case.held_out).remaining == ()

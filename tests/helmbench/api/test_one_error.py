@@ -20,6 +20,8 @@ from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.estimation.validation.validate import validate
 from helmbench.models.model import resolve
 
+from ...nightly_marks import nightly_but
+
 CLOSE = 1e-9
 SHIPS = {
     "response-1": ("response-1", 1.0, 300.0),
@@ -109,6 +111,7 @@ def test_diagnose_and_its_baselines(case, expected):
         same({c: g.rmse_after for c, g in found.gain.items()}, {c: extended.score(c).rmse for c in expected})
 
 
+@pytest.mark.parametrize("case", nightly_but([*SHIPS, *MEASURED], "response-1", "hsva"), indirect=True)
 def test_calibrate(case, expected):
     model, train, held_out = case
     found = calibrate(model, [train], [held_out])

@@ -17,7 +17,7 @@ READERS = (
     *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
     *("journal", "traces", "manifest", "strings", "api", "mapping", "submission", "problems", "indices", "table", *RAW),
 )
-NEW_INPUTS, NEW_LOGS = (40, 5) if SHIFT else (12, 2)
+NEW_INPUTS, NEW_LOGS = (40, 5) if SHIFT else (6, 1)
 """Inputs of a reader, and of a raw log, which is drafted whole: more where they are drawn; `make fuzz` tries many."""
 
 

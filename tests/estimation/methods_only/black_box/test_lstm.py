@@ -89,6 +89,7 @@ def test_a_network_learns_a_linear_system(rng):
     assert all(isinstance(array, np.ndarray) and array.dtype == float for array in net)
 
 
+@pytest.mark.nightly
 def test_the_seed_decides(rng):
     part, _ = linear(rng, 100)
     one, again, other = (train(training(part), UNITS, 5, 0.1, seed) for seed in (3, 3, 4))
