@@ -21,6 +21,8 @@ from .units import UNITS
 
 ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed": 0.25, "length": 5.0, "rotation": 0.1}
 """How far two columns of a quantity may be from each other (root mean square) to be the same."""
+TRACKED = 0.15
+"""How near the velocity of a track, which is a mean over some seconds, must be to a component of it, as a share."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -36,6 +38,8 @@ def settle(log: Log, found: Finding) -> Finding:
         return found
     if set(found.may_be) == {"north", "east"}:
         return _axis(log, found)
+    if {*found.may_be} & {"velocity_north", "velocity_east"}:
+        return _velocity(log, found)
     if "speed_over_ground" in found.may_be:
         return _speed(log, found)
     if set(found.may_be) == {"heading", "course_over_ground"}:
@@ -68,6 +72,19 @@ def _speed(log: Log, found: Finding) -> Finding:
                 said = unit.name if part == 1.0 else f"{part:g} {unit.name}"
                 own = {"unit": unit, "factor": factor}
                 return decided if found.unit is not None else decided.told("other channel", said, **own)
+    return found
+
+
+def _velocity(log: Log, found: Finding) -> Finding:
+    """A velocity that is that of a track to north or to east, and not both."""
+    series = None if found.unit is None else log.series(found)
+    if series is None:
+        return found
+    for name, north, east in log.tracks():
+        ratios = {"velocity_north": slope(north, series), "velocity_east": slope(east, series)}
+        alike = [quantity for quantity, x in ratios.items() if x is not None and abs(x - 1.0) < TRACKED]
+        if len(alike) == 1 and alike[0] in found.may_be:
+            return _decided(found, alike[0], f"agrees with the velocity of {name}")
     return found
 
 
@@ -140,11 +157,24 @@ def _axis_by_heading(log: Log, found: Finding, x: Series, y: Series) -> Finding 
 
 
 def ask(log: Log, found: Finding) -> Finding:
-    """The finding with the question for its quantity."""
+    """The finding with the question for its quantity, as one that waits for the answer to another one, or as the answer
+    to that tells it."""
+    told = settle(log, found)
+    if len(told.may_be) == 1:
+        return told
+    axis = _open_axis(log, found)
+    if axis is not None and {*found.may_be} & {"velocity_north", "velocity_east"}:
+        return found.unused(f"waits for what {axis.column.name} is")
     if set(found.may_be) == {"north", "east"} and found.may_be[0] == "east" and (other := _other_axis(log, found)):
-        return found.unused(f"waits for what {other.column.name} is") if other.quantity is None else _axis(log, found)
+        return found.unused(f"waits for what {other.column.name} is")
     shown = " or ".join(name.replace("_", " ") for name in found.may_be)
     return ask_quantity(found, f"What is {found.column.name!r}: {shown}? No other channel tells it.", found.may_be)
+
+
+def _open_axis(log: Log, found: Finding) -> Finding | None:
+    """A position of the same table of which it is open whether it is that to north or to east."""
+    own = (f for f in log.findings if f.table is found.table and f.quantity is None)
+    return next((f for f in own if {*f.may_be} == {"north", "east"}), None)
 
 
 # ------------------------------------------------------------------------------------------------ twins

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
+import numpy as np
+
 from .evidence import as_of_one_clock, body, follows, rate_ratio, sense, slope
 from .finding import Finding, ask_sign
 from .log import Log
@@ -138,6 +140,8 @@ def ask(log: Log, found: Finding) -> Finding:
     """The finding with the question for its sign, or as one that waits for another's."""
     name, unit = found.column.name, found.unit
     assert unit is not None
+    if not np.any(np.nan_to_num(found.column.numbers)):
+        return found.told("physics", "zero throughout: both ways are the same", signed=True)
     waiting = waits(log, found)
     if waiting:
         return found.told("other channel", f"its sign is told by {waiting}, whose own is asked")

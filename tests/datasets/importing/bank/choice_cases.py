@@ -103,6 +103,15 @@ CHOICE_CASES: dict[str, Case] = {
         texts("track.csv", lambda s, r: {"time": s["iso"], "latitude": s["lat"], "longitude": s["lon"]}),
         True, wanted=("north_m", "east_m"), questions=0,
     ),
+    "axes of a track, which tell its velocities": Case(
+        texts("state.csv", lambda s, r: {
+            "t [s]": s["t"], "x (m)": s["north"], "y (m)": s["east"], "psi (rad)": s["psi_rad"],
+            "r (rad/s)": s["r_rad"],
+            "vx (m/s)": fixed(r.north_speed, 4), "vy (m/s)": fixed(r.east_speed, 4), "p (rad/s)": fixed(0.0 * r.t, 1),
+            "u (m/s)": s["u"], "v (m/s)": s["v"], "rudder (rad)": s["delta_rad"],
+        }),
+        True, {"x": Is("north", "m")}, (*TURN, "north_m", "east_m", "surge_m_s", "sway_m_s"), questions=1,
+    ),
     "a rudder without a name": Case(
         texts("boat.csv", lambda s, r: {
             "Time": s["iso"], "Heading [deg]": s["heading"], "ROT [deg/min]": s["rot_min"], "XQ4 [deg]": s["rudder"],
