@@ -21,6 +21,7 @@ from ...estimation.selection.selection import floor_squares, mean_squares
 from ...models.coefficient_groups import parts_of
 from ..free_runs.bank import numbers_of
 from ..gain.guard import WORSE
+from .whole_records import states_of
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
@@ -149,7 +150,7 @@ def common(base: Attempt, groups: Sequence[Group]) -> Sequence[Group]:
 
 def loses(runs: FreeRuns, base: Attempt, trial: Attempt) -> bool:
     """Whether some state of left-out records is predicted worse than by the base."""
-    old, new = (np.sqrt(mean_squares(runs, a.blind))[: len(runs.symbols)] for a in (base, trial))
+    old, new = (states_of(runs, np.sqrt(mean_squares(runs, a.blind))) for a in (base, trial))
     return bool(np.any(new > WORSE * old))
 
 

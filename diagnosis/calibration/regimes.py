@@ -18,6 +18,7 @@ from ...models.families.extensions import OFFSET
 from ..one_bank.regimes import place_in
 from .attempts import Attempt, Selection, Step, attempt, score_fall, whole_and_parts
 from .result import StatedRegime
+from .whole_records import states_of
 
 if TYPE_CHECKING:
     from ...models.model import Model
@@ -114,5 +115,5 @@ def _attempted(runs: FreeRuns, groups: Sequence[Group], proposal: Proposal) -> A
 
 
 def _share(runs: FreeRuns, selection: Selection, trial: Attempt) -> float:
-    before, after = (mean_squares(runs, a.blind)[: len(runs.symbols)] for a in (selection.base, trial))
+    before, after = (states_of(runs, mean_squares(runs, a.blind)) for a in (selection.base, trial))
     return float(np.mean(1.0 - after / before))

@@ -27,6 +27,8 @@ REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
 """L/U of a ship of 160 m at 15 kn, s."""
 LENGTHS = 8.0
 """Ship lengths sailed in a piece."""
+LEAST = 3.5
+"""Ship lengths sailed in a part of a record that is to stand for a whole one, at least."""
 SMOOTHED = 12
 """Samples that measured thrust is averaged over."""
 FEWEST, WANTED, MOST = 3, 8, 24
@@ -113,7 +115,7 @@ def units_of(model: Model, records: Sequence[Record], length: float, whole: bool
     Raises
     ------
     CannotFit : no record has a stretch without long gaps, there are too few pieces, or none measures a state of the
-        model.
+        model; where the parts stand for whole records, if these are too short to be cut.
     """
     stretches_ = [(i, a, b) for i, r in enumerate(records) for a, b in stretches(r, clock_of(model, records))]
     seconds = [float(records[i].time_s[b - 1] - records[i].time_s[a]) for i, a, b in stretches_]
@@ -124,7 +126,13 @@ def units_of(model: Model, records: Sequence[Record], length: float, whole: bool
     if whole and len(stretches_) >= FEWEST:
         counts = [1] * len(stretches_)
     elif sum(counts) < wanted:
-        counts = [max(1, min(-(-wanted // len(stretches_)), (b - a) // SHORTEST)) for _, a, b in stretches_]
+        least = LEAST * length if whole else 0.0
+        counts = [
+            max(1, min(-(-wanted // len(stretches_)), (b - a) // SHORTEST, int(span / least) if least else wanted))
+            for (_, a, b), span in zip(stretches_, seconds, strict=True)
+        ]
+        if whole and sum(counts) < FEWEST:
+            raise CannotFit(f"the records last less than {FEWEST * least:.0f} s: no part can be left out")
     units = []
     for (i, a, b), count, span in zip(stretches_, counts, seconds, strict=True):
         edges = np.linspace(a, b, count + 1).astype(int)
