@@ -20,6 +20,8 @@ CONSTANTS, QUICKEST, SLOWEST = 14, 0.5, 0.25
 """Time constants that are tried; the least of them in stretches, the largest as a share of the record."""
 LAGS, LATEST = (0, 1, 2, 3, 5), 0.02
 """Lags that are tried, in stretches, and the largest as a share of the record."""
+KEPT = 0.8
+"""Least share of the variance of yaw rate or helm that means over stretches keep."""
 STILL = 1e-9
 """Share of the square of a response that is left without its mean and its start, below which it stands still."""
 LEADS, RIVAL = 0.2, 0.5
@@ -56,7 +58,7 @@ def yaw_response(
     known = np.isfinite(rate) & np.isfinite(helm)
     if known.sum() < FEWEST or not all(np.ptp(values[known]) > 0.0 for values in (rate, helm)):
         return None
-    turning, steering = (_means(time[known], _scaled(values[known])) for values in (rate, helm))
+    turning, steering = _resolved(time[known], _scaled(rate[known]), _scaled(helm[known]))
     n = turning.size
     late = sorted({*lags, round(LATEST * n)} if len(lags) > 1 else lags)
     constants = np.concatenate([[0.0], np.geomspace(QUICKEST, max(SLOWEST * n, 1.0), CONSTANTS)])
@@ -76,6 +78,21 @@ def yaw_response(
 def _scaled(values: np.ndarray) -> np.ndarray:
     """Values (N,) over the largest of them: a sample of 1e300 has no square."""
     return values / max(float(np.max(np.abs(values))), 1e-300)
+
+
+def _resolved(time: np.ndarray, rate: np.ndarray, helm: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Means (M,) of yaw rate and helm (N,) over the record, or over the quarter with most turning, again and again as
+    long as the means lose most of both: a day's log holds manoeuvres of minutes."""
+    while True:
+        means = _means(time, rate), _means(time, helm)
+        lost = all(np.var(m) < KEPT * np.var(x) for m, x in zip(means, (rate, helm), strict=True))
+        if not lost or rate.size < 4 * MEANS:
+            return means
+        ends = np.searchsorted(time, np.linspace(time[0], time[-1], 5)[1:-1])
+        parts = [(*part,) for part in zip(*(np.split(x, ends) for x in (time, rate, helm)), strict=True)]
+        time, rate, helm = max(
+            parts, key=lambda part: part[0].size * np.var(part[1]) if part[0].size >= FEWEST else -1.0
+        )
 
 
 def _means(time: np.ndarray, values: np.ndarray) -> np.ndarray:

@@ -363,7 +363,7 @@ class Relations:
         return [(name, self._helm(name, share, unit, len(told))) for share, name in told]
 
     def _response(self, turning: str, rate: np.ndarray, name: str) -> YawResponse | None:
-        """The response to a column, in any unit of the yaw rate's column."""
+        """The response of a yaw rate, of a column or the rate of one, in any unit of it."""
         if (turning, name) not in self.responses:
             self.responses[turning, name] = yaw_response(self.motion.time, rate, self.motion.values[name])
         return self.responses[turning, name]
@@ -492,7 +492,8 @@ def _completed(
         told |= track.meanings
         told |= _body(_unique(relations.velocities(track, psi, set(told))))
     turning = motion.si(*rate) if rate is not None else np.gradient(smooth(psi, relations.width), motion.step)
-    column, taken = rate[0] if rate is not None else name, set(told) | set(motion.known)
+    column = rate[0] if rate is not None else f"the rate of {name}"
+    taken = set(told) | set(motion.known)
     helms = relations.rudders(column, turning, taken, of.unit) if not motion.of("rudder") else []
     for helm in helms or [None]:
         yield told | ({helm[0]: helm[1]} if helm else {})

@@ -29,16 +29,17 @@ class Plane:
 def on_plane(latitude: np.ndarray, longitude: np.ndarray) -> tuple[np.ndarray, np.ndarray, Plane]:
     """North and east (N,), m, of positions (N,), rad; azimuthal equidistant projection of WGS 84 about the first.
 
-    Snyder 1987, Map Projections: A Working Manual, USGS PP 1395, ch. 25: distance and course of the geodesic.  nan
-    stays nan.
+    Snyder 1987, Map Projections: A Working Manual, USGS PP 1395, ch. 25: distance and course of the geodesic, scale
+    across it eq. 25-2.  nan stays nan.
     """
     first = int((np.isfinite(latitude) & np.isfinite(longitude)).argmax())
     origin = (float(latitude[first]), float(longitude[first]))
     distance, course, course_there, arc = geodesics(*origin, latitude, longitude)
-    far = int(np.nanargmax(distance))
-    scale = float(arc[far] / math.sin(arc[far]) - 1.0) if arc[far] else 0.0
-    turned = (course_there[far] - course[far] + math.pi) % (2.0 * math.pi) - math.pi
-    return distance * np.cos(course), distance * np.sin(course), Plane(*origin, scale, abs(float(turned)))
+    across = np.where(arc > 0.0, arc / np.where(arc > 0.0, np.sin(arc), 1.0), 1.0)
+    north_there = course - np.arctan2(across * np.sin(course_there), np.cos(course_there))
+    turned = np.abs(np.remainder(north_there + math.pi, 2.0 * math.pi) - math.pi)
+    plane = Plane(*origin, float(np.nanmax(across)) - 1.0, float(np.nanmax(turned)))
+    return distance * np.cos(course), distance * np.sin(course), plane
 
 
 def geodesics(
@@ -70,7 +71,7 @@ def geodesics(
     b = u / 1024.0 * (256.0 + u * (-128.0 + u * (74.0 - 47.0 * u)))
     third = b / 6.0 * middle * (4.0 * sin_arc**2 - 3.0) * (4.0 * middle**2 - 3.0)
     less = b * sin_arc * (middle + b / 4.0 * (cos_arc * (2.0 * middle**2 - 1.0) - third))
-    there = np.arctan2(cos1 * np.sin(angle), cos1 * sin2 * np.cos(angle) - sin1 * cos2)
+    there = np.arctan2(cos1 * np.sin(angle), np.sin(others - own) - 2.0 * cos1 * sin2 * np.sin(0.5 * angle) ** 2)
     return (1.0 - FLATTENING) * RADIUS_M * a * (arc - less), np.arctan2(across, along), there, arc
 
 

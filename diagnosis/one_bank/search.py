@@ -47,7 +47,8 @@ EXACT = Rules(least=0.004, level=0.999, last_rank=FORCE)
 MATTERS, BESIDE = (0.05, 0.99), (0.005, 0.999)
 """Least fall of the score for each channel, and level: of few numbers alone, and beside the model's own numbers."""
 CLEAR = 0.95
-"""Level from which a number in a regime is clearly better than numbers that are wrong everywhere."""
+"""Level from which a number in a regime is clearly better than numbers that are wrong everywhere, and from which
+left-out pieces are clearly worse with a fault beside all numbers that was named without these."""
 LATE = 0.1
 """Delay of the rudder, as a share of a piece, from which it matters what acted before a record's begin."""
 MOST = 0.8
@@ -209,11 +210,20 @@ def _with_regime(choice: Choice, rules: Rules) -> Choice:
 
 def _beside(choice: Choice, base: Fitted) -> Selection | None:
     """Faults of input and sensors beside all of the model's own numbers, where these predict left-out pieces clearly
-    better than the choice, or at all where that holds more than few causes."""
+    better than the choice, or at all where that holds more than few causes.
+
+    A fault of the choice stays where left-out pieces are not predicted clearly worse with it: all numbers together can
+    take most of its place.
+    """
     runs, bank = choice.runs, choice.bank
     whole = minimise(runs, bank.own, {}, base.point.own)
     inputs = [c for c in bank.candidates if c.rank == INPUT]
     beside = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
+    for fault in choice.selection.entered:
+        if fault.candidate.rank == INPUT and fault.candidate not in beside.candidates:
+            wider = with_only(runs, beside, [*beside.entered, fault], bank.own)
+            worse = fall_between(runs, wider.final, beside.final)
+            beside = beside if worse.gain > quantile(runs, CLEAR) * worse.error else wider
     between = fall_between(runs, choice.selection.final, beside.final)
     least = 0.0 if len(choice.selection.entered) > FEW else max(between.error, MATTERS[0])
     return replace(beside, base=base) if between.gain > least else None

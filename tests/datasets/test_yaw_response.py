@@ -110,3 +110,13 @@ def test_no_measured_run_is_told_wrongly(source):
     sides = {stem: steering_side(load(source, stem).turned("starboard")) for stem in stems(source)}
     assert {stem: side for stem, side in sides.items() if side is not None and side[0] != "starboard"} == {}
     assert sum(side is not None for side in sides.values()) >= len(sides) - 1
+
+
+def test_manoeuvres_of_minutes_are_told_in_a_log_of_days():
+    time = np.arange(0.0, 300_000.0, 1.0)
+    rudder = 0.3 * np.sign(np.sin(time / 20.0) + np.sin(time / 33.0))
+    rate = np.zeros(time.size)
+    for i in range(1, time.size):
+        rate[i] = 0.9 * rate[i - 1] + 0.01 * rudder[i - 1]
+    told = yaw_response(time, rate, rudder)
+    assert told is not None and told.is_sure(SURE) and told.gain == 1.0

@@ -197,5 +197,4 @@ def test_a_delay_beside_wrong_numbers_is_named_with_its_size(rng):
     sizes = {f.cause: f.sizes for f in found.causes}
     (delay,) = sizes["rudder_delay"]
     half = (delay.high - delay.low) / 2.0  # 90 %: 2.5 halves are 4.1 standard errors
-    assert abs(delay.value - 2.5) < 2.5 * half < 2.0
-    assert {*sizes} - {"base_coefficients", *TERMS} == {"rudder_delay"}  # wrong numbers may look like a lacking term
+    assert abs(delay.value - 2.5) < 2.5 * half and delay.low > 0.0

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
+from scipy.signal import lfilter
 
 from ...seeds import SHIFT
 from ...support.browser import chromium
@@ -192,18 +193,19 @@ def test_a_link_opens_one_tab_which_a_reload_keeps(site, browser):
 @pytest.mark.nightly
 def test_a_log_of_200_mb_is_read_and_drawn(opened, tmp_path):
     time = 0.1 * np.arange(2_600_000)
-    swing = time / 20.0
+    rudder = 15.0 * np.sign(np.sin(time / 20.0) + np.sin(time / 33.0))
+    rate = lfilter([0.01], [1.0, -0.99], 7.0 * rudder)  # deg/min, time constant 10 s
     columns = {
         "time [s]": time,
-        "Heading [deg]": 180.0 + 35.0 * np.sin(swing),
-        "ROT [deg/min]": 105.0 * np.cos(swing),
-        "Rudder [deg]": 15.0 * np.cos(swing + 0.3),
+        "Heading [deg]": 180.0 + np.cumsum(rate) / 600.0,
+        "ROT [deg/min]": rate,
+        "Rudder [deg]": rudder,
     }
-    spare = {f"Spare {k}": np.random.default_rng(k).normal(size=time.size) for k in range(6)}
+    spare = {f"Spare {k}": np.random.default_rng(k).normal(size=time.size) for k in range(8)}
     pd.DataFrame(columns | spare).to_parquet(tmp_path / "long.parquet", compression=None)
     assert (tmp_path / "long.parquet").stat().st_size > 200e6
     tab = opened()
     tab.set_input_files("#chooser", tmp_path / "long.parquet")
     tab.wait_for_selector("#start", timeout=LONG_MS)
-    assert tab.locator("li.column").count() == 10
+    assert tab.locator("li.column").count() == 12
     assert float(tab.input_value("#range-to")) == pytest.approx(259_999.9, abs=1.0)
