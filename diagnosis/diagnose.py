@@ -113,7 +113,7 @@ def _described(
     watch: Callable[[str], object],
 ) -> Diagnosis:
     """The diagnosis with what describes the rest, where the records and the model allow it."""
-    if diagnosis.verdict == "inconclusive" or not diagnosis.model.is_3dof or options.only is not None:
+    if diagnosis.verdict == "inconclusive" or options.only is not None:
         return diagnosis
     watch(REST)
     with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():

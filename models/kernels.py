@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .definition import Definition
 
 ROOM = Path(__file__).parent
-ENVIRONMENT = "+environment"
+ENVIRONMENT, PUSHED = "+environment", "+pushed"
 BANK = "+bank"
 
 
@@ -66,12 +66,14 @@ def catalogue() -> dict[str, dict[str, Any]]:
 
 def _generate(name: str) -> dict[str, str]:
     from .families.bank import with_bank
-    from .families.environment import with_environment
+    from .families.environment import with_environment, with_push
     from .generate import bank_sources, sources
 
     base, bank, terms = name.partition(BANK)
     if bank:
         return bank_sources(with_bank(definition_of(base), terms.split("~")[1:]))
+    if name.endswith(PUSHED):
+        return sources(with_push(definition_of(name.removesuffix(PUSHED))))
     definition = definition_of(name.removesuffix(ENVIRONMENT))
     if name.endswith(ENVIRONMENT) and definition.force_scale is None:
         raise BadInput(f"family {definition.name!r} has no environment variant", hint="it takes a 3-DOF family")
@@ -172,7 +174,7 @@ def is_family(name: str) -> bool:
 
     Whether the family can carry its extensions is found by `load`.
     """
-    if name.endswith(ENVIRONMENT) or BANK in name:
+    if name.endswith((ENVIRONMENT, PUSHED)) or BANK in name:
         return False
     return stored(_index(name)) is not None or name.split("+")[0] in catalogue()
 
@@ -199,7 +201,7 @@ class Kernels:
 
 @cache
 def load(name: str) -> Kernels:
-    """The kernels of a family, or of its `+environment` variant.
+    """The kernels of a family, or of its `+environment` variant, of a response model its `+pushed` variant.
 
     Raises
     ------

@@ -63,7 +63,8 @@ def open_loops(
     """States (B, N+1, n) of B runs: coefficients (B, p), inputs (B, N+1, nu), linear between samples, x0 (B, n).
 
     coefficients : or all numbers (B, p + c), where the runs differ in the model's constants too.
-    inputs : or with the 7 columns of the environment variant behind the model's own.
+    inputs : or with the 7 columns of the environment variant behind the model's own; of a response model one, a yaw
+        acceleration from outside.
     inside : coefficients in a regime of each run, whose time is that from the first sample.
     """
     from . import lane_drivers

@@ -101,12 +101,15 @@ def inputs_of(
 
 
 def variant(model: Model, width: int, theta: NDArray[np.float64]) -> tuple[kernel_store.Kernels, NDArray[np.float64]]:
-    """Kernels and parameter vector for inputs of `width` columns: those of the environment variant for 7 more.
+    """Kernels and parameter vector for inputs of `width` columns: those of the environment variant for 7 more, of a
+    response model those with a yaw acceleration from outside for one more.
 
     theta : the model's own (p + c,), or already that of the variant.
     """
     if width == len(model.inputs):
         return model.kernels, theta[: model.theta.size]
+    if not model.is_3dof and width == len(model.inputs) + 1:
+        return kernel_store.load(model.family + kernel_store.PUSHED), theta
     kernels, whole = model.environment(wind=model.windage is not None)
     return kernels, np.concatenate([theta, whole[theta.size :]])
 

@@ -17,6 +17,9 @@ NEAR_S = 120.0
 """Offset that is searched between clocks that both show the date."""
 AGREEING = 0.9
 """Correlation from which on two clocks are compared."""
+LIKELY, ALIKE, PEAKS = 0.5, 0.05, 20
+"""Correlation of the changes from which a lag is tried, difference to the largest one up to which it is, and lags that
+are tried at most."""
 MOST_RATE, SURE_RATE = 0.05, 6.0
 """Largest rate of a clock, and standard errors from which on it is one."""
 MOST_LAGS, FEWEST, OVERLAP = 1500, 30, 0.4
@@ -42,8 +45,8 @@ class Offset:
 def estimate_offset(first: Sequence[Stream], second: Sequence[Stream]) -> Offset | None:
     """The offset between two clocks with streams that share a quantity; None where nothing is shared or it disagrees.
 
-    The second series is moved against the first: first the lag of the largest correlation of the changes, then
-    least squares of first(t) = second(t - offset) + a + b t.
+    The second series is moved against the first: from the lags of the largest correlations of the changes by least
+    squares of first(t) = second(t - offset) + a + b t, of which the best fit counts.
     """
     own, other = _series(first), _series(second)
     shared = [name for name in ("turn", "speed", "north", "east", "rudder", "roll") if name in own and name in other]
@@ -94,10 +97,17 @@ def _between(first: tuple, second: tuple, dated: bool, name: str) -> Offset | No
     lags = np.linspace(low, high, count)
     grid_step = max(step, shortest / 2000.0)
     scores = [_correlation(t1, x1, t2 + lag, x2, grid_step, OVERLAP * shortest) for lag in lags]
-    best = int(np.argmax(scores))
-    if scores[best] < 0.5:
-        return None
-    return _refined(t1, x1, t2, x2, float(lags[best]), grid_step, name)
+    peaks = [float(lags[i]) for i in _peaks(np.array(scores)) if scores[i] >= LIKELY]
+    refined = (_refined(t1, x1, t2, x2, lag, grid_step, name) for lag in peaks)
+    return max((offset for offset in refined if offset is not None), key=lambda o: o.correlation, default=None)
+
+
+def _peaks(scores: np.ndarray) -> list[int]:
+    """Places of the local maxima that are nearly as large as the largest, at most PEAKS: with a clock that goes slow, one
+    manoeuvre of many is like those before it, too."""
+    around = np.concatenate([[-np.inf], scores, [-np.inf]])
+    tops = np.flatnonzero((scores >= around[:-2]) & (scores > around[2:]) & (scores > scores.max() - ALIKE))
+    return sorted(tops.tolist(), key=lambda i: -scores[i])[:PEAKS]
 
 
 def _common(t1: np.ndarray, t2: np.ndarray, step: float) -> np.ndarray:

@@ -21,7 +21,6 @@ from ...estimation.selection.selection import floor_squares, mean_squares
 from ...models.coefficient_groups import parts_of
 from ..free_runs.bank import numbers_of
 from ..gain.guard import WORSE
-from ..one_bank.search import half_intervals
 from .whole_records import states_of
 
 if TYPE_CHECKING:
@@ -156,7 +155,7 @@ def loses(runs: FreeRuns, base: Attempt, trial: Attempt) -> bool:
 
 
 def _likely(runs: FreeRuns, trial: Attempt) -> bool:
-    """Whether no 90 % interval of a number is wholly further from what is known of it than FARTHEST."""
-    fitted, halves = trial.fitted, half_intervals(runs, trial.fitted)
-    near = (abs(fitted.value(n.name)) - halves[n.name] <= FARTHEST * n.sd for n in fitted.numbers)
+    """Whether no number is further from what is known of it than FARTHEST, by more than a standard error."""
+    fitted = trial.fitted
+    near = (abs(fitted.value(n.name)) - s <= FARTHEST * n.sd for n, s in zip(fitted.numbers, fitted.sd, strict=True))
     return not runs.model.is_3dof or all(near)

@@ -22,7 +22,8 @@ class Motion:
     """Motion on even times of a record, arrays (N,) in SI units.
 
     v and r are in the prime system, v' = v/U and r' = r L/U at the instantaneous speed U; pressure is rho/2 A U^2, N,
-    A = L d where the family knows the draught d, else L^2.  north, east : nan where no positions are measured.
+    A = L d where the family knows the draught d, else L^2.  Of a response model r is in rad/s, and pressure and length
+    are one: moments are yaw accelerations.  north, east : nan where no positions are measured.
     time_s : of the record; past_s : from its start.
     """
 
@@ -48,7 +49,7 @@ class Motion:
         return self.time_s - self.time_s[0]
 
     def unit(self, axis: str) -> np.ndarray:
-        """Force X, Y, N, or moment N, N m, (N,) of one in the prime system."""
+        """Force X, Y, N, or moment N, N m, (N,) of one in the prime system; yaw acceleration R of one."""
         return self.pressure * self.length_m if axis == "N" else self.pressure
 
 
@@ -76,12 +77,15 @@ def motion_of(model: Model, record: Record, smooth_s: float) -> Motion:
     r = smoothed("yaw_rate_rad_s", 0.0) if record.has("yaw_rate_rad_s") else np.gradient(heading, time_s)
     if not record.has("heading_rad"):
         heading = integral(r, time_s)
+    north, east = smoothed("north_m", np.nan), smoothed("east_m", np.nan)
+    rudder, one = on_grid(record.rudder()), np.ones(time_s.size)
+    if not model.is_3dof:
+        return Motion(time_s, u, 0.0 * one, r, heading, rudder, north, east, one, 1.0)
     numbers = model.environment_numbers()
     length = numbers.get("L", numbers["wind_L"])
     speed = np.sqrt(u**2 + v**2 + 1e-12)
     pressure = 0.5 * numbers["rho"] * length * numbers.get("d", length) * speed**2
-    return Motion(time_s, speed, v / speed, r * length / speed, heading, on_grid(record.rudder()),
-                  smoothed("north_m", np.nan), smoothed("east_m", np.nan), pressure, length)  # fmt: skip
+    return Motion(time_s, speed, v / speed, r * length / speed, heading, rudder, north, east, pressure, length)
 
 
 def lagged(values: np.ndarray, time_s: float, step_s: float) -> np.ndarray:

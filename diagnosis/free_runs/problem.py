@@ -60,8 +60,8 @@ INPUTS, SHOWN = ("steering", "flow", "term", "window"), ("sensor", "drift")
 """Kinds of numbers that change the inputs of a run, and what instruments show of it."""
 LAGGED, LAG = "lead_state", "lead_T2"
 """State of a rudder behind a lag, and the time of the lag: it starts where the record before the piece leads it."""
-OUTSIDE = 7
-"""Inputs of the environment variant behind the model's own."""
+OUTSIDE, PUSH = 7, 1
+"""Inputs of the environment variant behind the model's own, and of the variant of a response model that is pushed."""
 
 
 class Lane(NamedTuple):
@@ -404,7 +404,7 @@ class FreeRuns:
                 linkage |= dict(place.fixed)
                 continue
             if inputs.shape[1] == nu:
-                inputs = np.hstack([inputs, np.zeros((len(inputs), OUTSIDE))])
+                inputs = np.hstack([inputs, np.zeros((len(inputs), OUTSIDE if self.model.is_3dof else PUSH))])
             inputs[:, nu + place.column] += x * (1.0 if place.kind == "flow" else self._term(lane.unit, name))
         if linkage:
             inputs[:, 0] += self._change(lane.unit, tuple(sorted(linkage.items())))

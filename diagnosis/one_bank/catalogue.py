@@ -77,6 +77,9 @@ FAULT_TIMES = np.linspace(0.15, 0.85, 40)
 FLOWS = {"current": (("north", "east"), 0, 0.1), "wind": (("north", "east"), 2, 1.5)}
 """Cause -> names of its numbers, column of the first, standard deviation in the ship's speed."""
 FORCES = (("constant_X", 4, 2e-3), ("constant_Y", 5, 2e-3), ("constant_N", 6, 5e-4))
+"""Steady forces in body axes: name, column of the environment's inputs, standard deviation."""
+PUSH = ("constant_R", 0, 0.03)
+"""The same of a response model: a steady yaw acceleration, in U/L to the order of its highest derivative."""
 TERMS = {
     "yaw_damping_quadratic": (("added_Nr_absr", 6, 0.02),),
     "yaw_damping_cubic": (("added_Nrrr", 6, 0.02),),
@@ -167,7 +170,7 @@ def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
         yield _own_neutral_angles(facts.records)
     if model.is_3dof:
         yield from _flows(model, facts, speed)
-        yield from _forces(model, facts)
+        yield from _forces(model, facts, length_s)
 
 
 def _faults(longest_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
@@ -203,17 +206,25 @@ def flow_name(cause: str, side: str, record: int | None) -> str:
     return f"{cause}_towards_{side}" if record is None else f"{cause}_towards_{side}:{record}"
 
 
-def force_units(model: Model) -> dict[str, float]:
-    """Axis -> force of one at the approach speed: rho/2 L^2 U^2, N, and rho/2 L^3 U^2, N m."""
+def forces_of(model: Model) -> tuple[tuple[str, int, float], ...]:
+    """Steady forces in the axes of a model."""
+    return FORCES if model.is_3dof else (PUSH,)
+
+
+def force_units(model: Model, length_s: float) -> dict[str, float]:
+    """Axis -> force of one at the approach speed: rho/2 L^2 U^2, N, and rho/2 L^3 U^2, N m; of a response model U/L to
+    the order of its highest derivative, rad/s^k."""
+    if not model.is_3dof:
+        return {"R": length_s ** -(2 if model.states[0] == "r" else 3)}
     numbers = model.environment_numbers()
     length = numbers.get("L", numbers["wind_L"])
     unit = 0.5 * numbers["rho"] * length**2 * model.speed_m_s**2
     return {"X": unit, "Y": unit, "N": unit * length}
 
 
-def _forces(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+def _forces(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Steady forces in body axes along which the motion is measured, each alone and all together."""
-    units, shown = force_units(model), {"X": "u", "Y": "v"}
+    units, shown = force_units(model, length_s), {"X": "u", "Y": "v"}
     own = [row for row in FORCES if shown.get(row[0][-1], "r") in {"r", *facts.measured}]
     places = {name: Place("flow", column=column) for name, column, _ in own}
     whole = tuple(Number(name, sd * units[name[-1]]) for name, _, sd in own)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..free_runs.motion import Motion
 from ..result import Curve
-from .forces import AXES
+from .forces import AXES, UNITS
 
 if TYPE_CHECKING:
     from ..free_runs.problem import FreeRuns
@@ -49,7 +49,7 @@ def curve_of(force: Force, runs: FreeRuns, sizes: Mapping[str, tuple[float, floa
     total = values @ np.array(parts)
     half = np.sqrt(halves**2 @ np.array(parts) ** 2)
     columns = (tuple(column.tolist()) for column in (grid, total, total - half, total + half))
-    return Curve(variable, unit, "N m" if force.axis == "N" else "N", *columns)
+    return Curve(variable, unit, UNITS[force.axis], *columns)
 
 
 def _along(motion: Motion, field: str, values: np.ndarray) -> Motion:

@@ -15,7 +15,7 @@ import numpy as np
 from ...estimation.selection.number import Number
 from ...estimation.selection.quadratic import own_step
 from ..free_runs.bank import Place
-from .catalogue import FORCES, force_units
+from .catalogue import force_units, forces_of
 
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted
@@ -50,8 +50,8 @@ class Event(NamedTuple):
 def _with_windows(runs: FreeRuns) -> tuple[FreeRuns, list[Number]]:
     """The runs with a force over each window of a piece on each axis, and their numbers."""
     places = {f"{name[-1]}_window_{i}": Place("window", (str(i), str(WINDOWS)), column)
-              for name, column, _ in FORCES for i in range(WINDOWS)}  # fmt: skip
-    units = force_units(runs.model)
+              for name, column, _ in forces_of(runs.model) for i in range(WINDOWS)}  # fmt: skip
+    units = force_units(runs.model, runs.length_s)
     return runs.with_numbers(places, {}), [Number(name, 1e-2 * units[name[0]]) for name in places]
 
 
@@ -61,6 +61,7 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
     Eq. 15 of docs/mathematics/pieces.md.
     """
     windowed, numbers = _with_windows(runs)
+    axes = [name[-1] for name, *_ in forces_of(runs.model)]
     point = fitted.point
     quadratic = windowed.quadratic(point.values, point.own, numbers)
     each = point.squares / np.maximum(runs.counts, 1.0)
@@ -68,10 +69,10 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
     normal = quadratic.normal(size)
     best = []
     for k in range(len(runs.units)):
-        trials = [t for a, (name, *_) in enumerate(FORCES) for t in _spans(normal.matrix[k], normal.slope[k], a)]
+        trials = [t for a in range(len(axes)) for t in _spans(normal.matrix[k], normal.slope[k], a)]
         best.append(max(trials, key=lambda t: t[0]))
     falls = np.array([trial[0] for trial in best])
-    bar = max(LEAST + 2.0 * np.log(len(falls) * WINDOWS * MOST * len(FORCES)), ABOVE * float(np.median(falls)))
+    bar = max(LEAST + 2.0 * np.log(len(falls) * WINDOWS * MOST * len(axes)), ABOVE * float(np.median(falls)))
     chosen = np.flatnonzero(falls > bar)
     if not chosen.size or chosen.size > HALF * len(falls):
         return []
@@ -84,7 +85,7 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
         unit = runs.units[k]
         grid = unit.grid_s - unit.record.time_s[0]
         edges = np.linspace(grid[0], grid[-1], WINDOWS + 1)
-        out.append(Event(k, FORCES[axis][0][-1], unit.record.name, float(edges[first]), float(edges[last]), value, sd,
+        out.append(Event(k, axes[axis], unit.record.name, float(edges[first]), float(edges[last]), value, sd,
                          fall, point.squares[k], after))  # fmt: skip
     return out
 

@@ -6,32 +6,37 @@ an extended model (`models.families.extensions`), and its numbers are the parame
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
-from ...models.families.extensions import WAVES_OF_PLACE, extension_of
+from ...models.families.extensions import WAVES_OF_PLACE, extension_of, is_made_up
 from ..free_runs.bank import Place
 from ..free_runs.motion import Motion, lagged
-from .catalogue import FORCE, FORCES, force_units
+from .catalogue import FORCE, force_units, forces_of
 
 if TYPE_CHECKING:
     from ..free_runs.motion import Series
     from ..free_runs.problem import FreeRuns
 
-AXES = {"X": "surge force", "Y": "sway force", "N": "yaw moment"}
+AXES = {"X": "surge force", "Y": "sway force", "N": "yaw moment", "R": "yaw moment"}
+UNITS = {"X": "N", "Y": "N", "N": "N m", "R": "rad/s^k"}
+"""Units of forces: R is the yaw moment of a response model, in the units of its highest derivative."""
 WIDE = 5.0
 """Prior standard deviation of a force as a factor on that of a steady force of no cause."""
 COUNTS = ("once", "twice", "three times", "four times")
 MOTIONS = {"v": "drift", "r": "yaw rate", "d": "rudder angle"}
+"""What forces follow; response models have no drift."""
 LAGS = (0.25, 0.5, 1.0, 2.0, 4.0)
 """Times, in ship lengths sailed, that a force may lag behind the motion."""
 PERIODS = (0.7, 12.0)
 """Shortest and longest period, in ship lengths sailed."""
-MOST_PERIODS = 120
+MOST_PERIODS = 360
+"""Of all axes together."""
 STEPS = 9
 """Times at which a force may begin, spread over the longest record."""
 DRIFTS = {"u": ("speed", 0.05), "v": ("sway velocity", 0.05), "r": ("yaw rate", 0.05), "psi": ("heading", 0.1)}
@@ -100,8 +105,9 @@ class Force:
 
     @property
     def extensions(self) -> list[str]:
-        """Extensions of a family that hold its numbers."""
-        return [name.format(self.axis) for name in self.shape.extensions]
+        """Extensions of a family that hold its numbers; none where the family cannot hold all."""
+        names = [name.format(self.axis) for name in self.shape.extensions]
+        return names if all(map(is_made_up, names)) else []
 
     @property
     def at_once(self) -> bool:
@@ -121,7 +127,7 @@ class Force:
                              "psi": ("rad", "rad/s")}[self.axis]  # fmt: skip
             return first if "_first" in name else growth
         known = {n: unit for extension in self.extensions for n, unit in extension_of(extension).units.items()}
-        return known.get(name.partition("@")[0], "N m" if self.axis == "N" else "N")
+        return known.get(name.partition("@")[0], UNITS[self.axis])
 
     @property
     def held(self) -> dict[str, float]:
@@ -137,19 +143,21 @@ def reading_of(force: Force) -> tuple[str, str]:
     return READINGS[next(word for word in READINGS if first.startswith(word))]
 
 
-def shapes(length_s: float, longest_s: float, places: Mapping[str, tuple[float, float]]) -> list[Shape]:
-    """Every shape, for a ship that sails her length in length_s and records of at most longest_s.
+def shapes(
+    length_s: float, longest_s: float, places: Mapping[str, tuple[float, float]], motions: Collection[str], speed: bool
+) -> list[Shape]:
+    """Every shape but periods, for a ship that sails her length in length_s and records of at most longest_s.
 
-    places : north, east -> the first place that is reached, m, and the span of all of them, m.
+    places : north, east -> the first place that is reached, m, and the span of all of them, m.  motions : those of
+    MOTIONS that the model has.  speed : whether the speed is known.
     """
     return [
         *map(_by_heading, range(1, len(COUNTS) + 1)),
-        *_by_motion(),
-        _by_speed(),
-        *(shape for x in MOTIONS for share in LAGS for shape in _by_past(x, share * length_s)),
+        *_by_motion(motions),
+        *([_by_speed()] if speed else []),
+        *(shape for x in motions for share in LAGS for shape in _by_past(x, share * length_s)),
         *(_by_place(side, first_m, span_m) for side, (first_m, span_m) in places.items()),
-        *_in_time(longest_s),
-        *map(_periodic, _periods(length_s, longest_s)),
+        *_in_time(longest_s, motions),
     ]
 
 
@@ -162,12 +170,13 @@ def _by_heading(count: int) -> Shape:
     return Shape(("heading",), f"depends on the heading, {COUNTS[count - 1]} a turn", terms, (name,))
 
 
-def _by_motion() -> Iterator[Shape]:
+def _by_motion(motions: Collection[str]) -> Iterator[Shape]:
     """Products of v', r' and the rudder angle: the same to both sides, and with another sign to each."""
-    for x, word in MOTIONS.items():
+    for x in motions:
+        word = MOTIONS[x]
         yield _products((word,), f"depends on the {word}, with its sign", (x, f"abs{x}"), (x, x, x))
         yield _products((word,), f"depends on the {word}, the same to both sides", (f"abs{x}",), (x, x))
-    for x, y in (("v", "r"), ("v", "d"), ("r", "d")):
+    for x, y in itertools.combinations(motions, 2):
         words = (MOTIONS[x], MOTIONS[y])
         both = f"depends on {words[0]} and {words[1]} together"
         yield _products(words, f"{both}, with their sign", (x, x, y), (x, y, y))
@@ -224,12 +233,13 @@ def _by_past(x: str, time_s: float) -> Iterator[Shape]:
     yield Shape((f"past of the {word}",), f"{how}, and on the {word} now", past | now, (name,), held)
 
 
-def _in_time(longest_s: float) -> Iterator[Shape]:
+def _in_time(longest_s: float, motions: Collection[str]) -> Iterator[Shape]:
     steady: dict[str, Term] = {"{}_first": lambda m, axis: np.ones(m.time_s.size)}
     growth: dict[str, Term] = {"{}_growth": lambda m, axis: m.past_s / longest_s}
     yield Shape(("time",), "grows through the record", growth)
     yield Shape(("time",), "changes evenly through the record", steady | growth)
-    for x, word in MOTIONS.items():
+    for x in motions:
+        word = MOTIONS[x]
         yield Shape(("time", word), f"follows the {word}, by more and more through the record",
                     {f"{{}}_growth_{x}": _growing(_product((x,)), longest_s)})  # fmt: skip
     for begin in np.linspace(0.0, longest_s, STEPS + 2)[1:-1].tolist():
@@ -254,10 +264,10 @@ def _periodic(period_s: float) -> Shape:
     return Shape(("time",), f"swings with a period of {period_s:.3g} s", terms)
 
 
-def _periods(length_s: float, longest_s: float) -> list[float]:
-    """Periods, s, as close as records of this duration tell them apart."""
+def _periods(length_s: float, longest_s: float, most: int) -> list[float]:
+    """Periods, s, as close as records of this duration tell them apart; about as many as `most`."""
     low, high = 1.0 / (PERIODS[1] * length_s), 1.0 / (PERIODS[0] * length_s)
-    step = max(0.5 / longest_s, (high - low) / MOST_PERIODS)
+    step = max(0.5 / longest_s, (high - low) / most)
     return (1.0 / np.arange(max(low, 1.0 / longest_s), high, step)).tolist()
 
 
@@ -274,20 +284,25 @@ class Forces:
 
 def forces_along(runs: FreeRuns) -> Forces:
     """Forces along the motions of the records, and drifts of the sensors that show them."""
-    model, motions, length_s, units = runs.model, list(runs.motions.values()), runs.length_s, force_units(runs.model)
-    longest_s = max(float(m.past_s[-1]) for m in motions)
+    model, motions, length_s = runs.model, list(runs.motions.values()), runs.length_s
+    units, longest_s = force_units(model, length_s), max(float(m.past_s[-1]) for m in motions)
+    followed = [x for x in MOTIONS if x != "v" or model.is_3dof]
+    speed = all(np.all(np.isfinite(m.speed)) for m in motions)
     forces: dict[str, Force] = {}
     candidates: list[Candidate] = []
     places: dict[str, Place] = {}
     series: dict[str, Series] = {}
-    for shape in shapes(length_s, longest_s, _places(motions)):
-        for axis, (_, column, sd) in zip(AXES, FORCES, strict=True):
+    steady = forces_of(model)
+    periods = _periods(length_s, longest_s, MOST_PERIODS // len(steady))
+    for shape in (*shapes(length_s, longest_s, _places(motions), followed, speed), *map(_periodic, periods)):
+        for name, column, sd in steady:
+            axis = name[-1]
             force = Force(axis, shape)
-            own = {name.format(axis): _on(axis, term) for name, term in shape.terms.items()}
+            own = {n.format(axis): _on(axis, term) for n, term in shape.terms.items()}
             wide = WIDE * sd * units[axis]
             candidates.append(_candidate(force, {n: wide / _size(along, motions) for n, along in own.items()}))
             forces[force.id], series = force, series | own
-            places |= {name: Place("term", (name,), column) for name in own}
+            places |= {n: Place("term", (n,), column) for n in own}
     for symbol in (s for s in DRIFTS if s in runs.symbols):
         force = Force(symbol, Shape(("time",), "drifts through the record", {}))
         forces[force.id] = force

@@ -39,7 +39,7 @@ from .catalogue import FLOWS
 from .curve import curve_of
 from .diagnose import runs_of, worsens
 from .events import events
-from .forces import AXES, READINGS, Forces, forces_along, reading_of
+from .forces import AXES, READINGS, UNITS, Forces, forces_along, reading_of
 from .search import Choice, half_intervals, interval_factor
 from .told import extended_model
 
@@ -62,6 +62,8 @@ matter."""
 BIASES = {"r": ("yaw_rate_bias", "yaw_rate_bias"), "v": ("sway_offset", "sway_bias")}
 """State that a drifting sensor shows -> cause and instrument of its steady error, whose place the drift takes."""
 INSTEAD = "what remains is described without it"
+BODY = {"R": "N"}
+"""Axis of a response model -> that of the body."""
 TAKEN_OFF, MOST_OF_IT = 0.5, 0.8
 """Share of what remains of the squared error that forces have to take off: less is no description of it;
 share that forces in time and events have to take off, as gusts are none, and from which events are not looked for."""
@@ -121,9 +123,8 @@ def _explanations(now: _Beside, of_base: Callable[[], _Beside], hull: bool) -> I
     where names of the hull (hull) are needless then, beside the model, and few forces in the place of these names."""
     rest = _beside_numbers(now)
     if rest is not None:
-        if hull:
-            alone = _refitted(of_base(), rest)
-            if not clearly_worse(now.runs, alone.fitted, rest.fitted, RULES.least):
+        for alone in (_beside_numbers(of_base()), _refitted(of_base(), rest)) if hull else ():
+            if alone is not None and not clearly_worse(now.runs, alone.fitted, rest.fitted, RULES.least):
                 yield False, alone
         yield True, rest
     few = _instead(now, of_base())
@@ -207,15 +208,20 @@ class _Beside:
         """Whether a fit leaves errors that matter."""
         return bool(np.any(_excess(self.runs, fitted) > LITTLE * self.runs.motion))
 
+    @property
+    def rules(self) -> Rules:
+        """Those of the selection: no force is looked for where no errors are left that matter."""
+        return replace(RULES, enough=np.sqrt((LITTLE * self.runs.motion) ** 2 + _no_matter(self.runs)))
+
 
 def _beside_numbers(now: _Beside) -> Remainder | None:
     """Forces that are needed beside the model's own numbers."""
     if not now.leaves(now.whole):
         return None
     free = [c for c in now.forces.candidates if not now.numbers or not now.forces.forces[c.id].at_once]
-    selection = select(now.runs, free, RULES, now.whole, now.numbers)
+    selection = select(now.runs, free, now.rules, now.whole, now.numbers)
     simple = now.fit(selection.candidates)
-    sure = tuple(one for one in selection.entered if _is_sure(now.runs, simple, one.candidate))
+    sure = _once([one for one in selection.entered if _is_sure(now.runs, simple, one.candidate)], now.forces)
     if not sure:
         return None
     if len(sure) < len(selection.entered):
@@ -223,6 +229,16 @@ def _beside_numbers(now: _Beside) -> Remainder | None:
         simple = now.fit(selection.candidates)
     beside = clearly_worse(now.runs, simple, selection.final, RULES.least)
     return Remainder(now.runs, now.forces, selection, selection.final if beside else simple)
+
+
+def _once(entered: Sequence[Entered], forces: Forces) -> tuple[Entered, ...]:
+    """Of forces that one extension of a model would hold, as those of two lags, the one that entered first."""
+    out, known = list[Entered](), set[str]()
+    for one in entered:
+        own = {*forces.forces[one.candidate.id].extensions}
+        out += [] if own & known else [one]
+        known |= own
+    return tuple(out)
 
 
 def _is_sure(runs: FreeRuns, fitted: Fitted, candidate: Candidate) -> bool:
@@ -234,7 +250,7 @@ def _is_sure(runs: FreeRuns, fitted: Fitted, candidate: Candidate) -> bool:
 def _instead(now: _Beside, base: _Beside) -> Remainder | None:
     """One or two forces in the place of what is named, where they predict left-out pieces clearly better than it, and
     no worse than all numbers of the base model together."""
-    few = replace(RULES, most=2)
+    few = replace(base.rules, most=2)
     selection = _exchanged(base, select(base.runs, base.forces.candidates, few, base.plain, base.flows))
     worse = partial(clearly_worse, base.runs, least=RULES.least)
     if not selection.entered or worse(selection.final, base.whole) or not worse(now.plain, selection.final):
@@ -264,8 +280,12 @@ def _excess(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
 
     Eq. 14 of docs/mathematics/pieces.md.
     """
-    floor = NOISE * runs.noise + runs.floor**2
-    return np.sqrt(np.maximum(mean_squares(runs, fitted.left_out) - floor, 0.0))
+    return np.sqrt(np.maximum(mean_squares(runs, fitted.left_out) - _no_matter(runs), 0.0))
+
+
+def _no_matter(runs: FreeRuns) -> np.ndarray:
+    """Squared errors (C,) of the sensors' noise and of what counts as none."""
+    return NOISE * runs.noise + runs.floor**2
 
 
 def _relative_excess(runs: FreeRuns, fitted: Fitted) -> float:
@@ -338,8 +358,9 @@ def _force(rest: Remainder, one: Entered) -> RemainingForce:
     reading, following = reading_of(force)
     sizes = tuple(_sizes(rest, one))
     rivals = tuple(rest.forces.forces[c.id].text for c in one.tied_with)
+    axis = BODY.get(force.axis, force.axis)
     return RemainingForce(
-        force.axis, force.shape.depends_on, said, share, gain, sizes, bool(force.extensions), reading, following,
+        axis, force.shape.depends_on, said, share, gain, sizes, bool(force.extensions), reading, following,
         rivals, curve_of(force, runs, {s.parameter: (s.value, s.high - s.value) for s in sizes}),
     )  # fmt: skip
 
@@ -360,13 +381,11 @@ def _events(now: _Beside, of_pieces: Sequence[Event]) -> tuple[RemainingForce, .
         count = np.maximum(runs.counts[event.unit], 1.0)
         gain = _gain(runs, event.before / count, event.after / count)
         half = interval_factor(runs) * event.sd
-        unit = "N m" if event.axis == "N" else "N"
-        size = Size(f"{event.axis}_event", event.size, event.size - half, event.size + half, unit, event.record)
+        size = Size(f"{event.axis}_event", event.size, event.size - half, event.size + half, UNITS[event.axis],
+                    event.record)  # fmt: skip
         said = f"a {AXES[event.axis]} that acts for a time: {event.record}, {event.begin_s:.0f} to {event.end_s:.0f} s"
-        out.append(
-            RemainingForce(event.axis, ("time",), said, float(np.clip(taken / whole, 0.0, 1.0)), gain, (size,), False,
-                           *READINGS["event"])
-        )  # fmt: skip
+        axis, share = BODY.get(event.axis, event.axis), float(np.clip(taken / whole, 0.0, 1.0))
+        out.append(RemainingForce(axis, ("time",), said, share, gain, (size,), False, *READINGS["event"]))
     return tuple(out)
 
 

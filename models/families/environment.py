@@ -1,7 +1,8 @@
-"""The environment variant of a 3-DOF definition: current, wind and extra forces as further inputs.
+"""What acts on a craft from outside, as further inputs of a definition.
 
-Inputs added, in this order: current north and east [m/s, towards], wind north and east [m/s, towards], and
-body-fixed forces X [N], Y [N], N [N m].  With all of them zero the variant equals the calm definition.
+The environment variant of a 3-DOF definition has, in this order: current north and east [m/s, towards], wind north and
+east [m/s, towards], and body-fixed forces X [N], Y [N], N [N m].  The pushed variant of a response model has a yaw
+acceleration in the units of its highest derivative.  With all of them zero a variant equals the calm definition.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ import sympy as sp
 from ..definition import Definition, symbols
 from ..primitives import absv, atan2v
 
-SUFFIX = "+environment"
+SUFFIX, PUSHED = "+environment", "+pushed"
 INPUTS = "current_north current_east wind_north wind_east force_x force_y moment_n"
 CONSTANTS = "rho rho_air A_F A_L wind_cx wind_cy wind_cn wind_kn wind_delta wind_L"
 
@@ -60,6 +61,18 @@ def with_environment(definition: Definition, wind: bool = True) -> Definition:
         constants=[*definition.constants, *constants],
         helpers={**helpers, **wind_helpers},
         forces=forces,
+    )
+
+
+def with_push(definition: Definition) -> Definition:
+    """A yaw acceleration from outside, in the units of the highest derivative of a response model."""
+    (push,) = symbols("push")
+    return replace(
+        definition,
+        name=definition.name + PUSHED,
+        inputs=[*definition.inputs, push],
+        forces=[definition.forces[0] + push, *definition.forces[1:]],
+        linear=False,
     )
 
 

@@ -127,6 +127,16 @@ def _primes(definition: Definition, tag: str):
     return helpers, vp, rp, unit
 
 
+def _motion(definition: Definition, tag: str):
+    """Helpers for what forces follow, these by their short names (v', r' and the rudder angle; r in rad/s of a response
+    model), and what turns X', Y', N' into the units of the forces."""
+    delta = definition.inputs[0]
+    if definition.force_scale is None:
+        return {}, {"r": next(s for s in definition.states if s.name == "r"), "d": delta}, [sp.S.One]
+    helpers, vp, rp, unit = _primes(definition, tag)
+    return helpers, {"v": vp, "r": rp, "d": delta}, unit
+
+
 def _yaw(power: Callable[[sp.Symbol], sp.Expr]) -> Apply:
     """A term of r in a response model's yaw equation, in the units of its highest derivative."""
 
@@ -416,14 +426,17 @@ EXTENSIONS: dict[str, Extension] = {
 }
 """Extension id -> what it adds.  The ids are those of the causes of diagnosis."""
 
-TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+")
-"""Identifier of an added force or moment that is a product: N_r_absv is N' r' |v'|, d the rudder angle (rad)."""
+TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+|R(_(r|d|absr|absd))+")
+"""Identifier of an added force or moment that is a product: N_r_absv is N' r' |v'|, d the rudder angle (rad); R_r_absd
+is a yaw acceleration r |d| of a response model, r in rad/s."""
 
 FORCE = re.compile(
-    "(?P<axis>[XYN])_(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd])|place_(?P<place>north|east))"
+    "(?!R_(speed|place|past_v))(?P<axis>[XYNR])_"
+    "(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd])|place_(?P<place>north|east))"
 )
 """Identifier of an added force by the heading (so many times a turn), the speed, the past of v', r' or the rudder, or
-the place."""
+the place; R is the yaw acceleration of a response model."""
+RESPONSE = "R"
 WAVES_OF_PLACE = 3
 """Cosines over the range of places that a force by the place is made of."""
 
@@ -456,6 +469,8 @@ def extension_of(name: str) -> Extension:
     if TERM.fullmatch(name) is None:
         return EXTENSIONS[name]
     axis, *factors = name.split("_")
+    if axis == RESPONSE:
+        return Extension({f"term_{name}": "SI"}, _product(0, factors), three_dof=False)
     return Extension({f"term_{name}": "1"}, _product("XYN".index(axis), factors), three_dof=True)
 
 
@@ -514,11 +529,11 @@ def _variable(definition: Definition, variable: str) -> tuple[sp.Expr, Sequence[
 
 
 def _product(row: int, factors: Sequence[str]) -> Apply:
-    """A product of v', r' and the rudder angle, or of their sizes, as a force in the prime system."""
+    """A product of v', r' and the rudder angle, or of their sizes, as a force in the prime system; of r and the rudder
+    angle as a yaw acceleration of a response model."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        helpers, vp, rp, unit = _primes(definition, parameters[0].name)
-        known = {"v": vp, "r": rp, "d": definition.inputs[0]}
+        helpers, known, unit = _motion(definition, parameters[0].name)
         known |= {f"abs{name}": primitives.absv(symbol) for name, symbol in known.items()}
         forces = list(definition.forces)
         forces[row] += unit[row] * parameters[0] * sp.prod(known[factor] for factor in factors)
@@ -533,25 +548,26 @@ def _force(
     """A force or moment along the motion: a cos(k psi) + b sin(k psi); a U + b U^2; in the prime system a x + b z with
     T z_dot = x - z of x = v', r' or the rudder angle; or the sum of a_k cos(k pi s), k = 1, 2, ..., of the place
     s = (north - first)/span, 0 to 1 and constant beyond."""
-    row, unit = "XYN".index(axis), "N m" if axis == "N" else "N"
+    response = axis == RESPONSE
+    row, unit = (0, "rad/s^k") if response else ("XYN".index(axis), "N m" if axis == "N" else "N")
     if place is not None:
         held = {f"{name}_first": "m", f"{name}_span": "m"}
         units = {f"{name}_{k}": unit for k in range(1, WAVES_OF_PLACE + 1)} | held
         return Extension(units, _by_place(row, place), three_dof=True, held=tuple(held))
     if past is not None:
-        units = {f"{name}_now": "1", f"{name}_late": "1", f"{name}_time": "s"}
-        return Extension(units, _lagging(row, past), three_dof=True, held=(f"{name}_time",))
+        share = "SI" if response else "1"
+        units = {f"{name}_now": share, f"{name}_late": share, f"{name}_time": "s"}
+        return Extension(units, _lagging(row, past), three_dof=not response, held=(f"{name}_time",))
     if speed is not None:
         return Extension({f"{name}_1": f"{unit} s/m", f"{name}_2": f"{unit} s2/m2"}, _by_speed(row), three_dof=True)
     return Extension(
-        dict.fromkeys((f"{name}_cos", f"{name}_sin"), unit), _turning(row, int(count or 1)), three_dof=True
+        dict.fromkeys((f"{name}_cos", f"{name}_sin"), unit), _turning(row, int(count or 1)), three_dof=not response
     )
 
 
 def _in_si(definition: Definition, row: int, force: sp.Expr) -> Definition:
-    """The definition with a force, N, or moment, N m, on an axis."""
-    scale, forces = definition.force_scale, list(definition.forces)
-    assert scale is not None
+    """The definition with a force, N, or moment, N m, on an axis; with a yaw acceleration of a response model."""
+    scale, forces = definition.force_scale or [sp.S.One], list(definition.forces)
     forces[row] += scale[row] * force
     return replace(definition, forces=forces)
 
@@ -590,8 +606,8 @@ def _by_speed(row: int) -> Apply:
 def _lagging(row: int, motion: str) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         now, late, time = parameters
-        helpers, vp, rp, unit = _primes(definition, late.name)
-        x, z = {"v": vp, "r": rp, "d": definition.inputs[0]}[motion], sp.Symbol(f"{late.name}_state", real=True)
+        helpers, known, unit = _motion(definition, late.name)
+        x, z = known[motion], sp.Symbol(f"{late.name}_state", real=True)
         forces = list(definition.forces)
         forces[row] += unit[row] * (now * x + late * z)
         return replace(
