@@ -103,8 +103,8 @@ def _between(first: tuple, second: tuple, dated: bool, name: str) -> Offset | No
 
 
 def _peaks(scores: np.ndarray) -> list[int]:
-    """Places of the local maxima that are nearly as large as the largest, at most PEAKS: with a clock that goes slow, one
-    manoeuvre of many is like those before it, too."""
+    """Places of the local maxima that are nearly as large as the largest, at most PEAKS: with a clock that goes slow,
+    one manoeuvre of many is like those before it, too."""
     around = np.concatenate([[-np.inf], scores, [-np.inf]])
     tops = np.flatnonzero((scores >= around[:-2]) & (scores > around[2:]) & (scores > scores.max() - ALIKE))
     return sorted(tops.tolist(), key=lambda i: -scores[i])[:PEAKS]
