@@ -1,26 +1,27 @@
-"""What a check is: one class in one file, and all that is known of it without a hull model.
+"""What a check is: one class whose body is a row of data, and all that is known of it without a hull model.
 
 A check says what it looks for (its docstring: in words and as an equation), the unit of its sizes, and what would tell
-it from its rivals.  `FileCheck` looks at one record, `ColumnCheck` (`columns._base`) at what whole columns mean,
-`SensorError` leaves something between channels that must agree.
+it from its rivals.  `FileCheck` looks at one record, `ColumnCheck` at what whole columns mean, `SensorError` leaves
+something between channels that must agree.
 """
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Sequence
 from inspect import cleandoc
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from .comparison.series import Log, Path, SensorEffect, Turn
-    from .fault import Fault
+    from .fault import ColumnFault, Fault
 
 
 class Check(ABC):
     """Base class of all that can be wrong; subclasses set the class attributes.
 
-    id : public identifier, that of the file.  where : part of the chain, as `diagnosis.causes.base.WHERE`, or record.
+    id : public identifier.  where : part of the chain, as `diagnosis.causes.base.WHERE`, or record.
     unit : of its sizes.  separate_by : what would tell it from its rivals.
     stage : where it is looked for, as a reason why a model's residuals are not asked for it.
     named : whether a diagnosis names it as a cause of its bank, beside telling what was checked.
@@ -73,6 +74,28 @@ class FileCheck(Check):
     @abstractmethod
     def find(self, record: Record) -> list[Fault]:
         """Faults of this kind in one record."""
+
+
+class ColumnCheck(Check):
+    """Base class of checks that show that whole columns mean something else.
+
+    rank : checks of lower rank are looked for first.  joint : whether the records of one side of a positive rudder are
+    looked at together, and then each by itself; else each by itself.  columns : those that it concerns, where a fault
+    does not say.
+    """
+
+    stage = "looked for in the records themselves, before all else"
+    rank = 0
+    joint = False
+    columns: ClassVar[tuple[str, ...]] = ()
+    named = True
+
+    @abstractmethod
+    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
+        """Faults of this kind, and the records with them corrected.
+
+        starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
+        """
 
 
 class SensorError(Check):

@@ -28,7 +28,8 @@ from .result import CheckFinding, CheckResult
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from .columns._base import ColumnCheck, ColumnFault
+    from .base import ColumnCheck
+    from .fault import ColumnFault
 
 HEADING = "heading_rad"
 UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)

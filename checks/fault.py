@@ -1,10 +1,10 @@
-"""A fault of one record that needs no model to be seen."""
+"""Faults that need no model to be seen: of one record, and of whole columns."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from .result import Size
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
+    from .base import ColumnCheck
 
 
 SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
@@ -49,6 +50,19 @@ class Fault:
     def corrected(self) -> bool:
         """Whether the record can be corrected for it."""
         return self.material and (self.corrects or bool(self.blanks or self.factors or self.steps))
+
+
+@dataclass(frozen=True)
+class ColumnFault:
+    """A fault that was found: its check, what a finding says of it, how clearly it shows (in sd, squared), the
+    instruments of a model that has it, and its sizes in the record."""
+
+    check: ColumnCheck
+    details: Mapping[str, Any]
+    evidence: str
+    statistic: float
+    instruments: Mapping[str, float]
+    sizes: tuple[Size, ...] = ()
 
 
 def exact(parameter: str, value: float, unit: str) -> Size:

@@ -14,7 +14,7 @@ from .comparison.drift import RIVALS, Drift, drifts, interval, is_there, rivals
 from .comparison.selection import DIFFERENT, TIE, Compared, Sizes
 from .registry import check_of, sensor_errors
 from .result import NORMAL_90, CheckFinding, Size
-from .sensors.current import Current
+from .sensors import CurrentDrift
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -137,7 +137,7 @@ def of_drift(done: Compared) -> list[CheckFinding]:
     rivals_of = {error.id: error.track_rivals for error in sensor_errors()}
     best = found[int(np.argmin([d.p for d in found]))]
     speed, low, high, towards = interval(best)
-    entry = Current()
+    entry = CurrentDrift()
     if speed > entry.farthest:
         raise CannotFit(f"the positions of {best.record} would drift by {speed:.3g} m/s against heading and log")
     said = (

@@ -1,16 +1,15 @@
-"""Finding checks: the files of this room's folders, and installed entry points."""
+"""Finding checks: what this room's files of checks define, and installed entry points."""
 
 from __future__ import annotations
 
 from functools import lru_cache
 
-from ..models.discovery import by_name, classes_of, known, plug_ins
-from .base import Check, FileCheck, SensorError
-from .columns._base import ColumnCheck
+from ..models.discovery import by_name, classes_in, classes_of, known, plug_ins
+from . import columns, sensors
+from .base import Check, ColumnCheck, FileCheck, SensorError
 
 GROUP = "helmbench.causes"
 """Entry-point group by which other packages add checks and causes of a diagnosis."""
-FOLDERS = ("files", "columns", "sensors")
 
 
 @lru_cache(maxsize=1)
@@ -21,7 +20,7 @@ def checks() -> dict[str, Check]:
     ------
     BadInput : two checks have the same identifier, or a plug-in cannot be loaded.
     """
-    own = [cls for folder in FOLDERS for cls in classes_of(f"{__package__}.{folder}", Check)]
+    own = [*classes_of(f"{__package__}.files", Check), *classes_in(columns, Check), *classes_in(sensors, Check)]
     added = [cls for cls in installed() if issubclass(cls, FileCheck | ColumnCheck | SensorError)]
     return {name: cls() for name, cls in by_name("check", [*own, *added]).items()}
 

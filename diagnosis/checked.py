@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..checks.check import Examined, check_file, distinct, of_one_record
-from ..checks.files.constant_channel import ConstantChannel
+from ..checks.files.repeats import ConstantChannel
 from ..checks.findings import merged
 from ..checks.registry import check_of, column_checks, sensor_errors
 from ..checks.result import CheckFinding
@@ -20,7 +20,7 @@ from .report.verdict import motion_explained, next_manoeuvre, without_motion
 from .result import Diagnosis, Finding
 
 if TYPE_CHECKING:
-    from ..checks.columns._base import ColumnFault
+    from ..checks.fault import ColumnFault
     from ..datasets.record import Record
     from ..models.model import Model
 

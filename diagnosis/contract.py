@@ -33,8 +33,7 @@ from ..models.families.extensions import extension_of, is_made_up
 from ..models.model import CHANNELS, Model, model_to_json, resolve
 from ..models.simulate import simulate
 from .candidate import Variant
-from .causes._stage import StageCause
-from .causes.base import WHERE, Cause, NotTestable
+from .causes.base import WHERE, Cause, NotTestable, StageCause
 from .gain.extension import extended_model
 from .searches.base import Search
 from .state import first_state

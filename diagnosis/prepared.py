@@ -15,7 +15,7 @@ from .kinematics.stage import Sensors, Shown, sensors_of
 
 if TYPE_CHECKING:
     from ..checks.base import Check
-    from ..checks.columns._base import ColumnFault
+    from ..checks.fault import ColumnFault
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
     from ..models.model import Model

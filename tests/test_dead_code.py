@@ -10,10 +10,10 @@ ROOMS = (
     *("bench", "reporting", "reproduction", "helmbench", "tests/vulture_whitelist.py"),
 )
 FOUND_BY_REGISTRY = (
-    *("methods", "checks/files", "checks/columns", "checks/sensors", "diagnosis/causes", "diagnosis/baselines"),
+    *("methods", "checks/files", "checks/columns.py", "checks/sensors.py", "diagnosis/causes", "diagnosis/baselines"),
     *("bench/faults/effects", "bench/scores"),
 )
-"""Folders whose classes and functions a registry loads."""
+"""Folders and files whose classes and functions a registry loads."""
 CALLED_BY_OTHERS = (
     *("check_*", "_repr_html_", "__getattr__", "__dir__"),  # contract checks; notebooks; the interpreter
     *("_print_*", "_split_super_sub", "_hprint_*", "fdiff", "nargs", "is_real"),  # SymPy's printers and functions
@@ -36,8 +36,8 @@ def test_nothing_is_unused():
 
 
 def _found_by_registry(item) -> bool:
-    folder = item.filename.relative_to(ROOT).parent.as_posix()
-    return item.typ in ("class", "function") and folder.startswith(FOUND_BY_REGISTRY)
+    file = item.filename.relative_to(ROOT).as_posix()
+    return item.typ in ("class", "function") and file.startswith(FOUND_BY_REGISTRY)
 
 
 def _is_key_of_a_file(item) -> bool:

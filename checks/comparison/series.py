@@ -91,9 +91,11 @@ class Turn(Motion):
         return integral(self.rate, self.time)
 
     @cached_property
-    def quiet_rate(self) -> np.ndarray:
-        """(T,) yaw rate, smoothed: as a column of a regression its noise would draw estimates to zero."""
-        return smoothed(self.rate)
+    def late_rate(self) -> np.ndarray:
+        """(1, T) heading that a yaw rate a second late leaves out: the rate's change, smoothed, since as a column of a
+        regression its noise would draw estimates to zero."""
+        quiet = smoothed(self.rate)
+        return (quiet - quiet[0])[None]
 
     @property
     def rate_floor(self) -> float:

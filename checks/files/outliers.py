@@ -1,4 +1,4 @@
-"""Check `outliers`."""
+"""Checks of samples that are no measurements: gross errors, impossible values, and what a sensor cuts off."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.signals import sensor_sd
 from ...datasets.spikes import AROUND, LIMIT, without_spikes_in_time
 from ..base import FileCheck
 from ..fault import SENSED, Fault, exact
+from ..integrity.runs import runs_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -31,8 +33,7 @@ CLEAR = 1.5
 class Outliers(FileCheck):
     """Isolated gross errors: share of samples far from the curve through their neighbours."""
 
-    id = "outliers"
-    rank = 100
+    id, rank = "outliers", 100
     named = True
     separate_by = "the sensor's own quality flag"
 
@@ -97,3 +98,76 @@ def _step_if_coarse(values: np.ndarray) -> float:
     steps = np.abs(np.diff(values[np.isfinite(values)]))
     moving = steps[steps > 0.0]
     return float(np.median(moving)) if moving.size < (1.0 - COARSE) * steps.size and moving.size else 0.0
+
+
+HUGE, COMMON = 1e4, 0.99
+"""Times the size that a share of the samples does not exceed, from which a sample cannot be."""
+
+
+class ImpossibleSamples(FileCheck):
+    """Single samples thousands of times as large as all others: a sentinel for a missing value, or a broken row."""
+
+    id, rank = "impossible_samples", -10
+    named = True
+    separate_by = "the sensor's own quality flag"
+
+    def find(self, record: Record) -> list[Fault]:
+        found = []
+        for name in (n for n in SENSED if record.has(n)):
+            values = record.column(name)
+            huge = _huge(values)
+            if huge.any():
+                said = f"{huge.sum()} samples of {name} are more than {HUGE:g} times as large as the others"
+                found.append(fault_of(said, name, values, huge))
+        return found
+
+
+def _huge(values: np.ndarray) -> np.ndarray:
+    """(N,) samples that cannot be."""
+    size = np.abs(values[np.isfinite(values)])
+    common = float(np.quantile(size, COMMON, method="lower")) if size.size else 0.0
+    return np.abs(values) > HUGE * common if common > 0.0 else np.zeros(values.size, bool)
+
+
+CHANNEL = "yaw_rate_rad_s"
+FEWEST = 10
+"""Samples at the largest value from which a sensor may have been cut off."""
+EQUAL = 1e-9
+BESIDE = 5
+"""Samples beside those that are cut off that are left out too: of noise about the limit only one side remains."""
+FASTER, CERTAIN = 1.01, 5.0
+"""Times the largest yaw rate, and standard deviations beyond it, by which the heading must turn meanwhile."""
+
+
+class YawRateSaturation(FileCheck):
+    """The yaw-rate sensor cuts off what exceeds its range: r_m = min(max(r, -limit), limit), while the heading turns
+    faster."""
+
+    id, where, rank, unit = "yaw_rate_saturation", "sensor", 10, "rad/s"
+    named = True
+    beyond = ("yaw_rate", "limit")
+    separate_by = "the sensor's data sheet: its range"
+
+    def find(self, record: Record) -> list[Fault]:
+        if not record.has(CHANNEL) or not record.has("heading_rad"):
+            return []
+        rate, heading, time = record.column(CHANNEL), record.heading_unwrapped(), record.time_s
+        limit = float(np.nanmax(np.abs(rate), initial=0.0))
+        cut = np.abs(rate) >= limit * (1.0 - EQUAL)
+        runs = [r for r in runs_of(rate) if cut[r.start]]
+        if cut.sum() < FEWEST or not runs or not limit > 0.0:
+            return []
+        first, last = np.array([(r.start, r.stop - 1) for r in runs]).T
+        turned, lasted = (heading[last] - heading[first]) * np.sign(rate[first]), time[last] - time[first]
+        known = np.isfinite(turned)
+        turning, noise = turned[known].sum(), sensor_sd(heading) * np.sqrt(2.0 * known.sum())
+        if not turning - FASTER * limit * lasted[known].sum() > CERTAIN * noise:
+            return []
+        mean = turning / lasted[known].sum()
+        said = (
+            f"{CHANNEL} stands at its largest value, {np.rad2deg(limit):.4g} deg/s, in {int(cut.sum())} samples, while "
+            f"the heading turns by {np.rad2deg(mean):.4g} deg/s in the mean: the sensor's range ends there"
+        )
+        near = np.convolve(cut, np.ones(2 * BESIDE + 1), "same") > 0.0
+        fault = fault_of(said, CHANNEL, rate, near)
+        return [replace(fault, sizes=(*fault.sizes, exact("limit", limit, "rad/s")))]

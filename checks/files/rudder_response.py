@@ -35,10 +35,7 @@ class RudderResponse(FileCheck):
     """The yaw rate does not answer the rudder, or answers before it: r' = a r + c r |r| + b delta(t - lag) + d has no
     b, or a negative lag; or the ship turns by far more than so small an angle makes it."""
 
-    id = "rudder_response"
-    where = "rudder"
-    rank = 110
-    unit = "s"
+    id, where, rank, unit = "rudder_response", "rudder", 110, "s"
     separate_by = "the clocks of the steering gear and of the yaw-rate sensor, and the list of channels"
 
     def find(self, record: Record) -> list[Fault]:

@@ -18,7 +18,7 @@ from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import OWN, Group, groups_of, grown
 from ...models.errors import BadInput, CannotFit
 from ...models.instruments import combined
-from ..causes.constant_force import ConstantForce
+from ..causes.missing_terms import ConstantForce
 from ..causes.registry import causes_of
 from ..free_runs.units import FEWEST, names_of_units
 from ..gain.guard import WORSE

@@ -1,1 +1,1 @@
-"""Causes of what a simulation gets wrong: one class in one file each, found by `registry`."""
+"""Causes of what a simulation gets wrong: rows of data in one file a concept, found by `registry`."""

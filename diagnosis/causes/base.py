@@ -1,6 +1,6 @@
-"""A cause of the taxonomy: one class in one file, and everything that the diagnosis knows of it.
+"""A cause of the taxonomy: one class whose body is a row of data, with methods only where it has a formula of its own.
 
-A cause says what it is (its docstring: the physics, as words and as an equation), which numbers it moves and in what
+The row says what it is (its docstring: the physics, as words and as an equation), which numbers it moves and in what
 bounds, how it is looked for, how its sizes are told, and how it enters the extended model.  Where it acts it refers to,
 and never repeats: a parameter of a model extension (`models.families.extensions`), a number of the rudder chain or of
 an instrument (`models.instruments`).
@@ -28,6 +28,7 @@ DEGREE = np.pi / 180.0
 DESCRIBED = 1e-3
 """Share of a size by which it may be off because samples are joined and equations stepped: what the truth simulator's
 records in calm show beyond the noise (107 sizes of the benchmark known to better than 1 %)."""
+NEEDS_3DOF = "needs a model with surge, sway and yaw"
 WHERE = ("rudder", "sensor", "hull", "environment", "sampling")
 
 
@@ -53,8 +54,7 @@ class Number(NamedTuple):
 class Cause(Check):
     """Base class of all causes; subclasses set the class attributes, and those of more than one number `variants`.
 
-    id : public identifier, that of the file.  where : one of WHERE.  unit : of its sizes.
-    search : how it is looked for.
+    id : public identifier.  where : one of WHERE.  unit : of its sizes.  search : how it is looked for.
     extension : id of the model extension that it becomes, None for one that stays a number of rudder or sensors.
     number : what it moves, in its unit.  channels : psi, r, u, v, x, y that must be measured.  A class with `variants`
     of its own says both there.
@@ -62,6 +62,8 @@ class Cause(Check):
     separate_by : what would tell it from its rivals.
     smallest : size of the first parameter (length of a pair; seconds are those of a 160 m ship) from which it matters;
     None where none is stated.
+    beside_numbers : whether it is tried beside a base model whose own numbers are uncertain: not where these take its
+    place, or where it feeds on what they leave.
     """
 
     search: ClassVar[Search]
@@ -70,6 +72,7 @@ class Cause(Check):
     extension: ClassVar[str | None] = None
     power_size: ClassVar[float | None] = None
     smallest: ClassVar[float | None] = None
+    beside_numbers: ClassVar[bool] = True
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         """Ways in which the cause may act, each as parameters that are zero where it is absent.
@@ -82,9 +85,8 @@ class Cause(Check):
         return [] if self.number is None else [self.number.variant(est, self.unit)]
 
     def stands_beside_numbers(self, is_3dof: bool) -> bool:
-        """Whether it is tried beside a base model whose own numbers are uncertain: not where these take its place, or
-        where it feeds on what they leave."""
-        return True
+        """`beside_numbers`, for a cause that is not the same in every model."""
+        return self.beside_numbers
 
     def strength(self, est: Estimator, variant: Variant, values: np.ndarray) -> float:
         """What is compared with `smallest`: the first of the values (k,), or the longest of pairs."""
@@ -128,6 +130,20 @@ class Cause(Check):
         return None
 
 
+class StageCause(Cause):
+    """Base class of causes that a stage of its own looks for, in the records before the bank or in the base model after
+    it; the bank does not hold them.
+
+    stage : where it is looked for, as a reason why the bank does not test it.
+    """
+
+    unit = "1"
+    stage: ClassVar[str]
+
+    def variants(self, est: Estimator) -> Sequence[Variant]:
+        raise NotTestable(self.stage)
+
+
 def plain_size(est: Estimator, p: Parameter, value: float, half: float) -> Size:
     """A size between its bounds, told from its origin."""
     low, high = max(value - half, p.low), min(value + half, p.high)
@@ -149,13 +165,7 @@ def require_channels(est: Estimator, *symbols: str) -> None:
         raise NotTestable(f"needs measured {said} that the model has")
 
 
-def require_3dof(est: Estimator) -> None:
-    """Raise NotTestable for a response model."""
+def require_3dof(est: Estimator, why: str = NEEDS_3DOF) -> None:
+    """Raise NotTestable, and say why, for a response model."""
     if not est.model.is_3dof:
-        raise NotTestable("needs a model with surge, sway and yaw")
-
-
-def require_entry(est: Estimator, entry: str) -> None:
-    """Raise NotTestable where the model has no place for a term of its own."""
-    if entry not in est.index:
-        raise NotTestable("the model has this term already, or no place for it")
+        raise NotTestable(why)

@@ -57,14 +57,10 @@ class ClockJitter(Cause):
     """Samples taken at t + error while the time column says t: error of standard deviation sd (s), independent from
     sample to sample; channels are noisier where they change fast."""
 
-    id = "clock_jitter"
-    where = "sampling"
-    unit = "s"
+    id, where, unit = "clock_jitter", "sampling", "s"
     search = ByScan("clock_jitter", errors, largest)
     separate_by = "time stamps taken by the instruments"
-
-    def stands_beside_numbers(self, is_3dof: bool) -> bool:
-        return False
+    beside_numbers = False
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         return [()]

@@ -10,8 +10,7 @@ from ...checks.registry import checks, installed
 from ...models.coefficient_groups import stated_groups
 from ...models.discovery import by_name, classes_of, known
 from ...models.families.extensions import is_made_up
-from ._stage import StageCause
-from .base import Cause, NotTestable
+from .base import Cause, NotTestable, StageCause
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator

@@ -98,9 +98,7 @@ class WaveMotion(Cause):
     """First-order wave motion on heading and yaw rate: second-order narrow-band noise, peak frequency omega (rad/s),
     damping ratio and rms (rad)."""
 
-    id = "wave_motion"
-    where = "environment"
-    unit = "rad/s, 1, rad"
+    id, where, unit = "wave_motion", "environment", "rad/s, 1, rad"
     search = WaveSearch()
     separate_by = "heading and rate sampled at several times the wave frequency"
 

@@ -16,7 +16,7 @@ from ..selection.levels import adjusted
 from ..state import covariance
 
 if TYPE_CHECKING:
-    from ...checks.columns._base import ColumnFault
+    from ...checks.fault import ColumnFault
     from ...checks.result import CheckFinding
     from ...datasets.record import Record
     from ..candidate import Candidate

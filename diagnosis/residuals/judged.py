@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ..candidate import Candidate, Unmodelled
-from ..causes.heading_delay import HeadingDelay
+from ..causes.sensors import HeadingDelay
 from ..state import State, misfit_allowance
 from ..statistics.score_tests import cauchy_combination
 from . import tests

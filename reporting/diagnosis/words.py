@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from ...diagnosis.causes.base_coefficients import BaseCoefficients
 from ...diagnosis.causes.registry import causes
-from ...diagnosis.causes.rudder_offset import RudderOffset
+from ...diagnosis.causes.steering_gear import RudderOffset
 from ...diagnosis.gain.guard import WORSE
 from ..numbers import DEG, interval_digits, number, with_unit
 

@@ -5,7 +5,7 @@ import pytest
 from helmbench.bench.kinds.diagnosis.execute import base_of, injected_of
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec
 from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
-from helmbench.diagnosis.causes.rudder_offset import RudderOffset
+from helmbench.diagnosis.causes.steering_gear import RudderOffset
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.coefficient_groups import groups_of
 from helmbench.models.model import model_to_json, resolve

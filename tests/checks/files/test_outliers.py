@@ -5,8 +5,8 @@ import pytest
 
 import helmbench
 from helmbench.checks.check import check
+from helmbench.checks.files.jumps import Splice
 from helmbench.checks.files.outliers import Outliers
-from helmbench.checks.files.splice import Splice
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.record import Record
 from helmbench.datasets.spikes import without_spikes

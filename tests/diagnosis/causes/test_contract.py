@@ -2,8 +2,7 @@
 
 import pytest
 
-from helmbench.diagnosis.causes._stage import StageCause
-from helmbench.diagnosis.causes.base import Cause
+from helmbench.diagnosis.causes.base import Cause, StageCause
 from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.diagnosis.contract import CHECKS, OF_STAGES
 

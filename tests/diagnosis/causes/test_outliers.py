@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.bench.faults import Case, inject
 from helmbench.checks.fault import cleaned
-from helmbench.checks.files.impossible_samples import ImpossibleSamples
+from helmbench.checks.files.outliers import ImpossibleSamples
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 

@@ -1,4 +1,4 @@
-"""Channels that are made from each other, and a rudder that carries another sensor's noise."""
+"""Checks of channels that are made from each other, and of a rudder that carries another sensor's noise."""
 
 from __future__ import annotations
 
@@ -6,8 +6,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.geometry import velocity_over_ground
+from ...datasets.record import RUDDERS
 from ...datasets.signals import bridged, integral, white_noise
-from .runs import never_changes
+from ..base import FileCheck
+from ..fault import Fault, exact
+from ..integrity.readings import TRACK
+from ..integrity.runs import never_changes
+from .stamps import stamps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -106,3 +112,57 @@ def equal_columns(record: Record) -> list[tuple[str, str]]:
             if known.sum() > 20 and (np.array_equal(x[known], y[known]) or np.array_equal(x[known], -y[known])):
                 pairs.append((a, b))
     return pairs
+
+
+MISSING = 0.02
+"""Share of missing rows from which nothing is said of the rest."""
+TURN = ("heading_rad", "yaw_rate_rad_s")
+
+
+class DerivedChannel(FileCheck):
+    """A channel that was computed from another one in the record: the two cannot check each other."""
+
+    id, rank = "derived_channel", 70
+    separate_by = "the raw output of each sensor"
+
+    def find(self, record: Record) -> list[Fault]:
+        found = [Fault(f"{a} and {b} hold the same numbers", (a, b), material=False) for a, b in equal_columns(record)]
+        if record.n < 3 or stamps(record.time_s).missing > MISSING * record.n:
+            return found  # noise over steps that differ is not comparable
+        if record.has(*TURN):
+            why = rate_is_derived(record.heading_unwrapped(), record.column(TURN[1]), record.time_s)
+            if why:
+                found.append(Fault(f"yaw_rate_rad_s is made from heading_rad: {why}", TURN))
+        if record.has(*TRACK):
+            velocity = velocity_over_ground(record)
+            whys = [
+                rate_is_derived(record.column(name), rate, record.time_s)
+                for name, rate in zip(TRACK[3:], (velocity.real, velocity.imag), strict=True)
+            ]
+            if all(whys):
+                found.append(Fault(f"surge_m_s and sway_m_s are made from the positions: {whys[0]}", TRACK[1:]))
+        return found
+
+
+class RudderFromSensor(FileCheck):
+    """The rudder column carries another sensor's noise at the same instant: it was computed from that sensor (an
+    autopilot's order), so that no rudder cause can be named."""
+
+    id, rank = "rudder_from_sensor", 80
+    separate_by = "a rudder angle feedback, or a rudder order that does not depend on the sensors"
+
+    def find(self, record: Record) -> list[Fault]:
+        found = []
+        for rudder in (name for name in RUDDERS if record.has(name)):
+            for name in ("yaw_rate_rad_s", "heading_rad"):
+                if not record.has(name):
+                    continue
+                other = record.continuous(name)
+                correlation, z = shared_noise(record.column(rudder), other)
+                if abs(correlation) > SHARED and abs(z) > CLEAR:
+                    said = (
+                        f"the noise of {rudder} goes with that of {name} at lag zero (correlation {correlation:.2f}, "
+                        f"z = {z:.0f})"
+                    )
+                    found.append(Fault(said, (rudder, name), (exact("correlation", correlation, "1"),)))
+        return found

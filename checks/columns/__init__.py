@@ -1,1 +1,0 @@
-"""Checks of what whole columns mean: one class in one file each."""

@@ -1,0 +1,115 @@
+"""Checks of a record's channels that stay the same: dead, frozen, or in coarse steps."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.columns import CANONICAL
+from ..base import FileCheck
+from ..fault import SENSED, Fault, exact
+from ..integrity.readings import TRACK, track_error
+from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+SPEEDS = ("surge_m_s", "sway_m_s")
+TURN = 0.5
+"""Range of headings, rad, over which every ship loses speed and drifts: a speed that stays the same is none."""
+CONFIRMED = 0.01
+"""Disagreement of the track, as a share of the way made, below which positions confirm a speed that stays the same."""
+
+
+class ConstantChannel(FileCheck):
+    """A channel that never changes, or never has a value: a dead sensor, or one that was not connected."""
+
+    id, rank = "constant_channel", 0
+    separate_by = "a record in which the quantity surely changes"
+
+    def find(self, record: Record) -> list[Fault]:
+        found = []
+        for name, values in record.channels.items():
+            known = values[np.isfinite(values)]
+            if not known.size:
+                found.append(Fault(f"{name} has no value at all", (name,)))
+            elif known.size > 1 and never_changes(known):
+                found.append(_constant(record, name, float(np.median(known))))
+        return found
+
+
+def _constant(record: Record, name: str, value: float) -> Fault:
+    """A channel that is the same value in every row; a speed that positions confirm is a remark."""
+    said = f"{name} is {value:.6g} {CANONICAL[name]} in every row"
+    if name in SPEEDS and record.has(*TRACK) and track_error(record) < CONFIRMED:
+        return Fault(f"{said}, and heading and positions show the same velocity", (name,), material=False)
+    dead = name in SPEEDS and _turns(record)
+    said += " while the ship turns: no measured speed, leave the column out" if dead else ""
+    blanks = ((name, 0, record.n),) if dead else ()
+    return Fault(said, (name,), material=name in SENSED, blanks=blanks, biases=dead)
+
+
+def _turns(record: Record) -> bool:
+    heading = record.heading_unwrapped() if record.has("heading_rad") else np.zeros(1)
+    return bool(np.isfinite(heading).any()) and float(np.nanmax(heading) - np.nanmin(heading)) > TURN
+
+
+class FrozenSamples(FileCheck):
+    """A channel repeats its last value while the ship moves on: the sensor or the link to it stood still."""
+
+    id, rank, unit = "frozen_samples", 20, "s"
+    separate_by = "the sensor's own time stamps"
+
+    def find(self, record: Record) -> list[Fault]:
+        return [
+            f
+            for name in SENSED
+            if record.has(name)
+            for f in (self._frozen(record, name), self._held(record, name))
+            if f
+        ]
+
+    def _frozen(self, record: Record, name: str) -> Fault | None:
+        runs, time = frozen_runs(record.column(name)), record.time_s
+        if not runs:
+            return None
+        worst = max(runs, key=lambda r: time[r.stop - 1] - time[r.start])
+        length = float(time[worst.stop - 1] - time[worst.start])
+        stretches = "1 stretch" if len(runs) == 1 else f"{len(runs)} stretches"
+        said = f"{name} repeats one value in {stretches}, the longest from {time[worst.start]:.6g} s for {length:.4g} s"
+        return Fault(
+            said,
+            (name,),
+            (exact("longest", length, "s"),),
+            material=any(r.jump > COARSE for r in runs),
+            blanks=tuple((name, r.start + 1, r.stop) for r in runs),
+        )
+
+    def _held(self, record: Record, name: str) -> Fault | None:
+        rows = held_rows(record.column(name))
+        if rows == 1:
+            return None
+        said = f"{name} changes only every {rows} rows: it is sampled more slowly than the record"
+        return Fault(said, (name,), (exact("period", rows * record.dt, "s"),), material=False)
+
+
+SEEN, MATTERS = 0.002, 0.02
+"""Shares of a channel's spread from which its steps are told, and from which they matter."""
+
+
+class CoarseChannel(FileCheck):
+    """A channel that is stored in coarse steps: rounded, or of a sensor with few digits."""
+
+    id, rank = "coarse_channel", 30
+    separate_by = "the sensor's data sheet, or an export with more digits"
+
+    def find(self, record: Record) -> list[Fault]:
+        found = []
+        for name in (n for n in SENSED if record.has(n)):
+            values = record.continuous(name)
+            step, spread = resolution(values), float(np.nanstd(values)) if np.isfinite(values).any() else 0.0
+            if step > SEEN * spread:
+                said = f"{name} takes steps of {step:.3g}, {100.0 * step / spread:.1f} % of its standard deviation"
+                found.append(Fault(said, (name,), (exact("step", step, CANONICAL[name]),), step > MATTERS * spread))
+        return found

@@ -1,0 +1,281 @@
+"""Checks of the scale of a record's columns: units, signs, and a scale that goes with the side."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...datasets.axes import track_of
+from ...datasets.record import RUDDERS
+from ...datasets.signals import sensor_sd
+from ...models.linear_algebra import lstsq
+from ..base import FileCheck
+from ..fault import Fault, cleaned, exact
+from ..integrity.averages import averages_of
+from ..integrity.ratios import (
+    AGREE,
+    ANGLES,
+    PLACES,
+    SPEEDS,
+    TURN,
+    Ratio,
+    course_ratio,
+    heading_ratio,
+    over_windows,
+    speed_ratio,
+    turns_back,
+    unit_of,
+)
+from ..integrity.readings import BETTER, LEAST, TRACK, better_reading, course_askew, track_error
+from ..integrity.wraps import SMALL_TURN, wraps_at_small_turn
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+
+DEGREE = np.pi / 180.0
+TOGETHER = 0.7
+"""Correlation of course and heading from which their ratio is believed."""
+ALL_ANGLES = 20.0
+"""Times that the course turns as far as the heading, from which no drift explains it."""
+LARGEST_RUDDER = 1.6
+"""Rudder angle (rad) above which the column must hold degrees."""
+FAR = 1.3
+"""Factor from which a time that all channels show is wrong."""
+ODD_TURN, ODD_WAY = 1.6, 5.0
+"""Factors from which no scale error of a rate gyro, or of a log, explains a ratio."""
+ONE_FACTOR = 0.1
+"""Share by which two ratios of one time may differ."""
+PLACE_COLUMNS = ("north_m", "east_m")
+SPEED_COLUMNS = ("surge_m_s", "sway_m_s")
+
+
+class WrongUnit(FileCheck):
+    """A column in another unit than its name says: degrees for radians, knots for metres per second, feet for metres,
+    or a time that runs faster or slower than rates and velocities show."""
+
+    id, rank = "wrong_unit", 40
+    ends = of_logger = True
+    separate_by = "the logger's list of channels"
+
+    def find(self, record: Record) -> list[Fault]:
+        turn, way = heading_ratio(record), speed_ratio(record)
+        time = self._time(turn, way)
+        if time is not None:
+            return [time]
+        angles = self._angle(turn) or self._all_angles(record, turn)
+        return [f for f in (angles, self._speed(record, way), *self._rudders(record)) if f]
+
+    def _time(self, turn: Ratio | None, way: float | None) -> Fault | None:
+        """Heading against yaw rate and positions against velocities differ by one factor, which is that of the time."""
+        if turn is None or way is None or not (turn.slope > 0.0 and turn.correlation > AGREE):
+            return None
+        if abs(turn.slope * way - 1.0) > ONE_FACTOR or 1.0 / FAR < way < FAR:
+            return None
+        said = (
+            f"time_s runs {way:.4g} times as fast as both heading and yaw rate, and positions and velocities, show: "
+            "another unit, or another sampling rate"
+        )
+        return Fault(said, ("time_s",), (exact("ratio", way, "1"),), standing=True)
+
+    def _angle(self, ratio: Ratio | None) -> Fault | None:
+        if ratio is None or abs(ratio.correlation) < AGREE:
+            return None
+        if unit_of(ratio.slope, ANGLES) is None:
+            said = f"heading_rad changes {ratio.slope:.4g} times as much as yaw_rate_rad_s and the time give"
+            return _odd(said, ratio.slope, ODD_TURN, TURN)
+        name, other = TURN if abs(ratio.slope) > 1.0 else TURN[::-1]
+        times = max(abs(ratio.slope), 1.0 / abs(ratio.slope))
+        said = f"{name} holds degrees: its changes are {times:.4g} times what {other} gives"
+        return Fault(said, (name,), (exact("ratio", ratio.slope, "1"),), factors={name: DEGREE})
+
+    def _all_angles(self, record: Record, turn: Ratio | None) -> Fault | None:
+        """Heading and yaw rate together in another unit, which the track shows, or the heading's own wraps."""
+        if not record.has("heading_rad"):
+            return None
+        better, ratio = better_reading([record]), course_ratio(record)
+        if better is not None and better.reading.check == self.id:
+            said = better.evidence("with heading_rad in another unit: radians were taken for degrees")
+        elif ratio is not None and abs(ratio.correlation) > TOGETHER and 1.0 < abs(ratio.slope) / ALL_ANGLES < 5.0:
+            said = f"the course of the positions turns {abs(ratio.slope):.3g} times as far as heading_rad: another unit"
+        elif _wraps(record, turn):
+            said = f"heading_rad wraps at {SMALL_TURN:.4g} rad: it holds radians that were taken for degrees"
+        else:
+            return None
+        return Fault(said, TURN, standing=True)
+
+    def _speed(self, record: Record, ratio: float | None) -> Fault | None:
+        if ratio is None:
+            return None
+        names, units, unit = SPEED_COLUMNS, SPEEDS, unit_of(ratio, SPEEDS)
+        if unit is None:
+            names, units, unit = PLACE_COLUMNS, PLACES, unit_of(1.0 / ratio, PLACES)
+        if unit is None:
+            said = f"the way of the velocities is {ratio:.4g} times that of the positions"
+            return _odd(said, ratio, ODD_WAY, (*SPEED_COLUMNS[:1], *PLACE_COLUMNS))
+        factors = {name: 1.0 / next(k for k, v in units.items() if v == unit) for name in names if record.has(name)}
+        said = f"{' and '.join(factors)} seem to hold {unit}: the velocities' way is {ratio:.4g} times the positions'"
+        return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), factors=factors)
+
+    def _rudders(self, record: Record) -> list[Fault]:
+        found = []
+        for name in RUDDERS:
+            most = float(np.nanmax(np.abs(record.column(name)), initial=0.0)) if record.has(name) else 0.0
+            if most > LARGEST_RUDDER:
+                said = f"{name} reaches {most:.4g} rad: it holds degrees"
+                found.append(Fault(said, (name,), (exact("largest", most, "rad"),), factors={name: DEGREE}))
+        return found
+
+
+def _odd(said: str, ratio: float, odd: float, columns: tuple[str, ...]) -> Fault | None:
+    """A ratio that neither a scale error nor a turned sign explains."""
+    if 1.0 / odd < ratio < odd or turns_back(ratio):
+        return None
+    return Fault(
+        f"{said}: another unit, quantity or sampling rate", columns, (exact("ratio", ratio, "1"),), standing=True
+    )
+
+
+def _wraps(record: Record, turn: Ratio | None) -> bool:
+    """Whether the heading wraps as radians taken for degrees do, and then goes with the yaw rate."""
+    heading = record.column("heading_rad")
+    heading = heading[np.isfinite(heading)]
+    alike = turn is None or (turn.correlation > AGREE and abs(turn.slope - 1.0) < 1.0 - AGREE)
+    return heading.size > 1 and alike and wraps_at_small_turn(heading)
+
+
+class ChannelSign(FileCheck):
+    """A column with the other sign: yaw rate against heading, sway or east against the track, the track's turns against
+    the heading's."""
+
+    id, rank = "channel_sign", 50
+    ends = True
+    separate_by = "the logger's list of channels and its axes"
+
+    def find(self, record: Record) -> list[Fault]:
+        rate = self._of_rate(record)
+        if rate is not None:
+            record = cleaned(record, [rate])
+            better = better_reading([record])
+            backwards = better.reading.check == "heading_zero" if better else course_askew(record) is not None
+            if rate.channels == ("yaw_rate_rad_s",) and backwards:
+                said = "the yaw rate turns against the heading, and the ship goes astern: time runs backwards"
+                return [Fault(said, ("time_s",), rate.sizes, standing=True)]
+        track = self._of_track(record)
+        unread = better_reading([record]) is None  # which another check names
+        if track is None and unread and not (rate and rate.standing):
+            track = self._of_course(record)
+        return [f for f in (rate, track) if f]
+
+    def _of_rate(self, record: Record) -> Fault | None:
+        ratio = heading_ratio(record)
+        if ratio is None or ratio.correlation > -AGREE or not turns_back(ratio.slope):
+            return None
+        said = f"yaw_rate_rad_s turns against the heading (correlation {ratio.correlation:.3f})"
+        size, track = (exact("ratio", ratio.slope, "1"),), track_of(averages_of(record))
+        if track is None:
+            said += "; without positions nothing tells which of the two is wrong"
+            return Fault(said, ("heading_rad", "yaw_rate_rad_s"), size, standing=True)
+        wrong = "heading_rad" if track.mirrored else "yaw_rate_rad_s"
+        said += f"; the track turns with {'the yaw rate' if track.mirrored else 'the heading'}"
+        return Fault(said, (wrong,), size, factors={wrong: -1.0})
+
+    def _of_track(self, record: Record) -> Fault | None:
+        if not record.has(*TRACK):
+            return None
+        short = averages_of(record)
+        present = track_error(short)
+        errors = {name: track_error(short.with_channels(**{name: -short.column(name)})) for name in TRACK[1:]}
+        best = min(errors, key=lambda name: errors[name])
+        if not errors[best] < BETTER * present > BETTER * LEAST:
+            return None
+        better = better_reading([record])
+        if better is not None and better.own < errors[best]:  # which another check names
+            return None
+        said = (
+            f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} with "
+            f"{best} reversed"
+        )
+        return Fault(said, (best,), (exact("disagreement", present, "1"),), factors={best: -1.0})
+
+    def _of_course(self, record: Record) -> Fault | None:
+        """Positions alone, without velocities or together with them: their track turns to the other side."""
+        found = track_of(averages_of(record))
+        if found is None or not found.mirrored:
+            return None
+        said = f"the track turns against the heading, as if {found.reading}; or the heading counts anticlockwise"
+        return Fault(said, ("north_m", "east_m"), standing=True)
+
+
+CHANNEL = "yaw_rate_rad_s"
+WHOLE, LOST = 1.3, 0.5
+"""Factor by which the scale of the right side may differ from one, and scale below which the other side is wrong."""
+TURNS, USUAL = 0.4, 0.95
+"""Share of the usual turn in a window, which is this quantile of all, from which a window turns to a side."""
+CLEAR = 10.0
+"""Standard deviations of the heading's noise that the turn in a window must exceed."""
+FEWEST, MANOEUVRES = 30, 0.1
+"""Samples and windows below which nothing is compared, and share of the windows that must turn to each side."""
+EXPLAINED, TWO_SCALES = 0.25, 0.5
+"""Share of the yaw rate's spread that two scales may leave, and share of what one scale leaves that they may."""
+
+
+class SideScales(NamedTuple):
+    """Scales of the yaw rate in turns to starboard and to port."""
+
+    starboard: float
+    port: float
+
+
+class OneSidedChannel(FileCheck):
+    """The yaw rate is right in turns to one side, and lost, or without its sign, in turns to the other:
+    recorded = s r with s = 1 for one sign of r and s < 0.5 for the other, as the heading shows."""
+
+    id, rank = "one_sided_channel", 20
+    separate_by = "the raw output of the sensor, and the type of number (signed or unsigned) that the logger reads"
+
+    def find(self, record: Record) -> list[Fault]:
+        sides = _side_scales(record) if record.has(*TURN) else None
+        if sides is None:
+            return []
+        (low, wrong), (high, right) = sorted(zip(sides, sides._fields, strict=True))
+        if not (low < LOST and 1.0 / WHOLE < high < WHOLE):
+            return []
+        how = "its sign is lost" if low < -LOST else "one side of it is lost"
+        said = (
+            f"{CHANNEL} is {low:.3g} times what the heading shows in turns to {wrong}, and {high:.3g} times in turns "
+            f"to {right}: {how}; leave the column out, the heading remains, or export it again as a signed number"
+        )
+        sizes = (exact("starboard", sides.starboard, "1"), exact("port", sides.port, "1"))
+        return [Fault(said, (CHANNEL,), sizes, blanks=((CHANNEL, 0, record.n),))]
+
+
+def _side_scales(record: Record) -> SideScales | None:
+    """Scales of the yaw rate to each side, where they describe it and one scale does not; None else.
+
+    An offset is estimated along: it, too, makes turns to one side too small.
+    """
+    heading, rate = record.heading_unwrapped(), record.column(CHANNEL)
+    known = np.isfinite(heading) & np.isfinite(rate)
+    if known.sum() < FEWEST:
+        return None
+    turned, given = over_windows(record.time_s[known], heading[known], rate[known])
+    if turned.size < FEWEST:
+        return None
+    least = max(TURNS * float(np.quantile(np.abs(turned), USUAL)), CLEAR * np.sqrt(2.0) * sensor_sd(heading[known]))
+    if min(np.mean(turned > least), np.mean(turned < -least)) < MANOEUVRES:
+        return None
+    clear = np.abs(turned) > least
+    return _fitted(turned[clear], given[clear])
+
+
+def _fitted(turned: np.ndarray, given: np.ndarray) -> SideScales | None:
+    """Scales of the changes (M,) that the yaw rate gives over those of the heading, rad."""
+    offset = np.ones(turned.size)
+    one = np.stack([turned, offset], axis=1)
+    two = np.stack([np.maximum(turned, 0.0), np.minimum(turned, 0.0), offset], axis=1)
+    left, before = (float(np.std(given - x @ lstsq(x, given))) for x in (two, one))
+    if not left < min(EXPLAINED * float(np.std(given)), TWO_SCALES * before):
+        return None
+    starboard, port, _ = lstsq(two, given).tolist()
+    return SideScales(starboard, port)

@@ -1,1 +1,0 @@
-"""Sensor errors that show between channels: one class in one file each."""
