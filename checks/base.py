@@ -10,12 +10,29 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from inspect import cleandoc
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from .comparison.series import Log, Path, SensorEffect, Turn
     from .fault import ColumnFault, Fault
+
+
+class Prior(NamedTuple):
+    """What is known of a number before free runs of a model are seen.
+
+    sd : standard deviation in its natural unit (s in ship lengths sailed, L/U; m/s in the ship's speed; rad/s in U/L);
+    0: free runs are not asked for it.  trials : values in that unit at which it is linearised by a secant, where its
+    tangent at zero stands for nothing.  entries : instruments that it moves, and needs : states that have to be
+    measured, where a check does not say so as a cause.  limit : it is a limit of the rudder's command: its inverse is
+    moved, and behind commands only.
+    """
+
+    sd: float
+    trials: tuple[float, ...] = ()
+    entries: tuple[str, ...] = ()
+    needs: tuple[str, ...] = ()
+    limit: bool = False
 
 
 class Check(ABC):
@@ -25,6 +42,7 @@ class Check(ABC):
     unit : of its sizes.  separate_by : what would tell it from its rivals.
     stage : where it is looked for, as a reason why a model's residuals are not asked for it.
     named : whether a diagnosis names it as a cause of its bank, beside telling what was checked.
+    prior : of its number, in free runs of a model.
     beyond : variable of a regime (`models.regimes`) beyond whose threshold it acts, and the size that the threshold is.
     """
 
@@ -34,6 +52,7 @@ class Check(ABC):
     separate_by: ClassVar[str | None] = None
     stage: ClassVar[str] = "looked for in the records themselves, without a model"
     named: ClassVar[bool] = False
+    prior: ClassVar[Prior] = Prior(0.0)
     beyond: ClassVar[tuple[str, str] | None] = None
 
     @property

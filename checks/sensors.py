@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..datasets.instruments import later
-from .base import SensorError
+from .base import Prior, SensorError
 from .comparison.series import LogEffect, TrackEffect, TurnEffect, half_a_degree, half_a_percent, late_floor
 
 if TYPE_CHECKING:
@@ -41,6 +41,7 @@ class YawRateDelay(SensorError):
 
     id, unit, named = "yaw_rate_delay", "s", True
     turn = (TurnEffect("tau", "s", ("yaw_rate_delay",), lambda turn: turn.late_rate, late_floor, delay=True),)
+    prior = Prior(0.3, entries=("yaw_rate_delay",), needs=("r", "psi"))
     separate_by = "yaw rate and heading of instruments with known time stamps"
 
 

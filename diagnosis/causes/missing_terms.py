@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -18,33 +18,58 @@ if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.segments import Segment
     from ..candidate import Variant
+    from ..free_runs.motion import Motion
 
 HEADING, YAW_RATE = SYMBOLS.index("psi"), SYMBOLS.index("r")
+
+
+class Term(NamedTuple):
+    """A term of the equations: its name as a size, its entry in the filter's vector, which is the parameter of the
+    extension, the standard deviation of its prior in the prime system, and its unit.
+
+    factor : of v' = v/U and r' = r L/U, what it is along the measured motion; None: it is constant.
+    """
+
+    name: str
+    entry: str
+    sd: float
+    factor: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    unit: str = "1"
+
+    @property
+    def axis(self) -> str:
+        """X, Y or N."""
+        return self.entry.partition("_")[2][0]
+
+    def along(self, motion: Motion) -> np.ndarray:
+        """Force, N, or moment, N m, (N,) along a motion, for a parameter of one: F = F' rho/2 A U^2 and
+        N = N' rho/2 A L U^2, A = L d where the family knows d, as `models.families.extensions` has them."""
+        size = motion.unit(self.axis)
+        return size if self.factor is None else size * self.factor(motion.v, motion.r)
 
 
 class MissingTerm(Cause):
     """Base class of terms that act each by itself or all together.
 
-    terms : name of each, and its entry in the vector.  in_response : why a response model has no place for them; empty
-    where it has.
+    in_response : why a response model has no place for them; empty where it has.
     """
 
     where = "hull"
     search = ByScore()
-    terms: ClassVar[tuple[tuple[str, str], ...]]
+    terms: ClassVar[tuple[Term, ...]]
     in_response: ClassVar[str] = ""
 
     def variants(self, est: Estimator) -> Sequence[Variant]:
         if self.in_response:
             require_3dof(est, self.in_response)
-        if not {entry for _, entry in self.terms} <= set(est.index):
+        if not {one.entry for one in self.terms} <= set(est.index):
             raise NotTestable("the model has this term already, or no place for it")
-        single = [self.parameter(est, name, entry) for name, entry in self.terms]
+        single = [self.parameter(est, one) for one in self.terms]
         return [*((p,) for p in single), *([tuple(single)] if len(single) > 1 else [])]
 
-    def parameter(self, est: Estimator, name: str, entry: str) -> Parameter:
+    def parameter(self, est: Estimator, one: Term) -> Parameter:
         """One of the terms; of a response model as a term of the highest derivative."""
-        return term(est, name, "1", entry, _yaw_weight(est))
+        return term(est, one.name, one.unit, one.entry, _yaw_weight(est))
 
     def details(self, est: Estimator, variant: Variant) -> Mapping[str, list[str]]:
         return {"components": [p.name for p in variant]} if len(self.terms) > 1 else {}
@@ -63,7 +88,7 @@ class YawDampingQuadratic(MissingTerm):
     alpha r|r| beside r, in s/rad."""
 
     id, unit, extension = "yaw_damping_quadratic", "1 (prime) or s/rad", "yaw_damping_quadratic"
-    terms = (("Nrr", "added_Nr_absr"),)
+    terms = (Term("Nrr", "added_Nr_absr", 0.02, lambda v, r: r * abs(r)),)
     separate_by = "turning circles at several rudder angles, to both sides"
 
 
@@ -71,7 +96,7 @@ class YawDampingCubic(MissingTerm):
     """Yaw moment N r^3, in the vessel's own prime system; for a response model alpha r^3 beside r, in s2/rad2."""
 
     id, unit, extension = "yaw_damping_cubic", "1 (prime) or s2/rad2", "yaw_damping_cubic"
-    terms = (("Nrrr", "added_Nrrr"),)
+    terms = (Term("Nrrr", "added_Nrrr", 0.02, lambda v, r: r**3),)
     separate_by = "turning circles at several rudder angles, to both sides"
 
 
@@ -79,7 +104,7 @@ class SwayDampingQuadratic(MissingTerm):
     """Cross-flow drag Y v|v|, in the vessel's own prime system."""
 
     id, unit, extension = "sway_damping_quadratic", "1", "sway_damping_quadratic"
-    terms, in_response = (("Yvv", "added_Yv_absv"),), NEEDS_3DOF
+    terms, in_response = (Term("Yvv", "added_Yv_absv", 0.5, lambda v, r: v * abs(v)),), NEEDS_3DOF
     separate_by = "hard turns with sway measured, or an oblique towing test"
 
 
@@ -87,7 +112,12 @@ class CrossflowCoupling(MissingTerm):
     """Coupled cross-flow terms in a turn: Y r|v|, Y v|r|, N v|r|, N r|v|, in the vessel's own prime system."""
 
     id, unit, extension = "crossflow_coupling", "1", "crossflow_coupling"
-    terms = (("Yrv", "added_Yr_absv"), ("Yvr", "added_Yv_absr"), ("Nvr", "added_Nv_absr"), ("Nrv", "added_Nr_absv"))
+    terms = (
+        Term("Yrv", "added_Yr_absv", 0.3, lambda v, r: r * abs(v)),
+        Term("Yvr", "added_Yv_absr", 0.3, lambda v, r: v * abs(r)),
+        Term("Nvr", "added_Nv_absr", 0.1, lambda v, r: v * abs(r)),
+        Term("Nrv", "added_Nr_absv", 0.1, lambda v, r: r * abs(v)),
+    )
     in_response = NEEDS_3DOF
     separate_by = "turns with sway measured at several drift angles"
 
@@ -96,13 +126,17 @@ class ConstantForce(MissingTerm):
     """Constant force in body axes, X and Y in N and N in N m (a towed sonar, a bent fin, asymmetric thrust)."""
 
     id, unit, extension = "constant_force", "N, N m", "constant_force"
-    terms = (("X", "constant_X"), ("Y", "constant_Y"), ("N", "constant_N"))
+    terms = (
+        Term("X", "constant_X", 2e-3, unit="N"),
+        Term("Y", "constant_Y", 2e-3, unit="N"),
+        Term("N", "constant_N", 5e-4, unit="N m"),
+    )
     in_response = "in a response model a constant moment is a rudder offset"
     separate_by = "straight runs at two speeds: a constant force does not grow with the speed"
 
-    def parameter(self, est: Estimator, name: str, entry: str) -> Parameter:
-        scale = 1e-6 * est.unit["XYN".index(name)]
-        return Parameter(name, "N m" if name == "N" else "N", ((est.index[entry], 1.0),), scale=scale)
+    def parameter(self, est: Estimator, one: Term) -> Parameter:
+        scale = 1e-6 * est.unit["XYN".index(one.axis)]
+        return Parameter(one.name, one.unit, ((est.index[one.entry], 1.0),), scale=scale)
 
 
 class SecondOrderLead(Cause):

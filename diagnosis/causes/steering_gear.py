@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.base import Prior
 from ...estimation.filters.innovations.settings import Parameter
 from ..residuals.features import lagged
 from ..searches.base import refitted
@@ -32,6 +33,7 @@ class RudderOffset(Cause):
     search, extension = ByScore(), "rudder_offset"
     number = Number("delta0", ("rudder_offset",), scale=0.05 * DEGREE)
     smallest = power_size = 0.1 * DEGREE
+    prior = Prior(2.0 * DEGREE)
     separate_by = "straight runs at two speeds: what an offset does grows with the speed squared"
 
 
@@ -42,6 +44,7 @@ class RudderDelay(Cause):
     search = ByScore((0.3, 1.0, 2.0, 3.5))
     number = Number("tau", ("rudder_delay",), scale=0.05, low=0.0, high=8.0)
     smallest, power_size = 0.05, 0.2
+    prior = Prior(0.5, (0.02, 0.05, 0.15))
     separate_by = "rudder steps with the rudder angle recorded at the stock and on the bridge at once"
 
 
@@ -53,6 +56,7 @@ class RudderBacklash(Cause):
     search = ByScore((0.15 * DEGREE, 0.4 * DEGREE, DEGREE, 2.0 * DEGREE))
     number = Number("b", ("rudder_backlash",), scale=0.1 * DEGREE, low=0.0, high=12.0 * DEGREE)
     smallest, power_size = 0.1 * DEGREE, 0.3 * DEGREE
+    prior = Prior(5.0 * DEGREE, (0.5 * DEGREE, 2.0 * DEGREE))
     separate_by = "slow small-angle rudder sweeps in both directions"
 
 
@@ -91,6 +95,7 @@ class RudderRateLimit(CommandLimit):
     id, unit = "rudder_rate_limit", "rad/s"
     search = ByScan("rudder_rate_limit", rates)
     number = Number("rate", ("rudder_rate_limit",), scale=0.01 * DEGREE, low=0.0)
+    prior = Prior(40.0, (4.1, 1.9, 0.95, 0.48, 0.24), limit=True)
 
 
 class RudderSaturation(CommandLimit):
@@ -99,6 +104,7 @@ class RudderSaturation(CommandLimit):
     id, unit = "rudder_saturation", "rad"
     search = ByScan("rudder_saturation", angles)
     number = Number("limit", ("rudder_saturation",), scale=0.05 * DEGREE, low=0.0)
+    prior = Prior(20.0, (1 / (8 * DEGREE), 1 / (15 * DEGREE), 1 / (25 * DEGREE)), limit=True)
 
 
 class RudderEffectiveness(Cause):
@@ -110,6 +116,7 @@ class RudderEffectiveness(Cause):
     search, extension = ByScore(), "rudder_effectiveness"
     number = Number("e", ("rudder_effectiveness",), scale=0.01, low=-0.95, high=2.0)
     smallest, power_size = 0.01, 0.02
+    prior = Prior(0.3)
     separate_by = "a bollard or captive rudder-force test, or rudder angles from small to hard over"
 
     def stands_beside_numbers(self, is_3dof: bool) -> bool:
@@ -122,6 +129,7 @@ class RudderFault(Cause):
     id, where, unit = "rudder_fault", "rudder", "1, s"
     search = ByChangePoint()
     smallest, power_size = 0.02, 0.1
+    prior = Prior(0.3)
     separate_by = "a rudder-force check before and after"
 
     def variants(self, est: Estimator) -> Sequence[Variant]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.base import Prior
 from ...checks.result import Size
 from ...checks.sensors import CurrentDrift
 from ...estimation.filters.innovations.settings import Parameter, Setting
@@ -86,6 +87,7 @@ class Current(CurrentDrift, PairCause):
     entries = ("current_towards_north", "current_towards_east")
     size_name, direction_name = "speed", "towards"
     smallest, power_size = 0.01, 0.05
+    prior = Prior(0.1)
 
 
 class Wind(PairCause):
@@ -96,6 +98,7 @@ class Wind(PairCause):
     entries = ("wind_towards_north", "wind_towards_east")
     size_name, direction_name, coming_from = "speed", "from", True
     smallest, power_size, scale = 0.5, 3.0, 1.0
+    prior = Prior(1.5)
     separate_by = "an anemometer, or the same manoeuvre on two headings and at two speeds"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...datasets.instruments import corrected
 from ...estimation.records.weather import CURRENT, WIND, flow_of
-from .catalogue import FLOWS, OFFSET, flow_name
+from .catalogue import OFFSET, SIDES, flow_name
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -29,7 +29,7 @@ def behind_causes(choice: Choice, records: Sequence[Record]) -> list[Record]:
 
 def instruments_behind(choice: Choice) -> dict[str, float]:
     """Instruments of rudder and sensors that a choice says all records have, without a neutral angle."""
-    return instruments_of(choice, [c for c in choice.selection.candidates if c.of != OFFSET.cause])
+    return instruments_of(choice, [c for c in choice.selection.candidates if c.of != OFFSET])
 
 
 def instruments_of(choice: Choice, candidates: Sequence[Candidate], record: int | None = None) -> dict[str, float]:
@@ -47,7 +47,7 @@ def in_flows(record: Record, choice: Choice) -> Record:
     """The record with the current and wind of a choice added to what it measures of them."""
     final, channels = choice.selection.final, {}
     for name, columns in MEASURED_AS.items():
-        own = np.array([final.point.values.get(flow_name(name, side, None), 0.0) for side in FLOWS[name][0]])
+        own = np.array([final.point.values.get(flow_name(name, side, None), 0.0) for side in SIDES])
         if not own.any():
             continue
         measured = flow_of(record, columns)

@@ -17,11 +17,11 @@ from ...estimation.selection.selection import Rules, select
 from ...estimation.validation.result import FREE
 from ...estimation.validation.validate import TOGETHER, validate
 from ...models.errors import BadInput, CannotFit, FitFailed
+from ..causes.steering_gear import RudderOffset
 from ..gain.guard import log_fall
 from ..options import Options
 from ..prepared import prepared
 from .behind import instruments_of
-from .catalogue import OFFSET
 from .diagnose import runs_of
 from .search import BESIDE, chosen
 from .told import extended_model, findings
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 OPTIONS = Options(base_parameters="identify", only=("rudder_offset", "yaw_rate_bias"))
 CLEARLY = 0.9
 """Ratio of the errors of whole free runs, mean over channels, above which nothing is said."""
-USUAL, NEARLY_ALL = 2.0 * OFFSET.sd, 0.1
+USUAL, NEARLY_ALL = 2.0 * RudderOffset.prior.sd, 0.1
 """Neutral angles above the first, rad, are told only where the ratio is below the second: a term that the model lacks
 is more likely otherwise."""
 SIDE = 0.1
@@ -61,7 +61,7 @@ def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
         return None
     ratio = np.exp(-log_fall(before, {c: error for c, error in after.items() if c in TOGETHER}))
     sizes = [replace(size, parameter=one.cause) for one in findings(choice, identified=True) for size in one.sizes]
-    angles = [size.value for size in sizes if size.parameter == OFFSET.cause]
+    angles = [size.value for size in sizes if size.parameter == RudderOffset.id]
     usual = max(map(abs, angles), default=0.0) < USUAL
     if ratio > (CLEARLY if usual else NEARLY_ALL) or not _on_both_sides(given, angles):
         return None

@@ -1,7 +1,7 @@
-"""Every cause, number and term that may explain free runs, as data.
+"""Every cause, number and term that may explain free runs of one model, as the causes' rows have them.
 
-Standard deviations and trial values are in natural units: s in ship lengths sailed (L/U), m/s in the ship's speed,
-rad/s in U/L, forces in rho/2 L^2 U^2 and moments in rho/2 L^3 U^2.
+Standard deviations and trial values are in natural units (`checks.base.Prior`), forces in rho/2 L^2 U^2 and moments in
+rho/2 L^3 U^2.
 """
 
 from __future__ import annotations
@@ -16,11 +16,14 @@ from ...estimation.selection.number import Candidate, Number
 from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
+from ..causes.missing_terms import ConstantForce, MissingTerm, Term
 from ..causes.registry import causes, causes_of
+from ..causes.steering_gear import RudderDelay, RudderFault, RudderOffset
+from ..causes.surroundings import Current, Wind
 from ..free_runs.bank import Bank, Place, numbers_of, places_of, values_of
-from .terms import term_of
 
 if TYPE_CHECKING:
+    from ...checks.base import Check
     from ...models.model import Model
 
 DEGREE = np.pi / 180.0
@@ -28,66 +31,19 @@ INPUT, HULL, FORCE = 0, 1, 2
 """Ranks: faults of input and sensor go before numbers and terms of the hull, these before forces without a cause."""
 
 
-class Row(NamedTuple):
-    """A cause of one number: its prior standard deviation and trial values in the natural unit."""
-
-    cause: str
-    name: str
-    kind: str
-    entries: tuple[str, ...]
-    unit: str
-    sd: float
-    trials: tuple[float, ...] = ()
-    low: float = -np.inf
-    needs: tuple[str, ...] = ()
-    commanded: bool = False
-    inverse: bool = False
-
-
-DELAY = "rudder_delay"
-"""The rudder acts so much later than it is recorded."""
-ROWS = (
-    Row(DELAY, DELAY, "steering", (DELAY,), "s", 0.5, (0.02, 0.05, 0.15), low=0.0),
-    Row("rudder_rate_limit", "rudder_slowness", "steering", ("rudder_rate_limit",), "s", 40.0,
-        (4.1, 1.9, 0.95, 0.48, 0.24), low=0.0, commanded=True, inverse=True),
-    Row("rudder_saturation", "rudder_stop", "steering", ("rudder_saturation",), "1", 20.0,
-        (1 / (8 * DEGREE), 1 / (15 * DEGREE), 1 / (25 * DEGREE)), low=0.0, commanded=True, inverse=True),
-    Row("rudder_backlash", "rudder_backlash", "steering", ("rudder_backlash",), "1", 5 * DEGREE,
-        (0.5 * DEGREE, 2.0 * DEGREE), low=0.0),
-    Row("rudder_effectiveness", "rudder_effectiveness", "steering", ("rudder_effectiveness",), "1", 0.3, low=-0.95),
-    Row("rudder_offset", "rudder_offset", "steering", ("rudder_offset",), "1", 2.0 * DEGREE),
-    Row("yaw_rate_bias", "yaw_rate_bias", "sensor", ("yaw_rate_bias",), "rad/s", 0.05, needs=("r",)),
-    Row("yaw_rate_scale", "yaw_rate_scale", "sensor", ("yaw_rate_scale",), "1", 0.2, needs=("r",)),
-    Row("yaw_rate_delay", "yaw_rate_delay", "sensor", ("yaw_rate_delay",), "s", 0.3, low=0.0, needs=("r", "psi")),
-    Row("heading_delay", "heading_delay", "sensor", ("heading_delay",), "s", 0.3, low=0.0, needs=("psi",)),
-    Row("speed_scale", "speed_scale", "sensor", ("surge_scale", "sway_scale"), "1", 0.2, needs=("u",)),
-    Row("velocity_delay", "velocity_delay", "sensor", ("surge_delay", "sway_delay"), "s", 0.3, low=0.0,
-        needs=("u", "v")),
-    Row("sway_offset", "sway_bias", "sensor", ("sway_bias",), "m/s", 0.05, needs=("v",)),
-    Row("axis_misalignment", "axis_misalignment", "sensor", ("axis_misalignment",), "1", 5.0 * DEGREE,
-        needs=("u", "v")),
-)  # fmt: skip
-"""Causes of rudder and sensors."""
-OFFSET = next(row for row in ROWS if row.cause == "rudder_offset")
+DELAY, OFFSET, FAULT = RudderDelay.id, RudderOffset.id, RudderFault.id
 UNSTATED = 0.2
 """Standard deviation of a coefficient of which the family states none, as a share of it."""
-FAULT, FAULT_SD = "rudder_fault", 0.3
 FAULT_TIMES = np.linspace(0.15, 0.85, 40)
 """Times that are tried, as shares of the longest record: one at its start is a rudder that is weak throughout."""
-FLOWS = {"current": (("north", "east"), 0, 0.1), "wind": (("north", "east"), 2, 1.5)}
-"""Cause -> names of its numbers, column of the first, standard deviation in the ship's speed."""
-FORCES = (("constant_X", 4, 2e-3), ("constant_Y", 5, 2e-3), ("constant_N", 6, 5e-4))
+FLOWS, SIDES = {Current.id: 0, Wind.id: 2}, ("north", "east")
+"""Flow -> column of its northern part among the inputs of a run, and the names of its parts."""
+COLUMNS = {"X": 4, "Y": 5, "N": 6}
+"""Axis -> column of a force along it."""
+FORCES = tuple((one.entry, COLUMNS[one.axis], one.sd) for one in ConstantForce.terms)
 """Steady forces in body axes: name, column of the environment's inputs, standard deviation."""
 PUSH = ("constant_R", 0, 0.03)
 """The same of a response model: a steady yaw acceleration, in U/L to the order of its highest derivative."""
-TERMS = {
-    "yaw_damping_quadratic": (("added_Nr_absr", 6, 0.02),),
-    "yaw_damping_cubic": (("added_Nrrr", 6, 0.02),),
-    "sway_damping_quadratic": (("added_Yv_absv", 5, 0.5),),
-    "crossflow_coupling": (("added_Yr_absv", 5, 0.3), ("added_Yv_absr", 5, 0.3), ("added_Nv_absr", 6, 0.1),
-                           ("added_Nr_absv", 6, 0.1)),
-}  # fmt: skip
-"""Cause -> parameters of its extension, with the column of the force and the prior standard deviation."""
 
 
 STARTS = {"second_order_lead": {"lag": {"lead": 1.0}, "half": {"lead": 0.5}}}
@@ -114,7 +70,7 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     """The bank of a model with coefficients; only : causes (ids) that it is restricted to."""
     groups = stated_groups(model)
     whole = grown(model, groups) if groups else model
-    groups = tuple(g for g in groups if g.extension != OFFSET.cause) or (_unstated(model),)
+    groups = tuple(g for g in groups if g.extension != OFFSET) or (_unstated(model),)
     pairs = [*_inputs(whole, facts, length_s), *_terms(whole, facts)]
     candidates, places = [c for c, _ in pairs], {n: p for _, own in pairs for n, p in own.items()}
     told = {c.of: c.of for c in candidates} | causes_of(model)
@@ -128,7 +84,7 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
         barely = every_own_number(groups)
         own = {n.name: n for n in numbers_of(barely, numbers)}
     kept = [c for c in candidates if only is None or told.get(c.of, BaseCoefficients.id) in only]
-    series = {name: term_of(name) for name, place in places.items() if place.kind == "term"}
+    series = {name: every_term()[name].along for name, place in places.items() if place.kind == "term"}
     return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups}, series)
 
 
@@ -151,19 +107,13 @@ def _of_group(group: Group, values: Mapping[str, float]) -> Iterator[Candidate]:
 def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Candidates of rudder, sensors and weather with the places of their numbers."""
     speed = model.speed_m_s if np.isfinite(model.speed_m_s) else 1.0
-    unit = {"1": 1.0, "s": length_s, "m/s": speed, "rad/s": 1.0 / length_s}
-    for row in ROWS:
-        if not {*row.needs} <= {*facts.measured} or (row.commanded and not facts.commanded):
+    unit = {"1": 1.0, "rad": 1.0, "s": length_s, "m/s": speed, "rad/s": 1.0 / length_s}
+    for cause in causes().values():
+        if cause.id in facts.decided:
             continue
-        if row.cause in facts.decided:
-            continue
-        cause = causes()[row.cause]
         if isinstance(cause, Cause) and not (facts.exact or cause.stands_beside_numbers(model.is_3dof)):
             continue
-        place = {row.name: Place(row.kind, row.entries, inverse=row.inverse)}
-        for trial in [unit[row.unit] * t for t in row.trials] or [None]:
-            number = Number(row.name, unit[row.unit] * row.sd, low=unit[row.unit] * row.low, trial=trial)
-            yield Candidate(row.cause, (number,), INPUT), place
+        yield from _of_instruments(cause, facts, unit)
     if not facts.identified:
         yield from _faults(facts.longest_s)
     if facts.records > 1:
@@ -173,30 +123,46 @@ def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
         yield from _forces(model, facts, length_s)
 
 
+def _of_instruments(
+    cause: Check, facts: Facts, unit: Mapping[str, float]
+) -> Iterator[tuple[Candidate, dict[str, Place]]]:
+    """The number of a cause of rudder or sensors, from each value that it is tried at; nothing of any other cause."""
+    prior, own = cause.prior, cause.number if isinstance(cause, Cause) else None
+    entries = prior.entries or (own.entries if own is not None else ())
+    needs = prior.needs or (cause.channels if isinstance(cause, Cause) else ())
+    if not (prior.sd and entries and {*needs} <= {*facts.measured}) or (prior.limit and not facts.commanded):
+        return
+    place = {cause.id: Place("steering" if cause.where == "rudder" else "sensor", entries, inverse=prior.limit)}
+    size, low = unit[cause.unit], 0.0 if own is None else own.low
+    size = 1.0 / size if prior.limit else size
+    for trial in [size * t for t in prior.trials] or [None]:
+        yield Candidate(cause.id, (Number(cause.id, size * prior.sd, low=low, trial=trial),), INPUT), place
+
+
 def _faults(longest_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """A rudder that loses a share of its force at some time of the records."""
     for time_s in (longest_s * FAULT_TIMES).tolist():
         name = f"{FAULT} after {time_s:.9g} s"
         place = Place("steering", (FAULT,), fixed=((f"{FAULT}_time", time_s),))
-        yield Candidate(FAULT, (Number(name, FAULT_SD, low=-1.0),), INPUT, kind="time"), {name: place}
+        yield Candidate(FAULT, (Number(name, RudderFault.prior.sd, low=-1.0),), INPUT, kind="time"), {name: place}
 
 
 def _own_neutral_angles(records: int) -> tuple[Candidate, dict[str, Place]]:
     """A neutral rudder angle of each record's own."""
-    places = {f"{OFFSET.name}:{r}": Place(OFFSET.kind, OFFSET.entries, record=r) for r in range(records)}
-    return Candidate(OFFSET.cause, tuple(Number(name, OFFSET.sd) for name in places), INPUT), places
+    places = {f"{OFFSET}:{r}": Place("steering", (OFFSET,), record=r) for r in range(records)}
+    return Candidate(OFFSET, tuple(Number(name, RudderOffset.prior.sd) for name in places), INPUT), places
 
 
 def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Steady current and wind: the same in all records, or each record's own."""
-    for cause, (sides, first, sd) in FLOWS.items():
-        if cause == "wind" and model.windage is None:
+    for cause, sd in ((Current.id, Current.prior.sd), (Wind.id, Wind.prior.sd)):
+        if cause == Wind.id and model.windage is None:
             continue
         for records in ((None,), range(facts.records)) if facts.records > 1 else ((None,),):
             places = {
-                flow_name(cause, side, r): Place("flow", column=first + i, record=r)
+                flow_name(cause, side, r): Place("flow", column=FLOWS[cause] + i, record=r)
                 for r in records
-                for i, side in enumerate(sides)
+                for i, side in enumerate(SIDES)
             }
             yield Candidate(cause, tuple(Number(name, sd * speed) for name in places), INPUT), places
 
@@ -229,16 +195,21 @@ def _forces(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
     places = {name: Place("flow", column=column) for name, column, _ in own}
     whole = tuple(Number(name, sd * units[name[-1]]) for name, _, sd in own)
     for numbers in (*((n,) for n in whole), *([whole] if len(whole) > 1 else [])):
-        yield Candidate("constant_force", numbers, FORCE), places
+        yield Candidate(ConstantForce.id, numbers, FORCE), places
 
 
 def _terms(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Terms that the model lacks, as forces along the measured motion."""
     known = {*model.coordinates}
-    for cause, entries in TERMS.items() if model.is_3dof else ():
-        own = [e for e in entries if "v" not in e[0] or "v" in facts.measured]
-        places = {name: Place("term", (name,), column) for name, column, _ in own if name not in known}
-        numbers = tuple(Number(name, sd) for name, _, sd in own if name in places)
+    for cause in (c for c in causes().values() if isinstance(c, MissingTerm) and model.is_3dof):
+        own = [t for t in cause.terms if t.factor is not None and ("v" not in t.entry or "v" in facts.measured)]
+        places = {t.entry: Place("term", (t.entry,), COLUMNS[t.axis]) for t in own if t.entry not in known}
+        numbers = tuple(Number(t.entry, t.sd) for t in own if t.entry in places)
         sets: Sequence[tuple[Number, ...]] = [(n,) for n in numbers]
         for chosen in (*sets, *([numbers] if len(numbers) > 1 else [])):
-            yield Candidate(cause, chosen, HULL), places
+            yield Candidate(cause.id, chosen, HULL), places
+
+
+def every_term() -> dict[str, Term]:
+    """Parameter of an extension -> the term that a cause has of it."""
+    return {one.entry: one for cause in causes().values() if isinstance(cause, MissingTerm) for one in cause.terms}

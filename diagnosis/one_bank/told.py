@@ -17,12 +17,13 @@ from ...models.families.extensions import OFFSET, extension_of
 from ...models.instruments import combined
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
+from ..causes.missing_terms import MissingTerm
 from ..causes.registry import causes
 from ..report.bank import lines, of_channels
 from ..report.findings import BY_FREE_RUNS
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
-from .catalogue import FAULT, FLOWS, TERMS, flow_name
+from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
 from .search import half_intervals, main_number
 
 if TYPE_CHECKING:
@@ -33,13 +34,6 @@ if TYPE_CHECKING:
 
 LARGE = 0.3
 """Error, as a share of the motion, from which a model without a finding is not adequate."""
-SAID = {
-    "constant_X": "X", "constant_Y": "Y", "constant_N": "N", "added_Nr_absr": "Nrr", "added_Nrrr": "Nrrr",
-    "added_Yv_absv": "Yvv", "added_Yr_absv": "Yrv", "added_Yv_absr": "Yvr", "added_Nv_absr": "Nvr",
-    "added_Nr_absv": "Nrv",
-}  # fmt: skip
-"""Parameter of an extension -> its name as a size."""
-UNITS = {"constant_X": "N", "constant_Y": "N", "constant_N": "N m"}
 
 
 def findings(choice: Choice, identified: bool) -> list[Finding]:
@@ -85,8 +79,8 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     hull = [c.of for c in rivals if choice.bank.cause_of(c) == BaseCoefficients.id]
     if hull:
         details["would do as well"] = sorted({_title(choice, of) for of in hull})
-    if cause in ("constant_force", *TERMS):
-        details["components"] = [SAID[name] for one in own for name in one.candidate.names]
+    if isinstance(causes().get(cause), MissingTerm):
+        details["components"] = [every_term()[name].name for one in own for name in one.candidate.names]
     if choice.local is not None and choice.local.size in {n for one in own for n in one.candidate.names}:
         details["regime"] = choice.local.facts
     said = "; ".join(
@@ -126,9 +120,10 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
         ends = (value - half, value + half)
         if place.inverse:
             value, *ends = (1.0 / x if x > 0.0 else np.inf for x in (value, ends[1], ends[0]))
-        number = entry.number if isinstance(entry, Cause) else None
-        said = SAID.get(name) or ("e" if cause == FAULT else None) or (number.name if number is not None else "tau")
-        unit = UNITS.get(name) or ("1" if cause in TERMS else entry.unit.partition(",")[0] if entry else "1")
+        number, term = entry.number if isinstance(entry, Cause) else None, every_term().get(name)
+        said = "e" if cause == FAULT else "tau" if number is None else number.name
+        unit = entry.unit.partition(",")[0] if entry else "1"
+        said, unit = (said, unit) if term is None else (term.name, term.unit)
         record = None if place.record is None else choice.runs.record_names[place.record]
         yield Size(said, float(value), float(ends[0]), float(ends[1]), unit, record)
         for _, time_s in place.fixed:
@@ -149,10 +144,9 @@ def _model_values(choice: Choice) -> dict[str, float]:
 
 def _flow_sizes(choice: Choice, cause: str, one: Entered, half: Mapping[str, float]) -> Iterator[Size]:
     """Speed and direction of a steady flow, of all records or of each."""
-    sides, _, _ = FLOWS[cause]
     fitted, names = choice.selection.final, choice.runs.record_names
     for record in dict.fromkeys(choice.bank.places[name].record for name in one.candidate.names):
-        north, east = (flow_name(cause, side, record) for side in sides)
+        north, east = (flow_name(cause, side, record) for side in SIDES)
         pair = np.array([fitted.value(north), fitted.value(east)])
         spread = float(np.hypot(half.get(north, 0.0), half.get(east, 0.0))) / np.sqrt(2.0)
         speed = float(np.hypot(*pair))
@@ -242,7 +236,7 @@ def _outside(choice: Choice, values: Mapping[str, float]) -> dict[str, dict[str,
     for candidate in choice.selection.candidates:
         own = [n for n in candidate.names if choice.bank.places[n].kind in ("flow", "term")]
         if candidate.of in FLOWS:
-            for side in FLOWS[candidate.of][0]:
+            for side in SIDES:
                 mean = np.mean([values.get(n, 0.0) for n in own if f"towards_{side}" in n])
                 out.setdefault(candidate.of, {})[flow_name(candidate.of, side, None)] = float(mean)
         elif own:

@@ -10,14 +10,13 @@ from helmbench.datasets.generator import Case as Manoeuvre
 from helmbench.datasets.generator import generate
 from helmbench.datasets.instruments import felt_rudder
 from helmbench.datasets.record import Record
+from helmbench.diagnosis.causes.missing_terms import MissingTerm
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.free_runs.problem import STEP, Lane
 from helmbench.diagnosis.free_runs.units import length_s, units_of
-from helmbench.diagnosis.one_bank.catalogue import ROWS, TERMS, Facts, bank_of
+from helmbench.diagnosis.one_bank.catalogue import Facts, bank_of
 from helmbench.diagnosis.one_bank.diagnose import runs_of
-from helmbench.diagnosis.one_bank.terms import FORMULAS
-from helmbench.diagnosis.one_bank.told import SAID
 from helmbench.diagnosis.options import Options
 from helmbench.estimation.run.run import run_along
 from helmbench.models.errors import CannotFit
@@ -72,11 +71,13 @@ def test_nothing_is_named_where_the_gear_is_known(ship):
 
 
 def test_every_number_of_the_bank_is_known_elsewhere():
-    assert {row.cause for row in ROWS} | {*TERMS} <= {*causes()}
-    assert all(entry in INSTRUMENTS for row in ROWS for entry in row.entries)
-    for cause, entries in TERMS.items():
-        assert {name for name, *_ in entries} == {*extension_of(cause).units}
-        assert all(name in FORMULAS and name in SAID for name, *_ in entries)
+    bank = bank_of(resolve("mariner"), Facts(set("ruv") | {"psi"}, True, 2, 300.0, exact=True), 8.0, None)
+    moved = [place for place in bank.places.values() if place.kind in ("steering", "sensor")]
+    assert len(moved) > 14 and all(entry in INSTRUMENTS for place in moved for entry in place.entries)
+    terms = [cause for cause in causes().values() if isinstance(cause, MissingTerm)]
+    assert len(terms) == 5
+    for cause in terms:
+        assert {one.entry for one in cause.terms} == {*extension_of(cause.id).units}
 
 
 def test_limits_are_candidates_behind_commands_only(ship):
