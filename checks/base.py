@@ -8,9 +8,11 @@ something between channels that must agree.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from inspect import cleandoc
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
+
+from .fault import SENSED
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -93,6 +95,17 @@ class FileCheck(Check):
     @abstractmethod
     def find(self, record: Record) -> list[Fault]:
         """Faults of this kind in one record."""
+
+
+class ChannelCheck(FileCheck):
+    """Base class of faults that each column of a sensor shows by itself."""
+
+    def find(self, record: Record) -> list[Fault]:
+        return [fault for name in SENSED if record.has(name) for fault in self.of_channel(record, name)]
+
+    @abstractmethod
+    def of_channel(self, record: Record, name: str) -> Iterable[Fault]:
+        """Faults of this kind in one column that the record has."""
 
 
 class ColumnCheck(Check):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -9,8 +10,8 @@ import numpy as np
 
 from ...datasets.signals import sensor_sd
 from ...datasets.spikes import AROUND, LIMIT, without_spikes_in_time
-from ..base import FileCheck
-from ..fault import SENSED, Fault, exact
+from ..base import ChannelCheck, FileCheck
+from ..fault import Fault, exact
 from ..integrity.runs import runs_of
 
 if TYPE_CHECKING:
@@ -30,34 +31,28 @@ CLEAR = 1.5
 """Times its usual step that gross errors of a channel depart by to matter: corners of a smooth motion do not."""
 
 
-class Outliers(FileCheck):
+class Outliers(ChannelCheck):
     """Isolated gross errors: share of samples far from the curve through their neighbours."""
 
     id, rank = "outliers", 100
     named = True
     separate_by = "the sensor's own quality flag"
 
-    def find(self, record: Record) -> list[Fault]:
-        found = []
-        for name in (n for n in SENSED if record.has(n)):
-            values = record.continuous(name)
-            found += self._isolated(name, values, record.time_s)
-        return found
-
-    def _isolated(self, name: str, values: np.ndarray, time: np.ndarray) -> list[Fault]:
-        kept, spikes, near = without_spikes_in_time(values, time, _step_if_coarse(values))
+    def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
+        values = record.continuous(name)
+        kept, spikes, near = without_spikes_in_time(values, record.time_s, _step_if_coarse(values))
         wrong = np.isfinite(values) & ~np.isfinite(kept)
         if near >= max(spikes, 1):  # a heavy tail, of which only what stands apart is no part
             wrong = _apart(values)
             kept, spikes = np.where(wrong, np.nan, values), int(wrong.sum())
         share = spikes / max(int(np.isfinite(values).sum()), 1)
         if not (spikes > MOST and share < FEW):
-            return []
+            return
         said = f"{spikes} samples of {name} stand more than {LIMIT} standard deviations off their neighbours"
         off, steps = _off(values, wrong)[wrong], np.diff(kept[np.isfinite(kept)])
         clear = float(np.median(off)) > CLEAR * float(np.median(np.abs(steps - np.median(steps))))
         biases = float(np.sum(off**2)) > HEAVY * float(np.nanvar(kept)) * (steps.size + 1)
-        return [replace(fault_of(said, name, values, wrong), material=clear, biases=biases)]
+        yield replace(fault_of(said, name, values, wrong), material=clear, biases=biases)
 
 
 def _apart(values: np.ndarray) -> np.ndarray:
@@ -104,29 +99,21 @@ HUGE, COMMON = 1e4, 0.99
 """Times the size that a share of the samples does not exceed, from which a sample cannot be."""
 
 
-class ImpossibleSamples(FileCheck):
+class ImpossibleSamples(ChannelCheck):
     """Single samples thousands of times as large as all others: a sentinel for a missing value, or a broken row."""
 
     id, rank = "impossible_samples", -10
     named = True
     separate_by = "the sensor's own quality flag"
 
-    def find(self, record: Record) -> list[Fault]:
-        found = []
-        for name in (n for n in SENSED if record.has(n)):
-            values = record.column(name)
-            huge = _huge(values)
-            if huge.any():
-                said = f"{huge.sum()} samples of {name} are more than {HUGE:g} times as large as the others"
-                found.append(fault_of(said, name, values, huge))
-        return found
-
-
-def _huge(values: np.ndarray) -> np.ndarray:
-    """(N,) samples that cannot be."""
-    size = np.abs(values[np.isfinite(values)])
-    common = float(np.quantile(size, COMMON, method="lower")) if size.size else 0.0
-    return np.abs(values) > HUGE * common if common > 0.0 else np.zeros(values.size, bool)
+    def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
+        values = record.column(name)
+        size = np.abs(values[np.isfinite(values)])
+        common = float(np.quantile(size, COMMON, method="lower")) if size.size else 0.0
+        huge = np.abs(values) > HUGE * common
+        if common > 0.0 and huge.any():
+            said = f"{huge.sum()} samples of {name} are more than {HUGE:g} times as large as the others"
+            yield fault_of(said, name, values, huge)
 
 
 CHANNEL = "yaw_rate_rad_s"

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.columns import CANONICAL
-from ..base import FileCheck
+from ..base import ChannelCheck, FileCheck
 from ..fault import SENSED, Fault, exact
 from ..integrity.readings import TRACK, track_error
 from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution
+from ..integrity.wraps import swing
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -20,6 +22,8 @@ TURN = 0.5
 """Range of headings, rad, over which every ship loses speed and drifts: a speed that stays the same is none."""
 CONFIRMED = 0.01
 """Disagreement of the track, as a share of the way made, below which positions confirm a speed that stays the same."""
+SEEN, MATTERS = 0.002, 0.02
+"""Shares of a channel's spread from which its steps are told, and from which they matter."""
 
 
 class ConstantChannel(FileCheck):
@@ -44,72 +48,43 @@ def _constant(record: Record, name: str, value: float) -> Fault:
     said = f"{name} is {value:.6g} {CANONICAL[name]} in every row"
     if name in SPEEDS and record.has(*TRACK) and track_error(record) < CONFIRMED:
         return Fault(f"{said}, and heading and positions show the same velocity", (name,), material=False)
-    dead = name in SPEEDS and _turns(record)
+    dead = name in SPEEDS and swing(record) > TURN
     said += " while the ship turns: no measured speed, leave the column out" if dead else ""
     blanks = ((name, 0, record.n),) if dead else ()
     return Fault(said, (name,), material=name in SENSED, blanks=blanks, biases=dead)
 
 
-def _turns(record: Record) -> bool:
-    heading = record.heading_unwrapped() if record.has("heading_rad") else np.zeros(1)
-    return bool(np.isfinite(heading).any()) and float(np.nanmax(heading) - np.nanmin(heading)) > TURN
-
-
-class FrozenSamples(FileCheck):
+class FrozenSamples(ChannelCheck):
     """A channel repeats its last value while the ship moves on: the sensor or the link to it stood still."""
 
     id, rank, unit = "frozen_samples", 20, "s"
     separate_by = "the sensor's own time stamps"
 
-    def find(self, record: Record) -> list[Fault]:
-        return [
-            f
-            for name in SENSED
-            if record.has(name)
-            for f in (self._frozen(record, name), self._held(record, name))
-            if f
-        ]
-
-    def _frozen(self, record: Record, name: str) -> Fault | None:
-        runs, time = frozen_runs(record.column(name)), record.time_s
-        if not runs:
-            return None
-        worst = max(runs, key=lambda r: time[r.stop - 1] - time[r.start])
-        length = float(time[worst.stop - 1] - time[worst.start])
-        stretches = "1 stretch" if len(runs) == 1 else f"{len(runs)} stretches"
-        said = f"{name} repeats one value in {stretches}, the longest from {time[worst.start]:.6g} s for {length:.4g} s"
-        return Fault(
-            said,
-            (name,),
-            (exact("longest", length, "s"),),
-            material=any(r.jump > COARSE for r in runs),
-            blanks=tuple((name, r.start + 1, r.stop) for r in runs),
-        )
-
-    def _held(self, record: Record, name: str) -> Fault | None:
-        rows = held_rows(record.column(name))
-        if rows == 1:
-            return None
-        said = f"{name} changes only every {rows} rows: it is sampled more slowly than the record"
-        return Fault(said, (name,), (exact("period", rows * record.dt, "s"),), material=False)
+    def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
+        values, time = record.column(name), record.time_s
+        runs, rows = frozen_runs(values), held_rows(values)
+        if runs:
+            worst = max(runs, key=lambda r: time[r.stop - 1] - time[r.start])
+            start, length = time[worst.start], float(time[worst.stop - 1] - time[worst.start])
+            stretches = "1 stretch" if len(runs) == 1 else f"{len(runs)} stretches"
+            said = f"{name} repeats one value in {stretches}, the longest from {start:.6g} s for {length:.4g} s"
+            blanks = tuple((name, r.start + 1, r.stop) for r in runs)
+            jumps = any(r.jump > COARSE for r in runs)
+            yield Fault(said, (name,), (exact("longest", length, "s"),), jumps, blanks)
+        if rows > 1:
+            said = f"{name} changes only every {rows} rows: it is sampled more slowly than the record"
+            yield Fault(said, (name,), (exact("period", rows * record.dt, "s"),), material=False)
 
 
-SEEN, MATTERS = 0.002, 0.02
-"""Shares of a channel's spread from which its steps are told, and from which they matter."""
-
-
-class CoarseChannel(FileCheck):
+class CoarseChannel(ChannelCheck):
     """A channel that is stored in coarse steps: rounded, or of a sensor with few digits."""
 
     id, rank = "coarse_channel", 30
     separate_by = "the sensor's data sheet, or an export with more digits"
 
-    def find(self, record: Record) -> list[Fault]:
-        found = []
-        for name in (n for n in SENSED if record.has(n)):
-            values = record.continuous(name)
-            step, spread = resolution(values), float(np.nanstd(values)) if np.isfinite(values).any() else 0.0
-            if step > SEEN * spread:
-                said = f"{name} takes steps of {step:.3g}, {100.0 * step / spread:.1f} % of its standard deviation"
-                found.append(Fault(said, (name,), (exact("step", step, CANONICAL[name]),), step > MATTERS * spread))
-        return found
+    def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
+        values = record.continuous(name)
+        step, spread = resolution(values), float(np.nanstd(values)) if np.isfinite(values).any() else 0.0
+        if step > SEEN * spread:
+            said = f"{name} takes steps of {step:.3g}, {100.0 * step / spread:.1f} % of its standard deviation"
+            yield Fault(said, (name,), (exact("step", step, CANONICAL[name]),), step > MATTERS * spread)

@@ -9,6 +9,7 @@ import numpy as np
 from ..base import FileCheck
 from ..fault import Fault, exact
 from ..integrity.steering import motion_shows, response
+from ..integrity.wraps import swing
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -43,46 +44,39 @@ class RudderResponse(FileCheck):
             return []
         rudder = record.rudder()
         known = rudder[np.isfinite(rudder)]
-        swing = float(np.max(np.abs(known))) if known.size else 0.0
+        most = float(np.max(np.abs(known))) if known.size else 0.0
         name = "rudder_rad" if record.has("rudder_rad") else "rudder_command_rad"
-        if swing < SMALL:
-            return [self._small(record, name, swing)]
+        if most < SMALL:
+            return [self._small(record, name, most)]
         return self._answer(record, name) if np.ptp(known) > 0.0 else []
 
-    def _small(self, record: Record, name: str, swing: float) -> Fault:
+    def _small(self, record: Record, name: str, most: float) -> Fault:
         """An angle that makes no manoeuvre: radians under a name in degrees, where the ship turns all the same."""
-        heading = record.heading_unwrapped() if record.has("heading_rad") else np.zeros(1)
-        turned = float(np.nanmax(heading) - np.nanmin(heading)) if np.isfinite(heading).any() else 0.0
-        said = f"{name} never exceeds {np.rad2deg(swing):.2g} deg: no manoeuvre"
-        much = turned > max(TURN * swing, SMALL)
+        turned = swing(record)
+        said = f"{name} never exceeds {np.rad2deg(most):.2g} deg: no manoeuvre"
+        much = turned > max(TURN * most, SMALL)
         if much:
             said += f", though the heading swings by {np.rad2deg(turned):.3g} deg; radians under a name in degrees?"
-        return Fault(said, (name,), (exact("largest", swing, "rad"),), much, standing=much)
+        return Fault(said, (name,), (exact("largest", most, "rad"),), much, standing=much)
 
     def _answer(self, record: Record, name: str) -> list[Fault]:
         found = response([record])
         if found is None or not motion_shows(record):
             return []
         better = found.share < UNLIKE and 1.0 - found.share_best < BETTER * (1.0 - found.share)
-        if (
-            better
-            and found.z * found.z_best > 0.0
-            and abs(found.z_best) > CLEAR
-            and found.lag_s > EARLY * float(np.ptp(record.time_s))
-        ):
+        clear, said = better and abs(found.z_best) > CLEAR, ""
+        if clear and found.z * found.z_best > 0.0 and found.lag_s > EARLY * float(np.ptp(record.time_s)):
             said = (
                 f"the yaw rate answers {name} only {found.lag_s:.3g} s later, of which it then explains "
                 f"{100.0 * found.share_best:.0f} %: a late clock, or orders that were not carried out"
             )
-            return [Fault(said, (name, "yaw_rate_rad_s"), (exact("lag", found.lag_s, "s"),), standing=True)]
-        late = found.lag_s < -STEPS * found.step_s and abs(found.z_best) > CLEAR
-        if late and better:
+        elif clear and found.lag_s < -STEPS * found.step_s:
             said = (
                 f"the yaw rate comes {-found.lag_s:.3g} s before {name}, of which it explains "
                 f"{100.0 * found.share_best:.0f} % there and {100.0 * found.share:.0f} % at its own time: a late clock"
             )
-            size = exact("lag", found.lag_s, "s")
-            return [Fault(said, (name, "yaw_rate_rad_s"), (size,), standing=True)]
+        if said:
+            return [Fault(said, (name, "yaw_rate_rad_s"), (exact("lag", found.lag_s, "s"),), standing=True)]
         if abs(found.z_best) < FAINT and found.share_best < NONE and not _followed(record):
             share = found.share_best
             said = f"{name} explains {100.0 * share:.1f} % of the yaw acceleration: it is not what turns the ship"

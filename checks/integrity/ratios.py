@@ -51,7 +51,8 @@ def heading_ratio(record: Record) -> Ratio | None:
     known = np.isfinite(heading) & np.isfinite(record.column("yaw_rate_rad_s"))
     if known.sum() < FEWEST:
         return None
-    return _ratio(record.time_s[known], without_wraps(heading[known]), record.column("yaw_rate_rad_s")[known])
+    rate = record.column("yaw_rate_rad_s")[known]
+    return _ratio(*over_windows(record.time_s[known], without_wraps(heading[known]), rate), FEWEST // 2)
 
 
 def course_ratio(record: Record) -> Ratio | None:
@@ -71,12 +72,7 @@ def course_ratio(record: Record) -> Ratio | None:
     whole = whole_windows(record.time_s[known], w)
     fast = np.minimum(np.abs(way[w:]), np.abs(way[:-w])) > MOVES * np.median(np.abs(way))
     fast &= whole[w:] & whole[:-w]
-    course, turned = course[fast], turned[fast]
-    spread = float(np.sqrt(np.mean(course**2) * np.mean(turned**2))) if course.size > FEWEST else 0.0
-    if not spread > 0.0:
-        return None
-    both = float(np.mean(course * turned))
-    return Ratio(both / float(np.mean(turned**2)), both / spread)
+    return _ratio(course[fast], turned[fast], FEWEST + 1)
 
 
 def speed_ratio(record: Record) -> float | None:
@@ -112,10 +108,10 @@ def over_windows(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> tupl
     return (values[w:] - values[:-w])[whole], (given[w:] - given[:-w])[whole]
 
 
-def _ratio(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> Ratio | None:
-    change, given = over_windows(time, values, rate)
-    spread = float(np.sqrt(np.mean(given**2) * np.mean(change**2)))
-    if change.size < FEWEST // 2 or not spread > 0.0:
+def _ratio(change: np.ndarray, given: np.ndarray, fewest: int) -> Ratio | None:
+    """Changes (M,) over those that are given (M,); None of too few, or where nothing changes."""
+    spread = float(np.sqrt(np.mean(given**2) * np.mean(change**2))) if change.size >= fewest else 0.0
+    if not spread > 0.0:
         return None
     both = float(np.mean(given * change))
     return Ratio(both / float(np.mean(given**2)), both / spread)

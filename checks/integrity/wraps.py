@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
 
 SMALL_TURN = 2.0 * np.pi * np.pi / 180.0
 """A full turn in radians that was taken for degrees, rad."""
@@ -16,6 +21,12 @@ def without_wraps(heading: np.ndarray) -> np.ndarray:
     elif wraps_at_small_turn(heading):
         turn = SMALL_TURN
     return np.unwrap(heading, period=turn) if span < 1.2 * turn else heading
+
+
+def swing(record: Record) -> float:
+    """Range of a record's headings, rad; 0 where none is known."""
+    heading = record.heading_unwrapped() if record.has("heading_rad") else np.zeros(1)
+    return float(np.nanmax(heading) - np.nanmin(heading)) if np.isfinite(heading).any() else 0.0
 
 
 def continuous(heading: np.ndarray) -> np.ndarray:
