@@ -15,7 +15,7 @@ from ...estimation.selection.number import distinct
 from ...models.model import CHANNELS
 from ..free_runs.bank import numbers_of
 from ..free_runs.units import whole_unit
-from .attempts import Selection, whole_and_parts
+from .group_fits import GroupSteps, whole_and_parts
 from .result import NextRun
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ DURATION, STEP = 20.0, 0.03
 SHOWN = 3
 
 
-def next_runs(extended: Model, runs: FreeRuns, selection: Selection, groups: Sequence[Group]) -> tuple[NextRun, ...]:
+def next_runs(extended: Model, runs: FreeRuns, selection: GroupSteps, groups: Sequence[Group]) -> tuple[NextRun, ...]:
     """The candidates that add most information (`estimation.information.design`) on the numbers that moved, and that
     were tied.
 

@@ -29,15 +29,22 @@ from ..options import Options
 from ..prepared import corrected_records
 from ..report.verdict import by_share
 from .advice import next_runs
-from .attempts import Attempt, NamedGroup, Selection, attempt, loses, on_whole_records, score_fall, whole_and_parts
-from .every_number import every_number
-from .held_out import HeldOut, with_held_out
+from .group_fits import (
+    GroupFit,
+    GroupSteps,
+    NamedGroup,
+    every_number,
+    fit_groups,
+    loses,
+    on_whole_records,
+    score_fall,
+    whole_and_parts,
+)
 from .ingredients import floor, ingredients
+from .left_out import left_out_traces, remaining
 from .regimes import Proposal, confirmation
-from .remaining import remaining
 from .result import Calibration, Moved, RunEffect, Share, StepTold
-from .traces import left_out_traces
-from .whole_records import columns_of_states, errors_of, states_of, whole_records
+from .whole_records import HeldOut, columns_of_states, errors_of, states_of, whole_records, with_held_out
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -47,9 +54,8 @@ if TYPE_CHECKING:
     from ..free_runs.problem import FreeRuns
     from ..one_bank.search import Choice
     from ..prepared import Prepared
-    from .held_out import Errors
     from .regimes import Confirmation
-    from .whole_records import WholeRecords
+    from .whole_records import Errors, WholeRecords
 
 
 ADEQUATE = 0.05
@@ -144,7 +150,7 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
         outside = whole_records(whole, given)
         outside = outside if _names(outside) == _names(inside) else inside
     selection = _selection(inside.train, groups, model, choice)
-    base = selection.base if outside is inside else attempt(outside.train, ())
+    base = selection.base if outside is inside else fit_groups(outside.train, ())
     if not selection.steps and loses(
         inside.train, base, selection.base
     ):  # causes that need numbers which are not confirmed
@@ -189,7 +195,7 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
                 s.fall.gain,
                 s.fall.error,
                 s.tied_with,
-                *_both(with_held_out(errors_of(inside, s.attempt), held.runs(built(s.attempt)))),
+                *_both(with_held_out(errors_of(inside, s.fit), held.runs(built(s.fit)))),
             )
             for s in selection.steps
         ),
@@ -220,12 +226,12 @@ def _names(records: WholeRecords) -> list[str]:
     return names_of_units(records.train.units)
 
 
-def _selection(runs: FreeRuns, groups: Sequence[Group], model: Model, choice: Choice | None) -> Selection:
+def _selection(runs: FreeRuns, groups: Sequence[Group], model: Model, choice: Choice | None) -> GroupSteps:
     """What pieces name, on whole records: some groups, or all of the model's own numbers where these predict left-out
     records better than few."""
-    base = attempt(runs, ())
+    base = fit_groups(runs, ())
     if choice is None:
-        return Selection(base, (), base)
+        return GroupSteps(base, (), base)
     changes = choice.selection.final.point.values
     if not choice.beside:
         named = _named_groups(choice, choice.selection.entered, groups, model)
@@ -246,20 +252,20 @@ def _built(
     runs: FreeRuns,
     instruments: dict[str, float],
     extended: Model,
-    final: Attempt,
+    final: GroupFit,
     local: Confirmation | None,
-    attempt: Attempt,
+    fit: GroupFit,
 ) -> Model:
-    """The model of an attempt, which carries all groups, with its numbers; what differs in a regime only the extended
+    """The model of a fit, which carries all groups, with its numbers; what differs in a regime only the extended
     model holds."""
-    if local is not None and attempt is final:
+    if local is not None and fit is final:
         return extended
-    return _with_values(replace(runs.bank.model, instruments=instruments), _values(runs, attempt))
+    return _with_values(replace(runs.bank.model, instruments=instruments), _values(runs, fit))
 
 
-def _values(runs: FreeRuns, attempt: Attempt) -> dict[str, float]:
-    """Number of the model -> its value by an attempt."""
-    return {name: x + attempt.fitted.value(name) for name, x in runs.bank.values.items()}
+def _values(runs: FreeRuns, fit: GroupFit) -> dict[str, float]:
+    """Number of the model -> its value by a fit."""
+    return {name: x + fit.fitted.value(name) for name, x in runs.bank.values.items()}
 
 
 def _with_values(model: Model, values: Mapping[str, float]) -> Model:
@@ -276,7 +282,7 @@ def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str
     return {c: (both[0][c].scores()[0], both[1][c].scores()[0]) for c in columns if all(c in side for side in both)}
 
 
-def _with_numbers(model: Model, runs: FreeRuns, final: Attempt, kind: str, instruments: dict[str, float]) -> Model:
+def _with_numbers(model: Model, runs: FreeRuns, final: GroupFit, kind: str, instruments: dict[str, float]) -> Model:
     """The base model behind some instruments with the extensions of the chosen groups only, and all numbers where the
     fit put them; kind : of the two models, in the name of the new one."""
     smallest = grown(replace(model, instruments=instruments), final.groups)
@@ -284,7 +290,7 @@ def _with_numbers(model: Model, runs: FreeRuns, final: Attempt, kind: str, instr
     return replace(_with_values(smallest, _values(runs, final)), id=name)
 
 
-def _moved(runs: FreeRuns, final: Attempt, groups: Sequence[Group]) -> tuple[Moved, ...]:
+def _moved(runs: FreeRuns, final: GroupFit, groups: Sequence[Group]) -> tuple[Moved, ...]:
     """Numbers with intervals of the larger of jackknife and model standard error.
 
     Eq. 3 of docs/mathematics/calibration.md.
@@ -317,7 +323,7 @@ def _keeps_ratio(runs: FreeRuns, fitted: Fitted, one: str, other: str) -> bool:
     return abs(a / b - base[one] / base[other]) <= NORMAL_90 * max(float(sd), float(jackknife(ratios)))
 
 
-def _shares(runs: FreeRuns, given: Attempt, selection: Selection) -> dict[str, Share]:
+def _shares(runs: FreeRuns, given: GroupFit, selection: GroupSteps) -> dict[str, Share]:
     """Shares of the base model's squared free-run error, by column; given : the base model without known causes."""
     base, beside, after = (mean_squares(runs, a.blind) for a in (given, selection.base, selection.final))
     adapted = np.minimum(mean_squares(runs, selection.final.fitted.left_out), after)
@@ -329,7 +335,7 @@ def _shares(runs: FreeRuns, given: Attempt, selection: Selection) -> dict[str, S
     return out
 
 
-def _verdict(runs: FreeRuns, given: Attempt, selection: Selection, shares: Mapping[str, Share]) -> tuple[str, str]:
+def _verdict(runs: FreeRuns, given: GroupFit, selection: GroupSteps, shares: Mapping[str, Share]) -> tuple[str, str]:
     """The verdict, and the sentence that supports it (eq. 4 of docs/mathematics/calibration.md)."""
     beyond_noise = np.maximum(mean_squares(runs, given.fitted.left_out) - runs.noise, 0.0)
     large = states_of(runs, np.sqrt(beyond_noise) > ADEQUATE * runs.motion)

@@ -13,14 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .attempts import SHORT, attempt
-from .held_out import Errors
+from .group_fits import SHORT, fit_groups
 from .result import Ingredient
-from .whole_records import errors_of, root_mean_squares
+from .whole_records import Errors, errors_of, root_mean_squares
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
-    from .attempts import Attempt
+    from .group_fits import GroupFit
     from .whole_records import WholeRecords
 
 FLOWS = {"measured current": (0, 1), "measured wind": (2, 3)}
@@ -30,7 +29,7 @@ VARIES = 0.02
 Inputs = Callable[[np.ndarray], np.ndarray]
 
 
-def ingredients(on: WholeRecords, before: Errors, final: Attempt) -> tuple[Ingredient, ...]:
+def ingredients(on: WholeRecords, before: Errors, final: GroupFit) -> tuple[Ingredient, ...]:
     """What every measured input, and the numbers that moved, remove of the squared error: that of held-out records,
     of left-out training records where none are held out.
 
@@ -43,20 +42,20 @@ def ingredients(on: WholeRecords, before: Errors, final: Attempt) -> tuple[Ingre
     for what, change in _without(on):
         changed = on.with_inputs(change)
         with suppress(np.linalg.LinAlgError):
-            trial = attempt(changed.train, final.groups, final.fitted, steps=SHORT)
+            trial = fit_groups(changed.train, final.groups, final.fitted, steps=SHORT)
             out.append(Ingredient(what, _removed(whole, _squared(errors_of(changed, trial)))))
     if final.groups:
         out.append(Ingredient("numbers that moved", _removed(whole, _squared(before))))
     return tuple(out)
 
 
-def floor(on: WholeRecords, final: Attempt, groups: Sequence[Group]) -> dict[str, float]:
+def floor(on: WholeRecords, final: GroupFit, groups: Sequence[Group]) -> dict[str, float]:
     """Column -> root mean square error of the held-out records by the fit of all numbers, and of every record's own
     neutral rudder angle and start, to these records; nothing where none are held out."""
     runs = on.held_out
     if runs is None:
         return {}
-    fitted = attempt(runs, [*final.groups, *groups], None, final.fitted.point.values, SHORT).fitted
+    fitted = fit_groups(runs, [*final.groups, *groups], None, final.fitted.point.values, SHORT).fitted
     return root_mean_squares(runs, fitted.point.squares)
 
 

@@ -16,7 +16,7 @@ from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import Group
 from ...models.families.extensions import OFFSET
 from ..one_bank.regimes import place_in
-from .attempts import Attempt, Selection, Step, attempt, score_fall, whole_and_parts
+from .group_fits import GroupFit, GroupStep, GroupSteps, fit_groups, score_fall, whole_and_parts
 from .result import StatedRegime
 from .whole_records import states_of
 
@@ -46,7 +46,7 @@ class Confirmation:
 
     proposal: Proposal
     group: Group
-    selection: Selection
+    selection: GroupSteps
     share: float
 
     @property
@@ -82,7 +82,7 @@ class Confirmation:
 
 
 def confirmation(
-    runs: FreeRuns, selection: Selection, groups: Sequence[Group], proposal: Proposal | None
+    runs: FreeRuns, selection: GroupSteps, groups: Sequence[Group], proposal: Proposal | None
 ) -> Confirmation | None:
     """The choice with the proposed number, None where left-out records are predicted worse by more than chance.
 
@@ -95,11 +95,11 @@ def confirmation(
     if between.gain < -between.error:
         return None
     by = score_fall(runs, selection.base, trial)
-    with_it = Selection(selection.base, tuple(Step(g, trial, by) for g in trial.groups), trial)
+    with_it = GroupSteps(selection.base, tuple(GroupStep(g, trial, by) for g in trial.groups), trial)
     return Confirmation(proposal, trial.groups[-1], with_it, _share(runs, selection, trial))
 
 
-def _attempted(runs: FreeRuns, groups: Sequence[Group], proposal: Proposal) -> Attempt | None:
+def _attempted(runs: FreeRuns, groups: Sequence[Group], proposal: Proposal) -> GroupFit | None:
     """The numbers of a proposal fitted together; None where one of them cannot move."""
     alone = {name: g for g in whole_and_parts(groups).values() if len(g.sd) == 1 for name in g.sd}
     local, number = proposal.local, proposal.local.number
@@ -109,11 +109,11 @@ def _attempted(runs: FreeRuns, groups: Sequence[Group], proposal: Proposal) -> A
     group = Group(local.size, number.title, None, {local.size: number.sd}, of=number.group)
     try:
         along = runs.with_numbers(proposal.places(runs.model), {})
-        return attempt(along, (*(alone[n] for n in others), group), None, proposal.changes)
+        return fit_groups(along, (*(alone[n] for n in others), group), None, proposal.changes)
     except np.linalg.LinAlgError:
         return None
 
 
-def _share(runs: FreeRuns, selection: Selection, trial: Attempt) -> float:
+def _share(runs: FreeRuns, selection: GroupSteps, trial: GroupFit) -> float:
     before, after = (states_of(runs, mean_squares(runs, a.blind)) for a in (selection.base, trial))
     return float(np.mean(1.0 - after / before))

@@ -1,4 +1,6 @@
-"""Training and held-out records, whole, with a model whose numbers move, and the errors of its free runs."""
+"""Training and held-out records, whole: with a model whose numbers move, and the errors of its free runs, which are the
+same as of every command.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +10,23 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...estimation.run.run import run_along, squares_of
+from ...estimation.run.stretch import Stretch
 from ...estimation.selection.selection import mean_squares
 from ...models.time_scale import time_scale_s
 from ..free_runs.bank import Place, of_numbers
 from ..free_runs.problem import FreeRuns
 from ..free_runs.units import units_of, whole_unit
+from ..gain.runs import trace_of
 
 if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.run.run import Run
+    from ...estimation.run.stretch import FreeRun
     from ...models.model import Model
     from ..prepared import Prepared
-    from .attempts import Attempt
+    from ..trace import Trace
+    from .group_fits import GroupFit
 
 
 class WholeRecords(NamedTuple):
@@ -56,10 +65,10 @@ def whole_records(model: Model, records: Prepared) -> WholeRecords:
     return WholeRecords(train, FreeRuns(bank, held_out, length_s, whole=True) if held_out else None)
 
 
-def errors_of(on: WholeRecords, attempt: Attempt) -> dict[str, tuple[float, float | None]]:
+def errors_of(on: WholeRecords, fit: GroupFit) -> dict[str, tuple[float, float | None]]:
     """Column -> errors of left-out training records and of held-out records."""
-    own = root_mean_squares(on.train, attempt.blind)
-    held = {} if on.held_out is None else blind_errors(on.held_out, attempt.fitted.point.values)
+    own = root_mean_squares(on.train, fit.blind)
+    held = {} if on.held_out is None else blind_errors(on.held_out, fit.fitted.point.values)
     return {column: (value, held.get(column)) for column, value in own.items()}
 
 
@@ -81,3 +90,33 @@ def states_of(runs: FreeRuns, values: np.ndarray) -> np.ndarray:
 def columns_of_states(runs: FreeRuns) -> Sequence[str]:
     """Columns of the states that count."""
     return runs.channels[: len(runs.symbols)]
+
+
+Errors = Mapping[str, tuple[float, float | None]]
+"""Column -> errors of left-out training records and of held-out records, SI."""
+
+
+class HeldOut(NamedTuple):
+    """Held-out records as they were read, and with the current and wind that known causes add to what they measure."""
+
+    recorded: Sequence[Record]
+    explained: Sequence[Record]
+
+    def base_runs(self, model: Model, by: Callable[[Stretch], FreeRun] = Stretch.free_run) -> list[Run]:
+        """Runs of the base model along the records as they were read; by as `run_along` has it."""
+        return [run_along(model, record, by=by) for record in self.recorded]
+
+    def runs(self, model: Model, by: Callable[[Stretch], FreeRun] = Stretch.free_run) -> list[Run]:
+        """Runs of a model whose numbers moved, with the instruments that were found."""
+        return [run_along(model, record, by=by) for record in self.explained]
+
+    def traces(self, base: Model, moved: Model) -> tuple[Trace, ...]:
+        """Measured channels against both, as the record's own sensors show them."""
+        pairs = zip(self.base_runs(base), self.runs(moved), strict=True)
+        return tuple(trace_of(before, after, "held_out") for before, after in pairs)
+
+
+def with_held_out(errors: Errors, runs: Sequence[Run]) -> Errors:
+    """Errors with those of the runs in the place of held-out ones, in the columns that the runs have."""
+    found = {column: sums.scores()[0] for column, sums in squares_of(runs).items()}
+    return {column: (own, found.get(column, held)) for column, (own, held) in errors.items()}

@@ -6,7 +6,7 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
-from helmbench.diagnosis.calibration.attempts import attempt, score_fall
+from helmbench.diagnosis.calibration.group_fits import fit_groups, score_fall
 from helmbench.diagnosis.calibration.whole_records import blind_errors
 from helmbench.diagnosis.free_runs.bank import of_numbers
 from helmbench.diagnosis.free_runs.problem import LIMIT, FreeRuns, Lane
@@ -64,26 +64,26 @@ def test_the_true_model_has_no_error(ship):
 def test_wrong_numbers_and_each_records_trim_are_estimated(ship):
     true = changed(ship, R_0=0.018, N_v=-0.15)
     runs = runs_of(ship, [record(true, text, trim) for text, trim in zip(MANOEUVRES, TRIM, strict=True)])
-    fitted = attempt(runs, [group(BOTH)]).fitted
+    fitted = fit_groups(runs, [group(BOTH)]).fitted
     values = [runs.bank.values[name] + fitted.value(name) for name in BOTH]
     assert values == pytest.approx([0.018, -0.15], rel=0.02)
     assert np.rad2deg(fitted.point.own[:, 0]) == pytest.approx(np.rad2deg(TRIM), abs=0.05)
-    assert fitted.point.cost < attempt(runs, []).fitted.point.cost - 100.0
+    assert fitted.point.cost < fit_groups(runs, []).fitted.point.cost - 100.0
 
 
 def test_leaving_a_record_out_agrees_with_a_fit_to_the_others(ship, rng):
     records = noisy(changed(ship, R_0=0.018, N_v=-0.15), rng)
-    without = attempt(runs_of(ship, records), [group(BOTH)]).fitted.without
+    without = fit_groups(runs_of(ship, records), [group(BOTH)]).fitted.without
     for i in range(len(records)):
         others = runs_of(ship, [r for j, r in enumerate(records) if j != i])
-        exact = attempt(others, [group(BOTH)]).fitted
+        exact = fit_groups(others, [group(BOTH)]).fitted
         assert [without[i][n] for n in BOTH] == pytest.approx([exact.value(n) for n in BOTH], abs=5e-4)
 
 
 def test_a_score_falls_where_a_number_is_needed_and_not_where_it_is_not(ship, rng):
     runs = runs_of(ship, noisy(changed(ship, R_0=0.018), rng))
-    base, needed = attempt(runs, []), attempt(runs, [group(RESISTANCE)])
-    needless = attempt(runs, [group(RESISTANCE | {"X_vvvv": 0.3})])
+    base, needed = fit_groups(runs, []), fit_groups(runs, [group(RESISTANCE)])
+    needless = fit_groups(runs, [group(RESISTANCE | {"X_vvvv": 0.3})])
     by = score_fall(runs, base, needed)
     assert by.gain > 2.0 * by.error
     by = score_fall(runs, needed, needless)
@@ -125,7 +125,7 @@ def test_measured_thrust_is_a_channel_that_no_fit_gives_up(ship):
     (error,) = straight.errors([Lane(0, {}, straight.no_own[0])])
     assert np.max(np.abs(error[-1, 0, 10:-10])) < 2e-3 * np.nanmean(straight.measured[0][:, -1])
     fast = [record(changed(ship, R_0=0.01), text) for text in MANOEUVRES]
-    by = {k: attempt(runs_of(ship, r), [group({"k_0": 0.1})]) for k, r in
+    by = {k: fit_groups(runs_of(ship, r), [group({"k_0": 0.1})]) for k, r in
           {"without": fast, "with": [measured(r) for r in fast]}.items()}  # fmt: skip
     assert abs(by["with"].fitted.value("k_0")) < 0.3 * abs(by["without"].fitted.value("k_0"))
 

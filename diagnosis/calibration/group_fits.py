@@ -2,12 +2,16 @@
 
 Free runs of pieces choose (`one_bank.search`); free runs of records that were left out only judge: what entered last
 is taken back as long as a state of these is predicted worse than by the base model.
+
+Naming is sparse, predicting is not: what is wrong is told by the smallest set of numbers, and many small corrections
+beside it still make other records better (`every_number`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -39,7 +43,7 @@ FARTHEST = 4.0
 
 
 @dataclass(frozen=True)
-class Attempt:
+class GroupFit:
     """Groups fitted together; the records predicted by fits that left them out, without own effects of theirs.
 
     blind : sums of squared errors (K, C) of such runs; those with own effects are `fitted.left_out`.
@@ -51,22 +55,22 @@ class Attempt:
 
 
 @dataclass(frozen=True)
-class Step:
+class GroupStep:
     """One group that entered: the fit with it, by how much the score fell, and ids of groups that do as well."""
 
     group: Group
-    attempt: Attempt
+    fit: GroupFit
     fall: Fall
     tied_with: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
-class Selection:
-    """The base without any group, the steps in order, and the final attempt."""
+class GroupSteps:
+    """The base without any group, the steps in order, and the final fit."""
 
-    base: Attempt
-    steps: tuple[Step, ...]
-    final: Attempt
+    base: GroupFit
+    steps: tuple[GroupStep, ...]
+    final: GroupFit
 
 
 class NamedGroup(NamedTuple):
@@ -76,13 +80,13 @@ class NamedGroup(NamedTuple):
     tied_with: tuple[str, ...] = ()
 
 
-def attempt(
+def fit_groups(
     runs: FreeRuns,
     groups: Sequence[Group],
     start: Fitted | None = None,
     changes: Mapping[str, float] = MappingProxyType({}),
     steps: int = STEPS,
-) -> Attempt:
+) -> GroupFit:
     """A fit of the groups from another one's values of their numbers; all others are the model's own.
 
     changes : number -> change from the model's own value, where the fit starts else.
@@ -91,10 +95,10 @@ def attempt(
     values = {n.name: changes.get(n.name, 0.0 if start is None else start.value(n.name)) for n in numbers}
     own = runs.no_own if start is None else start.point.own
     fitted = minimise(runs, numbers, values, own, steps)
-    return Attempt(tuple(groups), fitted, runs.squares(fitted.without, runs.no_own))
+    return GroupFit(tuple(groups), fitted, runs.squares(fitted.without, runs.no_own))
 
 
-def score_fall(runs: FreeRuns, old: Attempt, new: Attempt) -> Fall:
+def score_fall(runs: FreeRuns, old: GroupFit, new: GroupFit) -> Fall:
     """By how much the mean of two scores of left-out records falls: with own effects, which keep the trim of single
     runs from hiding what a number gains, and without, as a user's simulation runs.
 
@@ -112,8 +116,8 @@ def whole_and_parts(groups: Sequence[Group]) -> dict[str, Group]:
 
 
 def on_whole_records(
-    runs: FreeRuns, base: Attempt, named: Sequence[NamedGroup], changes: Mapping[str, float]
-) -> Selection:
+    runs: FreeRuns, base: GroupFit, named: Sequence[NamedGroup], changes: Mapping[str, float]
+) -> GroupSteps:
     """The groups that pieces name, one after the other on whole records, where left-out records are predicted better by
     more than a standard error; those that entered last are taken back as long as a state of these is predicted worse
     than by the base, or a number is too far from what is known of it.
@@ -121,25 +125,25 @@ def on_whole_records(
     base : without any group.  changes : number -> change by the fit to pieces, where the fits start: whole records have
         other minima, too.
     """
-    now, steps = base, list[Step]()
+    now, steps = base, list[GroupStep]()
     for group, tied in named:
         held = {name for g in now.groups for name in g.sd}
         if held & {*group.sd}:
             continue
         try:
-            trial = attempt(runs, (*now.groups, group), now.fitted, changes)
+            trial = fit_groups(runs, (*now.groups, group), now.fitted, changes)
         except np.linalg.LinAlgError:
             continue
         by = score_fall(runs, now, trial)
         if by.gain > by.error:
-            steps.append(Step(group, trial, by, tied))
+            steps.append(GroupStep(group, trial, by, tied))
             now = trial
-    while steps and (loses(runs, base, steps[-1].attempt) or not _likely(runs, steps[-1].attempt)):
+    while steps and (loses(runs, base, steps[-1].fit) or not _likely(runs, steps[-1].fit)):
         steps.pop()
-    return Selection(base, tuple(steps), steps[-1].attempt if steps else base)
+    return GroupSteps(base, tuple(steps), steps[-1].fit if steps else base)
 
 
-def common(base: Attempt, groups: Sequence[Group]) -> Sequence[Group]:
+def common(base: GroupFit, groups: Sequence[Group]) -> Sequence[Group]:
     """The groups without those of a trim where the records' own neutral rudder angles have no common sign beyond
     chance."""
     own = base.fitted.point.own[:, 0]
@@ -148,14 +152,56 @@ def common(base: Attempt, groups: Sequence[Group]) -> Sequence[Group]:
     return groups if alike else [g for g in groups if g.extension not in TRIM]
 
 
-def loses(runs: FreeRuns, base: Attempt, trial: Attempt) -> bool:
+def loses(runs: FreeRuns, base: GroupFit, trial: GroupFit) -> bool:
     """Whether some state of left-out records is predicted worse than by the base."""
     old, new = (states_of(runs, np.sqrt(mean_squares(runs, a.blind))) for a in (base, trial))
     return bool(np.any(new > WORSE * old))
 
 
-def _likely(runs: FreeRuns, trial: Attempt) -> bool:
+def _likely(runs: FreeRuns, trial: GroupFit) -> bool:
     """Whether no number is further from what is known of it than FARTHEST, by more than a standard error."""
     fitted = trial.fitted
     near = (abs(fitted.value(n.name)) - s <= FARTHEST * n.sd for n, s in zip(fitted.numbers, fitted.sd, strict=True))
     return not runs.model.is_3dof or all(near)
+
+
+SHARES = (0.05, 0.1, 0.2, 0.4, 0.8)
+"""Scales of the priors that are tried, as shares of those stated; the numbers that are named keep theirs."""
+
+
+def every_number(runs: FreeRuns, groups: Sequence[Group], selection: GroupSteps) -> GroupFit:
+    """The fit of all numbers of the groups, or the named set where that predicts left-out records better.
+
+    Eq. 6 of docs/mathematics/calibration.md.
+    """
+    chosen = selection.final
+    named = {n.name: n.sd for n in chosen.fitted.numbers}
+    free = common(selection.base, groups)
+    if not {name for g in free for name in g.sd} - named.keys():
+        return chosen
+    trials = []
+    with suppress(np.linalg.LinAlgError):
+        for share in SHARES:
+            start = trials[-1] if trials else chosen
+            trials.append(fit_groups(runs, _scaled(free, named, share), start.fitted, steps=SHORT))
+    if not trials:
+        return chosen
+    falls = [score_fall(runs, chosen, trial) for trial in trials]
+    best = max(falls, key=lambda by: by.gain)
+    least = next(i for i, by in enumerate(falls) if by.gain >= best.gain - best.error)
+    try:
+        trial = fit_groups(runs, trials[least].groups, trials[least].fitted)
+    except np.linalg.LinAlgError:
+        return chosen
+    gained = score_fall(runs, chosen, trial).gain > 0.0
+    return trial if gained and not loses(runs, selection.base, trial) else chosen
+
+
+def _scaled(groups: Sequence[Group], named: dict[str, float], share: float) -> list[Group]:
+    """The groups with priors at a share of what they state; a number stands in the first group that holds it."""
+    out, held = [], set[str]()
+    for group in groups:
+        sd = {name: named.get(name, share * own) for name, own in group.sd.items() if name not in held}
+        held |= sd.keys()
+        out += [replace(group, sd=sd)] if sd else []
+    return out
