@@ -34,7 +34,7 @@ class Sums(NamedTuple):
     count: int
 
 
-class Fit(NamedTuple):
+class BlockFit(NamedTuple):
     """Estimates (m,), their covariance (m, m), the number of blocks, and robust over model variance (m,)."""
 
     values: np.ndarray
@@ -70,7 +70,7 @@ def explained(parts: Sequence[Sums], active: Sequence[int]) -> float:
     return float(score @ pinv(gram, hermitian=True) @ score)
 
 
-def fit(parts: Sequence[Sums], active: Sequence[int]) -> Fit:
+def fit(parts: Sequence[Sums], active: Sequence[int]) -> BlockFit:
     """Least squares of the active columns over all records.
 
     The covariance is the sandwich of the blocks' scores, each variance at least that of independent rows.
@@ -88,10 +88,10 @@ def fit(parts: Sequence[Sums], active: Sequence[int]) -> Fit:
     plain = inverse * max(residual / max(rows, 1), 1.0)
     inflation = np.diag(robust) / np.maximum(np.diag(plain), 1e-300)
     grow = np.sqrt(np.maximum(1.0 / np.maximum(inflation, 1e-12), 1.0))
-    return Fit(values, robust * np.outer(grow, grow), blocks, np.maximum(inflation, 1.0))
+    return BlockFit(values, robust * np.outer(grow, grow), blocks, np.maximum(inflation, 1.0))
 
 
-def p_value(found: Fit, places: Sequence[int]) -> float:
+def p_value(found: BlockFit, places: Sequence[int]) -> float:
     """Probability of estimates at `places` as large as these where all are zero: an F test on the blocks' scatter."""
     at = list(places)
     k, dof = len(at), found.blocks - found.values.size

@@ -17,7 +17,7 @@ from ...datasets.signals import integral, sensor_sd
 from ..integrity.runs import never_changes
 from ..registry import sensor_errors
 from .blocks import Rows, Sums, sums_of
-from .series import NEEDED, Motion, SensorEffect, log_of, path_of, turn_of
+from .series import NEEDED, SensedMotion, SensorEffect, log_of, path_of, turn_of
 from .whitening import LONGEST_GAP, whitened_steps
 
 if TYPE_CHECKING:
@@ -128,7 +128,7 @@ def log_chain() -> Chain:
     )
 
 
-def drift_columns(motion: Motion) -> np.ndarray:
+def drift_columns(motion: SensedMotion) -> np.ndarray:
     """(2, 2, T) way that a drift of 1 m/s to north and to east makes."""
     zero = np.zeros_like(motion.time)
     return np.stack([np.stack([motion.time, zero]), np.stack([zero, motion.time])])

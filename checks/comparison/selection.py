@@ -17,7 +17,7 @@ from ...models.errors import BadInput, CannotFit
 from ..statistics.random_effects import Mean, random_effects_mean
 from ..statistics.selection import grown
 from ..statistics.tails import student_quantile
-from .blocks import BLOCKS, Fit, Sums, explained, fit, p_value
+from .blocks import BLOCKS, BlockFit, Sums, explained, fit, p_value
 from .chains import Chain, Option, sums, why_not
 
 if TYPE_CHECKING:
@@ -213,7 +213,7 @@ def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Op
     return min(ps), z, inflation
 
 
-def _possible(option: Option, found: Fit, places: Sequence[int]) -> bool:
+def _possible(option: Option, found: BlockFit, places: Sequence[int]) -> bool:
     """Whether a size is one that can be: no delay is negative."""
     return not option.effects[0].delay or bool(found.values[places[0]] > 0.0)
 
@@ -277,7 +277,7 @@ def _matters(
     return False
 
 
-def _means(values: np.ndarray, spread: np.ndarray, whole: Fit) -> list[Mean]:
+def _means(values: np.ndarray, spread: np.ndarray, whole: BlockFit) -> list[Mean]:
     """Means over records of sizes (R, k): from all rows together where all are equal, else from each record's own.
 
     One size that differs between records bends what all rows together say of the others.
@@ -297,7 +297,9 @@ def _means(values: np.ndarray, spread: np.ndarray, whole: Fit) -> list[Mean]:
     ]
 
 
-def _refined(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) -> tuple[list[Record], Fit, list[Fit]]:
+def _refined(
+    chain: Chain, records: Sequence[Record], chosen: Sequence[Option]
+) -> tuple[list[Record], BlockFit, list[BlockFit]]:
     """The records corrected for common sizes of the chosen options, these sizes, and those of each record."""
     at = _columns(chosen)
     values = np.zeros(at[-1][-1] + 1)
@@ -322,7 +324,7 @@ def _told(chain: Chain, record: Record, chosen: Sequence[Option]) -> list[int]:
     return [c for o, at in zip(chosen, _columns(chosen), strict=True) if _testable(o, chain, [record]) for c in at]
 
 
-def _own(part: Sums, values: np.ndarray, told: list[int]) -> Fit:
+def _own(part: Sums, values: np.ndarray, told: list[int]) -> BlockFit:
     """Sizes in one record from those of all by one step; nan, infinite spread for what it cannot tell by itself."""
     step = values.copy()
     step[:] = np.nan
@@ -332,7 +334,7 @@ def _own(part: Sums, values: np.ndarray, told: list[int]) -> Fit:
         own = fit([part], told)
         step[told] = values[told] + own.values
         covariance[np.ix_(told, told)] = own.covariance
-    return Fit(step, covariance, BLOCKS, np.ones(values.size))
+    return BlockFit(step, covariance, BLOCKS, np.ones(values.size))
 
 
 def corrected_for(record: Record, options: Sequence[Option], values: np.ndarray) -> Record:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 NEEDED = ("heading_rad", "surge_m_s", "sway_m_s", "north_m", "east_m")
 
 
-M = TypeVar("M", bound="Motion")
+M = TypeVar("M", bound="SensedMotion")
 
 
 @dataclass(frozen=True)
@@ -41,23 +41,23 @@ class SensorEffect(Generic[M]):
     delay: bool = False
 
 
-def late_floor(motion: Motion) -> float:
+def late_floor(motion: SensedMotion) -> float:
     """Floor of a delay, s: half a sampling step, or two percent of the time in which the ship changes its turn."""
     return max(0.5 * motion.step_s, 0.02 * motion.turning_time_s)
 
 
-def half_a_percent(motion: Motion) -> float:
+def half_a_percent(motion: SensedMotion) -> float:
     """Floor of a scale (1)."""
     return 0.005
 
 
-def half_a_degree(motion: Motion) -> float:
+def half_a_degree(motion: SensedMotion) -> float:
     """Floor of an angle, rad."""
     return float(np.deg2rad(0.5))
 
 
 @dataclass(frozen=True)
-class Motion:
+class SensedMotion:
     """Time (T,) from the first sample, and the heading (T,), gaps bridged."""
 
     time: np.ndarray
@@ -80,7 +80,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Turn(Motion):
+class Turn(SensedMotion):
     """Heading and yaw rate (T,) of a record, gaps bridged."""
 
     rate: np.ndarray
@@ -118,7 +118,7 @@ def smoothed(values: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Path(Motion):
+class Path(SensedMotion):
     """Surge, sway, north and east (T,) of a record beside its heading, gaps bridged."""
 
     surge: np.ndarray
@@ -195,7 +195,7 @@ def path_of(record: Record) -> Path:
 
 
 @dataclass(frozen=True)
-class Log(Motion):
+class Log(SensedMotion):
     """Way (T,) that the positions make along the heading, m, and surge (T,) of a log that measures no sway; gaps are
     bridged."""
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from .conclusion import Chosen, OfFreeRuns, fittable
-from .output_error import FreeRuns, cost, rms
+from .output_error import FilterRuns, cost, rms
 from .residual_bic import fit_cause
 
 if TYPE_CHECKING:
@@ -25,9 +25,9 @@ class BestFit(OfFreeRuns):
     title = "naive: free-run output error, the cause that fits best, without a test"
 
     def choose(
-        self, runs: FreeRuns, model: Model, train: Sequence[Record], options: Options
+        self, runs: FilterRuns, model: Model, train: Sequence[Record], options: Options
     ) -> tuple[Sequence[Chosen], str, str]:
-        """Fit every cause to the free runs and name the one of the least error."""
+        """RunFit every cause to the free runs and name the one of the least error."""
         base = runs.base()
         weight = 1.0 / rms(base.residuals)
         fits = [Chosen(c, *fit_cause(runs, base, c, v)) for c, v in fittable(runs, options.causes()).items()]

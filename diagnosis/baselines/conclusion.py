@@ -21,7 +21,7 @@ from ..prepared import prepared
 from ..registry import Diagnoser
 from ..report.outcome import diagnosis_of
 from ..result import Entry, Finding
-from .output_error import Fit, FreeRuns, rms
+from .output_error import FilterRuns, RunFit, rms
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -38,7 +38,7 @@ class Chosen(NamedTuple):
 
     cause: Cause
     variant: Variant
-    fit: Fit
+    fit: RunFit
 
 
 class OfFreeRuns(Diagnoser):
@@ -51,7 +51,7 @@ class OfFreeRuns(Diagnoser):
         clock = time.perf_counter(), time.process_time()
         options = options.checked(model)
         given, others = prepared(train, model, options), prepared(held_out, model, options)
-        runs = FreeRuns(model, given)
+        runs = FilterRuns(model, given)
         chosen, verdict, reason = self.choose(runs, model, given, options)
         found = conclude(runs, others, chosen, verdict, reason, options)
         found = replace(with_runs(found, (), (), held_out, options.channels), traces=())
@@ -59,19 +59,19 @@ class OfFreeRuns(Diagnoser):
 
     @abstractmethod
     def choose(
-        self, runs: FreeRuns, model: Model, train: Sequence[Record], options: Options
+        self, runs: FilterRuns, model: Model, train: Sequence[Record], options: Options
     ) -> tuple[Sequence[Chosen], str, str]:
         """Causes with their fits, verdict and reason; train : the records of the runs, as they were prepared."""
 
 
-def fittable(runs: FreeRuns, only: Collection[Check] | None) -> dict[Cause, Sequence[Variant]]:
+def fittable(runs: FilterRuns, only: Collection[Check] | None) -> dict[Cause, Sequence[Variant]]:
     """Causes that an output-error fit can size, with their variants; only : of these (None: all)."""
     bank, _ = testable(runs.est)
     return {c: v for c, v in bank.items() if (not only or c in only) and v[0]}
 
 
 def conclude(
-    runs: FreeRuns,
+    runs: FilterRuns,
     held_out: Sequence[Record],
     chosen: Sequence[Chosen],
     verdict: str,
@@ -95,7 +95,7 @@ def conclude(
     return replace(told, records=tuple(roles), of_held_out=_of_held_out(runs, held_out, setting, own))
 
 
-def findings(runs: FreeRuns, chosen: Sequence[Chosen], rng: np.random.Generator) -> list[Finding]:
+def findings(runs: FilterRuns, chosen: Sequence[Chosen], rng: np.random.Generator) -> list[Finding]:
     """Chosen causes with their sizes; intervals as if the residuals were independent."""
     out, before = [], runs.base()
     for cause, variant, fit in chosen:
@@ -109,7 +109,7 @@ def findings(runs: FreeRuns, chosen: Sequence[Chosen], rng: np.random.Generator)
 
 
 def _of_held_out(
-    runs: FreeRuns, records: Sequence[Record], s: Setting, own: Sequence[Parameter]
+    runs: FilterRuns, records: Sequence[Record], s: Setting, own: Sequence[Parameter]
 ) -> dict[str, dict[str, float]]:
     """As the diagnosis proper has it: what belongs to a record is estimated on its first part."""
     if not (records and own):

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..options import Options
     from .conclusion import Chosen
-    from .output_error import FreeRuns
+    from .output_error import FilterRuns
 
 
 class Nothing(OfFreeRuns):
@@ -22,7 +22,7 @@ class Nothing(OfFreeRuns):
     title = "naive: nothing is wrong, whatever the records say"
 
     def choose(
-        self, runs: FreeRuns, model: Model, train: Sequence[Record], options: Options
+        self, runs: FilterRuns, model: Model, train: Sequence[Record], options: Options
     ) -> tuple[Sequence[Chosen], str, str]:
         """Name nothing."""
         return [], "adequate", "nothing was looked for"

@@ -24,7 +24,7 @@ LIMIT = 1e6
 
 
 @dataclass(frozen=True)
-class Fit:
+class RunFit:
     """Parameters fitted by output error: setting, residuals (N, 6), one row of `columns` (k, N*6) a parameter."""
 
     setting: Setting
@@ -41,7 +41,7 @@ class Fit:
         return float(likelihood + len(self.columns) * np.log(count.sum()))
 
 
-class FreeRuns:
+class FilterRuns:
     """Free runs of all records from their filtered states after START_S, residuals in sensor standard deviations."""
 
     def __init__(self, model: Model, records: Sequence[Record]) -> None:
@@ -64,9 +64,9 @@ class FreeRuns:
         error[:, ~self.est.channels] = np.nan
         return error
 
-    def base(self) -> Fit:
+    def base(self) -> RunFit:
         """The base model without effects."""
-        return Fit(self.start, self.residuals(self.start), np.zeros((0, 0)))
+        return RunFit(self.start, self.residuals(self.start), np.zeros((0, 0)))
 
     def columns(self, s: Setting, parameters: Sequence[Parameter], now: np.ndarray) -> np.ndarray:
         """Derivatives (k, N*6) of the residuals by finite differences, nothing at gaps."""
@@ -77,7 +77,7 @@ class FreeRuns:
             out.append(np.nan_to_num((moved - now) / step, nan=0.0, posinf=0.0, neginf=0.0).ravel())
         return np.array(out).reshape(len(out), now.size)
 
-    def fit(self, before: Fit, variant: Variant, start: Setting | None = None, most: int = 4) -> Fit:
+    def fit(self, before: RunFit, variant: Variant, start: Setting | None = None, most: int = 4) -> RunFit:
         """Gauss-Newton steps on the parameters of a variant, weighted by the channels' errors before them."""
         weight = 1.0 / rms(before.residuals)
         s = start or before.setting
@@ -90,7 +90,7 @@ class FreeRuns:
             columns = self.columns(s, variant, now)
             if not gained > 0.1:
                 break
-        return Fit(s, now, columns)
+        return RunFit(s, now, columns)
 
     def _best_along(self, s: Setting, variant: Variant, change: np.ndarray, now: np.ndarray, weight: np.ndarray):
         for power in range(5):

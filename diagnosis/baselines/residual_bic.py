@@ -10,7 +10,7 @@ import numpy as np
 from ...checks.statistics.tails import chi2_tail
 from ..searches.change_point import ByChangePoint, longest
 from .conclusion import Chosen, OfFreeRuns, fittable
-from .output_error import Fit, FreeRuns, cost, rms
+from .output_error import FilterRuns, RunFit, cost, rms
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -38,9 +38,9 @@ class ResidualBic(OfFreeRuns):
     title = "naive: free-run output error, whiteness test, BIC over the bank"
 
     def choose(
-        self, runs: FreeRuns, model: Model, train: Sequence[Record], options: Options
+        self, runs: FilterRuns, model: Model, train: Sequence[Record], options: Options
     ) -> tuple[Sequence[Chosen], str, str]:
-        """Fit every cause to the free runs and name the one of lowest BIC."""
+        """RunFit every cause to the free runs and name the one of lowest BIC."""
         base = runs.base()
         p = whiteness(base, runs)
         chosen = [] if p > options.alpha else select(runs, base, options.causes())
@@ -49,7 +49,7 @@ class ResidualBic(OfFreeRuns):
         return chosen, verdict, reason
 
 
-def whiteness(fit: Fit, runs: FreeRuns) -> float:
+def whiteness(fit: RunFit, runs: FilterRuns) -> float:
     """Smallest p-value of the Ljung-Box tests of all channels and records, times their number."""
     found = []
     for a, b in zip(runs.est.edges[:-1], runs.est.edges[1:], strict=True):
@@ -69,7 +69,7 @@ def ljung_box(series: np.ndarray) -> float:
     return float(n * (n + 2.0) * np.sum(r**2 / (n - np.arange(1, LAGS + 1))))
 
 
-def select(runs: FreeRuns, base: Fit, only: Collection[Check] | None) -> list[Chosen]:
+def select(runs: FilterRuns, base: RunFit, only: Collection[Check] | None) -> list[Chosen]:
     """Causes added while BIC falls: the best of all that can be fitted, at most MOST."""
     tried = fittable(runs, only)
     chosen: list[Chosen] = []
@@ -86,7 +86,7 @@ def select(runs: FreeRuns, base: Fit, only: Collection[Check] | None) -> list[Ch
     return chosen
 
 
-def fit_cause(runs: FreeRuns, before: Fit, cause: Cause, variants: Sequence[Variant]) -> tuple[Variant, Fit]:
+def fit_cause(runs: FilterRuns, before: RunFit, cause: Cause, variants: Sequence[Variant]) -> tuple[Variant, RunFit]:
     """The variant with the largest linear gain, fitted from the best of the cause's starts."""
     if isinstance(cause.search, ByChangePoint):
         return _fit_change(runs, before, variants[0])
@@ -98,7 +98,7 @@ def fit_cause(runs: FreeRuns, before: Fit, cause: Cause, variants: Sequence[Vari
     return variant, runs.fit(before, variant, start)
 
 
-def _fit_change(runs: FreeRuns, before: Fit, variant: Variant) -> tuple[Variant, Fit]:
+def _fit_change(runs: FilterRuns, before: RunFit, variant: Variant) -> tuple[Variant, RunFit]:
     """A change from the best of a few times on."""
     size, time_s = variant
     times = np.linspace(0.0, longest(runs.est), CHANGE_TIMES + 2)[1:-1]
@@ -107,7 +107,7 @@ def _fit_change(runs: FreeRuns, before: Fit, variant: Variant) -> tuple[Variant,
     return variant, runs.fit(before, variant, best.setting)
 
 
-def _linear_gain(columns: np.ndarray, before: Fit, weight: np.ndarray) -> float:
+def _linear_gain(columns: np.ndarray, before: RunFit, weight: np.ndarray) -> float:
     """Fall of half the weighted sum of squares that a linear fit of the columns would bring."""
     weights = np.tile(weight, len(before.residuals))
     target = np.where(np.isfinite(before.residuals), before.residuals, 0.0).ravel() * weights

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
     from ..options import Options
-    from .output_error import FreeRuns
+    from .output_error import FilterRuns
 
 WIDTH_S = 3.0
 """Standard deviation of the Gaussian low-pass filter on a full-scale ship, s."""
@@ -69,7 +69,7 @@ class SparseRegression(OfFreeRuns):
     title = "naive: matching pursuit of residual accelerations in a library of terms"
 
     def choose(
-        self, runs: FreeRuns, model: Model, train: Sequence[Record], options: Options
+        self, runs: FilterRuns, model: Model, train: Sequence[Record], options: Options
     ) -> tuple[Sequence[Chosen], str, str]:
         """Name the cause of the largest term; its size is then fitted by output error."""
         terms = sorted((t for eq in equations(model, train) for t in survivors(*eq)), reverse=True, key=lambda t: t[0])
