@@ -6,7 +6,7 @@ import pytest
 from helmbench.bench.faults import Case, Effect, inject
 from helmbench.diagnosis.baselines.best_fit import BestFit
 from helmbench.diagnosis.baselines.nothing import Nothing
-from helmbench.diagnosis.baselines.output_error import FreeRuns, rms
+from helmbench.diagnosis.baselines.output_error import FilterRuns, rms
 from helmbench.diagnosis.baselines.residual_bic import LAGS, ResidualBic, ljung_box
 from helmbench.diagnosis.baselines.sparse_regression import SparseRegression, survivors
 from helmbench.diagnosis.causes.registry import cause as cause_of
@@ -32,7 +32,7 @@ def offset(rng):
 
 
 def test_output_error_finds_the_size_of_a_gross_offset(offset):
-    runs = FreeRuns(resolve("response-1"), offset.train)
+    runs = FilterRuns(resolve("response-1"), offset.train)
     base, (bank, _) = runs.base(), bank_of(runs.est)
     (variant,) = bank[cause_of("rudder_offset")]
     fit = runs.fit(base, variant)
@@ -87,6 +87,6 @@ def test_naive_diagnosers_name_one_cause_always_or_none_ever(offset, rng):
     assert len(told["best-fit"].causes) == 1 and told["best-fit"].verdict == "named"
     assert told["nothing"].causes == () and told["nothing"].verdict == "adequate"
     (found,) = BestFit().diagnose(model, offset.train, (), Options()).causes
-    base = FreeRuns(model, offset.train).base()
+    base = FilterRuns(model, offset.train).base()
     assert found.statistic > 100.0 and np.isfinite(base.criterion())
     assert Nothing().diagnose(model, offset.train, (), Options()).causes == ()
