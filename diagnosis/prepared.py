@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 from ..checks.comparison.chains import chains
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
+from .channels import Sensors, Shown, sensors_of
 from .checked import examined
-from .kinematics.stage import Sensors, Shown, sensors_of
 
 if TYPE_CHECKING:
     from ..checks.base import Check

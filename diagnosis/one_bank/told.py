@@ -19,6 +19,7 @@ from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import MissingTerm
 from ..causes.registry import causes
+from ..causes.surroundings import PairCause
 from ..report.bank import lines, of_channels
 from ..report.findings import BY_FREE_RUNS
 from ..report.verdict import NAMED, PARTLY
@@ -102,11 +103,11 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
     """Sizes of the numbers of a candidate with 90 % intervals."""
     fitted = choice.selection.final
     halves = half_intervals(choice.runs, fitted, choice.beside)
-    if cause in FLOWS:
-        yield from _flow_sizes(choice, cause, one, halves)
+    entry = causes().get(cause)
+    if isinstance(entry, PairCause):
+        yield from _flow_sizes(choice, entry, one, halves)
         return
     values = _model_values(choice)
-    entry = causes().get(cause)
     for name in one.candidate.names:
         place, value, half = choice.bank.places[name], fitted.value(name), halves.get(name, 0.0)
         if choice.local is not None and name == choice.local.size:
@@ -142,20 +143,19 @@ def _model_values(choice: Choice) -> dict[str, float]:
     return {n: x + choice.selection.final.value(n) for n, x in choice.bank.values.items()}
 
 
-def _flow_sizes(choice: Choice, cause: str, one: Entered, half: Mapping[str, float]) -> Iterator[Size]:
+def _flow_sizes(choice: Choice, flow: PairCause, one: Entered, half: Mapping[str, float]) -> Iterator[Size]:
     """Speed and direction of a steady flow, of all records or of each."""
     fitted, names = choice.selection.final, choice.runs.record_names
     for record in dict.fromkeys(choice.bank.places[name].record for name in one.candidate.names):
-        north, east = (flow_name(cause, side, record) for side in SIDES)
+        north, east = (flow_name(flow.id, side, record) for side in SIDES)
         pair = np.array([fitted.value(north), fitted.value(east)])
         spread = float(np.hypot(half.get(north, 0.0), half.get(east, 0.0))) / np.sqrt(2.0)
-        speed = float(np.hypot(*pair))
-        direction = float(np.arctan2(*(pair[::-1] if cause == "current" else -pair[::-1])))
+        speed, (y, x) = float(np.hypot(*pair)), -pair[::-1] if flow.coming_from else pair[::-1]
+        direction = float(np.arctan2(y, x))
         turn = min(spread / max(speed, 1e-12), np.pi)
         where = None if record is None else names[record]
-        yield Size("speed", speed, max(speed - spread, 0.0), speed + spread, "m/s", where)
-        said = "towards" if cause == "current" else "from"
-        yield Size(said, direction, direction - turn, direction + turn, "rad", where)
+        yield Size(flow.size_name, speed, max(speed - spread, 0.0), speed + spread, "m/s", where)
+        yield Size(flow.direction_name, direction, direction - turn, direction + turn, "rad", where)
 
 
 # ---- bank and verdict

@@ -8,8 +8,8 @@ import pytest
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.by_residuals import PREDICTS_WORSE, concluded, selected
 from helmbench.diagnosis.causes.registry import causes
+from helmbench.diagnosis.channels import Shown, sensors_of
 from helmbench.diagnosis.diagnose import diagnose, identified
-from helmbench.diagnosis.kinematics.stage import Shown, sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared
 from helmbench.diagnosis.starting import DECIDED

@@ -9,10 +9,10 @@ from helmbench.bench.faults import Case, Effect, inject
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record, RecordMeta
+from helmbench.diagnosis.channels import Shown
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.free_runs.motion import lagged
 from helmbench.diagnosis.free_runs.problem import Lane
-from helmbench.diagnosis.kinematics.stage import Shown
 from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.forces import MOTIONS, Force, forces_along, shapes
 from helmbench.diagnosis.one_bank.remaining import with_remaining

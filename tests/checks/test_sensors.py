@@ -6,7 +6,7 @@ import pytest
 from helmbench.bench.faults import Case, inject
 from helmbench.checks.check import check
 
-from ...seeds import SHIFT
+from ..seeds import SHIFT
 
 SIZES = {
     "yaw_rate_bias": "b",

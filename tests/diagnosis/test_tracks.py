@@ -8,12 +8,12 @@ import pytest
 from helmbench.bench.faults import Case, inject
 from helmbench.checks.comparison.chains import track_chain
 from helmbench.datasets.instruments import corrected, observed
+from helmbench.diagnosis.channels import Shown, sensors_of
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.kinematics.stage import Shown, sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
-from ...expectations.injections import passes
+from ..expectations.injections import passes
 
 CAUSES = ("speed_scale", "sway_offset", "heading_offset", "axis_misalignment", "velocity_delay")
 SHIPS = ("mariner", "s175", "kvlcc2-l7")

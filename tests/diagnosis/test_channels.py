@@ -6,12 +6,12 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.diagnosis.causes.registry import cause
-from helmbench.diagnosis.kinematics.stage import sensors_of
+from helmbench.diagnosis.channels import sensors_of
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import corrected_records
 from helmbench.models.model import resolve
 
-from ...expectations.injections import injected
+from ..expectations.injections import injected
 
 
 def test_a_bias_is_found_and_removed_from_all_records(rng):

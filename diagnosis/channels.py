@@ -6,18 +6,18 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from ...checks.check import compared, distinct
-from ...checks.findings import of_sizes
-from ...models.instruments import combined
-from ..causes.registry import causes
-from ..report.findings import of_sensor
+from ..checks.check import compared, distinct
+from ..checks.findings import of_sizes
+from ..models.instruments import combined
+from .causes.registry import causes
+from .report.findings import of_sensor
 
 if TYPE_CHECKING:
-    from ...checks.base import Check
-    from ...checks.comparison.chains import Chain
-    from ...checks.comparison.selection import Sizes
-    from ...datasets.record import Record
-    from ..result import Finding
+    from ..checks.base import Check
+    from ..checks.comparison.chains import Chain
+    from ..checks.comparison.selection import Sizes
+    from ..datasets.record import Record
+    from .result import Finding
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ import pytest
 from helmbench.checks.check import check, examine
 from helmbench.datasets.record import Record
 
-from ...nightly_marks import nightly_but
+from ..nightly_marks import nightly_but
 
 SPEED = 5.0
 

@@ -1,1 +1,0 @@
-"""What the channels say of each other, without a hull model."""
