@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -32,7 +33,7 @@ def of_fault(entry: Check, fault: Fault, record: Record) -> CheckFinding:
         "file",
         (record.name,),
         fault.channels,
-        tuple(Size(s.parameter, s.value, s.low, s.high, s.unit, record.name) for s in fault.sizes),
+        tuple(replace(size, record=record.name) for size in fault.sizes),
         fault.evidence,
         separate_by=entry.separate_by,
         material=fault.material,
@@ -56,14 +57,11 @@ def _together(group: Sequence[CheckFinding]) -> CheckFinding:
     first = next((f for f in group if f.material), group[0])
     said = [f.evidence for f in group] if len(group) == 1 else [f"{f.records[0]}: {f.evidence}" for f in group]
     more = f"; and {len(said) - SHOWN} more" if len(said) > SHOWN else ""
-    return CheckFinding(
-        first.cause,
-        first.stage,
-        tuple(dict.fromkeys(r for f in group for r in f.records)),
-        first.channels,
-        tuple(s for f in group for s in f.sizes),
-        "; ".join(said[:SHOWN]) + more,
-        separate_by=first.separate_by,
+    return replace(
+        first,
+        records=tuple(dict.fromkeys(r for f in group for r in f.records)),
+        sizes=tuple(s for f in group for s in f.sizes),
+        evidence="; ".join(said[:SHOWN]) + more,
         material=any(f.material for f in group),
         corrected=any(f.corrected for f in group),
         standing=any(f.standing for f in group),

@@ -126,7 +126,7 @@ def check_is_described(cls: type[Check]) -> None:
     if not isinstance(cause, StageCause):
         assert isinstance(cause.search, Search), "the search is not stated"
         own = cause.number is not None or type(cause).variants is not Cause.variants
-        assert own, "neither a number that it moves nor variants are stated"
+        assert own or cause.search.entries, "neither a number that it moves nor variants are stated"
     if cause.extension is not None:
         extension_of(cause.extension)
 

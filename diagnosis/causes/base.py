@@ -56,8 +56,8 @@ class Cause(Check):
 
     id : public identifier.  where : one of WHERE.  unit : of its sizes.  search : how it is looked for.
     extension : id of the model extension that it becomes, None for one that stays a number of rudder or sensors.
-    number : what it moves, in its unit.  channels : psi, r, u, v, x, y that must be measured.  A class with `variants`
-    of its own says both there.
+    number : what it moves, in its unit; None: its search holds it in entries of the vector (`Search.entries`).
+    channels : psi, r, u, v, x, y that must be measured.  A class with `variants` of its own says both there.
     power_size : size of the first parameter whose detection the stated power is for, None where none is stated.
     separate_by : what would tell it from its rivals.
     smallest : size of the first parameter (length of a pair; seconds are those of a 160 m ship) from which it matters;
@@ -82,7 +82,7 @@ class Cause(Check):
         NotTestable : the model or the channels cannot carry it.
         """
         require_channels(est, *self.channels)
-        return [] if self.number is None else [self.number.variant(est, self.unit)]
+        return [()] if self.number is None else [self.number.variant(est, self.unit)]
 
     def stands_beside_numbers(self, is_3dof: bool) -> bool:
         """`beside_numbers`, for a cause that is not the same in every model."""

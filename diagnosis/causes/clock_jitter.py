@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -61,9 +60,6 @@ class ClockJitter(Cause):
     search = ByScan("clock_jitter", errors, largest)
     separate_by = "time stamps taken by the instruments"
     beside_numbers = False
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        return [()]
 
     def sizes(
         self, est: Estimator, s: Setting, variant: Variant, covariance: np.ndarray, rng: np.random.Generator

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -101,9 +100,6 @@ class WaveMotion(Cause):
     id, where, unit = "wave_motion", "environment", "rad/s, 1, rad"
     search = WaveSearch()
     separate_by = "heading and rate sampled at several times the wave frequency"
-
-    def variants(self, est: Estimator) -> Sequence[Variant]:
-        return [()]
 
     def sizes(
         self, est: Estimator, s: Setting, variant: Variant, covariance: np.ndarray, rng: np.random.Generator
