@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
@@ -27,13 +27,14 @@ class Term(NamedTuple):
     """A term of the equations: its name as a size, its entry in the filter's vector, which is the parameter of the
     extension, the standard deviation of its prior in the prime system, and its unit.
 
-    factor : of v' = v/U and r' = r L/U, what it is along the measured motion; None: it is constant.
+    factors : of v' = v/U and r' = r L/U, whose product it is along the measured motion (`Motion.product`); none of a
+    constant one.
     """
 
     name: str
     entry: str
     sd: float
-    factor: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None
+    factors: tuple[str, ...] = ()
     unit: str = "1"
 
     @property
@@ -44,8 +45,7 @@ class Term(NamedTuple):
     def along(self, motion: Motion) -> np.ndarray:
         """Force, N, or moment, N m, (N,) along a motion, for a parameter of one: F = F' rho/2 A U^2 and
         N = N' rho/2 A L U^2, A = L d where the family knows d, as `models.families.extensions` has them."""
-        size = motion.unit(self.axis)
-        return size if self.factor is None else size * self.factor(motion.v, motion.r)
+        return motion.unit(self.axis) * motion.product(self.factors)
 
 
 class MissingTerm(Cause):
@@ -88,7 +88,7 @@ class YawDampingQuadratic(MissingTerm):
     alpha r|r| beside r, in s/rad."""
 
     id, unit, extension = "yaw_damping_quadratic", "1 (prime) or s/rad", "yaw_damping_quadratic"
-    terms = (Term("Nrr", "added_Nr_absr", 0.02, lambda v, r: r * abs(r)),)
+    terms = (Term("Nrr", "added_Nr_absr", 0.02, ("r", "absr")),)
     separate_by = "turning circles at several rudder angles, to both sides"
 
 
@@ -96,7 +96,7 @@ class YawDampingCubic(MissingTerm):
     """Yaw moment N r^3, in the vessel's own prime system; for a response model alpha r^3 beside r, in s2/rad2."""
 
     id, unit, extension = "yaw_damping_cubic", "1 (prime) or s2/rad2", "yaw_damping_cubic"
-    terms = (Term("Nrrr", "added_Nrrr", 0.02, lambda v, r: r**3),)
+    terms = (Term("Nrrr", "added_Nrrr", 0.02, ("r", "r", "r")),)
     separate_by = "turning circles at several rudder angles, to both sides"
 
 
@@ -104,7 +104,7 @@ class SwayDampingQuadratic(MissingTerm):
     """Cross-flow drag Y v|v|, in the vessel's own prime system."""
 
     id, unit, extension = "sway_damping_quadratic", "1", "sway_damping_quadratic"
-    terms, in_response = (Term("Yvv", "added_Yv_absv", 0.5, lambda v, r: v * abs(v)),), NEEDS_3DOF
+    terms, in_response = (Term("Yvv", "added_Yv_absv", 0.5, ("v", "absv")),), NEEDS_3DOF
     separate_by = "hard turns with sway measured, or an oblique towing test"
 
 
@@ -113,10 +113,10 @@ class CrossflowCoupling(MissingTerm):
 
     id, unit, extension = "crossflow_coupling", "1", "crossflow_coupling"
     terms = (
-        Term("Yrv", "added_Yr_absv", 0.3, lambda v, r: r * abs(v)),
-        Term("Yvr", "added_Yv_absr", 0.3, lambda v, r: v * abs(r)),
-        Term("Nvr", "added_Nv_absr", 0.1, lambda v, r: v * abs(r)),
-        Term("Nrv", "added_Nr_absv", 0.1, lambda v, r: r * abs(v)),
+        Term("Yrv", "added_Yr_absv", 0.3, ("r", "absv")),
+        Term("Yvr", "added_Yv_absr", 0.3, ("v", "absr")),
+        Term("Nvr", "added_Nv_absr", 0.1, ("v", "absr")),
+        Term("Nrv", "added_Nr_absv", 0.1, ("r", "absv")),
     )
     in_response = NEEDS_3DOF
     separate_by = "turns with sway measured at several drift angles"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -51,6 +51,11 @@ class Motion:
     def unit(self, axis: str) -> np.ndarray:
         """Force X, Y, N, or moment N, N m, (N,) of one in the prime system; yaw acceleration R of one."""
         return self.pressure * self.length_m if axis == "N" else self.pressure
+
+    def product(self, factors: Sequence[str]) -> np.ndarray:
+        """Product (N,) of v', r', the rudder angle d, and their sizes (absv, absr, absd)."""
+        values = {"v": self.v, "r": self.r, "d": self.rudder}
+        return np.prod([abs(values[f[3:]]) if f.startswith("abs") else values[f] for f in factors], axis=0)
 
 
 Series = Callable[[Motion], np.ndarray]

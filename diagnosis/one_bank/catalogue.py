@@ -202,7 +202,7 @@ def _terms(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, Pl
     """Terms that the model lacks, as forces along the measured motion."""
     known = {*model.coordinates}
     for cause in (c for c in causes().values() if isinstance(c, MissingTerm) and model.is_3dof):
-        own = [t for t in cause.terms if t.factor is not None and ("v" not in t.entry or "v" in facts.measured)]
+        own = [t for t in cause.terms if t.factors and ("v" not in t.entry or "v" in facts.measured)]
         places = {t.entry: Place("term", (t.entry,), COLUMNS[t.axis]) for t in own if t.entry not in known}
         numbers = tuple(Number(t.entry, t.sd) for t in own if t.entry in places)
         sets: Sequence[tuple[Number, ...]] = [(n,) for n in numbers]

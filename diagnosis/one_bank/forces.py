@@ -190,15 +190,7 @@ def _products(words: tuple[str, ...], how: str, *products: tuple[str, ...]) -> S
 
 
 def _product(factors: Sequence[str]) -> Term:
-    def along(m: Motion, axis: str) -> np.ndarray:
-        return m.unit(axis) * np.prod([_factor(m, factor) for factor in factors], axis=0)
-
-    return along
-
-
-def _factor(m: Motion, name: str) -> np.ndarray:
-    values = {"v": m.v, "r": m.r, "d": m.rudder}[name.removeprefix("abs")]
-    return abs(values) if name.startswith("abs") else values
+    return lambda m, axis: m.unit(axis) * m.product(factors)
 
 
 def _by_speed() -> Shape:
@@ -223,7 +215,7 @@ def _by_past(x: str, time_s: float) -> Iterator[Shape]:
     name, word = f"{{}}_past_{x}", MOTIONS[x]
 
     def late(m: Motion, axis: str) -> np.ndarray:
-        return m.unit(axis) * lagged(_factor(m, x), time_s, m.step_s)
+        return m.unit(axis) * lagged(m.product((x,)), time_s, m.step_s)
 
     past: dict[str, Term] = {f"{name}_late@{time_s:.4g}": late}
     now: dict[str, Term] = {f"{name}_now@{time_s:.4g}": _product((x,))}
