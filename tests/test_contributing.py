@@ -164,6 +164,13 @@ def test_example_cause_is_one_file_of_the_bank(cause):
     assert registry.cause(cause.id) == cause() and cause() in registry.bank()
 
 
+def test_example_cause_with_a_prior_is_asked_for_by_free_runs(cause):
+    from helmbench.diagnosis.one_bank.catalogue import Facts, bank_of
+
+    bank = bank_of(helmbench.resolve("mariner"), Facts({"r", "u"}, False, 1, 300.0), 8.0, None)
+    assert (cause.id in {c.id for c in bank.candidates}) == bool(cause.prior.sd)
+
+
 def test_example_cause_keeps_the_contract(cause):
     from helmbench.diagnosis.contract import check_cause
 
@@ -181,6 +188,20 @@ def test_example_diagnoser_names_one_cause_at_most(tmp_path, monkeypatch, rng):
     )
     print(found.verdict, found.causes)
     assert len(found.causes) == 1
+
+
+@pytest.mark.parametrize("cause", ["surge_offset"], indirect=True)
+def test_example_cause_is_named_by_free_runs(cause):
+    from helmbench.diagnosis.diagnose import diagnose
+    from helmbench.diagnosis.options import Options
+
+    noise = "low,surge.bias=0.3m_s"
+    records = [helmbench.generate(helmbench.Case("mariner", f"zigzag:{a}/{a}", noise, seed=a)) for a in (10, 20)]
+    options = Options(channels=("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s"))  # positions have a check
+    said = diagnose(helmbench.resolve("mariner"), records[:1], records[1:], options)
+    print(said.verdict, said.reason, said.causes)
+    (found,) = said.causes
+    assert found.cause == cause.id and found.sizes[0].value == pytest.approx(0.3, rel=0.1)
 
 
 @pytest.fixture
