@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..datasets.record import RUDDERS
+from ..datasets.columns import HEADING, RUDDERS
 from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
 from .base import FileCheck
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from .base import ColumnCheck
     from .fault import ColumnFault
 
-HEADING = "heading_rad"
 UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)
 """What a computation on records that cannot carry it may raise."""
 SIDES = (

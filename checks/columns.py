@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..datasets.columns import RUDDERS
+from ..datasets.columns import RUDDERS, TURN, VELOCITIES
 from ..datasets.rudder_sign import ONE_SIDE, one_sided, steering_side
 from ..models.instruments import SENSORS, SWAPS
 from .base import ColumnCheck
 from .fault import ColumnFault, exact
-from .integrity.ratios import AGREE, TURN, heading_ratio
+from .integrity.ratios import AGREE, heading_ratio
 from .integrity.readings import ASKEW, BETTER, better_reading, course_askew, exchanged, rate_error, read_as
 from .integrity.steering import response
 
@@ -112,7 +112,7 @@ class EarthFrameVelocity(ColumnCheck):
     """The surge and sway columns hold velocities along north and east."""
 
     id, rank = "earth_frame_velocity", 56
-    columns = ("surge_m_s", "sway_m_s")
+    columns = VELOCITIES
     separate_by = "the logger's list of channels"
 
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..datasets.columns import POSITIONS, TURN, VELOCITIES
 from ..datasets.geometry import over_ground
 from .result import Size
 
@@ -16,7 +17,7 @@ if TYPE_CHECKING:
     from .base import ColumnCheck
 
 
-SENSED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
+SENSED = (*TURN, *VELOCITIES, *POSITIONS)
 """Columns of sensors, which change in every sample: a rudder or a propeller may be held."""
 
 

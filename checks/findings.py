@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..datasets.columns import HEADING, VELOCITIES
 from ..models.errors import CannotFit
 from .base import Check
 from .comparison.courses import FLOOR, Deviation
@@ -125,7 +126,7 @@ def of_drift(done: Compared) -> list[CheckFinding]:
     found = drifts(done.chain, done.corrected, chosen)
     if not is_there(found):
         return []
-    columns = [n for n in ("surge_m_s", "sway_m_s") if n in done.chain.integrated]
+    columns = [n for n in VELOCITIES if n in done.chain.integrated]
     speeds = [float(np.linalg.norm([np.nanmean(r.column(n)) for n in columns])) for r in done.records]
     near = [] if chosen else rivals(done.chain, done.corrected, done.chain.options)
     sizes = [size for d in found for size in _drift_sizes(d)]
@@ -178,7 +179,7 @@ def of_deviation(found: Deviation | None) -> list[CheckFinding]:
         f"that explains {100.0 * found.share:.0f} % of the sway that turning leaves; leeway would look alike"
     )
     tied = ("wind", "current") if found.like_current else ("wind",)
-    columns = ("heading_rad", "surge_m_s", "sway_m_s")
+    columns = (HEADING, *VELOCITIES)
     material = found.amplitude > FLOOR
     return [
         CheckFinding(

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..datasets.columns import POSITIONS
 from ..datasets.instruments import later
 from .base import Prior, SensorError
 from .comparison.series import LogEffect, TrackEffect, TurnEffect, half_a_degree, half_a_percent, late_floor
@@ -125,7 +126,7 @@ class PositionDelay(SensorError):
     id, unit, named = "position_delay", "s", True
     track = (TrackEffect("tau", "s", (), lambda path: -path.late_motion, late_floor, delay=True),)
     log = (LogEffect("tau", "s", (), lambda log: -log.late_speed, late_floor, delay=True),)
-    corrects = ("north_m", "east_m")
+    corrects = POSITIONS
     separate_by = "time stamps of each instrument, and a run at another speed: a point moves with the ship, not a delay"
 
     def corrected_for(self, record: Record, values: np.ndarray) -> Record:

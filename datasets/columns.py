@@ -37,6 +37,9 @@ CANONICAL: dict[str, str] = {
     "current_direction_rad": "rad",
 }
 RUDDERS = ("rudder_rad", "rudder_command_rad")
+HEADING = "heading_rad"
+TURN, VELOCITIES, POSITIONS = (HEADING, "yaw_rate_rad_s"), ("surge_m_s", "sway_m_s"), ("north_m", "east_m")
+TRACK = (HEADING, *VELOCITIES, *POSITIONS)
 TWIN = ("thrust_port_N", "thrust_starboard_N")
 """Thrust of two fixed propellers or its command: without a rudder their difference, N, is the steering command."""
 SURROUNDINGS = ("wind_speed_m_s", "wind_direction_rad", "current_speed_m_s", "current_direction_rad")

@@ -16,7 +16,7 @@ from ..models.errors import BadInput
 from .angles import unwrapped
 from .axes import ACROSS, goes_astern, lever_arm, track_of
 from .changes import NEAR, changes, integral_over_gaps, median_ratio
-from .columns import RUDDERS, TWIN
+from .columns import RUDDERS, TURN, TWIN
 from .copies import check_no_copies
 from .geometry import over_ground
 from .record import Record
@@ -40,7 +40,6 @@ OTHER_LENGTH = 0.05
 SCALE_SPEED, SCALE_TURN, SCALE_FROUDE = 2.5, 2.5, 0.7
 """Ratio of speeds from which on scales are compared; yaw rate times the model's length over speed, and Froude number
 with the model's length, that no ship reaches."""
-TURN = ("heading_rad", "yaw_rate_rad_s")
 TURN_UNITS = {
     "degrees in heading_rad? then call the column heading_deg": ("heading_rad", 1.0 / DEGREE),
     "degrees per second? then call the column yaw_rate_deg_s": ("yaw_rate_rad_s", DEGREE),

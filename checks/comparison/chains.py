@@ -12,12 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
 from ...datasets.instruments import corrected
 from ...datasets.signals import integral, sensor_sd
 from ..integrity.runs import never_changes
 from ..registry import sensor_errors
 from .blocks import Rows, Sums, sums_of
-from .series import NEEDED, SensedMotion, SensorEffect, log_of, path_of, turn_of
+from .series import SensedMotion, SensorEffect, log_of, path_of, turn_of
 from .whitening import LONGEST_GAP, whitened_steps
 
 if TYPE_CHECKING:
@@ -67,7 +68,7 @@ class Chain(NamedTuple):
     @property
     def of_positions(self) -> bool:
         """Whether positions are the target, of which a current may carry the ship away."""
-        return self.target == ("north_m", "east_m")
+        return self.target == POSITIONS
 
     def taken(self, records: Sequence[Record]) -> list[Record]:
         """The records that are not another chain's."""
@@ -83,10 +84,10 @@ def heading_chain() -> Chain:
     """Heading against integrated yaw rate."""
     return Chain(
         "heading against yaw rate",
-        ("heading_rad", "yaw_rate_rad_s"),
+        TURN,
         ("yaw_rate_rad_s",),
-        ("heading_rad",),
-        ("heading_rad", "yaw_rate_rad_s"),
+        (HEADING,),
+        TURN,
         tuple(Option(c, c.turn) for c in sensor_errors() if c.turn),
         turn_of,
         lambda turn: (turn.heading - turn.turned)[None],
@@ -99,10 +100,10 @@ def track_chain() -> Chain:
     """Positions against integrated velocities, a steady drift of each record estimated along."""
     return Chain(
         "positions against velocities",
-        NEEDED,
-        ("heading_rad", "surge_m_s", "sway_m_s"),
-        ("north_m", "east_m"),
-        NEEDED[1:],
+        TRACK,
+        (HEADING, *VELOCITIES),
+        POSITIONS,
+        TRACK[1:],
         tuple(Option(c, (e,)) for c in sensor_errors() for e in (*c.track, *c.track_without_model)),
         path_of,
         lambda path: np.stack([path.north, path.east]) - path.way,
@@ -115,10 +116,10 @@ def log_chain() -> Chain:
     """Way of the positions along the heading against a log that measures no sway, a steady drift estimated along."""
     return Chain(
         "positions along the heading against the log",
-        ("heading_rad", "surge_m_s", "north_m", "east_m"),
-        ("heading_rad", "surge_m_s"),
-        ("north_m", "east_m"),
-        ("surge_m_s", "north_m", "east_m"),
+        (HEADING, "surge_m_s", *POSITIONS),
+        (HEADING, "surge_m_s"),
+        POSITIONS,
+        ("surge_m_s", *POSITIONS),
         tuple(Option(c, (e,)) for c in sensor_errors() for e in c.log),
         log_of,
         lambda log: (log.ahead - log.run)[None],

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.columns import HEADING, VELOCITIES
 from ...datasets.signals import bridged
 from ..result import Size
 from ..statistics.tails import student_quantile
@@ -21,7 +22,7 @@ from .selection import LEVEL, TIE
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
-NEEDED = ("heading_rad", "surge_m_s", "sway_m_s")
+NEEDED = (HEADING, *VELOCITIES)
 LEAST_RANGE = np.pi
 """Range of headings (rad) over all records from which the pattern is told from a mean drift."""
 SLOW = 0.3

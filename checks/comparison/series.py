@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
+from ...datasets.columns import POSITIONS, TRACK
 from ...datasets.signals import bridged, integral, sensor_sd
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-
-NEEDED = ("heading_rad", "surge_m_s", "sway_m_s", "north_m", "east_m")
 
 
 M = TypeVar("M", bound="SensedMotion")
@@ -191,7 +190,7 @@ def path_of(record: Record) -> Path:
     """A record's path, with gaps bridged."""
     time = record.time_s - record.time_s[0]
     heading = bridged(record.heading_unwrapped(), time)
-    return Path(time, heading, *(bridged(record.column(name), time) for name in NEEDED[1:]))
+    return Path(time, heading, *(bridged(record.column(name), time) for name in TRACK[1:]))
 
 
 @dataclass(frozen=True)
@@ -219,7 +218,7 @@ def log_of(record: Record) -> Log:
     """A record's surge, and the way of its positions along its heading, with gaps bridged."""
     time = record.time_s - record.time_s[0]
     heading, surge = bridged(record.heading_unwrapped(), time), bridged(record.column("surge_m_s"), time)
-    north, east = (bridged(record.column(name), time) for name in ("north_m", "east_m"))
+    north, east = (bridged(record.column(name), time) for name in POSITIONS)
     middle = 0.5 * (heading[1:] + heading[:-1])
     steps = np.diff(north) * np.cos(middle) + np.diff(east) * np.sin(middle)
     ahead = np.concatenate([[0.0], np.cumsum(steps)])

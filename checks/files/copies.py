@@ -6,12 +6,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.columns import RUDDERS, TRACK, TURN
 from ...datasets.geometry import velocity_over_ground
-from ...datasets.record import RUDDERS
 from ...datasets.signals import bridged, integral, white_noise
 from ..base import FileCheck
 from ..fault import Fault, exact
-from ..integrity.readings import TRACK
 from ..integrity.runs import never_changes
 from .stamps import stamps
 
@@ -116,7 +115,6 @@ def equal_columns(record: Record) -> list[tuple[str, str]]:
 
 MISSING = 0.02
 """Share of missing rows from which nothing is said of the rest."""
-TURN = ("heading_rad", "yaw_rate_rad_s")
 
 
 class DerivedChannel(FileCheck):

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.columns import HEADING, POSITIONS, TRACK
 from ...datasets.geometry import position_over_ground, velocity_over_ground
 from ...datasets.signals import bridged, integral
 from ...datasets.spikes import without_spikes_in_time
@@ -47,7 +48,7 @@ def jumps(record: Record) -> list[Jump]:
         speed = np.abs(record.column("surge_m_s"))
         if record.has("sway_m_s"):
             speed = np.hypot(speed, record.column("sway_m_s"))
-        for name in ("north_m", "east_m"):
+        for name in POSITIONS:
             rate = _toward(record, name)
             found += _jumps(record, name, record.column(name), rate, np.nan_to_num(speed))
     return found
@@ -109,7 +110,6 @@ by less than 2 s of way (Esso Osaka, 10 Hz); the halves of a measured run lie mo
 RESET = 0.05
 """Jump of the heading, rad, from which it is taken out where it stays: what rate and heading disagree by around a
 smaller one does not tell whether it stays."""
-HEADING = "heading_rad"
 NEAR, FAR = 10, 60
 """Samples before and after a jump between which heading and rate are compared."""
 STAYS = 0.5
@@ -171,7 +171,7 @@ def _stays(record: Record, jump: Jump) -> bool:
 def _carries_velocities(record: Record, jump: Jump) -> bool:
     """Whether surge and sway were made with the heading that jumps: with it the way that they give keeps its direction
     along the track, and with a heading without the jump it does not."""
-    if not record.has(HEADING, "surge_m_s", "sway_m_s", "north_m", "east_m"):
+    if not record.has(*TRACK):
         return False
     courses, series = [], (velocity_over_ground(record), position_over_ground(record), record.time_s)
     for velocity, place, time in zip(*(_sides(values, jump.k) for values in series), strict=True):

@@ -7,17 +7,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.columns import CANONICAL
+from ...datasets.columns import CANONICAL, TRACK, VELOCITIES
 from ..base import ChannelCheck, FileCheck
 from ..fault import SENSED, Fault, exact
-from ..integrity.readings import TRACK, track_error
+from ..integrity.readings import track_error
 from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution
 from ..integrity.wraps import swing
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
-SPEEDS = ("surge_m_s", "sway_m_s")
 TURN = 0.5
 """Range of headings, rad, over which every ship loses speed and drifts: a speed that stays the same is none."""
 CONFIRMED = 0.01
@@ -46,9 +45,9 @@ class ConstantChannel(FileCheck):
 def _constant(record: Record, name: str, value: float) -> Fault:
     """A channel that is the same value in every row; a speed that positions confirm is a remark."""
     said = f"{name} is {value:.6g} {CANONICAL[name]} in every row"
-    if name in SPEEDS and record.has(*TRACK) and track_error(record) < CONFIRMED:
+    if name in VELOCITIES and record.has(*TRACK) and track_error(record) < CONFIRMED:
         return Fault(f"{said}, and heading and positions show the same velocity", (name,), material=False)
-    dead = name in SPEEDS and swing(record) > TURN
+    dead = name in VELOCITIES and swing(record) > TURN
     said += " while the ship turns: no measured speed, leave the column out" if dead else ""
     blanks = ((name, 0, record.n),) if dead else ()
     return Fault(said, (name,), material=name in SENSED, blanks=blanks, biases=dead)

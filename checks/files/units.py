@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.axes import track_of
-from ...datasets.record import RUDDERS
+from ...datasets.columns import POSITIONS, RUDDERS, TRACK, TURN, VELOCITIES
 from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq
 from ..base import FileCheck
@@ -18,7 +18,6 @@ from ..integrity.ratios import (
     ANGLES,
     PLACES,
     SPEEDS,
-    TURN,
     Ratio,
     course_ratio,
     heading_ratio,
@@ -27,7 +26,7 @@ from ..integrity.ratios import (
     turns_back,
     unit_of,
 )
-from ..integrity.readings import BETTER, LEAST, TRACK, better_reading, course_askew, track_error
+from ..integrity.readings import BETTER, LEAST, better_reading, course_askew, track_error
 from ..integrity.wraps import SMALL_TURN, wraps_at_small_turn
 
 if TYPE_CHECKING:
@@ -46,8 +45,6 @@ ODD_TURN, ODD_WAY = 1.6, 5.0
 """Factors from which no scale error of a rate gyro, or of a log, explains a ratio."""
 ONE_FACTOR = 0.1
 """Share by which two ratios of one time may differ."""
-PLACE_COLUMNS = ("north_m", "east_m")
-SPEED_COLUMNS = ("surge_m_s", "sway_m_s")
 
 
 class WrongUnit(FileCheck):
@@ -107,12 +104,12 @@ class WrongUnit(FileCheck):
     def _speed(self, record: Record, ratio: float | None) -> Fault | None:
         if ratio is None:
             return None
-        names, units, unit = SPEED_COLUMNS, SPEEDS, unit_of(ratio, SPEEDS)
+        names, units, unit = VELOCITIES, SPEEDS, unit_of(ratio, SPEEDS)
         if unit is None:
-            names, units, unit = PLACE_COLUMNS, PLACES, unit_of(1.0 / ratio, PLACES)
+            names, units, unit = POSITIONS, PLACES, unit_of(1.0 / ratio, PLACES)
         if unit is None:
             said = f"the way of the velocities is {ratio:.4g} times that of the positions"
-            return _odd(said, ratio, ODD_WAY, (*SPEED_COLUMNS[:1], *PLACE_COLUMNS))
+            return _odd(said, ratio, ODD_WAY, (*VELOCITIES[:1], *POSITIONS))
         factors = {name: 1.0 / next(k for k, v in units.items() if v == unit) for name in names if record.has(name)}
         said = f"{' and '.join(factors)} seem to hold {unit}: the velocities' way is {ratio:.4g} times the positions'"
         return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), factors=factors)
@@ -204,7 +201,7 @@ class ChannelSign(FileCheck):
         if found is None or not found.mirrored:
             return None
         said = f"the track turns against the heading, as if {found.reading}; or the heading counts anticlockwise"
-        return Fault(said, ("north_m", "east_m"), standing=True)
+        return Fault(said, POSITIONS, standing=True)
 
 
 CHANNEL = "yaw_rate_rad_s"

@@ -12,7 +12,9 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from ...datasets.columns import HEADING
 from ...datasets.signals import sensor_sd
+from ..fault import SENSED
 from .wraps import continuous
 
 if TYPE_CHECKING:
@@ -26,9 +28,6 @@ CLEAR = 4.0
 """Times its noise that the power of the yaw acceleration must be."""
 KNOWN = 0.98
 """Share of samples that every channel must have: where one is sampled more slowly, averages would be late."""
-HEADING = "heading_rad"
-AVERAGED = (HEADING, "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m")
-"""Channels that are compared; of others, which wrap or are switched, an average may be none of their values."""
 
 
 _KNOWN_AVERAGES: WeakKeyDictionary[Record, Record] = WeakKeyDictionary()
@@ -46,7 +45,8 @@ def averages_of(record: Record) -> Record:
 
 
 def _averages(record: Record) -> Record:
-    channels = {name: record.column(name) for name in AVERAGED if record.has(name)}
+    # of other channels, which wrap or are switched, an average may be none of their values
+    channels = {name: record.column(name) for name in SENSED if record.has(name)}
     if any(np.mean(np.isfinite(x)) < KNOWN for x in channels.values()):
         return record
     if HEADING in channels:

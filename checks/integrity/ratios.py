@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.columns import TURN
 from ...datasets.geometry import over_ground, position_over_ground
 from ...datasets.signals import integral
 from .averages import averages_of
@@ -16,7 +17,6 @@ if TYPE_CHECKING:
 
 WINDOW_S = 8.0
 FEWEST = 30
-TURN = ("heading_rad", "yaw_rate_rad_s")
 MOVES = 0.2
 """Share of the usual way made in a window from which it has a course."""
 USUAL = 0.75

@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ...datasets.axes import Track, goes_astern, track_of
+from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
 from ...datasets.geometry import body_velocities, position_over_ground, velocity_over_ground
 from ...datasets.signals import integral
 from .averages import averages_of
@@ -28,7 +29,6 @@ ASKEW = float(np.deg2rad(17.0))
 """Angle, rad, beyond which the heading has another zero."""
 MOST = 0.35
 """Disagreement from which no reading is the right one."""
-TRACK = ("heading_rad", "surge_m_s", "sway_m_s", "north_m", "east_m")
 Reread = Callable[["Record"], "Record"]
 
 
@@ -92,12 +92,11 @@ class Better(NamedTuple):
         return f"the track disagrees with the velocities by {self.present:.3f} of the way made, by {self.own:.3f} {how}"
 
 
-PAIRS = (("surge_m_s", "sway_m_s"), ("north_m", "east_m"))
 READINGS = (
-    Reading("earth_frame_velocity", PAIRS[0], to_body),
-    Reading("heading_zero", ("heading_rad",), about_track),
-    Reading("wrong_unit", ("heading_rad", "yaw_rate_rad_s"), heading_in_degrees),
-    *(Reading("channel_swap", pair, exchanged(*pair)) for pair in PAIRS),
+    Reading("earth_frame_velocity", VELOCITIES, to_body),
+    Reading("heading_zero", (HEADING,), about_track),
+    Reading("wrong_unit", TURN, heading_in_degrees),
+    *(Reading("channel_swap", pair, exchanged(*pair)) for pair in (VELOCITIES, POSITIONS)),
 )
 
 

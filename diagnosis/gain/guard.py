@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.columns import POSITIONS
+
 if TYPE_CHECKING:
     from ..result import Diagnosis
 
-POSITIONS = ("north_m", "east_m")
 CLEARLY = 0.1
 """Mean of the logarithms of two errors' ratio from which one is clearly larger."""
 WORSE = 1.05

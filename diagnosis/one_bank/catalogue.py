@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from ...checks.base import Check
     from ...models.model import Model
 
-DEGREE = np.pi / 180.0
 INPUT, HULL, FORCE = 0, 1, 2
 """Ranks: faults of input and sensor go before numbers and terms of the hull, these before forces without a cause."""
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.result import CheckFinding, Size
+from ...datasets.columns import RUDDERS
 from ...models.errors import CannotFit
 from ..records.series import Series, series_of
 from ..simulation.free_run import squares
@@ -32,7 +33,6 @@ SWAY = (-0.6, -0.3, 0.0, 0.3, 0.6)
 begin between the turns of a zigzag."""
 SHORTEST = 3.0
 """Ship lengths of sailing below which the motion is that of the start."""
-RUDDERS = ("rudder_rad", "rudder_command_rad")
 BEYOND, USUAL = 1.1, 0.98
 """Times the angle of the stops that a column must reach, and the share of the samples that may lie further out."""
 
