@@ -11,7 +11,7 @@ from ...datasets.geometry import body_velocities
 from ...models.linear_algebra import lstsq
 from ..causes.registry import testable
 from .conclusion import Chosen, OfFreeRuns
-from .residual_bic import fit_cause
+from .naive import fit_cause
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

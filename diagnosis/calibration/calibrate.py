@@ -154,7 +154,7 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
     if not selection.steps and loses(
         inside.train, base, selection.base
     ):  # causes that need numbers which are not confirmed
-        plain = _Sides(given, given, HeldOut(held.recorded, held.recorded))
+        plain = _Sides.without_causes(given, held.recorded)
         return _calibrated(plain, model, combined(model.instruments, given.instruments), None)
     local = None if choice is None else confirmation(inside.train, selection, groups, _proposal(choice))
     if local is not None:

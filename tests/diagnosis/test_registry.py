@@ -4,7 +4,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from helmbench.diagnosis.baselines.residual_bic import ResidualBic
+from helmbench.diagnosis.baselines.naive import ResidualBic
 from helmbench.diagnosis.registry import Diagnoser, diagnosers, find
 from helmbench.models import discovery
 from helmbench.models.errors import BadInput

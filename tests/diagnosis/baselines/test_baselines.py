@@ -4,10 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Case, Effect, inject
-from helmbench.diagnosis.baselines.best_fit import BestFit
-from helmbench.diagnosis.baselines.nothing import Nothing
+from helmbench.diagnosis.baselines.naive import LAGS, BestFit, Nothing, ResidualBic, ljung_box
 from helmbench.diagnosis.baselines.output_error import FilterRuns, rms
-from helmbench.diagnosis.baselines.residual_bic import LAGS, ResidualBic, ljung_box
 from helmbench.diagnosis.baselines.sparse_regression import SparseRegression, survivors
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of

@@ -1,4 +1,6 @@
-"""Diagnoser `residual-bic`: output error, a test of whiteness, and BIC over the bank of causes."""
+"""Diagnosers that are compared with: nothing is wrong, the cause that fits best, and the cause of lowest BIC (output
+error, a test of whiteness, and BIC over the bank of causes).
+"""
 
 from __future__ import annotations
 
@@ -26,6 +28,39 @@ CHANGE_TIMES = 8
 LAGS = 20
 
 
+class Nothing(OfFreeRuns):
+    """Always says that nothing is wrong: what the others are compared with where most records are clean."""
+
+    name = "nothing"
+    title = "naive: nothing is wrong, whatever the records say"
+
+    def choose(
+        self, runs: FilterRuns, model: Model, train: Sequence[Record], options: Options
+    ) -> tuple[Sequence[Chosen], str, str]:
+        """Name nothing."""
+        return [], "adequate", "nothing was looked for"
+
+
+class BestFit(OfFreeRuns):
+    """Every cause of the bank is fitted by least squares to the free runs, and the one that fits best is named.
+
+    It always names one: no test says whether anything is wrong, and nothing is charged for further parameters.
+    """
+
+    name = "best-fit"
+    title = "naive: free-run output error, the cause that fits best, without a test"
+
+    def choose(
+        self, runs: FilterRuns, model: Model, train: Sequence[Record], options: Options
+    ) -> tuple[Sequence[Chosen], str, str]:
+        """Fit every cause to the free runs and name the one of the least error."""
+        base = runs.base()
+        weight = 1.0 / rms(base.residuals)
+        fits = [Chosen(c, *fit_cause(runs, base, c, v)) for c, v in fittable(runs, options.causes()).items()]
+        chosen = sorted(fits, key=lambda one: cost(one.fit.residuals, weight))[:1]
+        return chosen, "named" if chosen else "adequate", "the least error of free runs of the training records"
+
+
 class ResidualBic(OfFreeRuns):
     """Free-run output error from the filtered first seconds, independent normal residuals.
 
@@ -40,7 +75,7 @@ class ResidualBic(OfFreeRuns):
     def choose(
         self, runs: FilterRuns, model: Model, train: Sequence[Record], options: Options
     ) -> tuple[Sequence[Chosen], str, str]:
-        """RunFit every cause to the free runs and name the one of lowest BIC."""
+        """Fit every cause to the free runs and name the one of lowest BIC."""
         base = runs.base()
         p = whiteness(base, runs)
         chosen = [] if p > options.alpha else select(runs, base, options.causes())
