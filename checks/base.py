@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 class Prior(NamedTuple):
     """What is known of a number before free runs of a model are seen.
 
-    sd : standard deviation in its natural unit (s in ship lengths sailed, L/U; m/s in the ship's speed; rad/s in U/L);
-    0: free runs are not asked for it.  trials : values in that unit at which it is linearised by a secant, where its
-    tangent at zero stands for nothing.  entries : instruments that it moves, and needs : states that have to be
-    measured, where a check does not say so as a cause.  limit : it is a limit of the rudder's command: its inverse is
-    moved, and behind commands only.
+    sd : standard deviation in its natural unit (s in ship lengths sailed, L/U; m/s in the ship's speed; rad/s in U/L;
+    others as they are); 0: free runs are not asked for it.  trials : values in that unit at which it is linearised by a
+    secant, where its tangent at zero stands for nothing.  entries : instruments that it moves, and needs : states that
+    have to be measured, where a check does not say so as a cause.  limit : it is a limit of the rudder's command: its
+    inverse is moved, and behind commands only.
     """
 
     sd: float

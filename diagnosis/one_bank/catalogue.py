@@ -28,8 +28,6 @@ if TYPE_CHECKING:
 
 INPUT, HULL, FORCE = 0, 1, 2
 """Ranks: faults of input and sensor go before numbers and terms of the hull, these before forces without a cause."""
-
-
 DELAY, OFFSET, FAULT = RudderDelay.id, RudderOffset.id, RudderFault.id
 UNSTATED = 0.2
 """Standard deviation of a coefficient of which the family states none, as a share of it."""
@@ -43,8 +41,6 @@ FORCES = tuple((one.entry, COLUMNS[one.axis], one.sd) for one in ConstantForce.t
 """Steady forces in body axes: name, column of the environment's inputs, standard deviation."""
 PUSH = ("constant_R", 0, 0.03)
 """The same of a response model: a steady yaw acceleration, in U/L to the order of its highest derivative."""
-
-
 STARTS = {"second_order_lead": {"lag": {"lead": 1.0}, "half": {"lead": 0.5}}}
 """Extension -> kind -> points that its numbers are tried from where their slopes vanish: a pure lag, half a lead."""
 
@@ -83,7 +79,8 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
         barely = every_own_number(groups)
         own = {n.name: n for n in numbers_of(barely, numbers)}
     kept = [c for c in candidates if only is None or told.get(c.of, BaseCoefficients.id) in only]
-    series = {name: every_term()[name].along for name, place in places.items() if place.kind == "term"}
+    terms = every_term()
+    series = {name: terms[name].along for name, place in places.items() if place.kind == "term"}
     return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups}, series)
 
 
@@ -132,7 +129,7 @@ def _of_instruments(
     if not (prior.sd and entries and {*needs} <= {*facts.measured}) or (prior.limit and not facts.commanded):
         return
     place = {cause.id: Place("steering" if cause.where == "rudder" else "sensor", entries, inverse=prior.limit)}
-    size, low = unit[cause.unit], 0.0 if own is None else own.low
+    size, low = unit.get(cause.unit, 1.0), 0.0 if own is None else own.low
     size = 1.0 / size if prior.limit else size
     for trial in [size * t for t in prior.trials] or [None]:
         yield Candidate(cause.id, (Number(cause.id, size * prior.sd, low=low, trial=trial),), INPUT), place
