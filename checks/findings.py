@@ -12,7 +12,7 @@ from ..datasets.columns import HEADING, VELOCITIES
 from ..models.errors import CannotFit
 from .base import Check
 from .comparison.courses import FLOOR, Deviation
-from .comparison.drift import RIVALS, Drift, drifts, interval, is_there, rivals
+from .comparison.drift import Drift, drifts, interval, is_there, rivals
 from .comparison.selection import DIFFERENT, TIE, Compared, Sizes
 from .registry import check_of, sensor_errors
 from .result import NORMAL_90, CheckFinding, Size
@@ -132,7 +132,7 @@ def of_drift(done: Compared) -> list[CheckFinding]:
     sizes = [size for d in found for size in _drift_sizes(d)]
     material = any(np.hypot(*d.velocity) > DRIFT_SHARE * v for d, v in zip(found, speeds, strict=True))
     tied = [o.cause.id for o, _ in near]
-    tied += [name for name in RIVALS if chosen == [] and len(found) == 1 and name not in tied]
+    tied += [name for name in CurrentDrift.track_rivals if chosen == [] and len(found) == 1 and name not in tied]
     rivals_of = {error.id: error.track_rivals for error in sensor_errors()}
     best = found[int(np.argmin([d.p for d in found]))]
     speed, low, high, towards = interval(best)

@@ -160,4 +160,5 @@ class CurrentDrift(SensorError):
 
     id, where, unit = "current", "environment", "m/s, rad"
     farthest = 12.0  # m/s: more than the fastest tidal streams
+    track_rivals = ("speed_scale", "heading_offset", "sway_offset")
     separate_by = "the same manoeuvre on two headings, or a log that measures speed through the water"

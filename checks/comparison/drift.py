@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..sensors import CurrentDrift
 from ..statistics.tails import student_quantile
 from .blocks import BLOCKS, Rows, Sums, explained, fit, p_value, sums_of
 from .chains import Chain, Option, rows_of
@@ -14,8 +15,6 @@ from .selection import LEVEL, TIE
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-
-RIVALS = ("speed_scale", "heading_offset", "sway_offset")
 
 
 class Drift(NamedTuple):
@@ -31,13 +30,17 @@ def drifts(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) ->
     """Steady drift of each record (corrected for `chosen`), estimated with what is left of the chosen effects."""
     found = []
     for record in records:
-        rows, place = rows_of(chain, record, chosen)
-        k = rows.x.shape[1]
-        part = sums_of(Rows(rows.y, np.hstack([rows.x, rows.z]), np.zeros((rows.y.size, 0))), place)
-        one = fit([part], range(k + 2))
-        at = [k, k + 1]
+        part = _with_drift(chain, record, chosen)
+        one = fit([part], range(part.score.shape[1]))
+        at = list(range(one.values.size - 2, one.values.size))
         found.append(Drift(record.name, one.values[at], one.covariance[np.ix_(at, at)], p_value(one, at)))
     return found
+
+
+def _with_drift(chain: Chain, record: Record, options: Sequence[Option]) -> Sums:
+    """Sums of a record's rows with the drift, north and east, as the last two effects."""
+    rows, place = rows_of(chain, record, options)
+    return sums_of(Rows(rows.y, np.hstack([rows.x, rows.z]), np.zeros((rows.y.size, 0))), place)
 
 
 def is_there(found: Sequence[Drift]) -> bool:
@@ -48,11 +51,8 @@ def is_there(found: Sequence[Drift]) -> bool:
 def rivals(chain: Chain, records: Sequence[Record], options: Sequence[Option]) -> list[tuple[Option, float]]:
     """Sensor errors that explain the drifts about as well, best first, with their lead over separate drifts (twice
     the log likelihood, blocks' scatter allowed for)."""
-    own = [o for o in options if o.cause.id in RIVALS]
-    parts = []
-    for record in records:
-        rows, place = rows_of(chain, record, own)
-        parts.append(sums_of(Rows(rows.y, np.hstack([rows.x, rows.z]), np.zeros((rows.y.size, 0))), place))
+    own = [o for o in options if o.cause.id in CurrentDrift.track_rivals]
+    parts = [_with_drift(chain, record, own) for record in records]
     n = len(own)
     whole = sum(explained([p], [n, n + 1]) for p in parts)
     scale = _scatter(parts, [n, n + 1])
