@@ -149,7 +149,7 @@ def shapes(
     """Every shape but periods, for a ship that sails her length in length_s and records of at most longest_s.
 
     places : north, east -> the first place that is reached, m, and the span of all of them, m.  motions : those of
-    MOTIONS that the model has.  speed : whether the speed is known.
+    MOTIONS that the model has.  speed : whether it has a speed.
     """
     return [
         *map(_by_heading, range(1, len(COUNTS) + 1)),
@@ -279,14 +279,13 @@ def forces_along(runs: FreeRuns) -> Forces:
     model, motions, length_s = runs.model, list(runs.motions.values()), runs.length_s
     units, longest_s = force_units(model, length_s), max(float(m.past_s[-1]) for m in motions)
     followed = [x for x in MOTIONS if x != "v" or model.is_3dof]
-    speed = all(np.all(np.isfinite(m.speed)) for m in motions)
     forces: dict[str, Force] = {}
     candidates: list[Candidate] = []
     places: dict[str, Place] = {}
     series: dict[str, Series] = {}
     steady = forces_of(model)
     periods = _periods(length_s, longest_s, MOST_PERIODS // len(steady))
-    for shape in (*shapes(length_s, longest_s, _places(motions), followed, speed), *map(_periodic, periods)):
+    for shape in (*shapes(length_s, longest_s, _places(motions), followed, model.is_3dof), *map(_periodic, periods)):
         for name, column, sd in steady:
             axis = name[-1]
             force = Force(axis, shape)

@@ -329,7 +329,7 @@ def _told(
         said = f"no known cause explains what remains, but it is described: {remaining[0].text}"
         named = found.verdict == "partly_named" and found.causes
         without = plain if named else _without_hull(plain)
-        return replace(without, verdict="named" if named else "described", reason=said)
+        return replace(without, verdict="partly_named" if named else "described", reason=said)
     return plain
 
 

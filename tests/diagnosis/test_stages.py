@@ -16,7 +16,7 @@ def record():
 
 @pytest.mark.parametrize(
     ("coefficient_sd", "stages"),
-    [(None, [engine.CHECKS, engine.PIECES]), (0.0, [engine.CHECKS, engine.CAUSES])],
+    [(None, [engine.CHECKS, engine.PIECES, engine.REST]), (0.0, [engine.CHECKS, engine.CAUSES, engine.REST])],
 )
 def test_each_stage_is_told(monkeypatch, record, diagnosis_of, coefficient_sd, stages):
     made, told = diagnosis_of(), []
