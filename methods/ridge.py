@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.numerics.factors import spectrum
-from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput
-from .base import Method
+from .base import RegressionMethod
+from .options import NOT_NEGATIVE, option
 
 if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
+    pass
 
 GRID = np.logspace(-14.0, 2.0, 161)
 """Penalties tried, in units of the largest squared singular value of the scaled regression."""
@@ -25,14 +22,8 @@ DETERMINED = 1e-30
 """Squared singular value, relative to the largest, below which a direction has no information."""
 
 
-class Ridge(Method):
+class Ridge(RegressionMethod):
     """Least squares with a quadratic penalty on the coefficients of scaled columns.
-
-    Parameters
-    ----------
-    penalty : in units of the largest squared singular value of the regression with columns of unit length; None
-        chooses it by generalised cross-validation (Golub, Heath & Wahba 1979, Technometrics 21).
-    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
 
     The covariance is the Bayesian posterior one, s^2 (A'A + penalty)^-1, which is finite where the records have no
     information; it does not count the bias from coefficients that are not zero.
@@ -40,19 +31,15 @@ class Ridge(Method):
 
     name = "ridge"
     title = "ridge regression, penalty by generalised cross-validation"
-    search_space: ClassVar = {"penalty": Real(1e-14, 1.0, log=True)}
+    penalty: float | None = option(
+        None,
+        "in units of the largest squared singular value of the regression with columns of unit length; None chooses it "
+        "by generalised cross-validation (Golub, Heath & Wahba 1979, Technometrics 21)",
+        NOT_NEGATIVE,
+        Real(1e-14, 1.0, log=True),
+    )
 
-    def __init__(self, penalty: float | None = None, scheme: str = "midpoint") -> None:
-        self.penalty, self.scheme = penalty, scheme
-
-    def check_options(self) -> None:
-        super().check_options()
-        check_scheme(self.scheme)
-        if self.penalty is not None and not self.penalty >= 0.0:
-            raise BadInput(f"penalty is {self.penalty!r}, a number >= 0 is needed")
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        rows = RegressionRows(regression_samples(records, model, self.scheme), model)
+    def solve(self, rows: RegressionRows) -> Fit:
         sd = rows.least_residual_sd()
         found = ridge(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.penalty)
         extra = {"penalty": found.penalty, "degrees_of_freedom": found.freedom, "residual_sd": sd.tolist()}

@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Choice
 from ..estimation.numerics.factors import spectrum
-from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..estimation.results.fit import Fit
-from .base import Method
+from .base import RegressionMethod
+from .options import option, whole
 
 if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
+    pass
 
 DETERMINED = 1e-14
 """Singular value, relative to the largest, below which a direction has no information."""
@@ -30,13 +28,8 @@ class TruncatedSolution(NamedTuple):
     rank: int
 
 
-class TsvdLs(Method):
+class TsvdLs(RegressionMethod):
     """Least squares by truncated singular value decomposition of the scaled columns.
-
-    Parameters
-    ----------
-    rank : singular values that are kept; None chooses it by generalised cross-validation (Golub, Heath & Wahba 1979).
-    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
 
     Directions that are left out are set to zero (Hansen 1987, BIT 27).  The covariance is that of the directions kept,
     and does not count what was set to zero.
@@ -44,18 +37,14 @@ class TsvdLs(Method):
 
     name = "tsvd-ls"
     title = "least squares by truncated singular values, rank by cross-validation"
-    search_space: ClassVar = {"scheme": Choice("forward", "midpoint")}
+    rank: int | None = option(
+        None,
+        "singular values that are kept; None chooses it by generalised cross-validation (Golub, Heath & Wahba 1979)",
+        whole(1),
+    )
+    scheme: str = option(searched=Choice("forward", "midpoint"))
 
-    def __init__(self, rank: int | None = None, scheme: str = "midpoint") -> None:
-        self.rank, self.scheme = rank, scheme
-
-    def check_options(self) -> None:
-        super().check_options()
-        check_scheme(self.scheme)
-        self.require_whole("rank", 1, optional=True)
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        rows = RegressionRows(regression_samples(records, model, self.scheme), model)
+    def solve(self, rows: RegressionRows) -> Fit:
         sd = rows.least_residual_sd()
         found = truncated(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.rank)
         extra = {"rank": found.rank, "residual_sd": sd.tolist()}

@@ -5,8 +5,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.svr.tuning import Tuned
-from helmbench.methods.ls_svr import LsSvr
-from helmbench.methods.rw_ls_svr import RwLsSvr
+from helmbench.methods.ls_svr import LsSvr, RwLsSvr
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 

@@ -12,7 +12,7 @@ from ....estimation.information.bounds import cramer_rao
 from ....estimation.methods_only.observers import eso
 from ....estimation.methods_only.svr.estimators import LSSVR
 from ....methods.eso_rw_lssvr import EsoRwLssvr
-from ....methods.svf_ls import SvfLs
+from ....methods.filtered_ls import SvfLs
 from ....models.errors import CannotFit, FitFailed
 from ....models.linear_algebra import svd
 from ....models.model import Model, resolve

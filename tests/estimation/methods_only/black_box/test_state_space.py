@@ -129,5 +129,5 @@ def test_without_jax_the_recurrent_network_does_not_apply(monkeypatch):
 
 @pytest.mark.parametrize("option", ["units=0", "hidden=-1"])
 def test_impossible_networks_are_refused(option):
-    with pytest.raises(BadInput, match="are needed"):
+    with pytest.raises(BadInput, match="a whole number of at least"):
         make(f"recurrent,{option}").check_options()

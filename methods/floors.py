@@ -1,4 +1,4 @@
-"""The mean of the training records as the prediction."""
+"""Predictions without identification, which every method must beat."""
 
 from __future__ import annotations
 
@@ -36,3 +36,20 @@ class Mean(Method):
         if not np.isfinite(means).all():
             raise FitFailed("the records' means are not finite")
         return black_box_fit(ConstantPredictor(tuple(model.states), outputs_of(model), tuple(map(float, means))))
+
+
+class StraightLine(Method):
+    """The ship keeps the surge and sway speed of its start and does not turn: its yaw rate is zero.
+
+    One sample ahead, the speeds are those of the sample before.  Nothing is learnt from the training records.
+    """
+
+    name = "straight-line"
+    title = "straight on at the initial speed, without turning"
+    kind = "floor"
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        signals_of(records, model)  # records that no method can use are refused
+        outputs = outputs_of(model)
+        values = tuple(0.0 if name == "r" else np.nan for name in outputs)
+        return black_box_fit(ConstantPredictor(tuple(model.states), outputs, values))

@@ -1,4 +1,4 @@
-"""A physical model with learnt residual accelerations: polynomials."""
+"""A physical model with learnt residual accelerations: polynomials, or Gaussian processes."""
 
 from __future__ import annotations
 
@@ -14,14 +14,25 @@ from ..estimation.methods_only.tuning.space import Choice, Integer, Real
 from ..estimation.methods_only.tuning.tune import validation_of
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
-from .learner import Learner
+from .learner import Learner, open_option
+from .options import option
 from .registry import make
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
 
-SHARE = Choice(0.0, 0.5, 1.0)
+G_SHARE: Any = open_option("of g", Choice(0.0, 0.5, 1.0), 0.0)
+
+
+def _check_physics(name: str, value: Any) -> None:
+    if isinstance(value, str) and make(value).kind != "grey box":
+        raise BadInput(f"{name} is {value!r}, a method that estimates coefficients is needed")
+
+
+PHYSICS: Any = option(
+    "output-error", "method that identifies the coefficients, such as 'output-error' or 'pem'", _check_physics
+)
 
 
 class Hybrid(Learner):
@@ -36,11 +47,6 @@ class Hybrid(Learner):
     physics: str | Estimate
     stride: int | None
     share: float | None
-
-    def check_options(self) -> None:
-        super().check_options()
-        if isinstance(self.physics, str) and make(self.physics).kind != "grey box":
-            raise BadInput(f"physics is {self.physics!r}, a method that estimates coefficients is needed")
 
     def regressor(self, n_features: int) -> Any:
         """A new regressor of the residual accelerations."""
@@ -79,34 +85,39 @@ class GreyResidual(Hybrid):
     zero: then the records ask for nothing but the physics.  The coefficients are those of the physics alone.  Sources:
     Forssell & Lindskog 1997, IFAC SYSID, 481 (semi-physical and neural modelling combined); Psichogios & Ungar 1992,
     AIChE J. 38(10), 1499.
-
-    Parameters
-    ----------
-    physics : method that identifies the coefficients, such as 'output-error' or 'pem'.
-    stride : step of the innovations in samples; alpha : ridge penalty; share : of g.  None: chosen by free runs.
-    trials : option values tried; None: 8.
-    seed : of the search.
     """
 
     name = "grey-residual"
     title = "physical model with polynomial residual accelerations, learnt from its innovations"
     usual_trials = 8
-    search_space: ClassVar = {"stride": Integer(1, 16, log=True), "alpha": Real(1e-6, 1.0, log=True), "share": SHARE}
-    usual: ClassVar = {"stride": 4, "alpha": 1e-2, "share": 0.0}
-
-    def __init__(
-        self,
-        physics: str | Estimate = "output-error",
-        stride: int | None = None,
-        alpha: float | None = None,
-        share: float | None = None,
-        trials: int | None = None,
-        seed: int = 0,
-    ) -> None:
-        self.physics, self.stride, self.alpha, self.share = physics, stride, alpha, share
-        self.trials, self.seed = trials, seed
+    physics: str | Estimate = PHYSICS
+    stride: int | None = open_option("step of the innovations in samples", Integer(1, 16, log=True), 4)
+    alpha: float | None = open_option("ridge penalty", Real(1e-6, 1.0, log=True), 1e-2)
+    share: float | None = G_SHARE
 
     def regressor(self, n_features: int) -> Any:
         from ..estimation.methods_only.black_box.terms import TermRegression, monomials
 
         return TermRegression(monomials(n_features, 2), alpha=self.alpha or 0.0)
+
+
+class GreyGp(Hybrid):
+    """A physical model, identified, plus a Gaussian process of its residual accelerations.
+
+    As `grey-residual`, with g the mean of a Gaussian process with a squared-exponential kernel and white noise, on at
+    most 300 rows.  Far from the training records g is zero, and the physics remains.  Source: Kennedy & O'Hagan 2001,
+    J. R. Stat. Soc. B 63(3), 425 (the discrepancy of a calibrated model as a Gaussian process).
+    """
+
+    name = "grey-gp"
+    title = "physical model with a Gaussian process of residual accelerations"
+    rows = 300
+    usual_trials = 4
+    physics: str | Estimate = PHYSICS
+    stride: int | None = open_option("step of the innovations in samples", Integer(2, 16, log=True), 4)
+    share: float | None = G_SHARE
+
+    def regressor(self, n_features: int) -> Any:
+        from ..estimation.methods_only.black_box.gaussian_process import gaussian_process
+
+        return gaussian_process(n_features)
