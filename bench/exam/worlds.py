@@ -10,8 +10,8 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ..faults import Case
-from ..faults.effects._sensors import SensorKind
-from ..faults.effects.registry import kind_of
+from ..faults.effects import kind_of
+from ..faults.effects.sensors import SensorKind
 from ..faults.frames import Frames
 from ..faults.ships import sister_numbers
 from ..kinds.base import Selection, Suite

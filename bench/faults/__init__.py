@@ -6,13 +6,12 @@ moves inside the integration step (`integrate`), and only the numbers of the ves
     injected = inject(Case("mariner", causes=("rudder_offset",), strength="faint"), rng)
     injected.train, injected.held_out, injected.truth
 
-A kind of effect is one file in `effects/`.
+A kind of effect is a class or a row of a table in `effects/`.
 """
 
 from .case import GUSTS, SIZED, STRENGTHS, Case
 from .effects import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
-from .injected import Injected, inject
-from .measured import inject_in_record
+from .injected import Injected, inject, inject_in_record
 from .ships import VESSELS
 from .strength import noncentrality
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...models.errors import BadInput
 from . import sensing
 from .effects import Effect, kind_of
-from .effects._sensors import SensorKind
+from .effects.sensors import SensorKind
 from .ships import Ship, ship
 
 #: Correlation times of zero-mean gusts on a full-scale ship, s

@@ -11,8 +11,8 @@ from ...datasets.record import Record
 from . import sensing
 from .case import Case
 from .effects import Effect
-from .effects._forces import ForceKind
-from .effects._sensors import SensorKind
+from .effects.forces import ForceKind
+from .effects.sensors import SensorKind
 from .foreign import foreign_forces
 from .ships import Ship
 from .simulator import Gusts, Plan, Run, simulate

@@ -1,6 +1,6 @@
 """From a dense run to a Record: sampling, effects of the sensors, noise, gaps.
 
-recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects._sensors.Stage`.
+recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects.sensors.Stage`.
 """
 
 from __future__ import annotations
@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...datasets.record import Record, RecordMeta
-from .effects._sensors import ATTITUDE, VELOCITY, Stage
+from .effects.sensors import ATTITUDE, VELOCITY, Stage
 from .ships import Ship
 from .simulator import Plan, Run
 

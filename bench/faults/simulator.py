@@ -20,14 +20,14 @@ from . import equations, integrate
 from .ships import FIRST, Ship
 
 if TYPE_CHECKING:
-    from .effects._sensors import SensorKind
+    from .effects.sensors import SensorKind
 
 REFERENCE_RUDDER = np.deg2rad(10.0)
 CONSTANTS = 6
 """Length of the vector that a force function gets: the size, then the constants of the effect."""
 _VECTOR = types.Array(types.float64, 1, "C")
 FORCE = types.void(_VECTOR, types.float64, _VECTOR, types.float64, types.float64, types.float64, _VECTOR)
-"""Numba type of a force function (`effects._forces.ForceKind.force`)."""
+"""Numba type of a force function (`effects.forces.ForceKind.force`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,7 +48,7 @@ class Plan:
     """What is injected in one record, sorted by where it acts.
 
     dynamic: `equations.DYNAMIC` name -> value; chain: `integrate.CHAIN` name -> value; extra: force functions with
-    their vectors (`effects._forces`); wave: (rms rad, peak rad/s, damping) or None; sensors: kinds with parameters.
+    their vectors (`effects.forces`); wave: (rms rad, peak rad/s, damping) or None; sensors: kinds with parameters.
     """
 
     ship: Ship

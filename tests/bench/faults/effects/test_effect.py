@@ -1,4 +1,4 @@
-"""Kinds of effects: one file each, found by the registry, and each keeps what the base class says."""
+"""Kinds of effects: each keeps what the base class says."""
 
 from pathlib import Path
 
@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.bench.faults import REGIME, TAXONOMY, UNFORESEEN, VESSELS, Effect, kind_of, kinds, names_of
 from helmbench.bench.faults import effects as folder
-from helmbench.bench.faults.effects import Setting
+from helmbench.bench.faults.effects import Setting, weather
 from helmbench.bench.faults.effects.base import RecordEffect
 from helmbench.bench.faults.frames import plan_of
 from helmbench.bench.faults.ships import ship
@@ -25,9 +25,18 @@ def drawn(name: str, rng: np.random.Generator):
     return carrier, Effect(name, kind.draw(Setting(carrier, 600.0, 3, 2, lambda: (1.0, 2.0)), rng))
 
 
-def test_every_file_is_one_kind() -> None:
-    stems = {path.stem for path in Path(folder.__file__).parent.glob("[!_]*.py")} - {"base", "effect", "registry"}
-    assert {name.lower() for name in kinds()} == stems
+def test_every_unforeseen_kind_has_a_file_of_its_own() -> None:
+    stems = {path.stem for path in Path(folder.__file__).parent.glob("b[0-9]*.py")}
+    assert {name.lower() for name in names_of(UNFORESEEN)} == stems
+
+
+def test_an_identifier_is_taken_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    twice = weather.WeatherKind(id="rudder_fault", units={"speed": "m/s", "from": "rad"})
+    monkeypatch.setattr(weather, "ROWS", (*weather.ROWS, twice))
+    kinds.cache_clear()
+    with pytest.raises(BadInput, match="effect 'rudder_fault' is defined twice"):
+        kinds()
+    kinds.cache_clear()
 
 
 def test_every_cause_of_the_diagnosis_has_an_effect_and_the_other_way_round() -> None:
