@@ -11,7 +11,7 @@ from ...models.errors import BadInput
 from . import sensing
 from .effects import Effect, kind_of
 from .effects.sensors import SensorKind
-from .ships import Ship, ship
+from .ships import TrueShip, ship
 
 #: Correlation times of zero-mean gusts on a full-scale ship, s
 GUSTS = {"none": None, "fast": (3.0, 10.0), "slow": (30.0, 60.0)}
@@ -85,7 +85,7 @@ class Case:
             raise BadInput(f"gusts {self.gusts!r}", hint="none, fast or slow")
 
     @property
-    def ship(self) -> Ship:
+    def ship(self) -> TrueShip:
         """The ship without effects."""
         return ship(self.vessel, self.factors)
 

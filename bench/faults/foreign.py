@@ -9,14 +9,14 @@ from __future__ import annotations
 import numpy as np
 
 from . import equations
-from .ships import SECOND, Ship
-from .simulator import Plan, Run, first_class_functions, further_forces, rudder_force, vector
+from .ships import SECOND, TrueShip
+from .simulator import DenseRun, RunPlan, first_class_functions, further_forces, rudder_force, vector
 
 EVERY = 10
 """Steps of the simulation between two forces that are computed; linear between them."""
 
 
-def foreign_forces(plan: Plan, sound: Ship, run: Run) -> np.ndarray:
+def foreign_forces(plan: RunPlan, sound: TrueShip, run: DenseRun) -> np.ndarray:
     """Forces X, Y, N (n + 1, 3) that the effects of a plan add along a run, backwards in time and without their mean.
 
     A mean would be a constant force, which a diagnosis may name.
@@ -25,14 +25,14 @@ def foreign_forces(plan: Plan, sound: Ship, run: Run) -> np.ndarray:
     at = np.append(steps[:-1:EVERY], steps[-1])
     ill, well = (
         np.array([forces(one, run, int(k), rudder) for k in at])
-        for one, rudder in ((plan, run.hull), (Plan(sound), run.rudder))
+        for one, rudder in ((plan, run.hull), (RunPlan(sound), run.rudder))
     )
     added = ill - well
     series = np.column_stack([np.interp(steps, at, column) for column in added.T])
     return (series - series.mean(axis=0))[::-1]
 
 
-def forces(plan: Plan, run: Run, step: int, rudder: np.ndarray) -> np.ndarray:
+def forces(plan: RunPlan, run: DenseRun, step: int, rudder: np.ndarray) -> np.ndarray:
     """X, Y, N (3,) that give the accelerations of a plan's ship at a step of a run; of a response ship the yaw one."""
     ship, out = plan.ship, np.zeros(8)
     args = equations.ship_vector(ship, *rudder_force(ship)), vector(plan.dynamic), *further_forces(plan.extra)

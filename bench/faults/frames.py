@@ -14,11 +14,11 @@ from .effects import Effect
 from .effects.forces import ForceKind
 from .effects.sensors import SensorKind
 from .foreign import foreign_forces
-from .ships import Ship
-from .simulator import Gusts, Plan, Run, simulate
+from .ships import TrueShip
+from .simulator import DenseRun, Gusts, RunPlan, simulate
 
 
-def plan_of(ship: Ship, effects: Sequence[Effect], record: int) -> Plan:
+def plan_of(ship: TrueShip, effects: Sequence[Effect], record: int) -> RunPlan:
     """What the effects do in one record."""
     dynamic: dict[str, float] = {}
     chain: dict[str, float] = {}
@@ -33,7 +33,7 @@ def plan_of(ship: Ship, effects: Sequence[Effect], record: int) -> Plan:
             extra.append((kind.force, kind.vector(p)))
         if isinstance(kind, SensorKind):
             sensors.append((kind, p))
-    return Plan(ship, dynamic, chain, tuple(extra), wave, tuple(sensors))
+    return RunPlan(ship, dynamic, chain, tuple(extra), wave, tuple(sensors))
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +57,7 @@ class Frames:
 
     def run(
         self, case: Case, effects: Sequence[Effect], i: int, gusts: Gusts | None, rudder: np.ndarray | None = None
-    ) -> Run:
+    ) -> DenseRun:
         """The dense run of record i; rudder : angles (2n + 1,) that are taken instead of the manoeuvre's, rad."""
         planted = None
         if case.foreign:
@@ -73,7 +73,7 @@ class Frames:
         )
 
     def record(
-        self, case: Case, effects: Sequence[Effect], i: int, run: Run, rng: np.random.Generator, noise: bool = True
+        self, case: Case, effects: Sequence[Effect], i: int, run: DenseRun, rng: np.random.Generator, noise: bool = True
     ) -> Record:
         """The record of run i; without noise also without gaps and with the heading unwrapped."""
         sd = sensing.noise_sd(case.ship, case.noise if noise else 0.0)

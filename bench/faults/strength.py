@@ -10,8 +10,8 @@ from .case import SIZED, STRENGTHS, Case
 from .effects import Effect, Setting, kind_of
 from .frames import Frames
 from .simulator import (
+    DenseRun,
     Gusts,
-    Run,
     first_class_functions,
     further_forces,
     gust_sd,
@@ -123,7 +123,7 @@ def noncentrality(case: Case, effects: tuple[Effect, ...], frames: Frames, gusts
     return total if np.isfinite(total) else np.inf
 
 
-def whitened(case: Case, record: Record, run: Run, gusts: Gusts | None) -> np.ndarray:
+def whitened(case: Case, record: Record, run: DenseRun, gusts: Gusts | None) -> np.ndarray:
     """Whitened innovations (N, k) of a noise-free record against the case's ship without effects."""
     base, dt = case.ship, case.dt_s or 0.0
     names = [name for name in sensing.STATE if name in record.channels]
@@ -150,7 +150,7 @@ def whitened(case: Case, record: Record, run: Run, gusts: Gusts | None) -> np.nd
     return z
 
 
-def rudder_seen(case: Case, record: Record, run: Run) -> np.ndarray:
+def rudder_seen(case: Case, record: Record, run: DenseRun) -> np.ndarray:
     """The recorded rudder angle between the samples too, with the sign that the record gives it."""
     column = "rudder_command_rad" if case.command else "rudder_rad"
     flipped = float(

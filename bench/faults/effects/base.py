@@ -15,8 +15,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..regimes import Regime
-from ..ships import Ship
+from ..regimes import TrueRegime
+from ..ships import TrueShip
 
 TAXONOMY, ANTICIPATED, UNFORESEEN, REGIME = "causes", "anticipated", "unforeseen", "regime"
 """Groups: causes of the taxonomy, unknown effects that a diagnosis may have a test for, other unknown effects, and
@@ -33,7 +33,7 @@ class Setting:
     `place()` draws a place (north, east), in ship lengths, that a training record passes without effects.
     """
 
-    ship: Ship
+    ship: TrueShip
     duration_s: float
     train: int
     held_out: int
@@ -86,7 +86,7 @@ class EffectKind(ABC):
         enough."""
         return frozenset()
 
-    def carried_by(self, ship: Ship) -> bool:
+    def carried_by(self, ship: TrueShip) -> bool:
         """Whether a ship can carry it."""
         if ship.is_3dof:
             return self.three_dof
@@ -100,7 +100,7 @@ class EffectKind(ABC):
         """Non-centrality of the best test where it is known without a filter; None: computed (`strength`)."""
         return None
 
-    def changed_ship(self, ship: Ship, p: Mapping[str, Any]) -> Ship:
+    def changed_ship(self, ship: TrueShip, p: Mapping[str, Any]) -> TrueShip:
         """The ship with other coefficients."""
         return ship
 
@@ -116,7 +116,7 @@ class EffectKind(ABC):
         """Wave motion: rms rad, peak rad/s, damping ratio."""
         return None
 
-    def truths(self, p: Mapping[str, Any], ship: Ship, details: Mapping[str, Any]) -> dict[str, float]:
+    def truths(self, p: Mapping[str, Any], ship: TrueShip, details: Mapping[str, Any]) -> dict[str, float]:
         """True sizes in one record, by the names under which a finding with these `details` states them."""
         return {name: float(value) for name, value in p.items() if isinstance(value, int | float)}
 
@@ -148,7 +148,7 @@ class RegimeKind(EffectKind):
     right: ClassVar[tuple[str, ...]]
 
     @abstractmethod
-    def regime(self, p: Mapping[str, Any], ship: Ship) -> Regime:
+    def regime(self, p: Mapping[str, Any], ship: TrueShip) -> TrueRegime:
         """Where it acts."""
 
 
@@ -168,7 +168,7 @@ class ScalarKind(EffectKind):
         super().__init__(**row)
         vars(self).update(units={self.parameter: self.unit}, sized=(self.parameter,))
 
-    def size(self, ship: Ship) -> float:
+    def size(self, ship: TrueShip) -> float:
         """About the faint size for a ship."""
         raise NotImplementedError(f"{self.id} has no size")
 
@@ -191,7 +191,7 @@ class WeatherKind(EffectKind):
         size, direction = self.units
         vars(self).update(sized=(size,), directions=(direction,))
 
-    def size(self, ship: Ship) -> float:
+    def size(self, ship: TrueShip) -> float:
         """About the faint speed or height for a ship."""
         raise NotImplementedError(f"{self.id} has no size")
 

@@ -14,8 +14,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ....models.compilation import njit
-from ..regimes import Regime
-from ..ships import Ship
+from ..regimes import TrueRegime
+from ..ships import TrueShip
 from ..simulator import CONSTANTS
 from .base import ANTICIPATED, REGIME, EffectKind, RegimeKind, Setting
 
@@ -166,8 +166,8 @@ class PropellerSideForce(ForceKind, RegimeKind):
     def draw_constants(self, s: Setting, rng: np.random.Generator) -> list[float]:
         return [float(rng.choice([-1.0, 1.0])), float(rng.choice([-1.0, 1.0]))]
 
-    def regime(self, p, ship: Ship) -> Regime:
-        return Regime("side", "port" if p["constants"][1] < 0.0 else "starboard")
+    def regime(self, p, ship: TrueShip) -> TrueRegime:
+        return TrueRegime("side", "port" if p["constants"][1] < 0.0 else "starboard")
 
 
 class ResistanceAboveSpeed(ForceKind, RegimeKind):
@@ -186,5 +186,5 @@ class ResistanceAboveSpeed(ForceKind, RegimeKind):
     def draw_constants(self, s: Setting, rng: np.random.Generator) -> list[float]:
         return [1.0, float(rng.uniform(0.85, 0.93))]
 
-    def regime(self, p, ship: Ship) -> Regime:
-        return Regime("speed", "above", p["constants"][1] * ship.speed_m_s)
+    def regime(self, p, ship: TrueShip) -> TrueRegime:
+        return TrueRegime("speed", "above", p["constants"][1] * ship.speed_m_s)

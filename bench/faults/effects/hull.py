@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..regimes import Regime
-from ..ships import FIRST, KVLCC2, S175, SECOND, SECOND_NAMES, Ship
+from ..regimes import TrueRegime
+from ..ships import FIRST, KVLCC2, S175, SECOND, SECOND_NAMES, TrueShip
 from ..simulator import rudder_force
 from .base import EffectKind, RegimeKind, ScalarKind, Setting, random_sign
 
@@ -25,7 +25,7 @@ SHALLOW = {"mariner": ("Yv", "Nv", "Nr"), "s175": ("Yuv", "Nuv", "Nur"), "kvlcc2
 """What stands for Y_v, N_v and N_r in each ship's equations."""
 
 
-def damping_size(ship: Ship) -> float:
+def damping_size(ship: TrueShip) -> float:
     """Size of a damping term in the ship's own prime system (0.5 rho L d is some 20 times smaller than 0.5 rho L^2)."""
     return {"mariner": 3e-5, "s175": 3e-5, "kvlcc2-l7": 5e-4, "cargo": 1.0}.get(ship.id, 0.1)
 
@@ -50,7 +50,7 @@ ROWS = (
 )  # fmt: skip
 
 
-class CoefficientShift(EffectKind):
+class CoefficientShiftEffect(EffectKind):
     """One hull coefficient is larger by a fraction of itself."""
 
     id = "coefficient_shift"
@@ -63,7 +63,7 @@ class CoefficientShift(EffectKind):
     def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
         return {"name": str(rng.choice(HULL[s.ship.id])), "fraction": 0.02 * random_sign(rng) * rng.uniform(0.7, 1.4)}
 
-    def changed_ship(self, ship: Ship, p) -> Ship:
+    def changed_ship(self, ship: TrueShip, p) -> TrueShip:
         name, factor = p["name"], 1.0 + p["fraction"]
         if ship.id == "cargo" and name in ("T1", "T2"):
             published = ship.facts["parameters"]
@@ -71,13 +71,13 @@ class CoefficientShift(EffectKind):
             return ship.with_coefficients(h=t1 * t2, g=t1 + t2)
         return ship.with_coefficients(**{name: ship.coefficient(name) * factor})
 
-    def truths(self, p, ship: Ship, details) -> dict[str, float]:
+    def truths(self, p, ship: TrueShip, details) -> dict[str, float]:
         """A finding states the fraction of the coefficient that it names."""
         found = {f"fraction:{p['name']}": p["fraction"]}
         return found | ({"fraction": p["fraction"]} if details.get("coefficient", p["name"]) == p["name"] else {})
 
 
-class ConstantForce(EffectKind):
+class ConstantForceEffect(EffectKind):
     """A constant force on the hull, in body axes."""
 
     id = "constant_force"
@@ -95,7 +95,7 @@ class ConstantForce(EffectKind):
         return dict(p)
 
 
-class CrossflowCoupling(EffectKind):
+class CrossflowCouplingEffect(EffectKind):
     """Further cross-flow terms of sway velocity and yaw rate: r|v| and v|r| in sway force and yaw moment."""
 
     id = "crossflow_coupling"
@@ -112,7 +112,7 @@ class CrossflowCoupling(EffectKind):
         return dict(p)
 
 
-class SecondOrderLead(EffectKind):
+class SecondOrderLeadEffect(EffectKind):
     """A first-order response ship has a second time constant T2 and a lead T3."""
 
     id = "second_order_lead"
@@ -120,14 +120,14 @@ class SecondOrderLead(EffectKind):
     units: ClassVar = {"T2": "s", "T3": "s"}
     sized = ("T2", "T3")
 
-    def carried_by(self, ship: Ship) -> bool:
+    def carried_by(self, ship: TrueShip) -> bool:
         return ship.kind == FIRST
 
     def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, float]:
         t2 = 0.02 * s.ship.coefficient("T") * rng.uniform(0.7, 1.4)
         return {"T2": float(t2), "T3": float(t2 * rng.uniform(0.1, 0.6))}
 
-    def changed_ship(self, ship: Ship, p) -> Ship:
+    def changed_ship(self, ship: TrueShip, p) -> TrueShip:
         """(1 + T s)(1 + T2 s) r + alpha r^3 = K (1 + T3 s) delta for the first-order ship's own T.
 
         Both times are increased where T2 is too short to be integrated, which leaves their effect as it is.
@@ -138,12 +138,12 @@ class SecondOrderLead(EffectKind):
         numbers = np.array([values[name] for name in SECOND_NAMES])
         return replace(ship, kind=SECOND, names=tuple(SECOND_NAMES), coefficients=numbers)
 
-    def truths(self, p, ship: Ship, details) -> dict[str, float]:
+    def truths(self, p, ship: TrueShip, details) -> dict[str, float]:
         lead = 1.0 - p["T3"] / p["T2"] if p["T2"] else inf
         return super().truths(p, ship, details) | {"lead": lead}
 
 
-class SpeedLoss(EffectKind):
+class SpeedLossEffect(EffectKind):
     """A response ship loses speed in a turn."""
 
     id = "speed_loss"
@@ -159,11 +159,11 @@ class SpeedLoss(EffectKind):
     def forces(self, p) -> dict[str, float]:
         return dict(p)
 
-    def truths(self, p, ship: Ship, details) -> dict[str, float]:
+    def truths(self, p, ship: TrueShip, details) -> dict[str, float]:
         return super().truths(p, ship, details) | {"loss_gain": p["drop"] * (ship.length_m / ship.speed_m_s) ** 2}
 
 
-class ShallowWater(ScalarKind):
+class ShallowWaterEffect(ScalarKind):
     """The water is shallow: its depth is `depth_ratio` times the draught."""
 
     id = "shallow_water"
@@ -173,18 +173,18 @@ class ShallowWater(ScalarKind):
     cap = 1.15
     inverse = True
 
-    def size(self, ship: Ship) -> float:
+    def size(self, ship: TrueShip) -> float:
         return 12.0
 
-    def changed_ship(self, ship: Ship, p) -> Ship:
+    def changed_ship(self, ship: TrueShip, p) -> TrueShip:
         factors = zip(SHALLOW[ship.id], shallow_factors(ship, p["depth_ratio"]), strict=True)
         return ship.with_coefficients(**{name: ship.coefficient(name) * factor for name, factor in factors})
 
-    def truths(self, p, ship: Ship, details) -> dict[str, float]:
+    def truths(self, p, ship: TrueShip, details) -> dict[str, float]:
         return super().truths(p, ship, details) | {"draught_over_depth": 1.0 / p["depth_ratio"]}
 
 
-def shallow_factors(ship: Ship, depth_ratio: float) -> tuple[float, float, float]:
+def shallow_factors(ship: TrueShip, depth_ratio: float) -> tuple[float, float, float]:
     """Y_v, N_v and N_r in water of depth h over those in deep water (Hirano et al. 1985 in Inoue's formulas).
 
     k_e = k/(d k/(2 h) + (x cot x)^q) with k = 2 d/L, x = pi d/(2 h) and q = 2.3, 1.7, .7 for Y_v, N_v, N_r;
@@ -209,7 +209,7 @@ class WakeLoss(RegimeKind):
     cap = 0.6
     right = ("wake_in_turns", "wake_and_thrust_deduction", "rudder_inflow")
 
-    def carried_by(self, ship: Ship) -> bool:
+    def carried_by(self, ship: TrueShip) -> bool:
         """Ships whose equations hold a propeller."""
         return ship.kind in (S175, KVLCC2)
 
@@ -219,5 +219,5 @@ class WakeLoss(RegimeKind):
     def forces(self, p) -> dict[str, float]:
         return {"wake_loss": p["loss"], "wake_drift": p["drift"]}
 
-    def regime(self, p, ship: Ship) -> Regime:
-        return Regime("drift", "above", p["drift"])
+    def regime(self, p, ship: TrueShip) -> TrueRegime:
+        return TrueRegime("drift", "above", p["drift"])

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ....datasets.columns import RUDDERS
-from ..regimes import Regime
-from ..ships import DEGREE, Ship
+from ..regimes import TrueRegime
+from ..ships import DEGREE, TrueShip
 from .base import EffectKind, RecordEffect, RegimeKind, Rows, ScalarKind, Setting
 
 
@@ -60,7 +60,7 @@ ROWS = (
 )  # fmt: skip
 
 
-class RudderFault(EffectKind):
+class RudderFaultEffect(EffectKind):
     """The rudder loses a share of its effect at a time t0."""
 
     id = "rudder_fault"
@@ -97,5 +97,5 @@ class RudderForceLoss(RegimeKind):
     def forces(self, p) -> dict[str, float]:
         return {"rudder_loss": p["loss"], "rudder_angle": p["angle"]}
 
-    def regime(self, p, ship: Ship) -> Regime:
-        return Regime("rudder", "above", p["angle"])
+    def regime(self, p, ship: TrueShip) -> TrueRegime:
+        return TrueRegime("rudder", "above", p["angle"])

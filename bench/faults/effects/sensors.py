@@ -9,8 +9,8 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ....datasets.columns import RUDDERS
-from ..regimes import Regime
-from ..ships import DEGREE, Ship
+from ..regimes import TrueRegime
+from ..ships import DEGREE, TrueShip
 from .base import ANTICIPATED, RecordEffect, RegimeKind, Rows, ScalarKind, Setting, random_sign
 from .rudder import rudder_columns
 
@@ -108,7 +108,7 @@ ROWS = (
 )  # fmt: skip
 
 
-class AxisMisalignment(ScalarKind, SensorKind):
+class AxisMisalignmentEffect(ScalarKind, SensorKind):
     """The axes of the speed log are turned by an angle to starboard."""
 
     id = "axis_misalignment"
@@ -117,14 +117,14 @@ class AxisMisalignment(ScalarKind, SensorKind):
     cap = 0.6
     stage = Stage.ALIGNMENT
 
-    def size(self, ship: Ship) -> float:
+    def size(self, ship: TrueShip) -> float:
         return 0.1 * DEGREE
 
     def apply(self, rows, time, p, noise_sd, rng) -> None:
         turn_velocity(rows, p["angle"])
 
 
-class EarthFrameVelocity(SensorKind):
+class EarthFrameVelocityEffect(SensorKind):
     """The columns of surge and sway hold the velocities along north and east."""
 
     id = "earth_frame_velocity"
@@ -135,7 +135,7 @@ class EarthFrameVelocity(SensorKind):
         turn_velocity(rows, -rows["heading_rad"])
 
 
-class ChannelSwap(SensorKind):
+class ChannelSwapEffect(SensorKind):
     """Two columns are exchanged."""
 
     id = "channel_swap"
@@ -153,7 +153,7 @@ class ChannelSwap(SensorKind):
         rows[first], rows[second] = rows[second], rows[first]
 
 
-class RudderSign(SensorKind):
+class RudderSignEffect(SensorKind):
     """The recorded rudder has the wrong sign."""
 
     id = "rudder_sign"
@@ -165,7 +165,7 @@ class RudderSign(SensorKind):
             rows[name] = -rows[name]
 
 
-class HeadingDelay(ScalarKind, SensorKind):
+class HeadingDelayEffect(ScalarKind, SensorKind):
     """The heading is recorded tau seconds late."""
 
     id = "heading_delay"
@@ -174,7 +174,7 @@ class HeadingDelay(ScalarKind, SensorKind):
     negative = 0.0
     response = True
 
-    def size(self, ship: Ship) -> float:
+    def size(self, ship: TrueShip) -> float:
         return 0.2 * ship.clock
 
     def delay_s(self, channel, p) -> float:
@@ -184,7 +184,7 @@ class HeadingDelay(ScalarKind, SensorKind):
         delay_columns(rows, time, ["heading_rad"], p["tau"])
 
 
-class VelocityDelay(SensorKind):
+class VelocityDelayEffect(SensorKind):
     """The velocities are recorded tau seconds late, and heading and yaw rate too where `attitude` is 1."""
 
     id = "velocity_delay"
@@ -206,7 +206,7 @@ class VelocityDelay(SensorKind):
         return (*VELOCITY, *ATTITUDE) if p.get("attitude") else VELOCITY
 
 
-class ClockJitter(ScalarKind, SensorKind):
+class ClockJitterEffect(ScalarKind, SensorKind):
     """Samples are taken at times with a random error."""
 
     id = "clock_jitter"
@@ -216,7 +216,7 @@ class ClockJitter(ScalarKind, SensorKind):
     variance_only = True
     response = True
 
-    def size(self, ship: Ship) -> float:
+    def size(self, ship: TrueShip) -> float:
         """Large errors (ten times) are below half of a sampling step of .5 s: samples keep their order."""
         return 0.015 * ship.clock
 
@@ -229,7 +229,7 @@ class ClockJitter(ScalarKind, SensorKind):
             rows[name] = np.interp(taken, time, values)
 
 
-class Outliers(ScalarKind, SensorKind):
+class OutliersEffect(ScalarKind, SensorKind):
     """A share of every channel's samples has gross errors of 12 to 30 standard deviations."""
 
     id = "outliers"
@@ -241,7 +241,7 @@ class Outliers(ScalarKind, SensorKind):
     response = True
     stage = Stage.GROSS_ERROR
 
-    def size(self, ship: Ship) -> float:
+    def size(self, ship: TrueShip) -> float:
         return 0.005
 
     def noncentrality(self, p) -> float:
@@ -280,7 +280,7 @@ class SensorRamp(SensorKind):
         return frozenset({"time"})
 
 
-class YawRateSaturation(SensorKind, RegimeKind):
+class YawRateSaturationEffect(SensorKind, RegimeKind):
     """The yaw-rate sensor cuts off what exceeds its range."""
 
     id = "yaw_rate_saturation"
@@ -296,5 +296,5 @@ class YawRateSaturation(SensorKind, RegimeKind):
     def apply(self, rows, time, p, noise_sd, rng) -> None:
         rows["yaw_rate_rad_s"] = np.clip(rows["yaw_rate_rad_s"], -p["limit"], p["limit"])
 
-    def regime(self, p, ship: Ship) -> Regime:
-        return Regime("yaw_rate", "above", p["limit"])
+    def regime(self, p, ship: TrueShip) -> TrueRegime:
+        return TrueRegime("yaw_rate", "above", p["limit"])

@@ -29,7 +29,7 @@ ROWS = (
 )  # fmt: skip
 
 
-class WaveMotion(EffectKind):
+class WaveMotionEffect(EffectKind):
     """First-order wave motion of heading and yaw rate, narrow-band."""
 
     id = "wave_motion"

@@ -11,7 +11,7 @@ from helmbench.bench.faults.effects import Setting, weather
 from helmbench.bench.faults.effects.base import RecordEffect
 from helmbench.bench.faults.frames import plan_of
 from helmbench.bench.faults.ships import ship
-from helmbench.bench.faults.simulator import Plan
+from helmbench.bench.faults.simulator import RunPlan
 from helmbench.checks.base import SensorError
 from helmbench.diagnosis.causes.base import Cause
 from helmbench.diagnosis.causes.registry import causes
@@ -64,7 +64,7 @@ def test_a_drawn_effect_has_its_units_and_acts_somewhere(name: str, rng: np.rand
     assert set(kind.units) | set(kind.whole) | {"channel"} >= set(effect.parameters)
     assert set(kind.sized) <= set(effect.parameters) and set(kind.directions) <= set(kind.units)
     plan = plan_of(carrier, (effect,), 0)
-    unchanged = Plan(carrier)
+    unchanged = RunPlan(carrier)
     fields = ("dynamic", "chain", "extra", "wave", "sensors")
     assert plan.ship is not carrier or any(getattr(plan, f) != getattr(unchanged, f) for f in fields)
 
