@@ -1,12 +1,11 @@
-"""Studies: named computations that are repeated over noise seeds; a paper's package has them as `STUDIES`."""
+"""Studies: named computations that are repeated over noise seeds; a paper's file `studies` has them as `STUDIES`."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,14 +40,14 @@ class Study:
     measured: str = ""
 
 
-def module_of(paper: str) -> ModuleType:
-    """The module with the studies and drawings of a paper, `"003"`."""
-    return import_module(f".paper_{paper}", __package__)
-
-
 def studies_of(paper: str) -> dict[str, Study]:
-    """The studies of a paper by name."""
-    return module_of(paper).STUDIES
+    """The studies of a paper, `"003"`, by name."""
+    return import_module(f".paper_{paper}.studies", __package__).STUDIES
+
+
+def drawing_of(paper: str, name: str) -> Callable[[Sequence[StudyResult], Any], None]:
+    """The function of a paper that draws a figure: it adds axes to an empty matplotlib figure."""
+    return getattr(import_module(f".paper_{paper}.figures", __package__), name)
 
 
 def stream(paper: str, study: str, index: int, seed: int = 0) -> np.random.Generator:

@@ -11,7 +11,7 @@ from helmbench.bench.store import locked
 from helmbench.models.errors import BadInput
 from helmbench.reproduction import results, runner, session
 from helmbench.reproduction.claims import files
-from helmbench.reproduction.pages import figures, markdown
+from helmbench.reproduction.pages import markdown
 from helmbench.reproduction.papers import study
 from helmbench.reproduction.papers.study import Study, StudyResult
 
@@ -39,7 +39,7 @@ references:
 
 
 class Made:
-    """Stands for the module of a paper."""
+    """Stands for the modules of a paper."""
 
     calls = 0
     fails = False
@@ -69,8 +69,7 @@ def made(monkeypatch, tmp_path):
     (folder / "999.yaml").write_text(CLAIMS, encoding="utf-8")
     module = Made()
     monkeypatch.setattr(files, "FOLDER", folder)
-    for place in (study, figures):
-        monkeypatch.setattr(place, "module_of", lambda paper: module)
+    monkeypatch.setattr(study, "import_module", lambda *_: module)
     return module
 
 

@@ -8,17 +8,23 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
 
+from ....datasets import measured
+from ....datasets.record import Record
+from ....estimation.estimates.estimate import Estimate
+from ....estimation.judgement.convergence import convergence, parameter_paths
+from ....estimation.records.series import MEASURED, series_of
+from ....estimation.results.predictor import ModelPredictor
+from ....estimation.run.squares import squares
+from ....methods.registry import make
+from ....models.errors import FitFailed
+from ....models.model import CHANNELS, Model, resolve
+from ....models.simulate import initial_state, simulate
 from ...claims.files import load
-from ..study import Study, StudyResult
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....estimation.estimates.estimate import Estimate
-    from ....models.model import Model
+from ..study import Study, StudyResult, point
 
 STEP_S, DURATION_S = 0.1, 200.0
 NOISE_SD = float(np.deg2rad(np.sqrt(0.05)))
@@ -41,10 +47,6 @@ def zigzag(name: str, noise: np.ndarray | None = None, rate: float = np.inf, lag
 
     rate, lag : of the steering gear, rad/s and s; the recorded rudder is the true one.
     """
-    from ....datasets.record import Record
-    from ....models.model import CHANNELS, resolve
-    from ....models.simulate import initial_state, simulate
-
     model = replace(resolve(name), max_step_s=STEP_S)
     psi, n = model.states.index("psi"), round(DURATION_S / STEP_S)
     extra = _as_rudder(model, np.zeros(n) if noise is None else noise)
@@ -75,9 +77,6 @@ def _as_rudder(model: Model, noise: np.ndarray) -> np.ndarray:
 
 def fitted(spec: str, record: Record, model: Model) -> Estimate | None:
     """What a method finds; None where it finds nothing finite."""
-    from ....methods.registry import make
-    from ....models.errors import FitFailed
-
     try:
         return make(spec).fit([record], model)
     except FitFailed:
@@ -121,8 +120,6 @@ def _table(name: str, printed: Map, rng: np.random.Generator) -> StudyResult:
 
 def table(name: str, printed: Map, record: Record, as_printed: str = PRINTED) -> StudyResult:
     """What every method finds in a record, its ratio of errors to the basic method's, and when it settles."""
-    from ....models.model import resolve
-
     model = resolve(name)
     specs = {"basic": BASIC, "fci": FCI, "fci.printed": as_printed, "fci.without": WITHOUT_BETA}
     fits = {key: fitted(spec, record, model) for key, spec in specs.items()}
@@ -147,8 +144,6 @@ def _errors(fit: Estimate | None, model: Model) -> dict[str, float]:
 
 def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
     """Seconds until a parameter stays within 5 % of the set value; `NEVER` where it does not within the record."""
-    from ....estimation.judgement.convergence import convergence
-
     if fit is None:
         return dict.fromkeys(model.parameters, NEVER)
     times = {p: c.settled_s[BAND] for p, c in convergence(fit, model.parameters, [BAND]).items()}
@@ -157,8 +152,6 @@ def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
 
 def _paths(fit: Estimate | None, model: Model) -> dict[str, np.ndarray]:
     """Relative errors of the parameters along the recursion, every second."""
-    from ....estimation.judgement.convergence import parameter_paths
-
     if fit is None:
         return {}
     return {p: path[::10] / model.parameters[p] - 1.0 for p, path in parameter_paths(fit).items()}
@@ -166,8 +159,6 @@ def _paths(fit: Estimate | None, model: Model) -> dict[str, np.ndarray]:
 
 def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The same without noise: what the difference equation and the maps (4) and (6) leave."""
-    from ....models.model import resolve
-
     specs = {
         "ls": "ls-forward",
         "zoh": "ls,scheme=zoh",
@@ -186,8 +177,6 @@ def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Error of K against the size of the noise on the right side, of the basic and the iterated method."""
-    from ....models.model import resolve
-
     model = resolve("response-1")
     size = np.deg2rad(np.geomspace(1e-3, 0.3, 7))
     draw = rng.normal(size=round(DURATION_S / STEP_S))
@@ -203,8 +192,6 @@ def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The error columns of both tables from their other columns: I is identified - set, II set - identified."""
-    from ....models.model import resolve
-
     printed = {claim.id: claim.published for claim in load("002").claims}
     values = {}
     for table, name, sign in (("table1", "response-1", 1.0), ("table2", "response-2", -1.0)):
@@ -215,8 +202,6 @@ def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def _set_values() -> dict[str, float]:
     """Set values of both vessels, initial values of the recursion, and 1 - dt/T at the printed initial T = 0."""
-    from ....models.model import resolve
-
     values = {f"{name}.{p}": v for name in ("response-1", "response-2") for p, v in resolve(name).parameters.items()}
     with np.errstate(divide="ignore"):
         values["a1 at T = 0"] = bool(np.isfinite(1.0 - np.divide(STEP_S, 0.0)))
@@ -228,8 +213,6 @@ def _set_values() -> dict[str, float]:
 
 def beta(rng: np.random.Generator, *, index: int) -> StudyResult:
     """How large the P-type step may be: the printed bound 2 gamma against 2/|phi|^2."""
-    from ....models.model import resolve
-
     model, record = resolve("response-1"), zigzag("response-1")
     shares = np.array([0.001, 0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2])
     values, series = {}, {"share": shares}
@@ -267,6 +250,22 @@ def _corrected(record: Record, model: Model, share: float) -> float:
     return _errors(fitted(spec, record, model), model)["K"] / model.parameters["K"]
 
 
+# ---------------------------------------------------------------------------------------- over what is not printed
+
+FORMS = {"first_order": ("response-1", printed_first), "second_order": ("response-2", printed_second)}
+
+
+def over_range(order: str, rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Run `index` of the search of an order; its noise belongs to the point, not to the seed."""
+    chosen = point(load("002").search(f"{order}_searched"), index)
+    name, printed = FORMS[order]
+    draw = np.random.default_rng(index).normal(size=round(DURATION_S / STEP_S))
+    noise = np.deg2rad(chosen["noise on the right side"]) * draw
+    record = zigzag(name, noise, np.deg2rad(chosen["rudder rate"]), chosen["rudder lag"])
+    form = PRINTED if chosen["angles in"] == "degrees" else PRINTED.replace("degrees=true", "degrees=false")
+    return StudyResult(table(name, printed, record, form).values)
+
+
 # ------------------------------------------------------------------------------------------------ the tank test
 
 DATASET, TRAINING = "kvlcc2-hsva", "Z_15_05"
@@ -291,11 +290,8 @@ def tank(rng: np.random.Generator, *, index: int) -> StudyResult:
 
     Raises `BadInput` where the measured set is not there, with how to get it.
     """
-    from ....datasets.measured import load
-    from ....models.model import resolve
-
-    training = load(DATASET, TRAINING)
-    runs = {run: load(DATASET, stem) for run, stem in HELD_OUT.items()}
+    training = measured.load(DATASET, TRAINING)
+    runs = {run: measured.load(DATASET, stem) for run, stem in HELD_OUT.items()}
     values, series = {}, {}
     for name, (spec, family, stride) in FITS.items():
         model = resolve(family)
@@ -332,8 +328,6 @@ def _thinned(record: Record, stride: int) -> Record:
 def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[tuple[str, float]]:
     """R^2 and RMSE (deg/s) of the yaw rate and RMSE of the heading (deg) of each run, which begins with the first
     sample as it was measured, as the paper's do."""
-    from ....estimation.run.squares import squares
-
     for run, record in runs.items():
         rmse, r2 = {"r": np.nan, "psi": np.nan}, np.nan
         if estimate is not None:
@@ -346,9 +340,6 @@ def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[t
 
 def _from_the_first_sample(model: Model, record: Record) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """State -> samples (N,) of yaw rate and heading, measured and of the free run."""
-    from ....estimation.records.series import MEASURED, series_of
-    from ....estimation.results.predictor import ModelPredictor
-
     series = series_of(record.turned(model.positive_rudder), model, MEASURED)
     states = series.observe(ModelPredictor(model).simulate(series.inputs, series.dt, series.start))
     measured = {model.states[state]: series.outputs[:, place] for place, state in enumerate(series.columns)}
@@ -357,8 +348,6 @@ def _from_the_first_sample(model: Model, record: Record) -> dict[str, tuple[np.n
 
 def _course(estimate: Estimate) -> dict[str, np.ndarray]:
     """Parameters along the recursion, every second."""
-    from ....estimation.judgement.convergence import parameter_paths
-
     time = estimate.trajectory_time_s
     assert time is not None
     return {"time_s": time[::20]} | {f"course.{p}": path[::20] for p, path in parameter_paths(estimate).items()}
@@ -372,4 +361,5 @@ STUDIES = {
     "arithmetic": Study(arithmetic),
     "beta": Study(beta),
     "tank": Study(tank, measured=DATASET),
+    **{f"{order}_searched": Study(partial(over_range, order), seeds=48) for order in FORMS},
 }

@@ -21,7 +21,6 @@ from ....models.model import Model, resolve
 from ...claims.files import load
 from ..study import Study, StudyResult, point
 from . import records
-from .printed import ASPECT_RATIO, PAIRS, RUDDER_AREA_M2, TABLE_2, slope
 from .records import DIRECTIONS, calm, rough
 
 TRAIN = "zigzag:20/20"
@@ -38,8 +37,25 @@ OMEGAS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 SCHEME = ",scheme=midpoint"
 CIRCLE_S = 800.0
 """Length of a turning circle in the sea."""
+TABLE_2 = {
+    "Xuu": -1.7269, "Xuuu": 1.7265, "Xvv": 4.0798, "Xrr": -1.4597, "Xvr": -1.5504, "Xuvv": -3.2796, "Xuvr": 1.5436,
+    "Xurr": 1.4738,
+    "Yuv": 1.2316, "Yur": 2.0764, "Yuur": -2.0740, "Yuuv": -1.2372, "Yvvv": 2.3357, "Yrrr": 0.0369, "Yvrr": 0.1787,
+    "Yvvr": 0.2364, "Yv_absv": -0.4871, "Yr_absv": -0.0634, "Yv_absr": -0.2374, "Yr_absr": -0.0139,
+    "Nuv": 0.0149, "Nur": -0.1533, "Nuur": 0.1525, "Nuuv": -0.0142, "Nvvv": -0.0126, "Nrrr": -0.0183, "Nvrr": -0.0695,
+    "Nvvr": -0.0054, "Nv_absv": -0.0089, "Nr_absv": 0.0017, "Nv_absr": -0.0121, "Nr_absr": 0.0056,
+}  # fmt: skip
+PAIRS = {"Xuu": "Xuuu", "Xvr": "Xuvr", "Xrr": "Xurr", "Xvv": "Xuvv", "Yuv": "Yuuv", "Yur": "Yuur", "Nuv": "Nuuv",
+         "Nur": "Nuur"}  # fmt: skip
+"""Terms that differ by a factor u' alone, which is 1 to the second order of the drift angle at instantaneous speed."""
+RUDDER_AREA_M2, ASPECT_RATIO = 22.04, -0.51
 STRUCTURES = {"fixed": "s175-polynomial", "printed": "s175"}
 """Hull primes by the fixed U0, and by the instantaneous speed as the prime system of the source has them."""
+
+
+def slope(aspect_ratio: float) -> float:
+    """f_alpha of eq 9."""
+    return 6.13 * aspect_ratio / (2.25 + aspect_ratio)
 
 
 def fitted(text: str, runs: Sequence[Record], model: Model) -> Estimate | None:

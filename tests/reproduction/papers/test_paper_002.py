@@ -12,7 +12,7 @@ from helmbench.models.simulate import initial_state, simulate
 from helmbench.reproduction import runner
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.papers import paper_002
-from helmbench.reproduction.papers.paper_002 import STUDIES, studies
+from helmbench.reproduction.papers.paper_002 import studies
 from helmbench.reproduction.verdicts.spread import spread
 from helmbench.reproduction.verdicts.verdict import within
 
@@ -31,8 +31,8 @@ def paper():
 @pytest.fixture(scope="module")
 def found():
     """One run of every study that needs no measured data, the tank test where they are there."""
-    studies = {name: study for name, study in STUDIES.items() if name != "tank" or have_data()}
-    return {name: study.function(np.random.default_rng(0), index=0) for name, study in studies.items()}
+    chosen = {name: study for name, study in studies.STUDIES.items() if name != "tank" or have_data()}
+    return {name: study.function(np.random.default_rng(0), index=0) for name, study in chosen.items()}
 
 
 @pytest.mark.nightly

@@ -1,14 +1,20 @@
-"""Tables 4 to 6 over what paper 003 does not print: the sines of the heading reference and the noise."""
+"""Paper 003's studies; Tables 4 to 6 also over what it does not print: the sines of the heading reference, the noise.
+
+`vessels` has the vessels and their runs, `settings` what needs neither noise nor fit, `states` Table 4,
+`identification` Tables 5 and 6, `proposed` the proposal as a whole with its bee colony, `robustness` the effect of
+outliers.
+"""
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from ...claims.files import load
-from ..study import StudyResult, point
-from . import identification, states, vessels
+from ..study import Study, StudyResult, point
+from . import identification, proposed, robustness, settings, states, vessels
 
 SINES = {
     "cargo": {1: ((1.0, 0.0105),), 3: ((1.0, 0.0105), (0.6, 0.031), (0.4, 0.083))},
@@ -55,3 +61,38 @@ def identified_searched(vessel: str, rng: np.random.Generator, *, index: int) ->
     own = np.random.default_rng(index)
     found = identification.on_sines(vessel, _sines(vessel, chosen), chosen["heading noise"], own)
     return StudyResult(found.values)
+
+
+def _of(function, vessel: str):
+    """A function of (vessel, rng) as a study's function."""
+    return partial(_run, function, vessel)
+
+
+def _run(function, vessel: str, rng, *, index: int) -> StudyResult:
+    return function(vessel, rng)
+
+
+STUDIES = {
+    "settings": Study(settings.settings),
+    "arithmetic": Study(identification.arithmetic),
+    "noise_free": Study(identification.noise_free),
+    "rule": Study(robustness.rule),
+    "states_cargo": Study(_of(states.table_4, "cargo"), seeds=8),
+    "states_patrol": Study(_of(states.table_4, "patrol"), seeds=20),
+    "observers_cargo": Study(_of(states.observers, "cargo"), seeds=3),
+    "observers_patrol": Study(_of(states.observers, "patrol"), seeds=8),
+    "identified_cargo": Study(partial(identification.tables_5_and_6, "cargo"), seeds=20),
+    "identified_patrol": Study(partial(identification.tables_5_and_6, "patrol"), seeds=40),
+    "states_cargo_searched": Study(partial(states_searched, "cargo"), seeds=24),
+    "states_patrol_searched": Study(partial(states_searched, "patrol"), seeds=32),
+    "motions_searched": Study(motions_searched, seeds=32),
+    "identified_cargo_searched": Study(partial(identified_searched, "cargo"), seeds=12),
+    "identified_patrol_searched": Study(partial(identified_searched, "patrol"), seeds=24),
+    "crossover_cargo": Study(_of(states.crossover, "cargo")),
+    "crossover_patrol": Study(_of(states.crossover, "patrol")),
+    "aligned": Study(identification.aligned, seeds=5),
+    "sensitivity": Study(robustness.sensitivity, seeds=20),
+    "outliers": Study(robustness.outliers, seeds=150),
+    "efficiency": Study(robustness.efficiency, seeds=12),
+    "proposed": Study(proposed.proposed, seeds=3, drawn=3),
+}
