@@ -12,7 +12,7 @@ import numpy as np
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
 from ..estimation.methods_only.recursive.recursion import PRIORS, prior_of, recursion
-from ..estimation.methods_only.recursive.stream import Stream
+from ..estimation.methods_only.recursive.stream import RecordStream
 from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit, blas_limited, numerical_guard, prepared, propagate
@@ -284,7 +284,7 @@ class RecursiveMethod(Method):
         "best, in a stream central ones; for printed variants the papers' forward ones",
         DIFFERENCE,
     )
-    _stream: Stream | None = None
+    _stream: RecordStream | None = None
 
     def _usual_scheme(self, records: Sequence[Record] = (), model: Model | None = None) -> str:
         """Where none is stated: the papers' forward differences for a printed variant, else those that predict left-out
@@ -323,7 +323,7 @@ class RecursiveMethod(Method):
             self.check_options()
             prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
             scheme = self.scheme or self._usual_scheme()
-            self._stream = Stream(model, scheme, prior, self.update_rule, scale_with)
+            self._stream = RecordStream(model, scheme, prior, self.update_rule, scale_with)
         wall, cpu = time.perf_counter(), time.process_time()
         with np.errstate(all="ignore"), blas_limited():
             self._stream.add(chunk)

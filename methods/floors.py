@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ..models.model import Model
 
 
-class Mean(Method):
+class MeanRates(Method):
     """Surge, sway and yaw rate are always those of the training records on average; the rudder is not looked at.
 
     R^2 of a method compares with the mean of the held-out record itself, which nobody knows before; this is the same

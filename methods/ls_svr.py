@@ -35,7 +35,7 @@ CONSTANT: Any = option(
 TUNER: Any = option(
     "grid",
     "'grid' (25 values), or a function of (objective, low, high) that returns "
-    "`helmbench.estimation.methods_only.svr.tuning.Tuned`",
+    "`helmbench.estimation.methods_only.svr.tuning.TunedConstant`",
     _check_tuner,
 )
 

@@ -10,7 +10,7 @@ from pydantic import model_validator
 from ...models.yaml_file import FileContent, checked
 
 
-class Table(FileContent):
+class ShortForm(FileContent):
     """The short form's own keys.
 
     rows : {name: [numbers]}, a null where the table has none;  columns : {name: fields} in the order of the numbers.
@@ -20,7 +20,7 @@ class Table(FileContent):
     columns: dict[Any, dict[str, Any] | None]
 
     @model_validator(mode="after")
-    def _columns_fit(self) -> Table:
+    def _columns_fit(self) -> ShortForm:
         for row, numbers in self.rows.items():
             if len(numbers) != len(self.columns):
                 raise ValueError(f"row {row} has {len(numbers)} numbers for {len(self.columns)} columns")
@@ -40,9 +40,9 @@ def expanded(entry: Mapping[str, Any], number: str, file: object) -> Iterator[di
     if "rows" not in entry:
         yield dict(entry)
         return
-    shared = {key: value for key, value in entry.items() if key not in Table.model_fields}
-    own = {key: value for key, value in entry.items() if key in Table.model_fields}
-    table = checked(Table, own, f"{file}, {entry.get('id', 'an entry')}")
+    shared = {key: value for key, value in entry.items() if key not in ShortForm.model_fields}
+    own = {key: value for key, value in entry.items() if key in ShortForm.model_fields}
+    table = checked(ShortForm, own, f"{file}, {entry.get('id', 'an entry')}")
     for row, numbers in table.rows.items():
         for (column, fields), value in zip(table.columns.items(), numbers, strict=True):
             if value is not None:

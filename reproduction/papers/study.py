@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 if TYPE_CHECKING:
-    from ..claims.claim import Search
+    from ..claims.claim import SettingSearch
 
 
 @dataclass(frozen=True)
@@ -27,7 +27,7 @@ class StudyResult:
 
 
 @dataclass(frozen=True)
-class Study:
+class PaperStudy:
     """A computation `function(rng, index=i) -> StudyResult`, run for i = 0 .. seeds - 1.
 
     A deterministic one has one seed.  Only the runs of index below `drawn` keep their series.  `measured` is the
@@ -40,7 +40,7 @@ class Study:
     measured: str = ""
 
 
-def studies_of(paper: str) -> dict[str, Study]:
+def studies_of(paper: str) -> dict[str, PaperStudy]:
     """The studies of a paper, `"003"`, by name."""
     return import_module(f".paper_{paper}.studies", __package__).STUDIES
 
@@ -57,7 +57,7 @@ def stream(paper: str, study: str, index: int, seed: int = 0) -> np.random.Gener
     return np.random.default_rng(np.random.SeedSequence(words))
 
 
-def point(search: Search, index: int) -> dict[str, Any]:
+def point(search: SettingSearch, index: int) -> dict[str, Any]:
     """The settings of run `index` of a search: a Halton point over its ranges and choices, the same for every seed."""
     from scipy.stats import qmc
 

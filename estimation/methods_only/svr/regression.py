@@ -16,7 +16,7 @@ from ...regression.filtered_fit import BLOCK_TIME, best_corner
 from ...regression.schemes import regression_samples
 from ...results.fit import Fit
 from ..regression.weighted import mad
-from .tuning import DOMAIN, TUNERS, Tuned, Tuner
+from .tuning import DOMAIN, TUNERS, TunedConstant, Tuner
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
@@ -148,7 +148,7 @@ class SvrFit(NamedTuple):
     coefficients: np.ndarray
     covariance: np.ndarray
     regressor: Any
-    tuned: Tuned
+    tuned: TunedConstant
 
 
 def fit_svr(
@@ -197,7 +197,7 @@ def _regress(rows: TrainingRows, build: BuildRegressor, c: float | None, tune: T
     used = np.flatnonzero(np.any(rows.x, axis=0))
     p = rows.x.shape[1]
     rows = TrainingRows(rows.x[:, used], rows.y, rows.training, rows.block)
-    tuned = Tuned(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
+    tuned = TunedConstant(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
     rows = rows if whole else rows.of(rows.training)
     regressor = build(tuned.value).fit(rows.x, rows.y)
     coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))

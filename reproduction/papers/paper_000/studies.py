@@ -17,7 +17,7 @@ from ....methods.base import Method
 from ....methods.registry import make
 from ....models.model import Model, resolve
 from ...claims.files import load
-from ..study import Study, StudyResult, point
+from ..study import PaperStudy, StudyResult, point
 from . import records
 from .records import ORDER, STEP_S, vehicle
 
@@ -328,11 +328,11 @@ def _judged(name: str, fits: list[Estimate], model: Model, bound: Mapping[str, f
 
 
 STUDIES = {
-    "table-1": Study(table_1),
-    "protocol": Study(protocol),
-    "angles": Study(angles),
-    "prediction": Study(prediction),
-    "continuous": Study(continuous),
-    "noise": Study(noise),
-    "made-otherwise": Study(made_otherwise, seeds=64),
+    "table-1": PaperStudy(table_1),
+    "protocol": PaperStudy(protocol),
+    "angles": PaperStudy(angles),
+    "prediction": PaperStudy(prediction),
+    "continuous": PaperStudy(continuous),
+    "noise": PaperStudy(noise),
+    "made-otherwise": PaperStudy(made_otherwise, seeds=64),
 }

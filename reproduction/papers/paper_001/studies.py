@@ -21,7 +21,7 @@ from ....models.errors import FitFailed
 from ....models.linear_algebra import condition_number, lstsq
 from ....models.model import Model, RudderGear, resolve
 from ...claims.files import load
-from ..study import Study, StudyResult, point
+from ..study import PaperStudy, StudyResult, point
 
 VESSEL = "mariner-model"
 SCALE = 25.0
@@ -48,7 +48,7 @@ SOURCE = {
 DURATIONS_S = (40, 50, 60, 80, 100, 150, 200, 300, 400)
 
 
-class Setting(NamedTuple):
+class ZigzagSetting(NamedTuple):
     """What the paper leaves unsaid: speed m/s, rudder rate rad/s and lag s, time step s, duration s."""
 
     speed: float
@@ -58,13 +58,13 @@ class Setting(NamedTuple):
     duration: float
 
 
-SETTING = Setting(1.5435, np.deg2rad(25.0), 0.2, 0.02, 60.0)
+SETTING = ZigzagSetting(1.5435, np.deg2rad(25.0), 0.2, 0.02, 60.0)
 """15 kn at the ship's scale, the ship's steering gear (both 1:25), and a zigzag of 60 s."""
-FINE = Setting(1.5435, np.deg2rad(25.0), 0.0, 0.003, 100.0)
+FINE = ZigzagSetting(1.5435, np.deg2rad(25.0), 0.0, 0.003, 100.0)
 """A small step: what difference schemes leave is proportional to it."""
 
 
-def vessel(setting: Setting = SETTING) -> Model:
+def vessel(setting: ZigzagSetting = SETTING) -> Model:
     """The Mariner model with the speed and the steering gear of a setting."""
     model = resolve(VESSEL)
     constants = model.constants.copy()
@@ -73,7 +73,7 @@ def vessel(setting: Setting = SETTING) -> Model:
     return replace(model, constants=constants, speed_m_s=setting.speed, rudder=gear)
 
 
-def sailed(setting: Setting, manoeuvre: str = TRAINING) -> Record:
+def sailed(setting: ZigzagSetting, manoeuvre: str = TRAINING) -> Record:
     """A noise-free record of the vessel; '@euler' behind the manoeuvre: of its difference equation."""
     parsed = parse_manoeuvre(manoeuvre)
     return record_run(vessel(setting), parsed, duration_s=setting.duration, dt_s=setting.dt)
@@ -131,7 +131,7 @@ def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
     """A1 and A2 at one point of what the paper leaves unsaid; as printed: A1 backward, A2 by normal equations."""
     chosen = point(load("001").search("settings"), index)
     rate = np.deg2rad(chosen["rudder rate"])
-    setting = Setting(chosen["speed"], rate, 0.0, chosen["step"], chosen["length"])
+    setting = ZigzagSetting(chosen["speed"], rate, 0.0, chosen["step"], chosen["length"])
     record, model = sailed(setting), vessel(setting)
     found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
     found["A1p"] = backward(record, model)
@@ -174,7 +174,7 @@ def _condition(record: Record, model: Model) -> float:
     return condition_number(columns / np.linalg.norm(columns, axis=0))
 
 
-def _pairings(setting: Setting) -> dict[str, float]:
+def _pairings(setting: ZigzagSetting) -> dict[str, float]:
     """Median errors of the difference schemes on one record, %."""
     record, model = sailed(setting), vessel(setting)
     found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2")}
@@ -309,7 +309,7 @@ def wide_settings(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def at(chosen: dict[str, Any]) -> dict[str, np.ndarray]:
     """Coefficients (60,) that each form finds with the settings of a point; nan where it finds none."""
-    setting = Setting(
+    setting = ZigzagSetting(
         speed=chosen["speed"],
         rate=np.deg2rad(chosen["rudder rate"]),
         lag=chosen["rudder lag"],
@@ -381,10 +381,10 @@ def _solved(columns: np.ndarray, left: np.ndarray, normal: bool) -> np.ndarray:
 
 
 STUDIES = {
-    "particulars": Study(particulars),
-    "settings": Study(settings, seeds=40),
-    "accuracy": Study(accuracy),
-    "explanation": Study(explanation),
-    "predictions": Study(predictions),
-    "wide-settings": Study(wide_settings, seeds=32),
+    "particulars": PaperStudy(particulars),
+    "settings": PaperStudy(settings, seeds=40),
+    "accuracy": PaperStudy(accuracy),
+    "explanation": PaperStudy(explanation),
+    "predictions": PaperStudy(predictions),
+    "wide-settings": PaperStudy(wide_settings, seeds=32),
 }

@@ -24,7 +24,7 @@ from ....models.errors import FitFailed
 from ....models.model import CHANNELS, Model, resolve
 from ....models.simulate import initial_state, simulate
 from ...claims.files import load
-from ..study import Study, StudyResult, point
+from ..study import PaperStudy, StudyResult, point
 
 STEP_S, DURATION_S = 0.1, 200.0
 NOISE_SD = float(np.deg2rad(np.sqrt(0.05)))
@@ -354,12 +354,12 @@ def _course(estimate: Estimate) -> dict[str, np.ndarray]:
 
 
 STUDIES = {
-    "first_order": Study(first_order, seeds=120),
-    "second_order": Study(second_order, seeds=120),
-    "noise_free": Study(noise_free),
-    "noise": Study(noise, seeds=8, drawn=8),
-    "arithmetic": Study(arithmetic),
-    "beta": Study(beta),
-    "tank": Study(tank, measured=DATASET),
-    **{f"{order}_searched": Study(partial(over_range, order), seeds=48) for order in FORMS},
+    "first_order": PaperStudy(first_order, seeds=120),
+    "second_order": PaperStudy(second_order, seeds=120),
+    "noise_free": PaperStudy(noise_free),
+    "noise": PaperStudy(noise, seeds=8, drawn=8),
+    "arithmetic": PaperStudy(arithmetic),
+    "beta": PaperStudy(beta),
+    "tank": PaperStudy(tank, measured=DATASET),
+    **{f"{order}_searched": PaperStudy(partial(over_range, order), seeds=48) for order in FORMS},
 }

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...claims.files import load
-from ..study import Study, StudyResult, point
+from ..study import PaperStudy, StudyResult, point
 from . import identification, proposed, robustness, settings, states, vessels
 
 SINES = {
@@ -73,26 +73,26 @@ def _run(function, vessel: str, rng, *, index: int) -> StudyResult:
 
 
 STUDIES = {
-    "settings": Study(settings.settings),
-    "arithmetic": Study(identification.arithmetic),
-    "noise_free": Study(identification.noise_free),
-    "rule": Study(robustness.rule),
-    "states_cargo": Study(_of(states.table_4, "cargo"), seeds=8),
-    "states_patrol": Study(_of(states.table_4, "patrol"), seeds=20),
-    "observers_cargo": Study(_of(states.observers, "cargo"), seeds=3),
-    "observers_patrol": Study(_of(states.observers, "patrol"), seeds=8),
-    "identified_cargo": Study(partial(identification.tables_5_and_6, "cargo"), seeds=20),
-    "identified_patrol": Study(partial(identification.tables_5_and_6, "patrol"), seeds=40),
-    "states_cargo_searched": Study(partial(states_searched, "cargo"), seeds=24),
-    "states_patrol_searched": Study(partial(states_searched, "patrol"), seeds=32),
-    "motions_searched": Study(motions_searched, seeds=32),
-    "identified_cargo_searched": Study(partial(identified_searched, "cargo"), seeds=12),
-    "identified_patrol_searched": Study(partial(identified_searched, "patrol"), seeds=24),
-    "crossover_cargo": Study(_of(states.crossover, "cargo")),
-    "crossover_patrol": Study(_of(states.crossover, "patrol")),
-    "aligned": Study(identification.aligned, seeds=5),
-    "sensitivity": Study(robustness.sensitivity, seeds=20),
-    "outliers": Study(robustness.outliers, seeds=150),
-    "efficiency": Study(robustness.efficiency, seeds=12),
-    "proposed": Study(proposed.proposed, seeds=3, drawn=3),
+    "settings": PaperStudy(settings.settings),
+    "arithmetic": PaperStudy(identification.arithmetic),
+    "noise_free": PaperStudy(identification.noise_free),
+    "rule": PaperStudy(robustness.rule),
+    "states_cargo": PaperStudy(_of(states.table_4, "cargo"), seeds=8),
+    "states_patrol": PaperStudy(_of(states.table_4, "patrol"), seeds=20),
+    "observers_cargo": PaperStudy(_of(states.observers, "cargo"), seeds=3),
+    "observers_patrol": PaperStudy(_of(states.observers, "patrol"), seeds=8),
+    "identified_cargo": PaperStudy(partial(identification.tables_5_and_6, "cargo"), seeds=20),
+    "identified_patrol": PaperStudy(partial(identification.tables_5_and_6, "patrol"), seeds=40),
+    "states_cargo_searched": PaperStudy(partial(states_searched, "cargo"), seeds=24),
+    "states_patrol_searched": PaperStudy(partial(states_searched, "patrol"), seeds=32),
+    "motions_searched": PaperStudy(motions_searched, seeds=32),
+    "identified_cargo_searched": PaperStudy(partial(identified_searched, "cargo"), seeds=12),
+    "identified_patrol_searched": PaperStudy(partial(identified_searched, "patrol"), seeds=24),
+    "crossover_cargo": PaperStudy(_of(states.crossover, "cargo")),
+    "crossover_patrol": PaperStudy(_of(states.crossover, "patrol")),
+    "aligned": PaperStudy(identification.aligned, seeds=5),
+    "sensitivity": PaperStudy(robustness.sensitivity, seeds=20),
+    "outliers": PaperStudy(robustness.outliers, seeds=150),
+    "efficiency": PaperStudy(robustness.efficiency, seeds=12),
+    "proposed": PaperStudy(proposed.proposed, seeds=3, drawn=3),
 }

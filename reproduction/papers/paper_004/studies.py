@@ -19,7 +19,7 @@ from ....methods.registry import make
 from ....models.errors import FitFailed
 from ....models.model import Model, resolve
 from ...claims.files import load
-from ..study import Study, StudyResult, point
+from ..study import PaperStudy, StudyResult, point
 from . import records
 from .records import DIRECTIONS, calm, rough
 
@@ -374,14 +374,14 @@ def _drawn(fit: Estimate, runs: Sequence[Record]) -> dict[str, np.ndarray]:
 
 
 STUDIES = {
-    "particulars": Study(particulars),
-    "printed-model": Study(printed_model),
-    "coefficients": Study(coefficients, seeds=40),
-    "coefficients-searched": Study(coefficients_searched, seeds=64),
-    "condition": Study(condition),
-    "comparison": Study(comparison, seeds=8),
-    "omega": Study(omega, seeds=3),
-    "sea": Study(sea, seeds=6),
-    "ignored": Study(ignored, seeds=8),
-    "unknown-ship": Study(unknown_ship, seeds=40),
+    "particulars": PaperStudy(particulars),
+    "printed-model": PaperStudy(printed_model),
+    "coefficients": PaperStudy(coefficients, seeds=40),
+    "coefficients-searched": PaperStudy(coefficients_searched, seeds=64),
+    "condition": PaperStudy(condition),
+    "comparison": PaperStudy(comparison, seeds=8),
+    "omega": PaperStudy(omega, seeds=3),
+    "sea": PaperStudy(sea, seeds=6),
+    "ignored": PaperStudy(ignored, seeds=8),
+    "unknown-ship": PaperStudy(unknown_ship, seeds=40),
 }

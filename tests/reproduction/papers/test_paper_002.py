@@ -100,7 +100,7 @@ def test_figures_are_drawn(paper, found):
 
 def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):
     monkeypatch.setenv("HELMBENCH_DATA", str(tmp_path))
-    stored = runner.execute(runner.Job("002", "tank", 0))
+    stored = runner.execute(runner.StudyJob("002", "tank", 0))
     assert stored.error is None and stored.series
     keys = {c.corrected for c in files.load("002").claims if c.study == "tank"}
     assert keys and keys <= set(stored.values)
@@ -109,7 +109,7 @@ def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):
 @pytest.mark.nightly
 @pytest.mark.skipif(not have_data(), reason="the measured set is not there")
 def test_the_stored_run_is_what_the_measured_set_gives(found):
-    stored = runner.read_run(runner.Job("002", "tank", 0), runner.STORED)
+    stored = runner.read_run(runner.StudyJob("002", "tank", 0), runner.STORED)
     assert stored is not None
     scores = {key: value for key, value in stored.values.items() if value is not None}
     assert {key: found["tank"].values[key] for key in scores} == pytest.approx(scores, rel=1e-3, abs=1e-3)
