@@ -32,7 +32,7 @@ HELD_OUT = ("zigzag:10/10:port", "sine:15deg/{:g}s")
 
 
 @dataclass(frozen=True)
-class Case:
+class FaultCase:
     """What to inject.
 
     Parameters
@@ -89,7 +89,7 @@ class Case:
         """The ship without effects."""
         return ship(self.vessel, self.factors)
 
-    def completed(self) -> Case:
+    def completed(self) -> FaultCase:
         """The case with its defaults filled in."""
         clock = self.ship.clock
         times = 40.0 * clock, 120.0 * clock

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...datasets.record import Record
 from . import sensing
-from .case import Case
+from .case import FaultCase
 from .effects import Effect
 from .effects.forces import ForceKind
 from .effects.sensors import SensorKind
@@ -50,13 +50,13 @@ class Frames:
         return len(self.manoeuvres)
 
     @classmethod
-    def draw(cls, case: Case, rng: np.random.Generator) -> Frames:
+    def draw(cls, case: FaultCase, rng: np.random.Generator) -> Frames:
         """First headings all round the compass, one seed per record."""
         texts = (*case.train, *case.held_out)
         return cls(texts, rng.uniform(-np.pi, np.pi, len(texts)), rng.integers(0, 2**63, len(texts)))
 
     def run(
-        self, case: Case, effects: Sequence[Effect], i: int, gusts: Gusts | None, rudder: np.ndarray | None = None
+        self, case: FaultCase, effects: Sequence[Effect], i: int, gusts: Gusts | None, rudder: np.ndarray | None = None
     ) -> DenseRun:
         """The dense run of record i; rudder : angles (2n + 1,) that are taken instead of the manoeuvre's, rad."""
         planted = None
@@ -73,7 +73,13 @@ class Frames:
         )
 
     def record(
-        self, case: Case, effects: Sequence[Effect], i: int, run: DenseRun, rng: np.random.Generator, noise: bool = True
+        self,
+        case: FaultCase,
+        effects: Sequence[Effect],
+        i: int,
+        run: DenseRun,
+        rng: np.random.Generator,
+        noise: bool = True,
     ) -> Record:
         """The record of run i; without noise also without gaps and with the heading unwrapped."""
         sd = sensing.noise_sd(case.ship, case.noise if noise else 0.0)

@@ -10,7 +10,7 @@ import numpy as np
 from ...datasets.record import Record
 from ...models.errors import BadInput
 from . import sensing
-from .case import GUSTS, Case
+from .case import GUSTS, FaultCase
 from .effects import Effect, kind_of, kinds
 from .effects.base import RecordEffect
 from .frames import Frames
@@ -26,7 +26,7 @@ class Injected:
     without effects that have a size).  frames: what its records share.
     """
 
-    case: Case
+    case: FaultCase
     train: list[Record]
     held_out: list[Record]
     effects: tuple[Effect, ...]
@@ -58,7 +58,7 @@ class Injected:
         return [self.frames.record(case, (), i, run, rng, noise=False) for i, run in enumerate(runs)]
 
 
-def inject(case: Case, rng: np.random.Generator) -> Injected:
+def inject(case: FaultCase, rng: np.random.Generator) -> Injected:
     """Draw the effects of a case, scale each to the strength, and make the records."""
     case = case.completed()
     gusts = draw_gusts(case, rng)
@@ -89,7 +89,7 @@ def inject_in_record(record: Record, cause: str, parameters: dict[str, Any], rng
     return record.with_channels(**columns)
 
 
-def draw_gusts(case: Case, rng: np.random.Generator) -> Gusts | None:
+def draw_gusts(case: FaultCase, rng: np.random.Generator) -> Gusts | None:
     """Correlation time and frame of a case's gusts."""
     span = GUSTS[case.gusts]
     if span is None:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import REGIME, VESSELS, Case, Effect, equations, inject, kind_of, names_of
+from helmbench.bench.faults import REGIME, VESSELS, Effect, FaultCase, equations, inject, kind_of, names_of
 from helmbench.bench.faults.effects import Setting
 from helmbench.bench.faults.regimes import SIDES, VARIABLES, TrueRegime, f1
 from helmbench.bench.faults.ships import ship
@@ -17,7 +17,7 @@ SHORT = {"duration_s": 300.0, "train": ("zigzag:20/20", "turn:35:port"), "held_o
 
 def case_of(vessel, effects, seed=3, **facts):
     time = {} if ship(vessel).clock > 0.5 else {"duration_s": 80.0}
-    return inject(Case(vessel, effects=effects, **(SHORT | time | facts)), np.random.default_rng(seed))
+    return inject(FaultCase(vessel, effects=effects, **(SHORT | time | facts)), np.random.default_rng(seed))
 
 
 def motion(case):
