@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,9 +13,6 @@ from ..estimation.numerics import factors
 from ..estimation.results.fit import Fit
 from .base import RegressionMethod
 from .options import number, option, whole
-
-if TYPE_CHECKING:
-    pass
 
 SAMPLE = 600
 """Samples that the random starts are tried on."""

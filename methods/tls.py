@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,9 +14,6 @@ from ..models.errors import FitFailed
 from ..models.linear_algebra import svd
 from .base import RegressionMethod
 from .options import option, words
-
-if TYPE_CHECKING:
-    pass
 
 SCALINGS = ("noise", "unit")
 EXACT = 1e-4

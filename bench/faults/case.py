@@ -49,7 +49,8 @@ class FaultCase:
     noise_time_s : correlation time of the sensors' noise, s of a 160 m ship (0: white).
     spread : relative standard deviation of an effect's size between records.
     factors : (name, factor) of numbers in which the ship differs from the published one (`ships.sister_numbers`).
-    foreign : the effects' forces are those of another record (`foreign`), so that no cause of the motion explains them.
+    foreign : the effects' forces are those of another record, so that no cause of the motion explains them
+        (`frames.foreign_forces`).
     """
 
     vessel: str = "mariner"

@@ -8,14 +8,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.record import Record
-from . import sensing
+from . import equations, sensing
 from .case import FaultCase
 from .effects import Effect
 from .effects.forces import ForceKind
 from .effects.sensors import SensorKind
-from .foreign import foreign_forces
-from .ships import TrueShip
-from .simulator import DenseRun, Gusts, RunPlan, simulate
+from .ships import SECOND, TrueShip
+from .simulator import DenseRun, Gusts, RunPlan, first_class_functions, further_forces, rudder_force, simulate, vector
+
+EVERY = 10
+"""Steps of the simulation between two forces that are computed; linear between them."""
 
 
 def plan_of(ship: TrueShip, effects: Sequence[Effect], record: int) -> RunPlan:
@@ -91,3 +93,36 @@ class Frames:
             manoeuvre=self.manoeuvres[i], wrap=case.wrap and noise,
             noise_time_s=case.noise_time_s * case.ship.clock,
         )  # fmt: skip
+
+
+def foreign_forces(plan: RunPlan, sound: TrueShip, run: DenseRun) -> np.ndarray:
+    """Forces X, Y, N (n + 1, 3) that the effects of a plan add along a run, backwards in time and without their mean.
+
+    Planted in another record they are nulls that no cause of its motion explains: knock-offs in the sense of Barber &
+    Candes 2015 (Ann. Stat. 43, 2055), with the size, spectrum and shape of the true effect but without its relation to
+    the record's own rudder and motion.  What a diagnosis names of them is a false discovery.  A mean would be a
+    constant force, which a diagnosis may name.
+    """
+    steps = np.arange(len(run.states))
+    at = np.append(steps[:-1:EVERY], steps[-1])
+    ill, well = (
+        np.array([forces(one, run, int(k), rudder) for k in at])
+        for one, rudder in ((plan, run.hull), (RunPlan(sound), run.rudder))
+    )
+    added = ill - well
+    series = np.column_stack([np.interp(steps, at, column) for column in added.T])
+    return (series - series.mean(axis=0))[::-1]
+
+
+def forces(plan: RunPlan, run: DenseRun, step: int, rudder: np.ndarray) -> np.ndarray:
+    """X, Y, N (3,) that give the accelerations of a plan's ship at a step of a run; of a response ship the yaw one."""
+    ship, out = plan.ship, np.zeros(8)
+    args = equations.ship_vector(ship, *rudder_force(ship)), vector(plan.dynamic), *further_forces(plan.extra)
+    state, angle = run.states[step], float(rudder[2 * step])
+    with first_class_functions():
+        equations.derivative(
+            ship.kind, ship.coefficients, *args, step * run.step_s, state, angle, 0.0, 0.0, 0.0, np.zeros(5), out
+        )
+    if ship.is_3dof:
+        return ship.mass @ out[:3]
+    return np.array([0.0, 0.0, out[1 if ship.kind == SECOND else 2]])

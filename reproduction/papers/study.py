@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...methods.registry import make
+from ...models.errors import FitFailed
+from ..claims.files import load
+
 if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.estimates.estimate import Estimate
+    from ...models.model import Model
     from ..claims.claim import SettingSearch
 
 
@@ -55,6 +62,19 @@ def stream(paper: str, study: str, index: int, seed: int = 0) -> np.random.Gener
     digest = hashlib.sha256(f"{paper}/{study}".encode()).digest()
     words = [int.from_bytes(digest[:16], "big"), index] + ([seed] if seed else [])
     return np.random.default_rng(np.random.SeedSequence(words))
+
+
+def fitted(method: str, records: Sequence[Record], model: Model) -> Estimate | None:
+    """What a method, as the registry writes it, finds in records; None where it finds nothing finite."""
+    try:
+        return make(method).fit(records, model)
+    except FitFailed:
+        return None
+
+
+def settings_at(paper: str, study: str, index: int) -> dict[str, Any]:
+    """The settings of run `index` of a paper's search, see `point`."""
+    return point(load(paper).search(study), index)
 
 
 def point(search: SettingSearch, index: int) -> dict[str, Any]:

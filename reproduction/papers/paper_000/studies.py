@@ -16,8 +16,7 @@ from ....estimation.judgement.convergence import overshoot, parameter_paths, set
 from ....methods.base import Method
 from ....methods.registry import make
 from ....models.model import Model, resolve
-from ...claims.files import load
-from ..study import PaperStudy, StudyResult, point
+from ..study import PaperStudy, StudyResult, settings_at
 from . import records
 from .records import ORDER, STEP_S, vehicle
 
@@ -130,7 +129,7 @@ def compared(fits: Mapping[str, Estimate], model: Model) -> dict[str, float]:
 
 def made_otherwise(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Run `index` of the search: how the record was made is not printed (steering gear, start, eq 8 or eq 5)."""
-    chosen = point(load("000").search("made-otherwise"), index)
+    chosen = settings_at("000", "made-otherwise", index)
     model = vehicle()
     steps = {"eq. 8": records.difference_step, "eq. 5": records.continuous_step}
     step = steps[chosen["record by"]](model)

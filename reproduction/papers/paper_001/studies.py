@@ -6,6 +6,7 @@ of a range of them and gives the interval of what A1 and A2 find; the other stud
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -16,12 +17,10 @@ from ....datasets.manoeuvres import parse_manoeuvre
 from ....datasets.record import Record
 from ....estimation.regression.schemes import regression_samples
 from ....estimation.run.run import run_along
-from ....methods.registry import make
-from ....models.errors import FitFailed
 from ....models.linear_algebra import condition_number, lstsq
 from ....models.model import Model, RudderGear, resolve
 from ...claims.files import load
-from ..study import PaperStudy, StudyResult, point
+from ..study import PaperStudy, StudyResult, fitted, settings_at
 
 VESSEL = "mariner-model"
 SCALE = 25.0
@@ -79,18 +78,16 @@ def sailed(setting: ZigzagSetting, manoeuvre: str = TRAINING) -> Record:
     return record_run(vessel(setting), parsed, duration_s=setting.duration, dt_s=setting.dt)
 
 
-def fitted(spec: str, record: Record, model: Model) -> np.ndarray:
+def found_by(method: str, record: Record, model: Model) -> np.ndarray:
     """Coefficients (60,) that a method finds; nan where it finds none."""
-    try:
-        return make(spec).fit([record], model).coefficients
-    except FitFailed:
-        return np.full(len(model.coordinates), np.nan)
+    found = fitted(method, [record], model)
+    return np.full(len(model.coordinates), np.nan) if found is None else found.coefficients
 
 
 def backward(record: Record, model: Model) -> np.ndarray:
     """A1 with backward differences: what it finds in the record played backwards, with the other sign."""
     played = {name: values[::-1] for name, values in record.channels.items()}
-    return -fitted("euler-ls", replace(record, channels=played), model)
+    return -found_by("euler-ls", replace(record, channels=played), model)
 
 
 def published(column: str) -> np.ndarray:
@@ -129,28 +126,34 @@ def _operations(model: Model) -> float:
 
 def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
     """A1 and A2 at one point of what the paper leaves unsaid; as printed: A1 backward, A2 by normal equations."""
-    chosen = point(load("001").search("settings"), index)
+    chosen = settings_at("001", "settings", index)
     rate = np.deg2rad(chosen["rudder rate"])
     setting = ZigzagSetting(chosen["speed"], rate, 0.0, chosen["step"], chosen["length"])
     record, model = sailed(setting), vessel(setting)
-    found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
+    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
     found["A1p"] = backward(record, model)
-    values = {f"{name}.median": median_error(c) for name, c in found.items()}
-    for name, c in found.items():
-        values |= {f"{name}.{symbol}": float(v) for symbol, v in zip(model.coordinates, c, strict=True)}
-    values["A1 beats A2"] = values["A1.median"] < values["A2.median"]
-    values["A1p beats A2p"] = not values["A1p.median"] >= values["A2p.median"]
+    values = compared(found)
     values["A1 over A2"] = values["A1.median"] / values["A2.median"]
     return StudyResult(values)
+
+
+def compared(found: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """Median errors and coefficients (60,) of every form, and whether A1 has the smaller error."""
+    values = {f"{name}.median": median_error(c) for name, c in found.items()}
+    for name, c in found.items():
+        values |= {f"{name}.{symbol}": float(v) for symbol, v in zip(vessel().coordinates, c, strict=True)}
+    values["A1 beats A2"] = values["A1.median"] < values["A2.median"]
+    values["A1p beats A2p"] = not values["A1p.median"] >= values["A2p.median"]
+    return values
 
 
 def accuracy(rng: np.random.Generator, *, index: int) -> StudyResult:
     """A1 and A2 on records of the difference equation and of the differential equation, and the other pairings."""
     model, true = vessel(), vessel().coefficients
     euler = sailed(SETTING, TRAINING + "@euler")
-    values = {f"euler.{name}": _largest(fitted(spec, euler, model), true) for name, spec in METHODS.items()}
+    values = {f"euler.{name}": _largest(found_by(spec, euler, model), true) for name, spec in METHODS.items()}
     values["condition"] = _condition(euler, model)
-    values["euler.A2p.median"] = median_error(fitted(METHODS["A2p"], euler, model))
+    values["euler.A2p.median"] = median_error(found_by(METHODS["A2p"], euler, model))
     table = {duration: _pairings(SETTING._replace(duration=duration)) for duration in DURATIONS_S}
     values |= {f"rk4.{name}": error for name, error in table[round(SETTING.duration)].items()}
     values["rk4.A1.100s"], values["rk4.A2.100s"] = table[100]["A1"], table[100]["A2"]
@@ -177,8 +180,8 @@ def _condition(record: Record, model: Model) -> float:
 def _pairings(setting: ZigzagSetting) -> dict[str, float]:
     """Median errors of the difference schemes on one record, %."""
     record, model = sailed(setting), vessel(setting)
-    found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2")}
-    found |= {"backward": backward(record, model), "midpoint": fitted("ls,scheme=midpoint", record, model)}
+    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2")}
+    found |= {"backward": backward(record, model), "midpoint": found_by("ls,scheme=midpoint", record, model)}
     return {name: median_error(c) for name, c in found.items()}
 
 
@@ -186,7 +189,7 @@ def explanation(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The A1 column from difference schemes and an inertia matrix that was not the simulator's."""
     target = published("A1")
     record, model = sailed(FINE), vessel(FINE)
-    found = {"backward": backward(record, model), "forward": fitted("euler-ls", record, model)}
+    found = {"backward": backward(record, model), "forward": found_by("euler-ls", record, model)}
     values, series = {}, {"published": target, "true": model.coefficients}
     for name, c in found.items():
         mixed, mixing = mix(c, target, model)
@@ -233,8 +236,8 @@ def predictions(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Figures 1 to 7: free runs of the coefficient sets with the rudder of the original."""
     model, training = vessel(), sailed(SETTING)
     sets = {"A1p": published("A1"), "A2p": published("A2")}
-    sets |= {name: fitted(METHODS[name], training, model) for name in ("A1", "A2")}
-    sets["midpoint"] = fitted("ls,scheme=midpoint", training, model)
+    sets |= {name: found_by(METHODS[name], training, model) for name in ("A1", "A2")}
+    sets["midpoint"] = found_by("ls,scheme=midpoint", training, model)
     values, series = {}, _drawn("Figure 1", sailed(SETTING._replace(dt=0.1, duration=80.0)))
     for figure, manoeuvre in MANOEUVRES.items():
         record = sailed(SETTING._replace(dt=0.1, duration=80.0), manoeuvre)
@@ -295,16 +298,10 @@ MOST_SAMPLES = 30_000
 
 def wide_settings(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Run `index` of the search: A1 and A2, corrected and as printed, at one point of the range in the claims file."""
-    chosen = point(load("001").search("wide-settings"), index)
+    chosen = settings_at("001", "wide-settings", index)
     found = at(chosen)
     half = at(chosen | {"length": min(chosen["length"], MOST_SAMPLES * chosen["step"]) / 2.0})
-    values: dict[str, float] = {"more data": median_error(found["A1"]) < median_error(half["A1"])}
-    values |= {"A1 beats A2": median_error(found["A1"]) < median_error(found["A2"])}
-    values |= {"A1p beats A2p": not median_error(found["A1p"]) >= median_error(found["A2p"])}
-    values |= {f"{name}.median": median_error(c) for name, c in found.items()}
-    for name, c in found.items():
-        values |= {f"{name}.{symbol}": float(v) for symbol, v in zip(vessel().coordinates, c, strict=True)}
-    return StudyResult(values)
+    return StudyResult(compared(found) | {"more data": median_error(found["A1"]) < median_error(half["A1"])})
 
 
 def at(chosen: dict[str, Any]) -> dict[str, np.ndarray]:
@@ -319,7 +316,7 @@ def at(chosen: dict[str, Any]) -> dict[str, np.ndarray]:
     record, model = sailed(setting), vessel(setting)
     if chosen["speed in the primes"] == CONSTANT:
         return constant_speed(record, model)
-    found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
+    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
     return found | {"A1p": backward(record, model)}
 
 

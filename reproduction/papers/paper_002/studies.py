@@ -19,12 +19,10 @@ from ....estimation.judgement.convergence import convergence, parameter_paths
 from ....estimation.records.series import MEASURED, series_of
 from ....estimation.results.predictor import ModelPredictor
 from ....estimation.run.squares import squares
-from ....methods.registry import make
-from ....models.errors import FitFailed
 from ....models.model import CHANNELS, Model, resolve
 from ....models.simulate import initial_state, simulate
 from ...claims.files import load
-from ..study import PaperStudy, StudyResult, point
+from ..study import PaperStudy, StudyResult, fitted, settings_at
 
 STEP_S, DURATION_S = 0.1, 200.0
 NOISE_SD = float(np.deg2rad(np.sqrt(0.05)))
@@ -75,14 +73,6 @@ def _as_rudder(model: Model, noise: np.ndarray) -> np.ndarray:
     return angle
 
 
-def fitted(spec: str, record: Record, model: Model) -> Estimate | None:
-    """What a method finds; None where it finds nothing finite."""
-    try:
-        return make(spec).fit([record], model)
-    except FitFailed:
-        return None
-
-
 def found(estimate: Estimate | None, model: Model) -> dict[str, float]:
     """Published parameters, nan of a failed fit."""
     return dict.fromkeys(model.parameters, np.nan) if estimate is None else estimate.parameters
@@ -122,7 +112,7 @@ def table(name: str, printed: Map, record: Record, as_printed: str = PRINTED) ->
     """What every method finds in a record, its ratio of errors to the basic method's, and when it settles."""
     model = resolve(name)
     specs = {"basic": BASIC, "fci": FCI, "fci.printed": as_printed, "fci.without": WITHOUT_BETA}
-    fits = {key: fitted(spec, record, model) for key, spec in specs.items()}
+    fits = {key: fitted(spec, [record], model) for key, spec in specs.items()}
     values, series = {}, {}
     for key, fit in fits.items():
         values |= {f"{key}.{p}": value for p, value in found(fit, model).items()}
@@ -170,7 +160,7 @@ def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
     for name in ("response-1", "response-2"):
         model, record = resolve(name), zigzag(name)
         for key, spec in specs.items():
-            estimate = fitted(spec, record, model)
+            estimate = fitted(spec, [record], model)
             values |= {f"{name}.{key}.{p}": value for p, value in found(estimate, model).items()}
     return StudyResult(values)
 
@@ -184,7 +174,7 @@ def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
     for sd in size:
         record = zigzag("response-1", sd * draw)
         for key, spec in zip(series, (BASIC, WITHOUT_BETA, FCI, PRINTED), strict=True):
-            series[key].append(_errors(fitted(spec, record, model), model)["K"] / model.parameters["K"])
+            series[key].append(_errors(fitted(spec, [record], model), model)["K"] / model.parameters["K"])
     lines = {key: np.array(line) for key, line in series.items()}
     values = {f"{key}.largest": float(line.max()) for key, line in lines.items()}
     return StudyResult(values, lines | {"sd_deg_s": np.rad2deg(size)})
@@ -225,7 +215,7 @@ def beta(rng: np.random.Generator, *, index: int) -> StudyResult:
     values["rad.300"] = not np.isfinite(_iterated(record, model, 300.0, False))
     values["deg.0.08"] = not np.isfinite(_iterated(record, model, 0.08, True))
     values["rad.2gamma"] = bool(np.isfinite(_iterated(record, model, 2e6, False)))
-    safe = fitted("fci-ls,scheme=forward,beta=2e6,p0=1e6", record, model)
+    safe = fitted("fci-ls,scheme=forward,beta=2e6,p0=1e6", [record], model)
     values["corrected.2gamma"] = bool(safe is not None and np.isfinite(safe.coefficients).all())
     series["corrected"] = np.array([_corrected(record, model, share) for share in shares])
     return StudyResult(values, series)
@@ -241,13 +231,13 @@ def _largest_row(record: Record, degrees: bool) -> float:
 def _iterated(record: Record, model: Model, step: float, degrees: bool) -> float:
     """Relative error of K after FCI-LS as printed with all 200 repeats; nan where it diverges."""
     spec = f"fci-ls,variant=as_printed,degrees={str(degrees).lower()},tolerance=0,most=200,beta={float(step)!r}"
-    return _errors(fitted(spec, record, model), model)["K"] / model.parameters["K"]
+    return _errors(fitted(spec, [record], model), model)["K"] / model.parameters["K"]
 
 
 def _corrected(record: Record, model: Model, share: float) -> float:
     """As `_iterated`, of the corrected form, whose columns have unit root mean square."""
     spec = f"fci-ls,scheme=forward,tolerance=0,most=200,p0=1e6,beta={float(share) * 2.0 / len(model.coordinates)!r}"
-    return _errors(fitted(spec, record, model), model)["K"] / model.parameters["K"]
+    return _errors(fitted(spec, [record], model), model)["K"] / model.parameters["K"]
 
 
 # ---------------------------------------------------------------------------------------- over what is not printed
@@ -257,7 +247,7 @@ FORMS = {"first_order": ("response-1", printed_first), "second_order": ("respons
 
 def over_range(order: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """Run `index` of the search of an order; its noise belongs to the point, not to the seed."""
-    chosen = point(load("002").search(f"{order}_searched"), index)
+    chosen = settings_at("002", f"{order}_searched", index)
     name, printed = FORMS[order]
     draw = np.random.default_rng(index).normal(size=round(DURATION_S / STEP_S))
     noise = np.deg2rad(chosen["noise on the right side"]) * draw
@@ -295,7 +285,7 @@ def tank(rng: np.random.Generator, *, index: int) -> StudyResult:
     values, series = {}, {}
     for name, (spec, family, stride) in FITS.items():
         model = resolve(family)
-        estimate = fitted(spec, _thinned(training, stride), model)
+        estimate = fitted(spec, [_thinned(training, stride)], model)
         values |= {f"{name}.{p}": value for p, value in found(estimate, model).items()}
         scores = dict(_scores(estimate, runs | {"15/5": training}))
         values |= {f"{name}.{key}": value for key, value in scores.items()}

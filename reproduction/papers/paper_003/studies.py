@@ -12,8 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from ...claims.files import load
-from ..study import PaperStudy, StudyResult, point
+from ..study import PaperStudy, StudyResult, settings_at
 from . import identification, proposed, robustness, settings, states, vessels
 
 SINES = {
@@ -21,10 +20,6 @@ SINES = {
     "patrol": {1: ((1.0, 0.27),), 3: ((1.0, 0.12), (0.6, 0.5), (0.4, 1.6))},
 }
 """Shares of the amplitude and frequencies, rad/s, before scaling."""
-
-
-def _chosen(study: str, index: int) -> dict[str, Any]:
-    return point(load("003").search(study), index)
 
 
 def _sines(vessel: str, chosen: dict[str, Any]) -> str:
@@ -36,7 +31,7 @@ def _sines(vessel: str, chosen: dict[str, Any]) -> str:
 
 def states_searched(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """Table 4, ESO: RMSE and R^2 of both forms of the observer at one point."""
-    chosen = _chosen(f"states_{vessel}_searched", index)
+    chosen = settings_at("003", f"states_{vessel}_searched", index)
     truth = vessels.motion(vessel, _sines(vessel, chosen), "euler")
     noise = chosen["heading noise"] * np.random.default_rng(index).normal(size=len(truth.psi))
     values: dict[str, float] = {}
@@ -48,7 +43,7 @@ def states_searched(vessel: str, rng: np.random.Generator, *, index: int) -> Stu
 
 def motions_searched(rng: np.random.Generator, *, index: int) -> StudyResult:
     """What Tables 4 to 6 imply, on the noise-free motions of one point."""
-    chosen = _chosen("motions_searched", index)
+    chosen = settings_at("003", "motions_searched", index)
     values: dict[str, float] = {}
     for vessel in vessels.VESSELS:
         values |= identification.of_motion(vessel, _sines(vessel, chosen))
@@ -57,7 +52,7 @@ def motions_searched(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def identified_searched(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """Tables 5 and 6: both methods, corrected and as printed, at one point; its noise belongs to the point."""
-    chosen = _chosen(f"identified_{vessel}_searched", index)
+    chosen = settings_at("003", f"identified_{vessel}_searched", index)
     own = np.random.default_rng(index)
     found = identification.on_sines(vessel, _sines(vessel, chosen), chosen["heading noise"], own)
     return StudyResult(found.values)

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Effect, FaultCase, inject
-from helmbench.bench.faults.foreign import foreign_forces
-from helmbench.bench.faults.frames import plan_of
+from helmbench.bench.faults.frames import foreign_forces, plan_of
 from helmbench.bench.faults.ships import ship
 from helmbench.models.errors import BadInput
 

@@ -48,7 +48,7 @@ def test_playing_backwards_is_a_backward_difference():
     setting = studies.SETTING._replace(duration=80.0)
     model = studies.vessel(setting)
     record = studies.sailed(setting)
-    forward, backward = studies.fitted("euler-ls", record, model), studies.backward(record, model)
+    forward, backward = studies.found_by("euler-ls", record, model), studies.backward(record, model)
     true = model.coefficients
     lean = (forward - true) @ (backward - true)
     assert lean < -0.5 * np.linalg.norm(forward - true) * np.linalg.norm(backward - true)
