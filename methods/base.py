@@ -20,7 +20,18 @@ from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extras import extras_told
 from ..models.model import resolve
 from ..models.suggestions import suggestion
-from .options import POSITIVE, SECTION, Option, option, options_of, signature_of, whole, with_options, words
+from .options import (
+    POSITIVE,
+    SECTION,
+    Option,
+    declared_in,
+    option,
+    options_of,
+    signature_of,
+    whole,
+    with_options,
+    words,
+)
 
 if TYPE_CHECKING:
     from ..estimation.methods_only.recursive.recursion import UpdateRule
@@ -66,7 +77,9 @@ class Method:
     """True where the estimate may depend on the order of the records: recursions, and searches by random numbers."""
     options: ClassVar[Mapping[str, Option]] = {}
     """Name -> option, in the order of the constructor."""
-    __signature__: ClassVar[inspect.Signature] = inspect.Signature()
+    _declared: ClassVar[Mapping[str, Option]] = {}
+    """Those that the class's body and its bases' declare: a constructor of the class's own may have others."""
+    __signature__: ClassVar[inspect.Signature]
     variant: str = "corrected"
     estimate_: Estimate | None = None
     """The last estimate that `fit` gave, for `score`."""
@@ -75,8 +88,9 @@ class Method:
         super().__init_subclass__()
         inherited: dict[str, Option] = {}
         for base in cls.__bases__:
-            inherited |= getattr(base, "options", {})
-        cls.options = options_of(cls, inherited)
+            inherited |= getattr(base, "_declared", {})
+        cls._declared = declared_in(cls, inherited)
+        cls.options = options_of(cls, cls._declared)
         cls.__signature__ = signature_of(cls.options.values())
         if "search_space" not in vars(cls):
             cls.search_space = {name: one.domain for name, one in cls.options.items() if one.domain is not None}
@@ -84,7 +98,7 @@ class Method:
             cls.__doc__ = with_options(cls.__doc__, cls.options.values())
 
     def __init__(self, *values: Any, **options: Any) -> None:
-        given = self.__signature__.bind(*values, **options)
+        given = signature_of(self._declared.values()).bind(*values, **options)
         given.apply_defaults()
         for name, value in given.arguments.items():
             setattr(self, name, value)

@@ -138,11 +138,10 @@ def _switch(default: Any) -> Allowed | None:
     return SWITCH if isinstance(default, bool) else None
 
 
-def options_of(cls: type, inherited: Mapping[str, Option]) -> dict[str, Option]:
-    """Name -> option of a class: its own in the order of its body, then inherited ones, and `variant` last.
+def declared_in(cls: type, inherited: Mapping[str, Option]) -> dict[str, Option]:
+    """Name -> declared option of a class: its own in the order of its body, then inherited ones, and `variant` last.
 
-    Replaces declarations in the body by their defaults.  A constructor of the class's own has the options that it
-    names, with their meanings in the docstring's section `Parameters`; one with `**` has the declared ones too.
+    Replaces declarations in the body by their defaults.
     """
     types, body = inspect.get_annotations(cls), dict(vars(cls))
     own = {
@@ -154,28 +153,33 @@ def options_of(cls: type, inherited: Mapping[str, Option]) -> dict[str, Option]:
         setattr(cls, name, one.value)
     changed = {name: replace(one, value=body.get(name, one.value)) for name, one in inherited.items()}
     found = own | {name: one for name, one in changed.items() if name not in own}
-    named, takes_more = _of_constructor(cls)
-    options = {name: found.get(name, one) for name, one in named.items()} | (found if takes_more else {})
-    if "search_space" in body:
-        options = {name: replace(one, domain=body["search_space"].get(name)) for name, one in options.items()}
-    return dict(sorted(options.items(), key=lambda item: item[0] == "variant"))
+    return dict(sorted(found.items(), key=lambda item: item[0] == "variant"))
 
 
-def _of_constructor(cls: Any) -> tuple[dict[str, Option], bool]:
-    """Options that a class's constructor names, and whether it takes others by `**`."""
-    meanings = documented(inspect.getdoc(cls) if cls.__doc__ else None)
+def options_of(cls: Any, declared: Mapping[str, Option]) -> dict[str, Option]:
+    """Name -> option of a class's constructor: the declared ones where it takes any by `**`.
+
+    One that the class has of its own has the options that it names, with their meanings in the section `Parameters` of
+    the docstring, where they are not declared.
+    """
+    meanings: dict[str, str] = {}
+    for base in reversed(cls.__mro__):
+        meanings |= documented(inspect.cleandoc(base.__doc__ or ""))
     _, *parameters = inspect.signature(cls.__init__).parameters.values()
     named = {
         p.name: Option(p.name, p.default, meanings.get(p.name, ""), _switch(p.default), cls.search_space.get(p.name))
         for p in parameters
         if p.kind in (p.POSITIONAL_OR_KEYWORD, p.KEYWORD_ONLY)
     }
-    return named, any(p.kind is p.VAR_KEYWORD for p in parameters)
+    found = {name: declared.get(name, one) for name, one in named.items()}
+    found |= declared if any(p.kind is p.VAR_KEYWORD for p in parameters) else {}
+    stated = vars(cls).get("search_space")
+    return found if stated is None else {name: replace(one, domain=stated.get(name)) for name, one in found.items()}
 
 
-def documented(text: str | None) -> dict[str, str]:
+def documented(text: str) -> dict[str, str]:
     """Option -> its text in the section `Parameters` of a docstring."""
-    _, _, rest = (text or "").partition(SECTION)
+    _, _, rest = text.partition(SECTION)
     found: dict[str, str] = {}
     names: list[str] = []
     for line in rest.splitlines():

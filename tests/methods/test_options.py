@@ -62,6 +62,22 @@ def test_a_subclass_changes_what_it_states():
         Steeper(gain=0).check_options()
 
 
+class Fixed(Tilted):
+    """Has one option of its base class, and states the others."""
+
+    def __init__(self, gain: float = 3.0) -> None:
+        super().__init__(gain, "starboard")
+
+
+def test_a_constructor_may_state_options_of_its_base():
+    fixed = Fixed(5.0)
+    assert Fixed.option_names() == ["gain"] and fixed.get_params() == {"gain": 5.0}
+    assert (fixed.side, fixed.loud) == ("starboard", False)
+    with pytest.raises(BadInput, match="gain is -1"):
+        Fixed(-1).check_options()
+    assert Fixed.options["gain"].meaning == "of the tilt" and Fixed.search_space == {"gain": Real(0.1, 10.0)}
+
+
 def test_a_constructor_of_its_own_works_as_well():
     (gain, loud) = Plain.options.values()
     assert (gain.default, gain.meaning, gain.searched) == ("2.0", "of the tilt, in radians.", str(Real(0.1, 10.0)))
