@@ -2,25 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ..datasets.signals import sensor_sd
 from ..estimation.methods_only.regression.left_out import SVF, Scheme, best_scheme
-from ..estimation.methods_only.regression.replay import replayed_covariance
 from ..estimation.methods_only.regression.zero_order_hold import common_step, exact_with_covariance
 from ..estimation.numerics import factors
 from ..estimation.regression.filtered_fit import coloured_covariance, fit_filtered
 from ..estimation.regression.least_squares import LeastSquares, fit_by_scheme
 from ..estimation.regression.schemes import INTEGRATED, SCHEMES
 from ..estimation.results.fit import Fit
+from ..models.errors import CannotFit, FitFailed
 from .base import Method
 from .options import option, words
 
 if TYPE_CHECKING:
-    import numpy as np
-
     from ..datasets.record import Record
     from ..models.model import Model
+
+DRAWS, SEED = 48, 48
+"""Repetitions (a standard error is then uncertain by a tenth), and the seed of their noise."""
 
 
 class Ls(Method):
@@ -28,7 +32,7 @@ class Ls(Method):
 
     3-DOF models need surge, sway and yaw rate (or heading); response models yaw rate or heading.  Standard errors take
     the equations' errors as independent, except for the integrated schemes, where sensor noise is coloured
-    (`helmbench.estimation.methods_only.regression.replay`), and for the filter, which colours it.
+    (`replayed_covariance`), and for the filter, which colours it.
     """
 
     name = "ls"
@@ -87,3 +91,36 @@ def _fit(found: LeastSquares, covariance: np.ndarray, scheme: Scheme) -> Fit:
         message=factors.rank_message(found.rank, len(found.coefficients)),
         extra=chosen | {"rank": found.rank, "condition": found.condition, "residual_sd": found.residual_sd.tolist()},
     )
+
+
+def replayed_covariance(
+    records: Sequence[Record], fit: Callable[[Sequence[Record]], np.ndarray], draws: int = DRAWS, seed: int = SEED
+) -> np.ndarray:
+    """Covariance (p, p) of the coefficients (p,) that `fit` gives for records with added sensor noise.
+
+    Each draw adds white noise to every channel, with the standard deviation of its sensor as estimated from third
+    differences.  Integrated equations colour the noise, so the covariance of least squares for independent errors
+    would be several times too small.  To first order in the noise the result is exact.
+
+    Raises
+    ------
+    FitFailed : the repetitions give no finite coefficients.
+    """
+    rng = np.random.default_rng(seed)
+    spreads = [{name: sensor_sd(values) for name, values in record.channels.items()} for record in records]
+    found = []
+    for _ in range(draws):
+        noisier = [_noisier(record, sd, rng) for record, sd in zip(records, spreads, strict=True)]
+        try:
+            found.append(fit(noisier))
+        except (CannotFit, FitFailed):
+            continue
+    found = [c for c in found if np.isfinite(c).all()]
+    if len(found) < 2:
+        raise FitFailed("the fit fails on records with added sensor noise: no standard errors")
+    return np.atleast_2d(np.cov(np.array(found).T))
+
+
+def _noisier(record: Record, sd: dict[str, float], rng: np.random.Generator) -> Record:
+    noise = {name: s * rng.standard_normal(record.n) for name, s in sd.items() if np.isfinite(s)}
+    return record.with_channels(**{name: record.channels[name] + values for name, values in noise.items()})
