@@ -97,14 +97,9 @@ def method_page() -> Iterator[str]:
         yield f"[Its equations](../mathematics/methods.md#{name})."
         yield from ("", f"![estimates and a free run by {name}](pictures/method-{name}.svg)")
         yield from docstring(cls)
-        options = [p for p in inspect.signature(cls.__init__).parameters.values() if p.name != "self"]
-        rows = [
-            (code(o.name), "" if o.default is o.empty else code(repr(o.default)), str(cls.search_space.get(o.name, "")))
-            for o in options
-            if o.kind is o.POSITIONAL_OR_KEYWORD
-        ]
+        rows = [(code(o.name), code(repr(o.value)), o.range, o.searched) for o in cls.options.values()]
         if rows:
-            yield from table(("option", "default", "range for `tuned:`"), rows)
+            yield from table(("option", "default", "allowed", "range for `tuned:`"), rows)
 
 
 def cause_page() -> Iterator[str]:

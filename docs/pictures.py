@@ -13,7 +13,7 @@ from time import perf_counter
 import numpy as np
 
 import helmbench
-from helmbench.bench.faults.case import Case
+from helmbench.bench.faults.case import FaultCase
 from helmbench.bench.faults.effects import Effect, Setting, kinds
 from helmbench.bench.faults.injected import inject
 from helmbench.bench.faults.ships import ship
@@ -248,7 +248,7 @@ def _of_cause(name: str) -> str:
 
 def _run(vessel: str, *effects: Effect) -> tuple[np.ndarray, Columns]:
     """Time and columns of a run with given steps of the rudder."""
-    case = Case(
+    case = FaultCase(
         vessel,
         effects=effects,
         train=("steps:20deg/60s",),

@@ -63,8 +63,8 @@ if TYPE_CHECKING:
     from .datasets.plausibility import PlausibilityWarning
     from .datasets.record import Record, RecordMeta
     from .datasets.rudder_sign import RudderSignWarning
-    from .methods.options import method_options
     from .methods.registry import make as make_method
+    from .methods.registry import method_options
     from .methods.tuned import with_tuner
     from .models.errors import BadInput, CannotFit, FitFailed
     from .models.model import Model, resolve
@@ -214,7 +214,7 @@ _HOME = {
     "make_exam": ("api.exam", "make_exam"),
     "make_method": ("methods.registry", "make"),
     "merge_results": ("api.suites", "merge_results"),
-    "method_options": ("methods.options", "method_options"),
+    "method_options": ("methods.registry", "method_options"),
     "model_from_indices": ("api.indices", "model_from_indices"),
     "read_parameters": ("api.export", "read_parameters"),
     "read_record": ("datasets.io", "read_record"),

@@ -12,13 +12,26 @@ import numpy as np
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
 from ..estimation.methods_only.recursive.recursion import PRIORS, prior_of, recursion
-from ..estimation.methods_only.recursive.stream import Stream
-from ..estimation.regression.schemes import check_scheme, regression_samples
+from ..estimation.methods_only.recursive.stream import RecordStream
+from ..estimation.methods_only.regression.weighted import RegressionRows
+from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit, blas_limited, numerical_guard, prepared, propagate
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extras import extras_told
 from ..models.model import resolve
 from ..models.suggestions import suggestion
+from .options import (
+    POSITIVE,
+    SECTION,
+    Option,
+    declared_in,
+    option,
+    options_of,
+    signature_of,
+    whole,
+    with_options,
+    words,
+)
 
 if TYPE_CHECKING:
     from ..estimation.methods_only.recursive.recursion import UpdateRule
@@ -35,11 +48,17 @@ KINDS: Mapping[str, str] = {
 }
 
 
+DIFFERENCE = words("difference scheme", SCHEMES)
+SCHEME: Any = option("midpoint", "difference scheme, see `helmbench.estimation.regression.schemes`", DIFFERENCE)
+SEED: Any = option(0, "of the search", whole(0))
+
+
 class Method:
     """Base class of all methods, with the conventions of scikit-learn estimators.
 
-    A subclass sets `name`, takes its options as keyword arguments of `__init__`, stores each of them unchanged under
-    its own name and implements `estimate`.  `fit` does the rest.  `sklearn.base.clone` copies a method.
+    A subclass sets `name`, declares its options (`options.option`) and implements `estimate`.  `fit` does the rest.
+    `sklearn.base.clone` copies a method.  A constructor of the subclass's own works as well: its arguments are the
+    options, each stored unchanged under its own name.
     """
 
     name: ClassVar[str] = ""
@@ -52,18 +71,42 @@ class Method:
     brief: ClassVar[Mapping[str, Any]] = {}
     """Options with which a fit of a method of minutes takes seconds, and is less exact: its contract is checked so."""
     search_space: ClassVar[Mapping[str, Domain]] = {}
-    """Option name -> the values that `tuned:` may choose from."""
+    """Option name -> the values that `tuned:` may choose from, by the options that declare some."""
     variants: ClassVar[tuple[str, ...]] = ("corrected",)
     order_matters: ClassVar[bool] = False
     """True where the estimate may depend on the order of the records: recursions, and searches by random numbers."""
+    options: ClassVar[Mapping[str, Option]] = {}
+    """Name -> option, in the order of the constructor."""
+    _declared: ClassVar[Mapping[str, Option]] = {}
+    """Those that the class's body and its bases' declare: a constructor of the class's own may have others."""
+    __signature__: ClassVar[inspect.Signature]
     variant: str = "corrected"
     estimate_: Estimate | None = None
     """The last estimate that `fit` gave, for `score`."""
 
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        inherited: dict[str, Option] = {}
+        for base in cls.__bases__:
+            inherited |= getattr(base, "_declared", {})
+        cls._declared = declared_in(cls, inherited)
+        cls.options = options_of(cls, cls._declared)
+        cls.__signature__ = signature_of(cls.options.values())
+        if "search_space" not in vars(cls):
+            cls.search_space = {name: one.domain for name, one in cls.options.items() if one.domain is not None}
+        if cls.__doc__ and SECTION not in cls.__doc__:
+            cls.__doc__ = with_options(cls.__doc__, cls.options.values())
+
+    def __init__(self, *values: Any, **options: Any) -> None:
+        given = signature_of(self._declared.values()).bind(*values, **options)
+        given.apply_defaults()
+        for name, value in given.arguments.items():
+            setattr(self, name, value)
+
     @classmethod
     def option_names(cls) -> list[str]:
-        """Names of the options, in the order of `__init__`."""
-        return [name for name in inspect.signature(cls.__init__).parameters if name not in ("self", "args", "kwargs")]
+        """Names of the options, in the order of the constructor."""
+        return list(cls.options)
 
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """Option name -> value.
@@ -80,7 +123,7 @@ class Method:
         return options | nested
 
     def _options(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in self.option_names()}
+        return {name: getattr(self, name) for name in self.options}
 
     def set_params(self, **options: Any) -> Self:
         """Change options in place; NAME__OPTION changes an option of the value of NAME.
@@ -107,7 +150,7 @@ class Method:
         return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in self.get_params(deep=False).items())})"
 
     def check_options(self) -> None:
-        """Refuse impossible options; subclasses add their own checks.
+        """Refuse impossible options; subclasses add checks of options that depend on each other.
 
         Raises
         ------
@@ -117,17 +160,8 @@ class Method:
             raise BadInput(
                 f"method {self.name} has no variant {self.variant!r}", hint=f"known: {', '.join(self.variants)}"
             )
-        for name, option in inspect.signature(type(self).__init__).parameters.items():
-            if isinstance(option.default, bool) and not isinstance(getattr(self, name), bool | np.bool_):
-                raise BadInput(f"{name} is {getattr(self, name)!r}, true or false is needed")
-
-    def require_whole(self, name: str, least: int, optional: bool = False) -> None:
-        """BadInput unless an option is a whole number of at least `least` or, where it is `optional`, None."""
-        value = getattr(self, name)
-        if value is None and optional:
-            return
-        if isinstance(value, bool) or not isinstance(value, int) or value < least:
-            raise BadInput(f"{name} is {value!r}, a whole number of at least {least} is needed")
+        for name, value in self._options().items():
+            self.options[name].check(value)
 
     def visible(self, model: Model) -> Model:
         """The model that `estimate` gets: without coefficients; methods that take prior knowledge override this."""
@@ -228,27 +262,43 @@ def _published(fit: Fit, model: Model) -> tuple[dict[str, float], dict[str, floa
     return dict(zip(names, map(float, values), strict=True)), dict(zip(names, map(float, errors), strict=True))
 
 
+class RegressionMethod(Method):
+    """Base class of methods that solve the rows of a regression; a subclass implements `solve`."""
+
+    scheme: str = SCHEME
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        return self.solve(RegressionRows(regression_samples(records, model, self.scheme), model))
+
+    def solve(self, rows: RegressionRows) -> Fit:
+        """The fit to these rows."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement solve()")
+
+
 class RecursiveMethod(Method):
     """Base class of methods that are a recursion over the rows of a regression, and so may also run online.
 
-    A subclass has the options p0, theta0, prior and scheme in addition to its own, and implements `update_rule`.
+    A subclass implements `update_rule`.  Several records are gone through one after the other; P and the coefficients
+    are carried over.
     """
 
     order_matters = True
-    p0: float
-    theta0: Any
-    prior: str
-    scheme: str | None
-    _stream: Stream | None = None
-
-    def check_options(self) -> None:
-        super().check_options()
-        if self.scheme is not None:
-            check_scheme(self.scheme)
-        if not self.p0 > 0.0:
-            raise BadInput(f"p0 is {self.p0!r}, a positive number is needed")
-        if self.prior not in PRIORS:
-            raise BadInput(f"prior is {self.prior!r}", hint=f"known: {', '.join(PRIORS)}")
+    p0: float = option(1e10, "initial P = p0 I, in the coordinates that `prior` names", POSITIVE)
+    theta0: Any = option(0.0, "initial coefficients, one number for all or (p,) numbers")
+    prior: str = option(
+        "scaled",
+        "'scaled' (every regressor column and equation of unit root mean square) or 'physical' (the model's "
+        "coordinates and unscaled rows, as in paper 000)",
+        words("prior", PRIORS),
+    )
+    scheme: str | None = option(
+        None,
+        "difference scheme, see `helmbench.estimation.regression.schemes`; None: of central ('midpoint', the trapezoid "
+        "for first-order equations) and forward differences those whose fits follow left-out windows of the records "
+        "best, in a stream central ones; for printed variants the papers' forward ones",
+        DIFFERENCE,
+    )
+    _stream: RecordStream | None = None
 
     def _usual_scheme(self, records: Sequence[Record] = (), model: Model | None = None) -> str:
         """Where none is stated: the papers' forward differences for a printed variant, else those that predict left-out
@@ -287,7 +337,7 @@ class RecursiveMethod(Method):
             self.check_options()
             prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))
             scheme = self.scheme or self._usual_scheme()
-            self._stream = Stream(model, scheme, prior, self.update_rule, scale_with)
+            self._stream = RecordStream(model, scheme, prior, self.update_rule, scale_with)
         wall, cpu = time.perf_counter(), time.process_time()
         with np.errstate(all="ignore"), blas_limited():
             self._stream.add(chunk)

@@ -20,10 +20,12 @@ import numpy as np
 from ..estimation.methods_only.black_box.predictor import evenly_spaced, learn, training_rows
 from ..estimation.methods_only.black_box.sklearn_regressors import find_regressor, kernel_with_noise, make_regressor
 from ..estimation.methods_only.tuning.space import Choice, Domain, Integer, Real
-from ..estimation.regression.schemes import check_scheme, regression_samples
+from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
-from .base import Method
+from .base import SCHEME
+from .options import Option, option, whole
+from .wrapper import Wrapper
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -71,58 +73,38 @@ def regressor(name: str) -> type[BlackBox]:
     BadInput : there is no such regressor, or it cannot be made without further objects.
     """
     cls = find_regressor(name)
-    make_regressor(cls, name)
+    space = SPACES.get(name, {})
+    defaults = make_regressor(cls, name).get_params(deep=False)
+    wrapped = {one: Option(one, defaults[one], domain=space.get(one)) for one in sorted(defaults)}
     summary = next(iter((inspect.getdoc(cls) or name).splitlines()))
     attributes = {
         "name": PREFIX + name,
         "title": summary.rstrip("."),
         "regressor": cls,
-        "search_space": SPACES.get(name, {}),
+        "search_space": space,
+        "wrapped": wrapped,
         "__module__": __name__,
         "__doc__": BlackBox.__doc__,
     }
     return type(f"BlackBox{cls.__name__}", (BlackBox,), attributes)
 
 
-class BlackBox(Method):
-    """A regressor of accelerations; made by `regressor`, which sets the class's name.
-
-    Parameters
-    ----------
-    rows : most training rows, evenly spaced over all records; default: all, or fewer for the regressors in `ROWS`.
-    scheme : difference scheme of the accelerations, see `helmbench.estimation.regression.schemes`.
-    seed : random state of regressors that take one, unless it is an option of its own.
-    All other options are those of the regressor.
-    """
+class BlackBox(Wrapper):
+    """A regressor of accelerations; made by `regressor`, which sets the class's name.  Its other options are those of
+    the regressor."""
 
     kind = "black box"
     regressor: ClassVar[Any]
-    own: ClassVar[tuple[str, ...]] = ("rows", "scheme", "seed")
-    """Options that are not the regressor's."""
-
-    def __init__(self, rows: int | None = None, scheme: str = "midpoint", seed: int = 0, **options: Any) -> None:
-        self.rows, self.scheme, self.seed = rows, scheme, seed
-        self.options: dict[str, Any] = {}
-        self.set_params(**options)
-
-    @classmethod
-    def option_names(cls) -> list[str]:
-        return [*cls.own, *sorted(cls.regressor().get_params(deep=False))]
-
-    def _options(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in self.own} | self.options
-
-    def _set_option(self, name: str, value: Any) -> None:
-        if name in self.own:
-            setattr(self, name, value)
-        else:
-            self.options[name] = value
+    rows: int | None = option(
+        None,
+        "most training rows, evenly spaced over all records; default: all, or fewer for the regressors in `ROWS`",
+        whole(1),
+    )
+    scheme: str = SCHEME
+    seed: int = option(0, "random state of regressors that take one, unless it is an option of its own", whole(0))
 
     def check_options(self) -> None:
         super().check_options()
-        check_scheme(self.scheme)
-        if self.rows is not None and not self.rows >= 1:
-            raise BadInput(f"rows is {self.rows!r}, a positive number is needed")
         made = self.new_regressor(1)
         try:
             if hasattr(made, "_parameter_constraints"):  # scikit-learn's own regressors; not those of other packages
@@ -141,9 +123,8 @@ class BlackBox(Method):
 
     def new_regressor(self, n_features: int) -> Any:
         """A new regressor with the options; where its own default kernel has no noise, with one that has."""
-        options = dict(self.options)
-        known = self.option_names()
-        if "random_state" in known and options.get("random_state") is None:
+        options = dict(self.inner_options)
+        if "random_state" in self.options and options.get("random_state") is None:
             options["random_state"] = self.seed
         if self.regressor.__name__ == "GaussianProcessRegressor" and options.get("kernel") is None:
             options["kernel"] = kernel_with_noise(n_features)

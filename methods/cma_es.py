@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,9 @@ from ..estimation.likelihood.output_error import as_fit, problem_of
 from ..estimation.likelihood.problem import explains_records
 from ..estimation.likelihood.search import ADEQUATE, Outcome
 from ..models.errors import FitFailed
-from .prior_method import PriorMethod
+from .base import SEED
+from .options import option, whole
+from .output_error import PriorMethod
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -29,13 +31,8 @@ EXPENSIVE = 1e12
 class CmaEs(PriorMethod):
     """Output error minimised by CMA-ES (Hansen 2016, arXiv 1604.00772) instead of steps along derivatives.
 
-    Parameters
-    ----------
-    evaluations : runs of all records at most; None: 400 for each unknown.
-    prior, bounds, fixed : as in `output-error`.  The search starts from the prior's mean with its standard deviations;
-        without a prior, from least squares with a half of each unknown.
-    seed : of the search.
-
+    The search starts from the mean of `prior` with its standard deviations; without a prior, from least squares with a
+    half of each unknown.
     The cost is that of `output-error`, so that both have the same minimum: what differs is whether it is found.
     """
 
@@ -45,16 +42,8 @@ class CmaEs(PriorMethod):
     brief: ClassVar = {"evaluations": 600}
     order_matters = True
 
-    def __init__(
-        self, evaluations: int | None = None, prior: Any = None, bounds: Any = None, fixed: Any = None, seed: int = 0
-    ) -> None:
-        self.evaluations, self.seed = evaluations, seed
-        self.prior, self.bounds, self.fixed = prior, bounds, fixed
-
-    def check_options(self) -> None:
-        super().check_options()
-        self.require_whole("evaluations", 1, optional=True)
-        self.require_whole("seed", 0)
+    evaluations: int | None = option(None, "runs of all records at most; None: 400 for each unknown", whole(1))
+    seed: int = SEED
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         unknowns = self.unknowns(model)

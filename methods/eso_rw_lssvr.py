@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA
 from ..estimation.methods_only.regression.observed import ObserverSetting, observed_samples, printed_samples
-from ..estimation.methods_only.svr.regression import check_svr_options, fit_svr, ls_svr, rw_ls_svr, stacked_rows
+from ..estimation.methods_only.svr.regression import fit_svr, ls_svr, rw_ls_svr, stacked_rows
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.records.series import require
 from ..estimation.regression.filtered import filtered_rows
 from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
-from ..models.errors import BadInput, CannotFit
+from ..models.errors import CannotFit
 from .base import Method
+from .ls_svr import CONSTANT, TUNER
+from .options import POSITIVE, option, words
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -27,21 +29,6 @@ if TYPE_CHECKING:
 class EsoRwLssvr(Method):
     """Heading through an extended state observer, then `rw-ls-svr` on psi_ddot, psi_dot, rudder and its slope.
 
-    Parameters
-    ----------
-    omega0 : the observer's poles, rad/s; None takes those, of several, whose least-squares estimate follows the
-        training records best in free run ('as_printed': 45).
-    aligned : give every channel the lag of the observer's last state: heading and rudder pass through the filter
-        omega0^4/(s + omega0)^4 by which z5 estimates psi_dddot.  False takes the observer's states as they are.
-    discretisation : 'exact' or 'euler' ('as_printed' is always Euler).
-    b0 : input gain of the observer, on the rudder; 0 leaves the whole third derivative to be observed.
-    C, tuner : as in `ls-svr`.
-    weighted : False takes `ls-svr` behind the observer, with which paper 003 compares its own.
-    variant : 'corrected'; 'proposed': what the paper proposes in corrected equations, with the observer's states as
-        they are and C by its bee colony, whatever `aligned` and `tuner` say; or 'as_printed': b0 = 1 on the heading
-        reference, l3 = 100, rudder and rudder slope as the observer has them, signed weights, regularised in SI units
-        with intercept, fitted to the first 60 %.
-
     Response models, from the heading.  The printed form needs the heading reference, which it takes from the rudder
     command of a vessel with heading controller and rudder lag.  Unless aligned, the observer's derivatives lag behind
     its other states by up to 4/omega0, which biases the estimate; with the noise of any real sensor it does so at
@@ -51,29 +38,34 @@ class EsoRwLssvr(Method):
     name = "eso-rw-lssvr"
     title = "extended state observer and robust weighted LS-SVR (paper 003)"
     variants = ("corrected", "proposed", "as_printed")
-    search_space: ClassVar = {"omega0": Real(1e-2, 60.0, log=True), "C": Real(1e-2, 1e10, log=True)}
-
-    def __init__(
-        self,
-        omega0: float | None = None,
-        aligned: bool = True,
-        discretisation: str = "exact",
-        b0: float = 0.0,
-        C: float | None = None,
-        tuner: str | Tuner = "grid",
-        weighted: bool = True,
-        variant: str = "corrected",
-    ) -> None:
-        self.omega0, self.aligned, self.discretisation, self.b0 = omega0, aligned, discretisation, b0
-        self.C, self.tuner, self.weighted, self.variant = C, tuner, weighted, variant
-
-    def check_options(self) -> None:
-        super().check_options()
-        check_svr_options(self.C, self.tuner)
-        if self.discretisation not in METHODS:
-            raise BadInput(f"unknown discretisation {self.discretisation!r}", hint=f"known: {', '.join(METHODS)}")
-        if self.omega0 is not None and not self.omega0 > 0.0:
-            raise BadInput(f"omega0 is {self.omega0!r}, a positive number of rad/s is needed")
+    omega0: float | None = option(
+        None,
+        "the observer's poles, rad/s; None takes those, of several, whose least-squares estimate follows the training "
+        "records best in free run ('as_printed': 45)",
+        POSITIVE,
+        Real(1e-2, 60.0, log=True),
+    )
+    aligned: bool = option(
+        True,
+        "give every channel the lag of the observer's last state: heading and rudder pass through the filter "
+        "omega0^4/(s + omega0)^4 by which z5 estimates psi_dddot.  False takes the observer's states as they are",
+    )
+    discretisation: str = option(
+        "exact", "'exact' or 'euler' ('as_printed' is always Euler)", words("discretisation", METHODS)
+    )
+    b0: float = option(
+        0.0, "input gain of the observer, on the rudder; 0 leaves the whole third derivative to be observed"
+    )
+    C: float | None = CONSTANT
+    tuner: str | Tuner = TUNER
+    weighted: bool = option(True, "False takes `ls-svr` behind the observer, with which paper 003 compares its own")
+    variant: str = option(
+        "corrected",
+        "'corrected'; 'proposed': what the paper proposes in corrected equations, with the observer's states as they "
+        "are and C by its bee colony, whatever `aligned` and `tuner` say; or 'as_printed': b0 = 1 on the heading "
+        "reference, l3 = 100, rudder and rudder slope as the observer has them, signed weights, regularised in SI "
+        "units with intercept, fitted to the first 60 %",
+    )
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         if model.is_3dof:

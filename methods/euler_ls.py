@@ -12,9 +12,10 @@ from ..estimation.regression.least_squares import least_squares
 from ..estimation.regression.samples import RegressionSamples, n_accelerations
 from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.errors import CannotFit, FitFailed
 from ..models.linear_algebra import condition_number
 from .base import Method
+from .options import option, words
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -26,15 +27,6 @@ ALGORITHMS = ("A1", "A2")
 class EulerLs(Method):
     """Least squares on explicit Euler differences of a 3-DOF model.
 
-    Parameters
-    ----------
-    algorithm : 'A1' divides the equations by the square of the speed and keeps the known inertia on the left side
-        (eq 20-26): one row per equation with the coefficients themselves.  'A2' regresses u(t+1), v(t+1), r(t+1) on
-        u(t), v(t), r(t) and all terms (eq 9-19), whose coefficients mix sway and yaw and are separated by the inertia
-        matrix afterwards.
-    variant : 'corrected' (orthogonal decomposition with scaled columns), or 'as_printed': (H'H)^-1 H'Y of eq 19 and 26
-        on unscaled columns, which squares a condition number of 1e7.
-
     Exact on records made by explicit Euler; on others the bias is that of a forward difference.
     """
 
@@ -42,13 +34,19 @@ class EulerLs(Method):
     title = "Euler-difference least squares of paper 001 (A1, A2)"
     variants = ("corrected", "as_printed")
 
-    def __init__(self, algorithm: str = "A1", variant: str = "corrected") -> None:
-        self.algorithm, self.variant = algorithm, variant
-
-    def check_options(self) -> None:
-        super().check_options()
-        if self.algorithm not in ALGORITHMS:
-            raise BadInput(f"algorithm is {self.algorithm!r}", hint=f"known: {', '.join(ALGORITHMS)}")
+    algorithm: str = option(
+        "A1",
+        "'A1' divides the equations by the square of the speed and keeps the known inertia on the left side (eq "
+        "20-26): one row per equation with the coefficients themselves.  'A2' regresses u(t+1), v(t+1), r(t+1) on "
+        "u(t), v(t), r(t) and all terms (eq 9-19), whose coefficients mix sway and yaw and are separated by the "
+        "inertia matrix afterwards",
+        words("algorithm", ALGORITHMS),
+    )
+    variant: str = option(
+        "corrected",
+        "'corrected' (orthogonal decomposition with scaled columns), or 'as_printed': (H'H)^-1 H'Y of eq 19 and 26 on "
+        "unscaled columns, which squares a condition number of 1e7",
+    )
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         if not model.is_3dof:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING
 
 from ..estimation.methods_only.recursive.iterative_learning import (
     BETA,
@@ -16,6 +16,7 @@ from ..estimation.methods_only.recursive.iterative_learning import (
 from ..estimation.methods_only.tuning.space import Real
 from ..models.errors import BadInput, CannotFit
 from .base import RecursiveMethod
+from .options import NOT_NEGATIVE, option, whole
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -35,50 +36,36 @@ class FciLs(RecursiveMethod):
     like 1/k.  Both matter for the first rows only, where there is something to gain; as rows come in, the estimate
     becomes that of `rls`.  As printed, neither decreases, and the last rows decide the estimate.
 
-    Parameters
-    ----------
-    beta : gain of the P-type step at the first row, in scaled columns; limited to 1/|phi|^2 (see
-        `helmbench.estimation.methods_only.recursive.iterative_learning.SHARE`).
-    most : most repeats N_max of a row.
-    tolerance : sigma of eq 23: in standard errors (None: 3), as printed in the coefficients' units (None: 1e-3).
-    p0, theta0, prior, scheme : as in `rls`.
-    degrees : as printed: angles and rates in degrees.
-    variant : 'corrected', or 'as_printed': the difference equation r(t+1) = a1 r(t) + ... with its columns as they
-        are, P(0) = p0 I, all coefficients zero at first, beta constant and without bound.  Response models only.  It
-        diverges for beta above 2/|phi|^2, and in radians the prior suppresses the cubic term.
     """
 
     name = "fci-ls"
     title = "iterative-learning recursive least squares (paper 002)"
     variants = ("corrected", "as_printed")
-    search_space: ClassVar = {"beta": Real(1e-4, 1.0, log=True), "tolerance": Real(0.1, 10.0, log=True)}
-
-    def __init__(
-        self,
-        beta: float = BETA,
-        most: int = 200,
-        tolerance: float | None = None,
-        p0: float = 1e6,
-        theta0=0.0,
-        prior: str = "scaled",
-        scheme: str | None = None,
-        degrees: bool = False,
-        variant: str = "corrected",
-    ) -> None:
-        self.p0, self.theta0, self.prior, self.scheme = p0, theta0, prior, scheme
-        self.beta, self.most, self.tolerance, self.degrees, self.variant = beta, most, tolerance, degrees, variant
-
-    def check_options(self) -> None:
-        super().check_options()
-        if not self.beta >= 0.0:
-            raise BadInput(f"beta is {self.beta!r}, a number >= 0 is needed")
-        if not self.most >= 1:
-            raise BadInput(f"most is {self.most!r}, a number from 1 on is needed")
-        if self.tolerance is not None and not self.tolerance >= 0.0:
-            raise BadInput(f"tolerance is {self.tolerance!r}, a number >= 0 is needed")
+    beta: float = option(
+        BETA,
+        "gain of the P-type step at the first row, in scaled columns; limited to 1/|phi|^2 (see "
+        "`helmbench.estimation.methods_only.recursive.iterative_learning.SHARE`)",
+        NOT_NEGATIVE,
+        Real(1e-4, 1.0, log=True),
+    )
+    most: int = option(200, "most repeats N_max of a row", whole(1))
+    tolerance: float | None = option(
+        None,
+        "sigma of eq 23: in standard errors (None: 3), as printed in the coefficients' units (None: 1e-3)",
+        NOT_NEGATIVE,
+        Real(0.1, 10.0, log=True),
+    )
+    p0 = 1e6
+    degrees: bool = option(False, "as printed: angles and rates in degrees")
+    variant: str = option(
+        "corrected",
+        "'corrected', or 'as_printed': the difference equation r(t+1) = a1 r(t) + ... with its columns as they are, "
+        "P(0) = p0 I, all coefficients zero at first, beta constant and without bound.  Response models only.  It "
+        "diverges for beta above 2/|phi|^2, and in radians the prior suppresses the cubic term",
+    )
 
     def update_rule(self, parts: Sequence[RegressionSamples]) -> UpdateRule:
-        return LearningRule(self.beta, int(self.most), TOLERANCE if self.tolerance is None else self.tolerance)
+        return LearningRule(self.beta, self.most, TOLERANCE if self.tolerance is None else self.tolerance)
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         if self.variant == "corrected":
@@ -86,7 +73,7 @@ class FciLs(RecursiveMethod):
         if self.scheme not in (None, "forward"):
             raise CannotFit("the printed form has forward differences")
         tolerance = PRINTED_TOLERANCE if self.tolerance is None else self.tolerance
-        return printed_fit(records, model, PrintedLearning(self.beta, int(self.most), tolerance, self.p0, self.degrees))
+        return printed_fit(records, model, PrintedLearning(self.beta, self.most, tolerance, self.p0, self.degrees))
 
     def partial_fit(self, chunk: Record, model: Model, scale_with: Sequence[Record] | None = None) -> Estimate | None:
         """As `RecursiveMethod.partial_fit`; BadInput for the printed variant, which only runs on whole records."""

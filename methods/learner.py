@@ -10,43 +10,44 @@ import numpy as np
 from ..estimation.methods_only.black_box.narx import learn_narx
 from ..estimation.methods_only.black_box.predictor import evenly_spaced
 from ..estimation.methods_only.black_box.rows import Lags, narx_rows, signals_of
-from ..estimation.methods_only.tuning.space import Integer
+from ..estimation.methods_only.tuning.space import Choice, Domain, Integer
 from ..estimation.methods_only.tuning.tune import tune
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.errors import CannotFit, FitFailed
 from .base import Method
+from .options import POSITIVE, option, whole
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..estimation.results.predictor import Predictor
     from ..models.model import Model
 
-STRIDE, LAGS = Integer(1, 16, log=True), Integer(1, 3)
+LAGS = Integer(1, 3)
+
+
+def open_option(meaning: str, domain: Domain, usual: Any) -> Any:
+    """The declaration of an option that free runs choose where it is None, or that is `usual` where none is finite."""
+    allowed = None if isinstance(domain, Choice) else POSITIVE
+    return option(None, f"{meaning}; None: chosen by free runs", allowed, domain, usual)
+
+
+STRIDE: Any = open_option("step h in samples", Integer(1, 16, log=True), 4)
 
 
 class Learner(Method):
     """Base class of learnt predictors.
 
-    A subclass implements `learn`, declares `search_space` and `usual`, and has `trials` and `seed` among its options.
-    An option of the search space that is None is chosen: Optuna (TPE) tries values, fits the first 60 % of every
-    record, and takes those whose free runs from the records' first samples come closest to the rest (`tuning.tune`).
-    Where no trial gives a finite free run, `usual` values are taken and the estimate says so.
+    A subclass implements `learn` and declares options with `open_option`.  One that is None is chosen: Optuna (TPE)
+    tries values, fits the first 60 % of every record, and takes those whose free runs from the records' first samples
+    come closest to the rest (`tuning.tune`).  Where no trial gives a finite free run, usual values are taken and the
+    estimate says so.
     """
 
     kind = "black box"
-    usual: ClassVar[Mapping[str, Any]] = {}
     usual_trials: ClassVar[int] = 12
     """Option values tried in a fit, unless the option `trials` says otherwise."""
-    trials: int | None
-    seed: int
-
-    def check_options(self) -> None:
-        super().check_options()
-        self.require_whole("trials", 0, optional=True)
-        for name, domain in self.search_space.items():
-            value = getattr(self, name)
-            if value is not None and hasattr(domain, "low") and not value > 0:
-                raise BadInput(f"{name} is {value!r}, a positive number is needed")
+    trials: int | None = option(None, "option values tried; None: 4 to 12, the fewer the longer a fit takes", whole(0))
+    seed: int = option(0, "of the search and of what the method draws itself", whole(0))
 
     def learn(self, records: Sequence[Record], model: Model) -> Fit:
         """The fit with all options given; may raise CannotFit and FitFailed."""
@@ -66,7 +67,7 @@ class Learner(Method):
         self, names: set[str], records: Sequence[Record], model: Model
     ) -> tuple[Mapping[str, Any], Mapping[str, Any], str]:
         """Values of the open options, what the estimate tells of the search, and why it failed."""
-        usual = {name: self.usual[name] for name in self.search_space if name in names}
+        usual = {name: self.options[name].usual for name in self.search_space if name in names}
         trials = self.usual_trials if self.trials is None else self.trials
         if not trials:
             return usual, {"options": usual}, ""
@@ -97,11 +98,13 @@ class NarxLearner(Learner):
 
     rows: ClassVar[int | None] = None
     """Most training rows, evenly spaced; for regressors whose time grows faster than the number of rows."""
+    stride: int | None = None
+    output_lags: int | None = None
+    input_lags: int | None = None
 
     def lags(self) -> Lags:
         """Step and number of lagged values, by the options."""
-        options = self.get_params(deep=False)
-        return Lags(*(int(options.get(name) or 1) for name in ("stride", "output_lags", "input_lags")))
+        return Lags(int(self.stride or 1), int(self.output_lags or 1), int(self.input_lags or 1))
 
     def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
         """A new regressor of features with these symbols (d,)."""

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, ClassVar
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -11,14 +10,9 @@ from ..estimation.methods_only.regression.robust import huber_estimate
 from ..estimation.methods_only.regression.weighted import RegressionRows, Reweighted
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.numerics import factors
-from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput
-from .base import Method
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
+from .base import RegressionMethod
+from .options import number, option, whole
 
 SAMPLE = 600
 """Samples that the random starts are tried on."""
@@ -30,15 +24,8 @@ MOST_STEPS = 30
 """Concentration steps at most."""
 
 
-class Lts(Method):
+class Lts(RegressionMethod):
     """Least squares over the `coverage` share of rows that fit best, then over all rows within 2.5 standard deviations.
-
-    Parameters
-    ----------
-    coverage : share h/n of rows, in (0.5, 1].
-    starts : random elemental starts, in addition to Huber's estimate.
-    seed : seed of the generator that draws them.
-    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
 
     Rousseeuw & Van Driessen 2006, Data Mining and Knowledge Discovery 12.  Rows are first divided by the spread of
     their equation's residuals under Huber's estimate.
@@ -46,21 +33,16 @@ class Lts(Method):
 
     name = "lts"
     title = "robust regression: least trimmed squares (FAST-LTS), reweighted"
-    search_space: ClassVar = {"coverage": Real(0.55, 1.0)}
+    coverage: float = option(
+        0.75,
+        "share h/n of rows",
+        number("a number above 0.5 and up to 1", lambda value: 0.5 < value <= 1.0),
+        Real(0.55, 1.0),
+    )
+    starts: int = option(20, "random elemental starts, in addition to Huber's estimate", whole(0))
+    seed: int = option(0, "seed of the generator that draws them", whole(0))
 
-    def __init__(self, coverage: float = 0.75, starts: int = 20, seed: int = 0, scheme: str = "midpoint") -> None:
-        self.coverage, self.starts, self.seed, self.scheme = coverage, starts, seed, scheme
-
-    def check_options(self) -> None:
-        super().check_options()
-        check_scheme(self.scheme)
-        if not 0.5 < self.coverage <= 1.0:
-            raise BadInput(f"coverage is {self.coverage!r}, the share of rows kept lies in (0.5, 1]")
-        if not self.starts >= 0:
-            raise BadInput(f"starts is {self.starts!r}, a number >= 0 is needed")
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        rows = RegressionRows(regression_samples(records, model, self.scheme), model)
+    def solve(self, rows: RegressionRows) -> Fit:
         huber = huber_estimate(rows)
         random = _random_starts(rows, huber, self.coverage, self.starts, np.random.default_rng(self.seed))
         found = [_concentrated(rows, huber.scale, c, self.coverage) for c in (huber.solution.x, *random)]

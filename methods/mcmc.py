@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -11,7 +11,8 @@ from ..estimation.likelihood.output_error import identify
 from ..estimation.methods_only.likelihood.posterior import sample
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
-from .prior_method import PriorMethod
+from .options import option, whole
+from .output_error import PriorMethod
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -27,13 +28,6 @@ MOST_SHOWN = 2000
 class Mcmc(PriorMethod):
     """Posterior mean and covariance of the grey box, by an ensemble sampler around the output-error estimate.
 
-    Parameters
-    ----------
-    steps : of every walker; the first half is left out.
-    walkers : None: twice the unknowns and two, at least 24.
-    prior, bounds, fixed : as in `output-error`.
-    seed : of the proposals.
-
     The density and its sampler are those of `helmbench.estimation.methods_only.likelihood.posterior`.
     `extra["quantiles"]` has the 2.5, 50 and 97.5 % quantiles of the published parameters.  `steps` are enough where
     they are fifty times `extra["autocorrelation_steps"]`; with fewer the fit says that it has not converged.
@@ -45,23 +39,9 @@ class Mcmc(PriorMethod):
     brief: ClassVar = {"steps": 20}
     order_matters = True
 
-    def __init__(
-        self,
-        steps: int = 3500,
-        walkers: int | None = None,
-        prior: Any = None,
-        bounds: Any = None,
-        fixed: Any = None,
-        seed: int = 0,
-    ) -> None:
-        self.steps, self.walkers, self.seed = steps, walkers, seed
-        self.prior, self.bounds, self.fixed = prior, bounds, fixed
-
-    def check_options(self) -> None:
-        super().check_options()
-        self.require_whole("steps", 20)
-        self.require_whole("walkers", 4, optional=True)
-        self.require_whole("seed", 0)
+    steps: int = option(3500, "of every walker; the first half is left out", whole(20))
+    walkers: int | None = option(None, "None: twice the unknowns and two, at least 24", whole(4))
+    seed: int = option(0, "of the proposals", whole(0))
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         unknowns = self.unknowns(model)

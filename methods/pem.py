@@ -16,8 +16,9 @@ from ..estimation.methods_only.likelihood.prediction_error import (
 from ..estimation.numerics import factors
 from ..estimation.regression.starts import starts_of
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.errors import CannotFit, FitFailed
 from .base import Method
+from .options import option, whole
 
 if TYPE_CHECKING:
     import numpy as np
@@ -39,10 +40,6 @@ class Pem(Method):
     hide what the coefficients lack: where the coefficients of `output-error` are likelier than what was found, the
     search goes on from them.
 
-    Parameters
-    ----------
-    max_iterations : pairs of a coefficient step and a noise step.
-
     Records need the rudder and heading or yaw rate; surge and sway are used where the model has them, positions are
     not.  `extra` holds the log likelihood and the noise: `sensor_sd` by state, `force_sd` in N, N and N m (response
     models: rad/s2 of yaw and of its rate) and the forces' `correlation_s`.
@@ -52,13 +49,7 @@ class Pem(Method):
     name = "pem"
     title = "prediction error: likeliest innovations, sensor noise and gusts estimated along"
 
-    def __init__(self, max_iterations: int = 100) -> None:
-        self.max_iterations = max_iterations
-
-    def check_options(self) -> None:
-        super().check_options()
-        if self.max_iterations < 1:
-            raise BadInput(f"max_iterations is {self.max_iterations!r}, at least 1 is needed")
+    max_iterations: int = option(100, "pairs of a coefficient step and a noise step", whole(1))
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         starts = [start.coefficients for start in starts_of(records, model)]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, ClassVar
 
-from ..models.errors import BadInput
 from .base import Method
+from .options import POSITIVE, number, option, whole
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -25,13 +25,6 @@ class Pinn(Method):
     (`helmbench.estimation.methods_only.physics_informed`).  f and its derivatives are jax's, so the method needs the
     extra `deep`.
 
-    Parameters
-    ----------
-    weight : > 0, of the equations: 1e4 takes an error of 1 % of a state's rate as seriously as one standard
-        deviation of a sensor.
-    spacing : >= 1, samples for each hidden unit.
-    iterations : at most.
-
     Standard errors are those with the networks free, for white errors of the sensors and of the equations.  No
     network knows where the one before it ended, so records whose 200 steps are shorter than the ship's time constants
     give less than they do to a free run (`output-error`).
@@ -42,16 +35,16 @@ class Pinn(Method):
     minutes = True
     brief: ClassVar = {"spacing": 8.0, "iterations": 4}
 
-    def __init__(self, weight: float = 1e4, spacing: float = 1.5, iterations: int = 40) -> None:
-        self.weight, self.spacing, self.iterations = weight, spacing, iterations
-
-    def check_options(self) -> None:
-        super().check_options()
-        self.require_whole("iterations", 1)
-        if not self.weight > 0.0:
-            raise BadInput(f"weight is {self.weight!r}, a positive number is needed")
-        if not self.spacing >= 1.0:
-            raise BadInput(f"spacing is {self.spacing!r}, a number of at least 1 is needed")
+    weight: float = option(
+        1e4,
+        "of the equations: 1e4 takes an error of 1 % of a state's rate as seriously as one standard deviation of a "
+        "sensor",
+        POSITIVE,
+    )
+    spacing: float = option(
+        1.5, "samples for each hidden unit", number("a number of at least 1", lambda value: value >= 1.0)
+    )
+    iterations: int = option(40, "at most", whole(1))
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         from ..estimation.methods_only.physics_informed.fit import identify

@@ -11,6 +11,7 @@ from ..models.discovery import by_name, class_in_file, classes_of, known, plug_i
 from ..models.errors import BadInput
 from ..models.number_texts import number_of, whole_of
 from .base import Method
+from .options import Option
 
 GROUP = "helmbench.methods"
 """Entry-point group by which other packages add methods."""
@@ -74,6 +75,17 @@ def make(text: str, **options: Any) -> Method:
     method.set_params(**given, **options)
     method.check_options()
     return method
+
+
+@typed
+def method_options(text: str) -> tuple[Option, ...]:
+    """Every option of the method that a text names (`ls`, `sklearn:SVR`, `my.py:Mine`), in the order of its class.
+
+    Raises
+    ------
+    BadInput : there is no such method.
+    """
+    return tuple(find(text.partition(",")[0].strip()).options.values())
 
 
 def _value(text: str) -> Any:

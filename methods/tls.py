@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..estimation.methods_only.regression.weighted import RegressionRows, mad
 from ..estimation.methods_only.tuning.space import Choice
 from ..estimation.numerics import factors
-from ..estimation.regression.schemes import check_scheme, regression_samples
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput, FitFailed
+from ..models.errors import FitFailed
 from ..models.linear_algebra import svd
-from .base import Method
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
+from .base import RegressionMethod
+from .options import option, words
 
 SCALINGS = ("noise", "unit")
 EXACT = 1e-4
@@ -34,14 +29,8 @@ class TotalSolution(NamedTuple):
     """Smallest singular value, relative to that of the regressors alone: near 1 the solution is not unique."""
 
 
-class Tls(Method):
+class Tls(RegressionMethod):
     """Scaled total least squares by singular values, mixed with ordinary least squares for exact columns.
-
-    Parameters
-    ----------
-    scaling : 'noise' (each column in units of its own white noise, estimated from its third differences; columns
-        without visible noise, such as the rudder's, are exact) or 'unit' (all columns of unit length, none exact).
-    scheme : difference scheme, see `helmbench.estimation.regression.schemes`.
 
     Golub & Van Loan 1980; exact columns as in Van Huffel & Vandewalle 1991, section 3.5.  The equations of a 3-DOF
     model are solved one by one where they share no coefficient.  With nearly collinear regressors the solution has
@@ -50,19 +39,16 @@ class Tls(Method):
 
     name = "tls"
     title = "scaled total least squares (SVD)"
-    search_space: ClassVar = {"scaling": Choice("noise", "unit"), "scheme": Choice("forward", "midpoint")}
+    scaling: str = option(
+        "noise",
+        "'noise' (each column in units of its own white noise, estimated from its third differences; columns without "
+        "visible noise, such as the rudder's, are exact) or 'unit' (all columns of unit length, none exact)",
+        words("scaling", SCALINGS),
+        Choice(*SCALINGS),
+    )
+    scheme: str = option(searched=Choice("forward", "midpoint"))
 
-    def __init__(self, scaling: str = "noise", scheme: str = "midpoint") -> None:
-        self.scaling, self.scheme = scaling, scheme
-
-    def check_options(self) -> None:
-        super().check_options()
-        check_scheme(self.scheme)
-        if self.scaling not in SCALINGS:
-            raise BadInput(f"scaling is {self.scaling!r}", hint=f"known: {', '.join(SCALINGS)}")
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        rows = RegressionRows(regression_samples(records, model, self.scheme), model)
+    def solve(self, rows: RegressionRows) -> Fit:
         sd = rows.least_residual_sd()
         c, covariance, gaps = np.zeros(rows.p), np.diag(np.full(rows.p, np.inf)), []
         for group in _groups(rows):

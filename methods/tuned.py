@@ -11,14 +11,16 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from ..estimation.methods_only.tuning.tune import TUNERS, VALIDATIONS, storage_of, tune
 from ..estimation.results.fit import Fit
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .base import Method
+from .options import option, whole, words
 from .registry import find
+from .wrapper import Wrapper
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -31,7 +33,7 @@ STORAGE = "HELMBENCH_STUDIES"
 
 
 @lru_cache(maxsize=64)
-def tuned(text: str) -> type[Tuned]:
+def tuned(text: str) -> type[TunedMethod]:
     """The method `tuned:text` for a method's identifier, `path.py:Class` or `sklearn:NAME`.
 
     Raises
@@ -39,7 +41,7 @@ def tuned(text: str) -> type[Tuned]:
     BadInput : there is no such method, or it declares no options to tune.
     """
     inner = find(text)
-    if issubclass(inner, Tuned):
+    if issubclass(inner, TunedMethod):
         raise BadInput(f"{text} is tuned already")
     if not inner.search_space:
         raise BadInput(f"method {inner.name} declares no options to tune")
@@ -52,58 +54,37 @@ def tuned(text: str) -> type[Tuned]:
         "variants": inner.variants,
         "order_matters": inner.order_matters,
         "__module__": __name__,
-        "__doc__": Tuned.__doc__,
+        "search_space": {},
+        "wrapped": inner.options,
+        "__doc__": TunedMethod.__doc__,
     }
-    return type(f"Tuned{inner.__name__}", (Tuned,), attributes)
+    return type(f"Tuned{inner.__name__}", (TunedMethod,), attributes)
 
 
-class Tuned(Method):
-    """A method with tuned options; made by `tuned`, which sets the class's name.
-
-    Parameters
-    ----------
-    tuner : 'abc', 'tpe', 'cmaes', 'gp', 'grid' or 'random'.
-    trials : number of fits in the study.
-    validation : 'split' or 'held-out', see `helmbench.estimation.methods_only.tuning.tune.validation_of`.
-    tuner_seed : seed of the tuner.
-    storage : where the study is kept, see `helmbench.estimation.methods_only.tuning.tune.tune`; default: the
-        environment variable `STORAGE`, else memory.
-    All other options are those of the method, and are not tuned.
-    """
+class TunedMethod(Wrapper):
+    """A method with tuned options; made by `tuned`, which sets the class's name.  All other options are those of the
+    method, and are not tuned."""
 
     inner: ClassVar[type[Method]]
     text: ClassVar[str]
-    own: ClassVar[tuple[str, ...]] = ("tuner", "trials", "validation", "tuner_seed", "storage")
-    """Options that are not the method's."""
+    tuner: str = option("abc", "'abc', 'tpe', 'cmaes', 'gp', 'grid' or 'random'", words("tuner", TUNERS))
+    trials: int = option(40, "number of fits in the study", whole(1))
+    validation: str = option(
+        "split",
+        "'split' or 'held-out', see `helmbench.estimation.methods_only.tuning.tune.validation_of`",
+        words("validation", VALIDATIONS),
+    )
+    tuner_seed: int = option(0, "seed of the tuner", whole(0))
+    storage: str | None = option(
+        None,
+        "where the study is kept, see `helmbench.estimation.methods_only.tuning.tune.tune`; default: the environment "
+        "variable `STORAGE`, else memory",
+    )
 
-    def __init__(
-        self,
-        tuner: str = "abc",
-        trials: int = 40,
-        validation: str = "split",
-        tuner_seed: int = 0,
-        storage: str | None = None,
-        **fixed: Any,
-    ) -> None:
-        self.tuner, self.trials, self.validation = tuner, trials, validation
-        self.tuner_seed, self.storage = tuner_seed, storage
-        self.fixed: dict[str, Any] = {}
-        self.variant = self.inner.variant
-        self.set_params(**fixed)
-
-    @classmethod
-    def option_names(cls) -> list[str]:
-        return [*cls.own, *(name for name in cls.inner.option_names() if name not in cls.own)]
-
-    def _options(self) -> dict[str, Any]:
-        return {name: getattr(self, name) for name in self.own} | self.fixed
-
-    def _set_option(self, name: str, value: Any) -> None:
-        if name in self.own:
-            setattr(self, name, value)
-        else:
-            self.fixed[name] = value
-        self.variant = self.fixed.get("variant", self.inner.variant)
+    def set_params(self, **options: Any) -> Self:
+        super().set_params(**options)
+        self.variant = self.inner_options.get("variant", self.inner.variant)
+        return self
 
     def __reduce__(self):
         return _unpickled, (self.text, self.get_params(deep=False))
@@ -111,21 +92,16 @@ class Tuned(Method):
     @property
     def space(self) -> dict[str, Domain]:
         """Search space: that of the method without the options given."""
-        return {name: domain for name, domain in self.inner.search_space.items() if name not in self.fixed}
+        return {name: domain for name, domain in self.inner.search_space.items() if name not in self.inner_options}
 
     def check_options(self) -> None:
         super().check_options()
-        self.inner(**self.fixed).check_options()
-        if self.tuner not in TUNERS:
-            raise BadInput(f"unknown tuner {self.tuner!r}", hint=f"known: {', '.join(TUNERS)}")
-        if self.validation not in VALIDATIONS:
-            raise BadInput(f"unknown validation {self.validation!r}", hint=f"known: {', '.join(VALIDATIONS)}")
-        self.require_whole("trials", 1)
+        self.inner(**self.inner_options).check_options()
         if not self.space:
             raise BadInput(f"every option of {self.inner.name} that could be tuned is given")
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        method = self.inner(**self.fixed)
+        method = self.inner(**self.inner_options)
         found = tune(
             method,
             self.space,
@@ -151,7 +127,7 @@ class Tuned(Method):
         )
 
 
-def _unpickled(text: str, options: dict[str, Any]) -> Tuned:
+def _unpickled(text: str, options: dict[str, Any]) -> TunedMethod:
     return tuned(text)(**options)
 
 

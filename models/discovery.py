@@ -86,13 +86,13 @@ def _checked(value: Any, where: str, base: type[T], name: str) -> type[T]:
     return value
 
 
-def by_name(what: str, classes: Iterable[type[T]], name: str = "id") -> dict[str, type[T]]:
-    """Name -> class, sorted; BadInput if two have the same name."""
-    found: dict[str, type[T]] = {}
-    for cls in classes:
-        own = getattr(cls, name)
-        if found.setdefault(own, cls) is not cls:
-            raise BadInput(f"{what} {own!r} is defined twice", file=cls.__module__)
+def by_name(what: str, things: Iterable[V], name: str = "id") -> dict[str, V]:
+    """Name -> class or object, sorted; BadInput if two have the same name."""
+    found: dict[str, V] = {}
+    for thing in things:
+        own = getattr(thing, name)
+        if found.setdefault(own, thing) is not thing:
+            raise BadInput(f"{what} {own!r} is defined twice", file=thing.__module__)
     return dict(sorted(found.items()))
 
 

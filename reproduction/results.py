@@ -12,7 +12,7 @@ from ..models.errors import BadInput
 from ..models.folders import make_folder, write_atomic
 from ..models.plain import plain
 from .claims.claim import Claim, Paper, Reference
-from .runner import Run
+from .runner import StudyRun
 from .verdicts import spread
 from .verdicts.spread import NOTHING, Spread
 from .verdicts.verdict import Judged, judge
@@ -49,7 +49,7 @@ class Results:
         return judge(claim, values, told, searched, over)
 
 
-def of_runs(paper: Paper, runs: Sequence[Run]) -> Results:
+def of_runs(paper: Paper, runs: Sequence[StudyRun]) -> Results:
     """Spreads of the paper's finished runs."""
     values, failures = {}, {}
     for study in paper.studies:

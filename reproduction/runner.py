@@ -34,7 +34,7 @@ STORED = Path(__file__).parent / "stored"
 
 
 @dataclass(frozen=True)
-class Job:
+class StudyJob:
     """One run: a paper's study with one index; another seed draws other random numbers."""
 
     paper: str
@@ -48,17 +48,17 @@ class Job:
 
 
 @dataclass(frozen=True)
-class Run:
+class StudyRun:
     """A finished run; `error` says why it has no values."""
 
-    job: Job
+    job: StudyJob
     values: dict[str, Any]
     series: dict[str, np.ndarray]
     error: str | None
     cpu_s: float
 
 
-def plan(papers: Sequence[Paper], seed: int = 0) -> list[Job]:
+def plan(papers: Sequence[Paper], seed: int = 0) -> list[StudyJob]:
     """Every run that the papers' claims and figures need, in order of index, so that each kernel is compiled once."""
     found = []
     for paper in papers:
@@ -66,7 +66,7 @@ def plan(papers: Sequence[Paper], seed: int = 0) -> list[Job]:
         for name in paper.studies:
             if name not in known:
                 raise BadInput(f"has no study {name!r}", file=f"paper {paper.paper}")
-            found += [Job(paper.paper, name, index, seed) for index in range(known[name].seeds)]
+            found += [StudyJob(paper.paper, name, index, seed) for index in range(known[name].seeds)]
     return sorted(found, key=lambda job: job.index)
 
 
@@ -95,7 +95,7 @@ def open_directory(directory: Path, resume: bool, seed: int = 0) -> Generator[No
 
 
 def compute(
-    jobs: Sequence[Job], directory: Path, pool: Pool, watch: Callable[[Run | None], object] = lambda run: None
+    jobs: Sequence[StudyJob], directory: Path, pool: Pool, watch: Callable[[StudyRun | None], object] = lambda run: None
 ) -> None:
     """Execute the runs that the directory lacks and store each when it ends.
 
@@ -114,7 +114,7 @@ def compute(
         watch(run)
 
 
-def execute(job: Job) -> Run:
+def execute(job: StudyJob) -> StudyRun:
     """One run; an exception in it becomes its error."""
     study = studies_of(job.paper)[job.study]
     if study.measured and not is_available(study.measured) and (stored := read_run(job, STORED)) is not None:
@@ -131,7 +131,7 @@ def execute(job: Job) -> Run:
         except Exception as reason:
             error = one_line(f"{type(reason).__name__}: {reason}")
     kept = series if job.index < study.drawn else {}
-    return Run(job, values, kept, error, time.process_time() - begin)
+    return StudyRun(job, values, kept, error, time.process_time() - begin)
 
 
 def is_available(measured: str) -> bool:
@@ -141,7 +141,7 @@ def is_available(measured: str) -> bool:
     return (data_dir() / dataset(measured).folder).is_dir()
 
 
-def write_run(run: Run, directory: Path) -> None:
+def write_run(run: StudyRun, directory: Path) -> None:
     """Store a run: first its series, then, atomically, the file that marks it as finished."""
     path = run.job.path(directory)
     make_folder(path.parent, within=directory)
@@ -153,7 +153,7 @@ def write_run(run: Run, directory: Path) -> None:
     write_atomic(path, json.dumps(plain(stored), allow_nan=False).encode() + b"\n")
 
 
-def read_run(job: Job, directory: Path) -> Run | None:
+def read_run(job: StudyJob, directory: Path) -> StudyRun | None:
     """A stored run; None where there is none."""
     path = job.path(directory)
     if not check_regular(path):
@@ -163,19 +163,19 @@ def read_run(job: Job, directory: Path) -> Run | None:
         values, error = dict(data["values"]), data["error"]
         series = path.with_suffix(".npz")
         arrays = dict(np.load(series)) if check_regular(series) else {}
-        return Run(job, values, arrays, None if error is None else str(error), float(data["cpu_s"]))
+        return StudyRun(job, values, arrays, None if error is None else str(error), float(data["cpu_s"]))
     except (ValueError, KeyError, TypeError, OSError, EOFError, BadZipFile, zlib.error) as error:
         raise BadInput(f"cannot be read ({one_line(error)})", file=path) from None
 
 
-def _undamaged(job: Job, directory: Path) -> Run | None:
+def _undamaged(job: StudyJob, directory: Path) -> StudyRun | None:
     try:
         return read_run(job, directory)
     except BadInput:
         return None
 
 
-def stored_runs(jobs: Sequence[Job], directory: Path) -> Iterator[Run]:
+def stored_runs(jobs: Sequence[StudyJob], directory: Path) -> Iterator[StudyRun]:
     """The stored ones of the runs."""
     for job in jobs:
         run = read_run(job, directory)
@@ -183,14 +183,14 @@ def stored_runs(jobs: Sequence[Job], directory: Path) -> Iterator[Run]:
             yield run
 
 
-def result_of(run: Run) -> StudyResult:
+def result_of(run: StudyRun) -> StudyResult:
     """A stored run as its study returned it."""
     values = {key: float("nan") if value is None else value for key, value in run.values.items()}
     return StudyResult(values, run.series)
 
 
-def _lost(job: Job, error: BaseException) -> Run:
-    return Run(job, {}, {}, one_line(f"worker process died ({type(error).__name__}: {error})"), 0.0)
+def _lost(job: StudyJob, error: BaseException) -> StudyRun:
+    return StudyRun(job, {}, {}, one_line(f"worker process died ({type(error).__name__}: {error})"), 0.0)
 
 
 def _manifest(path: Path) -> dict[str, Any]:

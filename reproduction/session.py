@@ -14,7 +14,7 @@ from .claims import files
 from .claims.claim import DERIVED, Paper
 from .pages import figures, html, markdown
 from .results import Results
-from .runner import Run
+from .runner import StudyRun
 from .verdicts.spread import Spread
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def reproduce(
     directory: Path,
     pool: Pool,
     resume: bool = False,
-    watch: Callable[[Run | None], object] = lambda run: None,
+    watch: Callable[[StudyRun | None], object] = lambda run: None,
     seed: int = 0,
 ) -> list[tuple[Paper, Results]]:
     """Compute the runs that the directory lacks.  Its folder `pages` gets results, figures and Markdown pages, its
@@ -81,7 +81,7 @@ def rows(found: Sequence[tuple[Paper, Results]]) -> list[dict[str, Any]]:
     ]
 
 
-def _drawn(paper: Paper, found: Results, runs: Sequence[Run], directory: Path) -> Results:
+def _drawn(paper: Paper, found: Results, runs: Sequence[StudyRun], directory: Path) -> Results:
     """The results with the digests of the figures, which are drawn where their study has runs."""
     digests = {}
     for figure in paper.figures:

@@ -15,7 +15,14 @@ FOUND_BY_REGISTRY = (
 )
 """Folders and files whose classes and functions a registry loads."""
 CALLED_BY_OTHERS = (
-    *("check_*", "_repr_html_", "__getattr__", "__dir__"),  # contract checks; notebooks; the interpreter
+    *(
+        "check_*",
+        "_repr_html_",
+        "__getattr__",
+        "__dir__",
+        "__signature__",
+    ),  # contract checks; notebooks; the interpreter
+    "draw_*",  # claims files of papers, see tests/reproduction/claims
     *("_print_*", "_split_super_sub", "_hprint_*", "fdiff", "nargs", "is_real"),  # SymPy's printers and functions
     *("_cache", "load_overload", "save_overload", "cache_path", "_lineno", "_locator", "_py_file"),  # numba
     *("model_config", "shade", "shell_complete", "param"),  # pydantic; a page's template; click (two)

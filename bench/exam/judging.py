@@ -9,7 +9,7 @@ from statistics import fmean, median
 from typing import Any
 
 from ..faults.effects import Effect
-from ..faults.regimes import Regime
+from ..faults.regimes import TrueRegime
 from ..kinds.diagnosis.bases import EXACT, UNSTATED
 from ..kinds.diagnosis.judge import KNOWN, UNKNOWN, judge, judge_names, of_base, size_rows
 from ..kinds.diagnosis.localisation import localisation, stated_regimes
@@ -25,7 +25,7 @@ LEVEL = 0.9
 """Probability with which a stated interval should hold the true size."""
 LARGEST = 1e3
 """Most that a relative error counts."""
-EVERYWHERE = Regime("time", "above", -1.0)
+EVERYWHERE = TrueRegime("time", "above", -1.0)
 
 
 @dataclass(frozen=True)

@@ -10,8 +10,8 @@ import numpy as np
 from ...datasets.record import Record, RecordMeta
 from ...models.yaml_file import FileContent
 from ..faults.effects import Effect
-from ..faults.regimes import Regime
-from ..faults.ships import Ship, ship
+from ..faults.regimes import TrueRegime
+from ..faults.ships import TrueShip, ship
 from ..kinds.diagnosis.plan import CaseSpec
 
 Numbers = dict[str, str]
@@ -56,7 +56,7 @@ class WorldKey(FileContent):
         return CaseSpec(**case)
 
     @property
-    def ship(self) -> Ship:
+    def ship(self) -> TrueShip:
         """The ship without effects."""
         return ship(self.spec.vessel, tuple(self.factors.items()))
 
@@ -65,9 +65,9 @@ class WorldKey(FileContent):
         """The effects with their parameters."""
         return [Effect(one["cause"], _tuples(one["parameters"])) for one in self.effects]
 
-    def true_regimes(self) -> list[Regime]:
+    def true_regimes(self) -> list[TrueRegime]:
         """Where the effects act."""
-        return [Regime(**one) for one in self.regimes]
+        return [TrueRegime(**one) for one in self.regimes]
 
     def true_motion(self) -> list[Record]:
         """Training records of the true motion; none where nothing acts in a regime."""

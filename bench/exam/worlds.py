@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import BadInput
-from ..faults import Case
-from ..faults.effects._sensors import SensorKind
-from ..faults.effects.registry import kind_of
+from ..faults import FaultCase
+from ..faults.effects import kind_of
+from ..faults.effects.sensors import SensorKind
 from ..faults.frames import Frames
 from ..faults.ships import sister_numbers
 from ..kinds.base import Selection, Suite
@@ -134,11 +134,11 @@ def sister(spec: CaseSpec) -> tuple[tuple[str, float], ...]:
 
 def behaves(vessel: str, factors: tuple[tuple[str, float], ...]) -> bool:
     """Whether a ship turns and loses speed in the manoeuvres about as the published one."""
-    turns, speeds = zip(*(_extremes(Case(vessel, factors=own)) for own in (factors, ())), strict=True)
+    turns, speeds = zip(*(_extremes(FaultCase(vessel, factors=own)) for own in (factors, ())), strict=True)
     return turns[0] < WILDER * turns[1] and speeds[0] > SLOWER * speeds[1]
 
 
-def _extremes(case: Case) -> tuple[float, float]:
+def _extremes(case: FaultCase) -> tuple[float, float]:
     """Largest yaw rate, rad/s, and smallest surge velocity, m/s, of the runs of a case without effects."""
     case = case.completed()
     frames = Frames.draw(case, np.random.default_rng(0))

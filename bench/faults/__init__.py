@@ -3,20 +3,35 @@
 Shares no code with the kernels that the diagnosis fits: the equations are written by hand (`equations`), the rudder
 moves inside the integration step (`integrate`), and only the numbers of the vessel files are read.
 
-    injected = inject(Case("mariner", causes=("rudder_offset",), strength="faint"), rng)
+    injected = inject(FaultCase("mariner", causes=("rudder_offset",), strength="faint"), rng)
     injected.train, injected.held_out, injected.truth
 
-A kind of effect is one file in `effects/`.
+A kind of effect is a class or a row of a table in `effects/`.
 """
 
-from .case import GUSTS, SIZED, STRENGTHS, Case
+from .case import GUSTS, SIZED, STRENGTHS, FaultCase
 from .effects import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
-from .injected import Injected, inject
-from .measured import inject_in_record
+from .injected import Injected, inject, inject_in_record
 from .ships import VESSELS
 from .strength import noncentrality
 
 __all__ = [
-    "ANTICIPATED", "GUSTS", "REGIME", "SIZED", "STRENGTHS", "TAXONOMY", "UNFORESEEN", "VESSELS", "Case", "Effect",
-    "EffectKind", "Injected", "inject", "inject_in_record", "kind_of", "kinds", "names_of", "noncentrality",
+    "ANTICIPATED",
+    "GUSTS",
+    "REGIME",
+    "SIZED",
+    "STRENGTHS",
+    "TAXONOMY",
+    "UNFORESEEN",
+    "VESSELS",
+    "Effect",
+    "EffectKind",
+    "FaultCase",
+    "Injected",
+    "inject",
+    "inject_in_record",
+    "kind_of",
+    "kinds",
+    "names_of",
+    "noncentrality",
 ]  # fmt: skip

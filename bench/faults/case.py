@@ -10,8 +10,8 @@ import numpy as np
 from ...models.errors import BadInput
 from . import sensing
 from .effects import Effect, kind_of
-from .effects._sensors import SensorKind
-from .ships import Ship, ship
+from .effects.sensors import SensorKind
+from .ships import TrueShip, ship
 
 #: Correlation times of zero-mean gusts on a full-scale ship, s
 GUSTS = {"none": None, "fast": (3.0, 10.0), "slow": (30.0, 60.0)}
@@ -32,7 +32,7 @@ HELD_OUT = ("zigzag:10/10:port", "sine:15deg/{:g}s")
 
 
 @dataclass(frozen=True)
-class Case:
+class FaultCase:
     """What to inject.
 
     Parameters
@@ -49,7 +49,8 @@ class Case:
     noise_time_s : correlation time of the sensors' noise, s of a 160 m ship (0: white).
     spread : relative standard deviation of an effect's size between records.
     factors : (name, factor) of numbers in which the ship differs from the published one (`ships.sister_numbers`).
-    foreign : the effects' forces are those of another record (`foreign`), so that no cause of the motion explains them.
+    foreign : the effects' forces are those of another record, so that no cause of the motion explains them
+        (`frames.foreign_forces`).
     """
 
     vessel: str = "mariner"
@@ -85,11 +86,11 @@ class Case:
             raise BadInput(f"gusts {self.gusts!r}", hint="none, fast or slow")
 
     @property
-    def ship(self) -> Ship:
+    def ship(self) -> TrueShip:
         """The ship without effects."""
         return ship(self.vessel, self.factors)
 
-    def completed(self) -> Case:
+    def completed(self) -> FaultCase:
         """The case with its defaults filled in."""
         clock = self.ship.clock
         times = 40.0 * clock, 120.0 * clock

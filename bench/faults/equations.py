@@ -249,7 +249,7 @@ def response(kind, c, s, p, x, d, fn, out):
 def derivative(kind, c, s, p, extra, functions, t, x, d, fx, fy, fn, work, out):
     """out (8,) = dx/dt of u, v, r, north, east, psi and two hidden states; d is the rudder angle at the hull.
 
-    extra (m, 6) and functions (m of them): further forces and what each gets (`effects._forces`); work (5,) is scratch.
+    extra (m, 6) and functions (m of them): further forces and what each gets (`effects.forces`); work (5,) is scratch.
     """
     out[6] = out[7] = 0.0
     i = 0

@@ -8,17 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ...datasets.record import Record
-from . import sensing
-from .case import Case
+from . import equations, sensing
+from .case import FaultCase
 from .effects import Effect
-from .effects._forces import ForceKind
-from .effects._sensors import SensorKind
-from .foreign import foreign_forces
-from .ships import Ship
-from .simulator import Gusts, Plan, Run, simulate
+from .effects.forces import ForceKind
+from .effects.sensors import SensorKind
+from .ships import SECOND, TrueShip
+from .simulator import DenseRun, Gusts, RunPlan, first_class_functions, further_forces, rudder_force, simulate, vector
+
+EVERY = 10
+"""Steps of the simulation between two forces that are computed; linear between them."""
 
 
-def plan_of(ship: Ship, effects: Sequence[Effect], record: int) -> Plan:
+def plan_of(ship: TrueShip, effects: Sequence[Effect], record: int) -> RunPlan:
     """What the effects do in one record."""
     dynamic: dict[str, float] = {}
     chain: dict[str, float] = {}
@@ -33,7 +35,7 @@ def plan_of(ship: Ship, effects: Sequence[Effect], record: int) -> Plan:
             extra.append((kind.force, kind.vector(p)))
         if isinstance(kind, SensorKind):
             sensors.append((kind, p))
-    return Plan(ship, dynamic, chain, tuple(extra), wave, tuple(sensors))
+    return RunPlan(ship, dynamic, chain, tuple(extra), wave, tuple(sensors))
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,14 +52,14 @@ class Frames:
         return len(self.manoeuvres)
 
     @classmethod
-    def draw(cls, case: Case, rng: np.random.Generator) -> Frames:
+    def draw(cls, case: FaultCase, rng: np.random.Generator) -> Frames:
         """First headings all round the compass, one seed per record."""
         texts = (*case.train, *case.held_out)
         return cls(texts, rng.uniform(-np.pi, np.pi, len(texts)), rng.integers(0, 2**63, len(texts)))
 
     def run(
-        self, case: Case, effects: Sequence[Effect], i: int, gusts: Gusts | None, rudder: np.ndarray | None = None
-    ) -> Run:
+        self, case: FaultCase, effects: Sequence[Effect], i: int, gusts: Gusts | None, rudder: np.ndarray | None = None
+    ) -> DenseRun:
         """The dense run of record i; rudder : angles (2n + 1,) that are taken instead of the manoeuvre's, rad."""
         planted = None
         if case.foreign:
@@ -73,7 +75,13 @@ class Frames:
         )
 
     def record(
-        self, case: Case, effects: Sequence[Effect], i: int, run: Run, rng: np.random.Generator, noise: bool = True
+        self,
+        case: FaultCase,
+        effects: Sequence[Effect],
+        i: int,
+        run: DenseRun,
+        rng: np.random.Generator,
+        noise: bool = True,
     ) -> Record:
         """The record of run i; without noise also without gaps and with the heading unwrapped."""
         sd = sensing.noise_sd(case.ship, case.noise if noise else 0.0)
@@ -85,3 +93,36 @@ class Frames:
             manoeuvre=self.manoeuvres[i], wrap=case.wrap and noise,
             noise_time_s=case.noise_time_s * case.ship.clock,
         )  # fmt: skip
+
+
+def foreign_forces(plan: RunPlan, sound: TrueShip, run: DenseRun) -> np.ndarray:
+    """Forces X, Y, N (n + 1, 3) that the effects of a plan add along a run, backwards in time and without their mean.
+
+    Planted in another record they are nulls that no cause of its motion explains: knock-offs in the sense of Barber &
+    Candes 2015 (Ann. Stat. 43, 2055), with the size, spectrum and shape of the true effect but without its relation to
+    the record's own rudder and motion.  What a diagnosis names of them is a false discovery.  A mean would be a
+    constant force, which a diagnosis may name.
+    """
+    steps = np.arange(len(run.states))
+    at = np.append(steps[:-1:EVERY], steps[-1])
+    ill, well = (
+        np.array([forces(one, run, int(k), rudder) for k in at])
+        for one, rudder in ((plan, run.hull), (RunPlan(sound), run.rudder))
+    )
+    added = ill - well
+    series = np.column_stack([np.interp(steps, at, column) for column in added.T])
+    return (series - series.mean(axis=0))[::-1]
+
+
+def forces(plan: RunPlan, run: DenseRun, step: int, rudder: np.ndarray) -> np.ndarray:
+    """X, Y, N (3,) that give the accelerations of a plan's ship at a step of a run; of a response ship the yaw one."""
+    ship, out = plan.ship, np.zeros(8)
+    args = equations.ship_vector(ship, *rudder_force(ship)), vector(plan.dynamic), *further_forces(plan.extra)
+    state, angle = run.states[step], float(rudder[2 * step])
+    with first_class_functions():
+        equations.derivative(
+            ship.kind, ship.coefficients, *args, step * run.step_s, state, angle, 0.0, 0.0, 0.0, np.zeros(5), out
+        )
+    if ship.is_3dof:
+        return ship.mass @ out[:3]
+    return np.array([0.0, 0.0, out[1 if ship.kind == SECOND else 2]])

@@ -1,4 +1,4 @@
-"""Records of cases: `inject` draws the effects and makes them."""
+"""Effects in records: `inject` makes the records of a case, `inject_in_record` changes a measured one."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from ...datasets.record import Record
+from ...models.errors import BadInput
 from . import sensing
-from .case import GUSTS, Case
-from .effects import Effect
+from .case import GUSTS, FaultCase
+from .effects import Effect, kind_of, kinds
+from .effects.base import RecordEffect
 from .frames import Frames
 from .simulator import Gusts
 from .strength import draw_effect
@@ -24,7 +26,7 @@ class Injected:
     without effects that have a size).  frames: what its records share.
     """
 
-    case: Case
+    case: FaultCase
     train: list[Record]
     held_out: list[Record]
     effects: tuple[Effect, ...]
@@ -56,7 +58,7 @@ class Injected:
         return [self.frames.record(case, (), i, run, rng, noise=False) for i, run in enumerate(runs)]
 
 
-def inject(case: Case, rng: np.random.Generator) -> Injected:
+def inject(case: FaultCase, rng: np.random.Generator) -> Injected:
     """Draw the effects of a case, scale each to the strength, and make the records."""
     case = case.completed()
     gusts = draw_gusts(case, rng)
@@ -70,7 +72,24 @@ def inject(case: Case, rng: np.random.Generator) -> Injected:
     return Injected(case, records[:n], records[n:], found, gusts, power, frames)
 
 
-def draw_gusts(case: Case, rng: np.random.Generator) -> Gusts | None:
+def inject_in_record(record: Record, cause: str, parameters: dict[str, Any], rng: np.random.Generator) -> Record:
+    """The record as it would read under an effect of the sensors or the rudder channel, with gaps where a delayed
+    channel has no value.  `BadInput` for another effect or a missing channel."""
+    kind = kind_of(cause)
+    if not isinstance(kind, RecordEffect):
+        able = ", ".join(name for name, known in kinds().items() if isinstance(known, RecordEffect))
+        raise BadInput(f"{cause} cannot be injected in a measured record", hint=f"{able} can")
+    columns = {name: record.column(name).copy() for name in record.channels}
+    if "heading_rad" in columns:
+        columns["heading_rad"] = record.heading_unwrapped().copy()
+    try:
+        kind.change_record(columns, record.time_s, parameters, rng)
+    except KeyError as error:
+        raise BadInput(f"{cause} needs the column {error}", file=record.name) from None
+    return record.with_channels(**columns)
+
+
+def draw_gusts(case: FaultCase, rng: np.random.Generator) -> Gusts | None:
     """Correlation time and frame of a case's gusts."""
     span = GUSTS[case.gusts]
     if span is None:

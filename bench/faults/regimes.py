@@ -19,7 +19,7 @@ SIDES = ("above", "below", "port", "starboard")
 
 
 @dataclass(frozen=True)
-class Regime:
+class TrueRegime:
     """Where an effect acts.
 
     variable : rudder angle, drift angle and yaw rate by their size, speed over ground, the side to which the ship
@@ -32,7 +32,7 @@ class Regime:
     threshold: float = 0.0
 
     @classmethod
-    def of(cls, stated: Mapping[str, Any]) -> Regime:
+    def of(cls, stated: Mapping[str, Any]) -> TrueRegime:
         """The regime that a finding states; ValueError for another variable or side."""
         variable, side = str(stated.get("variable")), str(stated.get("side"))
         if variable not in VARIABLES or side not in SIDES:

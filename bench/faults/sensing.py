@@ -1,6 +1,6 @@
 """From a dense run to a Record: sampling, effects of the sensors, noise, gaps.
 
-recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects._sensors.Stage`.
+recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects.sensors.Stage`.
 """
 
 from __future__ import annotations
@@ -8,9 +8,9 @@ from __future__ import annotations
 import numpy as np
 
 from ...datasets.record import Record, RecordMeta
-from .effects._sensors import ATTITUDE, VELOCITY, Stage
-from .ships import Ship
-from .simulator import Plan, Run
+from .effects.sensors import ATTITUDE, VELOCITY, Stage
+from .ships import TrueShip
+from .simulator import DenseRun, RunPlan
 
 CHANNELS = ("rudder_rad", *ATTITUDE, *VELOCITY, "north_m", "east_m")
 RESPONSE_CHANNELS = ("rudder_rad", *ATTITUDE, "surge_m_s")
@@ -27,7 +27,7 @@ NOISE = {
 }
 
 
-def noise_sd(ship: Ship, level: float = 1.0) -> dict[str, float]:
+def noise_sd(ship: TrueShip, level: float = 1.0) -> dict[str, float]:
     """Channel -> standard deviation of its white noise; 0 for `level` 0."""
     clock = ship.clock
     power = {"yaw_rate_rad_s": -1, "surge_m_s": 1, "sway_m_s": 1, "north_m": 2, "east_m": 2}
@@ -35,8 +35,8 @@ def noise_sd(ship: Ship, level: float = 1.0) -> dict[str, float]:
 
 
 def observe(
-    run: Run,
-    plan: Plan,
+    run: DenseRun,
+    plan: RunPlan,
     dt_s: float,
     rng: np.random.Generator,
     noise: dict[str, float],
@@ -89,7 +89,7 @@ def coloured(rng: np.random.Generator, size: int, dt_s: float, time_s: float) ->
     return lfilter([fresh], [1.0, -keep], white, zi=[keep * white[0]])[0]
 
 
-def sampled(run: Run, channel: str, at: np.ndarray) -> np.ndarray:
+def sampled(run: DenseRun, channel: str, at: np.ndarray) -> np.ndarray:
     """True values of a channel at times `at`, linear on the integration grid; the first value before it."""
     if channel == "rudder_rad":
         return np.interp(at, 0.5 * run.step_s * np.arange(run.rudder.size), run.rudder)

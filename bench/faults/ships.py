@@ -62,7 +62,7 @@ MARINER_RIGID = (0.00798, -0.023, 0.000392)
 
 
 @dataclass(frozen=True, eq=False)
-class Ship:
+class TrueShip:
     """One ship of the truth.
 
     Parameters
@@ -113,7 +113,7 @@ class Ship:
         """The coefficient of that name."""
         return float(self.coefficients[self.names.index(name)])
 
-    def with_coefficients(self, **changes: float) -> Ship:
+    def with_coefficients(self, **changes: float) -> TrueShip:
         """The ship with some coefficients replaced."""
         values = self.coefficients.copy()
         for name, value in changes.items():
@@ -122,7 +122,7 @@ class Ship:
 
 
 @lru_cache
-def ship(vessel: str, factors: tuple[tuple[str, float], ...] = ()) -> Ship:
+def ship(vessel: str, factors: tuple[tuple[str, float], ...] = ()) -> TrueShip:
     """The ship of a vessel file; KeyError for a family without hand-written equations.
 
     factors : (name, factor) of numbers in which a sister ship differs from the published one, of `sister_numbers`.
@@ -156,11 +156,11 @@ def sister_numbers(vessel: str) -> tuple[str, ...]:
     return tuple(name for name in names if name not in DIMENSIONS)
 
 
-def _response(vessel: str, kind: int, numbers: dict, common: dict) -> Ship:
+def _response(vessel: str, kind: int, numbers: dict, common: dict) -> TrueShip:
     if "T1" in numbers:
         numbers = numbers | {"h": numbers["T1"] * numbers["T2"], "g": numbers["T1"] + numbers["T2"]}
     speed, length = SIZES[vessel]
-    return Ship(
+    return TrueShip(
         **common,
         coefficients=np.array([float(numbers.get(name, 0.0)) for name in NAMES[kind]]),
         mass=np.eye(3),
@@ -173,12 +173,12 @@ def _response(vessel: str, kind: int, numbers: dict, common: dict) -> Ship:
     )
 
 
-def _three(kind: int, numbers: dict, facts: dict, common: dict) -> Ship:
+def _three(kind: int, numbers: dict, facts: dict, common: dict) -> TrueShip:
     length, rho = float(numbers["L"]), float(facts["particulars"]["rho"]["value"])
     area = length * (numbers["d"] if kind == KVLCC2 else length)
     force = 0.5 * rho * area
     rigid, mass = MASSES[kind](numbers, rho, length, force)
-    return Ship(
+    return TrueShip(
         **common,
         coefficients=np.array([float(numbers[name]) for name in NAMES[kind]]),
         mass=mass,

@@ -17,17 +17,17 @@ from ...datasets.manoeuvres import Manoeuvre, parse_manoeuvre
 from ...models.compilation import callback
 from ...models.errors import BadInput
 from . import equations, integrate
-from .ships import FIRST, Ship
+from .ships import FIRST, TrueShip
 
 if TYPE_CHECKING:
-    from .effects._sensors import SensorKind
+    from .effects.sensors import SensorKind
 
 REFERENCE_RUDDER = np.deg2rad(10.0)
 CONSTANTS = 6
 """Length of the vector that a force function gets: the size, then the constants of the effect."""
 _VECTOR = types.Array(types.float64, 1, "C")
 FORCE = types.void(_VECTOR, types.float64, _VECTOR, types.float64, types.float64, types.float64, _VECTOR)
-"""Numba type of a force function (`effects._forces.ForceKind.force`)."""
+"""Numba type of a force function (`effects.forces.ForceKind.force`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,14 +44,14 @@ class Gusts:
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class RunPlan:
     """What is injected in one record, sorted by where it acts.
 
     dynamic: `equations.DYNAMIC` name -> value; chain: `integrate.CHAIN` name -> value; extra: force functions with
-    their vectors (`effects._forces`); wave: (rms rad, peak rad/s, damping) or None; sensors: kinds with parameters.
+    their vectors (`effects.forces`); wave: (rms rad, peak rad/s, damping) or None; sensors: kinds with parameters.
     """
 
-    ship: Ship
+    ship: TrueShip
     dynamic: dict[str, float] = field(default_factory=dict)
     chain: dict[str, float] = field(default_factory=dict)
     extra: tuple[tuple[Callable[..., None], np.ndarray], ...] = ()
@@ -60,7 +60,7 @@ class Plan:
 
 
 @dataclass(frozen=True, eq=False)
-class Run:
+class DenseRun:
     """A dense run: step s, states (n + 1, 8), recorded rudder on half steps (2n + 1,), wave motion (n + 1, 2)."""
 
     step_s: float
@@ -76,7 +76,7 @@ class Run:
 
 
 @lru_cache(maxsize=64)
-def rudder_force(ship: Ship) -> tuple[float, float]:
+def rudder_force(ship: TrueShip) -> tuple[float, float]:
     """Sway force and yaw moment (response ships: yaw acceleration) of 10 deg of rudder on a straight course."""
     if not ship.is_3dof:
         per = "T" if ship.kind == FIRST else "h"
@@ -91,12 +91,12 @@ def rudder_force(ship: Ship) -> tuple[float, float]:
     return abs(float(force[1])), abs(float(force[2]))
 
 
-def straight(ship: Ship, heading_rad: float = 0.0) -> np.ndarray:
+def straight(ship: TrueShip, heading_rad: float = 0.0) -> np.ndarray:
     """State (8,) of a straight course through still water at the ship's speed."""
     return np.array([ship.speed_m_s, 0.0, 0.0, 0.0, 0.0, heading_rad, 0.0, 0.0])
 
 
-def start(plan: Plan, heading_rad: float) -> np.ndarray:
+def start(plan: RunPlan, heading_rad: float) -> np.ndarray:
     """State (8,) at rest in the moving water, over ground."""
     x = straight(plan.ship, heading_rad)
     north, east = plan.dynamic.get("current_north", 0.0), plan.dynamic.get("current_east", 0.0)
@@ -106,7 +106,7 @@ def start(plan: Plan, heading_rad: float) -> np.ndarray:
 
 
 def simulate(
-    plan: Plan,
+    plan: RunPlan,
     manoeuvre: str,
     duration_s: float,
     rng: np.random.Generator,
@@ -116,7 +116,7 @@ def simulate(
     prescribed: np.ndarray | None = None,
     step_s: float | None = None,
     planted: np.ndarray | None = None,
-) -> Run:
+) -> DenseRun:
     """Run one manoeuvre.
 
     helmsman_sd: error of the heading by which a zigzag is steered, rad, renewed twice a second (of a full-scale
@@ -140,7 +140,7 @@ def simulate(
             np.zeros(0) if prescribed is None else np.ascontiguousarray(prescribed, float),
             forces, bool(gusts and gusts.earth_fixed), states, rudder, hull,
         )  # fmt: skip
-    return Run(h, states, rudder, hull, wave)
+    return DenseRun(h, states, rudder, hull, wave)
 
 
 @contextmanager
@@ -178,7 +178,7 @@ def chain(values: dict[str, float]) -> np.ndarray:
     return np.array(list(whole.values()), float)
 
 
-def steering(ship: Ship, m: Manoeuvre, h: float, n: int, rng: np.random.Generator):
+def steering(ship: TrueShip, m: Manoeuvre, h: float, n: int, rng: np.random.Generator):
     """Rudder orders (n,) in the ship's sign, and the zigzag's loop (5,); BadInput for a manoeuvre without either."""
     t = h * np.arange(n)
     execute = 10.0 * ship.clock
@@ -204,14 +204,14 @@ def steering(ship: Ship, m: Manoeuvre, h: float, n: int, rng: np.random.Generato
     return ship.starboard * order, loop
 
 
-def gust_forces(ship: Ship, gusts: Gusts | None, h: float, n: int, rng: np.random.Generator) -> np.ndarray:
+def gust_forces(ship: TrueShip, gusts: Gusts | None, h: float, n: int, rng: np.random.Generator) -> np.ndarray:
     """Forces X, Y, N (n + 1, 3) of a gust, sampled exactly at the steps (linear between them)."""
     if gusts is None:
         return np.zeros((n + 1, 3))
     return np.column_stack([sd * walk(gusts.correlation_s, h, n, rng) for sd in gust_sd(ship, gusts)])
 
 
-def gust_sd(ship: Ship, gusts: Gusts) -> Sequence[float]:
+def gust_sd(ship: TrueShip, gusts: Gusts) -> Sequence[float]:
     """Standard deviations of a gust's X, Y, N."""
     side, yaw = rudder_force(ship)
     part = gusts.level / REFERENCE_RUDDER

@@ -6,12 +6,12 @@ import numpy as np
 
 from ...datasets.record import Record
 from . import equations, oracle, sensing
-from .case import SIZED, STRENGTHS, Case
+from .case import SIZED, STRENGTHS, FaultCase
 from .effects import Effect, Setting, kind_of
 from .frames import Frames
 from .simulator import (
+    DenseRun,
     Gusts,
-    Run,
     first_class_functions,
     further_forces,
     gust_sd,
@@ -27,7 +27,7 @@ DRAWS = 4
 
 
 def draw_effect(
-    case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator
+    case: FaultCase, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator
 ) -> tuple[Effect, float]:
     """An effect of the case's strength, and its non-centrality on the training records.
 
@@ -43,7 +43,7 @@ def draw_effect(
     return best
 
 
-def _draw_once(case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator):
+def _draw_once(case: FaultCase, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator):
     """Effect, non-centrality, and whether that fell short of the strength."""
     setting = Setting(
         case.ship,
@@ -69,7 +69,7 @@ def _draw_once(case: Case, cause: str, frames: Frames, gusts: Gusts | None, rng:
     return effect, power, not 0.5 < power / target < 2.0
 
 
-def place_on_track(case: Case, frames: Frames, rng: np.random.Generator) -> tuple[float, float]:
+def place_on_track(case: FaultCase, frames: Frames, rng: np.random.Generator) -> tuple[float, float]:
     """Where (north, east, in ship lengths) the ship is at a random time between .2 and .7 of a training record."""
     run = frames.run(case, (), int(rng.integers(len(case.train))), None)
     north, east = run.states[int(rng.uniform(0.2, 0.7) * len(run.states)), 3:5] / case.ship.length_m
@@ -77,7 +77,7 @@ def place_on_track(case: Case, frames: Frames, rng: np.random.Generator) -> tupl
 
 
 def scaled_to(
-    case: Case, shape: Effect, target: float, frames: Frames, gusts: Gusts | None, tolerance: float = 0.15
+    case: FaultCase, shape: Effect, target: float, frames: Frames, gusts: Gusts | None, tolerance: float = 0.15
 ) -> tuple[Effect, float]:
     """The effect scaled until its non-centrality is `target` to within the tolerance, or its cap is reached."""
     low, high, factor, slope = 0.0, np.inf, 1.0, 2.0
@@ -101,7 +101,7 @@ def scaled_to(
     return effect, power
 
 
-def noncentrality(case: Case, effects: tuple[Effect, ...], frames: Frames, gusts: Gusts | None) -> float:
+def noncentrality(case: FaultCase, effects: tuple[Effect, ...], frames: Frames, gusts: Gusts | None) -> float:
     """Of the best test of the effects on the training records, noise variances and the ship known.
 
     Noise-free records under the effects go through the filter of the ship without them (`oracle`); effects that
@@ -123,7 +123,7 @@ def noncentrality(case: Case, effects: tuple[Effect, ...], frames: Frames, gusts
     return total if np.isfinite(total) else np.inf
 
 
-def whitened(case: Case, record: Record, run: Run, gusts: Gusts | None) -> np.ndarray:
+def whitened(case: FaultCase, record: Record, run: DenseRun, gusts: Gusts | None) -> np.ndarray:
     """Whitened innovations (N, k) of a noise-free record against the case's ship without effects."""
     base, dt = case.ship, case.dt_s or 0.0
     names = [name for name in sensing.STATE if name in record.channels]
@@ -150,7 +150,7 @@ def whitened(case: Case, record: Record, run: Run, gusts: Gusts | None) -> np.nd
     return z
 
 
-def rudder_seen(case: Case, record: Record, run: Run) -> np.ndarray:
+def rudder_seen(case: FaultCase, record: Record, run: DenseRun) -> np.ndarray:
     """The recorded rudder angle between the samples too, with the sign that the record gives it."""
     column = "rudder_command_rad" if case.command else "rudder_rad"
     flipped = float(

@@ -18,7 +18,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...models.errors import BadInput
 from .differences import forward, heading_difference, midpoint
 from .integrated import triple_integral, triple_integral_held, triple_integral_rest
 from .samples import RegressionSamples, check_enough_rows
@@ -40,17 +39,6 @@ INTEGRATED: dict[str, Callable[[Record, Model], RegressionSamples]] = {
 }
 """Schemes whose errors are correlated over the whole record."""
 SCHEMES = LOCAL | INTEGRATED
-
-
-def check_scheme(scheme: str, more: Sequence[str] = ()) -> None:
-    """Refuse a scheme that is neither one of `SCHEMES` nor one of `more`.
-
-    Raises
-    ------
-    BadInput : naming the known ones.
-    """
-    if scheme not in (*SCHEMES, *more):
-        raise BadInput(f"unknown difference scheme {scheme!r}", hint=f"known: {', '.join((*SCHEMES, *more))}")
 
 
 def regression_samples(records: Sequence[Record], model: Model, scheme: str) -> list[RegressionSamples]:

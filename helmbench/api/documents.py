@@ -61,11 +61,12 @@ def titles_text(titles: Mapping[str, str]) -> str:
 
 
 def options_text(options: Sequence[Option]) -> str:
-    """Options of a method with default, meaning and searched range, a block each."""
+    """Options of a method with default, meaning, allowed values and searched range, a block each."""
     lines: list[str] = []
     for option in options:
         lines.append(f"{option.name}={option.default}")
         lines += [f"    {option.meaning}"] if option.meaning else []
+        lines += [f"    allowed: {option.range}"] if option.range else []
         lines += [f"    tuning searches {option.searched}"] if option.searched else []
     return "\n".join(lines) or "no options"
 

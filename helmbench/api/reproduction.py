@@ -16,7 +16,7 @@ from ..models.errors import BadInput
 if TYPE_CHECKING:
     from os import PathLike
 
-    from ..reproduction.runner import Run
+    from ..reproduction.runner import StudyRun
 
 
 @dataclass(frozen=True, repr=False)
@@ -80,11 +80,11 @@ def reproduce(
     if resume and directory is None:
         raise BadInput("--resume needs the directory that was started", hint="give it with -o")
 
-    def watch(run: Run | None) -> None:
+    def watch(run: StudyRun | None) -> None:
         bar.update()
         failed.extend([run] if run is not None and run.error else [])
 
-    failed: list[Run] = []
+    failed: list[StudyRun] = []
     with (
         temporary_folder() if directory is None else nullcontext(directory) as folder,
         processes(jobs) as pool,

@@ -27,7 +27,7 @@ def list_command(kind: str, name: str | None, as_json: bool) -> None:
             raise BadInput(f"list {kind} takes no name", hint="'list methods NAME' lists the options of a method")
         options = method_options(name)
         if as_json:
-            print_json([vars(option) for option in options])
+            print_json([option.texts() for option in options])
         else:
             echo(options_text(options))
         return

@@ -73,8 +73,8 @@ class Claim(FileContent):
     unprinted : the decisive setting that the paper does not print; whatever we find, the claim is at most consistent.
     censored : a run without a number would have had one after the record's end: right-censored.
     stated : everything that decides the value is printed, so that a disagreement contradicts the claim.
-    search : the study that computes the same keys over the range of what is not printed (see `Search`); only a value
-        that this range does not hold is contradicted.
+    search : the study that computes the same keys over the range of what is not printed (see `SettingSearch`); only a
+        value that this range does not hold is contradicted.
     nonzero : the value only counts as reproduced by an interval that excludes zero; for coefficients that records may
         not determine at all.
     widest : an interval wider than this multiple of the published value reproduces nothing; of values 1, of bounds
@@ -128,7 +128,7 @@ class Claim(FileContent):
         return WIDEST if self.form == "value" else math.inf
 
 
-class Interval(FileContent):
+class SettingRange(FileContent):
     """A range of a setting that the paper does not print; with `log`, its logarithm is spread evenly."""
 
     low: Number
@@ -137,7 +137,7 @@ class Interval(FileContent):
     log: Flag = False
 
 
-class Search(FileContent):
+class SettingSearch(FileContent):
     """The settings that a paper does not print, and the range over which a study tries them.
 
     Run i of the study has the i-th point of a Halton sequence over `ranges` and `choices`, so that the points do not
@@ -145,7 +145,7 @@ class Search(FileContent):
     """
 
     study: Text
-    ranges: dict[str, Interval] = Field(default_factory=dict)
+    ranges: dict[str, SettingRange] = Field(default_factory=dict)
     choices: dict[str, tuple[Any, ...]] = Field(default_factory=dict)
 
     @property
@@ -156,7 +156,7 @@ class Search(FileContent):
         return "; ".join(parts)
 
 
-class Comparison(FileContent):
+class OwnComparison(FileContent):
     """A ratio of errors on the paper's own example, method over baseline: below 1 the method is better.
 
     note : what the ratio means.
@@ -184,7 +184,7 @@ class Headline(FileContent):
     claim: Text
     method: Text
     baseline: Text
-    own: tuple[Comparison, ...]
+    own: tuple[OwnComparison, ...]
     pairs: tuple[Text, ...] = ()
 
 
@@ -216,7 +216,7 @@ class ShownRow(FileContent):
     unit: Text = ""
 
 
-class Shown(FileContent):
+class ShownTable(FileContent):
     """A table of a study's values that the paper claims nothing of, with a text before it.
 
     columns : title -> begin of the keys of its values; the key of a row follows, after an underscore.
@@ -248,8 +248,8 @@ class Paper(FileContent):
     figures: tuple[Figure, ...] = ()
     references: tuple[Reference, ...] = ()
     notes: tuple[Text, ...] = ()
-    searches: tuple[Search, ...] = ()
-    shown: tuple[Shown, ...] = ()
+    searches: tuple[SettingSearch, ...] = ()
+    shown: tuple[ShownTable, ...] = ()
     whole: tuple[Text, ...] = ()
     headline: Headline | None = None
 
@@ -308,7 +308,7 @@ class Paper(FileContent):
         nothing = {"errata": (), "figures": (), "shown": (), "references": (), "headline": None}
         return self.model_copy(update={"claims": kept, **nothing})
 
-    def search(self, study: str) -> Search:
+    def search(self, study: str) -> SettingSearch:
         """The ranges that a study searches."""
         return next(search for search in self.searches if search.study == study)
 

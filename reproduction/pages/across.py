@@ -19,7 +19,7 @@ from ..results import Results
 
 
 @dataclass(frozen=True)
-class Cell:
+class PairCell:
     """A pair on one vessel at one level of noise; the quantities of `statistics.paired`, `adjusted` by Holm."""
 
     vessel: str
@@ -34,7 +34,7 @@ class Cell:
         return statistics.outcome(self.adjusted, f["ratio"], f["error"], f["baseline"])
 
 
-def cells(results: Results, pair: str) -> list[Cell]:
+def cells(results: Results, pair: str) -> list[PairCell]:
     """All vessels and levels on which a pair was compared; the p values of these are adjusted together."""
     raw = {}
     for vessel, values in results.values.items():
@@ -44,10 +44,10 @@ def cells(results: Results, pair: str) -> list[Cell]:
             if found:
                 raw[vessel, noise] = found
     adjusted = statistics.holm({"/".join(place): found["p"] for place, found in raw.items()})
-    return [Cell(place[0], place[1], found, adjusted["/".join(place)]) for place, found in raw.items()]
+    return [PairCell(place[0], place[1], found, adjusted["/".join(place)]) for place, found in raw.items()]
 
 
-def counts(found: Sequence[Cell]) -> Counter[str]:
+def counts(found: Sequence[PairCell]) -> Counter[str]:
     """How many comparisons ended in which way."""
     return Counter(cell.outcome for cell in found)
 
@@ -88,7 +88,7 @@ a constant prediction. The effect is the matched-pairs rank-biserial correlation
 smaller error, -1 where the baseline has."""
 
 
-def _summary(pairs: dict[str, list[Cell]]) -> str:
+def _summary(pairs: dict[str, list[PairCell]]) -> str:
     columns = [
         Column("pair", lambda row: title(row[0])),
         Column("compared", lambda row: str(len(row[1])), lambda r: len(r[1])),
@@ -100,7 +100,7 @@ def _summary(pairs: dict[str, list[Cell]]) -> str:
     return table_text(make_table(columns, [*pairs.items()]))
 
 
-def _details(found: Sequence[Cell]) -> Iterator[str]:
+def _details(found: Sequence[PairCell]) -> Iterator[str]:
     def value(key: str) -> Column:
         heading = {"error": "error", "baseline": "error of the baseline", "ratio": "ratio", "effect": "effect"}[key]
         return Column(heading, lambda cell: number(cell.found[key], 3), lambda cell: cell.found[key])
@@ -158,7 +158,7 @@ def _errors(cell: dict[str, float] | None) -> str:
     return f"{number(own / other, 2)} ({number(own, 2)}, {number(other, 2)})"
 
 
-def _matrix(found: Sequence[Cell]) -> str:
+def _matrix(found: Sequence[PairCell]) -> str:
     """Vessels by noise: the ratio, in bold where it is better or worse."""
     at = {(cell.vessel, cell.noise): cell for cell in found}
 

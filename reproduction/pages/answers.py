@@ -11,7 +11,7 @@ from ..claims.claim import Headline, Paper
 from ..papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, MATERIAL, OUTCOMES, WORSE
 from ..results import Results
 from ..verdicts.spread import NOTHING, Spread
-from .across import Cell, cells, counts, title
+from .across import PairCell, cells, counts, title
 
 YES, NO, PARTLY, OPEN = "yes", "no", "partly", "not settled"
 MOSTLY = 2.0 / 3.0
@@ -48,7 +48,7 @@ def joined(answers: Sequence[str]) -> str:
     return answers[0] if len(set(answers)) == 1 else PARTLY
 
 
-def elsewhere(found: Sequence[Cell]) -> str:
+def elsewhere(found: Sequence[PairCell]) -> str:
     """One word for all vessels: yes where most comparisons are better, no where few are."""
     if not found:
         return OPEN

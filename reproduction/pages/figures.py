@@ -9,7 +9,7 @@ from pathlib import Path
 from ...models.folders import make_folder, write_atomic
 from ...reporting.plots import svg
 from ..claims.claim import Figure, Paper
-from ..papers.study import StudyResult, module_of
+from ..papers.study import StudyResult, drawing_of
 
 FOLDER = "figures"
 
@@ -20,11 +20,8 @@ def file_of(paper: str, figure: Figure) -> str:
 
 
 def write(paper: Paper, figure: Figure, results: Sequence[StudyResult], directory: Path) -> str:
-    """Draw a figure from its study's results, in order of their seeds; returns the SHA-256 of the file.
-
-    The paper's module has `draw(results, figure)`, which adds axes to an empty matplotlib figure.
-    """
-    draw = getattr(module_of(paper.paper), figure.draw)
+    """Draw a figure from its study's results, in order of their seeds; returns the SHA-256 of the file."""
+    draw = drawing_of(paper.paper, figure.draw)
     data = svg(lambda canvas: draw(results, canvas)).encode()
     path = directory / file_of(paper.paper, figure)
     make_folder(path.parent, within=directory)

@@ -1,18 +1,24 @@
-"""Studies: named computations that are repeated over noise seeds; a paper's package has them as `STUDIES`."""
+"""Studies: named computations that are repeated over noise seeds; a paper's file `studies` has them as `STUDIES`."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...methods.registry import make
+from ...models.errors import FitFailed
+from ..claims.files import load
+
 if TYPE_CHECKING:
-    from ..claims.claim import Search
+    from ...datasets.record import Record
+    from ...estimation.estimates.estimate import Estimate
+    from ...models.model import Model
+    from ..claims.claim import SettingSearch
 
 
 @dataclass(frozen=True)
@@ -28,7 +34,7 @@ class StudyResult:
 
 
 @dataclass(frozen=True)
-class Study:
+class PaperStudy:
     """A computation `function(rng, index=i) -> StudyResult`, run for i = 0 .. seeds - 1.
 
     A deterministic one has one seed.  Only the runs of index below `drawn` keep their series.  `measured` is the
@@ -41,14 +47,14 @@ class Study:
     measured: str = ""
 
 
-def module_of(paper: str) -> ModuleType:
-    """The module with the studies and drawings of a paper, `"003"`."""
-    return import_module(f".paper_{paper}", __package__)
+def studies_of(paper: str) -> dict[str, PaperStudy]:
+    """The studies of a paper, `"003"`, by name."""
+    return import_module(f".paper_{paper}.studies", __package__).STUDIES
 
 
-def studies_of(paper: str) -> dict[str, Study]:
-    """The studies of a paper by name."""
-    return module_of(paper).STUDIES
+def drawing_of(paper: str, name: str) -> Callable[[Sequence[StudyResult], Any], None]:
+    """The function of a paper that draws a figure: it adds axes to an empty matplotlib figure."""
+    return getattr(import_module(f".paper_{paper}.figures", __package__), name)
 
 
 def stream(paper: str, study: str, index: int, seed: int = 0) -> np.random.Generator:
@@ -58,7 +64,20 @@ def stream(paper: str, study: str, index: int, seed: int = 0) -> np.random.Gener
     return np.random.default_rng(np.random.SeedSequence(words))
 
 
-def point(search: Search, index: int) -> dict[str, Any]:
+def fitted(method: str, records: Sequence[Record], model: Model) -> Estimate | None:
+    """What a method, as the registry writes it, finds in records; None where it finds nothing finite."""
+    try:
+        return make(method).fit(records, model)
+    except FitFailed:
+        return None
+
+
+def settings_at(paper: str, study: str, index: int) -> dict[str, Any]:
+    """The settings of run `index` of a paper's search, see `point`."""
+    return point(load(paper).search(study), index)
+
+
+def point(search: SettingSearch, index: int) -> dict[str, Any]:
     """The settings of run `index` of a search: a Halton point over its ranges and choices, the same for every seed."""
     from scipy.stats import qmc
 

@@ -86,9 +86,9 @@ def test_options_and_tasks_are_part_of_the_content(suite_of):
 
 
 def test_the_sources_of_a_method_are_those_that_it_imports():
-    files, packages = content._reached(["helmbench.methods.gp_narx"])
+    files, packages = content._reached(["helmbench.methods.narx"])
     reached = {path.relative_to(content.ROOT).as_posix() for path in files if content.ROOT in path.parents}
-    assert {"methods/gp_narx.py", "methods/learner.py", "estimation/methods_only/black_box/narx.py"} <= reached
+    assert {"methods/narx.py", "methods/learner.py", "estimation/methods_only/black_box/narx.py"} <= reached
     assert "methods/pem.py" not in reached and not any(name.startswith("reporting/") for name in reached)
     assert {"sklearn", "numpy"} <= packages
 

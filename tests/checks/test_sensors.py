@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.check import check
 
 from ..seeds import SHIFT
@@ -22,7 +22,7 @@ SHIPS = ("mariner", "s175", "kvlcc2-l7")
 
 
 def made(cause, rng, **facts):
-    case = Case(str(rng.choice(SHIPS)), (cause,) if cause else (), "large", **facts)
+    case = FaultCase(str(rng.choice(SHIPS)), (cause,) if cause else (), "large", **facts)
     return inject(case, rng)
 
 
@@ -50,7 +50,7 @@ def test_clean_records_have_no_findings(rng):
     """42 records, 18 by `make test`, of ships in calm and in gusts: at a rate of 2 % a case two of 14 in .3 %."""
     wrong = []
     for k in range(14 if SHIFT else 6):
-        injected = inject(Case(SHIPS[k % 3], (), gusts=("none", "fast")[k % 2], gaps=0.02 * (k % 4 == 3)), rng)
+        injected = inject(FaultCase(SHIPS[k % 3], (), gusts=("none", "fast")[k % 2], gaps=0.02 * (k % 4 == 3)), rng)
         wrong += [(k, f.cause, f.evidence) for f in check(injected.train).findings if f.material]
     print(wrong)
     assert len({k for k, *_ in wrong}) <= 1
@@ -164,7 +164,7 @@ def test_every_finding_is_a_known_cause_with_finite_sizes(rng):
 
 def test_a_late_heading_that_velocities_were_made_with_is_no_second_error(rng):
     """Velocities turned into body axes with the late heading: only the delay is named, of the heading."""
-    record = inject(Case("mariner", (), wrap=False), rng).train[1]
+    record = inject(FaultCase("mariner", (), wrap=False), rng).train[1]
     psi, time = record.heading_unwrapped(), record.time_s
     late = np.interp(time - 5.0, time, psi)
     u, v, turn = record.column("surge_m_s"), record.column("sway_m_s"), late - psi

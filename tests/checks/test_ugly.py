@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.check import check, examine
 from helmbench.datasets import generator
 from helmbench.datasets.record import Record
@@ -116,7 +116,7 @@ FAULTS = (
 @pytest.fixture(scope="module")
 def records():
     """Three records of a large ship with noise."""
-    return inject(Case("mariner", (), wrap=False), np.random.default_rng(seed_of("a large ship"))).train
+    return inject(FaultCase("mariner", (), wrap=False), np.random.default_rng(seed_of("a large ship"))).train
 
 
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda f: f.__name__)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, Effect, inject
+from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.bench.kinds.diagnosis.localisation import healthy_bias, regime_scores
 from helmbench.bench.kinds.diagnosis.records import RECORDS
 from helmbench.diagnosis.diagnose import diagnose
@@ -17,7 +17,7 @@ TRAIN = {"train": RECORDS["five-steps"]["train"][:4], "held_out": ("turn:20",), 
 
 
 def diagnosed(vessel, effect, rng, base=None, **facts):
-    case = inject(Case(vessel, effects=(effect,) if effect else (), **(TRAIN | facts)), rng)
+    case = inject(FaultCase(vessel, effects=(effect,) if effect else (), **(TRAIN | facts)), rng)
     return case, diagnose(base or resolve(vessel), case.train, case.held_out)
 
 

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.comparison.chains import track_chain
 from helmbench.datasets.instruments import corrected, observed
 from helmbench.diagnosis.channels import Shown, sensors_of
@@ -24,7 +24,9 @@ def compare(records) -> Shown:
 
 
 def records(cause, rng, strength="large"):
-    case = Case(str(rng.choice(SHIPS)), (cause,) if cause else (), strength, gusts=str(rng.choice(["none", "fast"])))
+    case = FaultCase(
+        str(rng.choice(SHIPS)), (cause,) if cause else (), strength, gusts=str(rng.choice(["none", "fast"]))
+    )
     return inject(case, rng)
 
 
@@ -49,7 +51,7 @@ def test_nothing_is_found_where_dynamics_are_wrong(cause, rng):
 
 def test_sizes_put_the_records_right(rng):
     """A scale of 1 % and a sway offset together, from noise-free channels."""
-    true = inject(Case("mariner", ()), rng).train
+    true = inject(FaultCase("mariner", ()), rng).train
     errors = {"surge_scale": 0.01, "sway_scale": 0.01, "sway_bias": 0.05}
     found = compare([observed(r, errors) for r in true])
     assert {f.cause for f in found.findings} == {"speed_scale", "sway_offset"}
@@ -60,21 +62,21 @@ def test_sizes_put_the_records_right(rng):
 
 def test_a_size_below_the_floor_is_neither_told_nor_corrected(rng):
     """A scale of .1 %, a fifth of the floor, that channels show beyond doubt."""
-    true = inject(Case("mariner", ()), rng).train
+    true = inject(FaultCase("mariner", ()), rng).train
     found = compare([observed(r, {"surge_scale": 1e-3, "sway_scale": 1e-3}) for r in true])
     assert found.findings == () and found.instruments == {}
     assert {c.id: s for c, s in found.statistics.items()}["speed_scale"] > 20.0
 
 
 def test_records_without_a_track_say_nothing(rng):
-    bare = [r.with_channels(north_m=None) for r in inject(Case("mariner", ()), rng).train]
+    bare = [r.with_channels(north_m=None) for r in inject(FaultCase("mariner", ()), rng).train]
     assert compare(bare) == Shown()
 
 
 @pytest.mark.nightly
 def test_a_response_model_is_told_of_the_log(rng):
     """The model knows no sway and no track: the stage names the log's scale and the extended model carries it."""
-    injected = inject(Case("mariner", ("speed_scale",), "large"), rng)
+    injected = inject(FaultCase("mariner", ("speed_scale",), "large"), rng)
     vessel = resolve("nomoto-1")
     found = diagnose(
         replace(vessel, positive_rudder=resolve("mariner").positive_rudder),

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.stats import binom
 
-from helmbench.bench.faults import TAXONOMY, Case, inject, kind_of, names_of
+from helmbench.bench.faults import TAXONOMY, FaultCase, inject, kind_of, names_of
 from helmbench.bench.faults.ships import ship
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
@@ -46,7 +46,7 @@ SELDOM = 1e-6
 def injected(vessel, causes, rng, strength="large", gusts="none", **facts):
     """Short records of a ship with the effects in it."""
     duration, dt = SHORT[vessel]
-    return inject(Case(vessel, causes, strength, gusts=gusts, duration_s=duration, dt_s=dt, **facts), rng)
+    return inject(FaultCase(vessel, causes, strength, gusts=gusts, duration_s=duration, dt_s=dt, **facts), rng)
 
 
 def fewest(draws: int, rate: float) -> int:

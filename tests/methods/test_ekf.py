@@ -6,7 +6,7 @@ import pytest
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.information.bounds import cramer_rao
 from helmbench.estimation.regression.starts import starts_of
-from helmbench.methods.ekf import Ekf
+from helmbench.methods.kalman import Ekf
 from helmbench.models.errors import BadInput, CannotFit
 
 from ..made_up.records import relative_errors

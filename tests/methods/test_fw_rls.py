@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.methods.fw_rls import FwRls
-from helmbench.methods.rls import Rls
+from helmbench.methods.rls import FwRls, Rls
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.record import Record
-from helmbench.methods.ls import Ls
-from helmbench.methods.ls_forward import LsForward
+from helmbench.methods.ls import Ls, LsForward
 from helmbench.models.errors import BadInput
 from helmbench.models.model import list_vessels, resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate

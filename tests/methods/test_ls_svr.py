@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.svr.tuning import Tuned
-from helmbench.methods.ls_svr import LsSvr
-from helmbench.methods.rw_ls_svr import RwLsSvr
+from helmbench.estimation.methods_only.svr.tuning import TunedConstant
+from helmbench.methods.ls_svr import LsSvr, RwLsSvr
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 
@@ -36,7 +35,7 @@ def test_any_tuner_can_be_passed(rng):
 
     def tuner(objective, low, high):
         calls.append((low, high, objective(1.0), objective(1e6)))
-        return Tuned(1e6, calls[0][3], 2)
+        return TunedConstant(1e6, calls[0][3], 2)
 
     estimate = LsSvr(tuner=tuner).fit([heading_record(1e-4, rng)], resolve("cargo"))
     assert calls[0][:2] == (1e-2, 1e10) and calls[0][3] <= calls[0][2]

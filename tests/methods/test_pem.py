@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case as FaultCase
-from helmbench.bench.faults import inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.filters.innovations.noise_fit import fit_noise_from_starts
 from helmbench.estimation.methods_only.likelihood.prediction_error import velocity_estimator, with_coefficients

@@ -7,8 +7,8 @@ import pytest
 
 from helmbench.methods import registry
 from helmbench.methods.base import Method
-from helmbench.methods.fw_rls import FwRls
 from helmbench.methods.ls import Ls
+from helmbench.methods.rls import FwRls
 from helmbench.models import discovery
 from helmbench.models.errors import BadInput
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
+from helmbench.methods.filtered_ls import RtsLs
 from helmbench.methods.ls import Ls
-from helmbench.methods.rts_ls import RtsLs
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 from helmbench.models.simulate import simulate

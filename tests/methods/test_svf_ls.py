@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.record import Record
-from helmbench.methods.svf_ls import SvfLs
+from helmbench.methods.filtered_ls import SvfLs
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.models.simulate import simulate

@@ -6,7 +6,7 @@ import pytest
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.numerics import factors
 from helmbench.methods.registry import make
-from helmbench.methods.tsvd_ls import truncated
+from helmbench.methods.regularised import truncated
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 

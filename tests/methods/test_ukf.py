@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.methods.ukf import Ukf
+from helmbench.methods.kalman import Ukf
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.models.simulate import simulate

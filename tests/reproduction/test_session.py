@@ -11,9 +11,9 @@ from helmbench.bench.store import locked
 from helmbench.models.errors import BadInput
 from helmbench.reproduction import results, runner, session
 from helmbench.reproduction.claims import files
-from helmbench.reproduction.pages import figures, markdown
+from helmbench.reproduction.pages import markdown
 from helmbench.reproduction.papers import study
-from helmbench.reproduction.papers.study import Study, StudyResult
+from helmbench.reproduction.papers.study import PaperStudy, StudyResult
 
 from ..support.inline_pool import inline
 
@@ -39,13 +39,13 @@ references:
 
 
 class Made:
-    """Stands for the module of a paper."""
+    """Stands for the modules of a paper."""
 
     calls = 0
     fails = False
 
     def __init__(self):
-        self.STUDIES = {"noise": Study(self.noise, seeds=5), "constant": Study(self.constant)}
+        self.STUDIES = {"noise": PaperStudy(self.noise, seeds=5), "constant": PaperStudy(self.constant)}
 
     def noise(self, rng, *, index):
         self.calls += 1
@@ -69,8 +69,7 @@ def made(monkeypatch, tmp_path):
     (folder / "999.yaml").write_text(CLAIMS, encoding="utf-8")
     module = Made()
     monkeypatch.setattr(files, "FOLDER", folder)
-    for place in (study, figures):
-        monkeypatch.setattr(place, "module_of", lambda paper: module)
+    monkeypatch.setattr(study, "import_module", lambda *_: module)
     return module
 
 
@@ -140,7 +139,7 @@ def test_resuming_runs_only_what_is_missing(made, tmp_path):
     reproduce(tmp_path / "out")
     assert made.calls == 6
     before = stored(tmp_path / "out")
-    runner.Job("999", "noise", 2).path(tmp_path / "out").unlink()
+    runner.StudyJob("999", "noise", 2).path(tmp_path / "out").unlink()
     reproduce(tmp_path / "out", resume=True)
     assert made.calls == 7
     after = stored(tmp_path / "out")
@@ -154,7 +153,7 @@ def test_resuming_runs_only_what_is_missing(made, tmp_path):
 def test_a_damaged_run_is_made_again(made, tmp_path, damage, suffix):
     reproduce(tmp_path / "out")
     before = stored(tmp_path / "out/pages")
-    runner.Job("999", "noise", 0).path(tmp_path / "out").with_suffix(suffix).write_bytes(damage)
+    runner.StudyJob("999", "noise", 0).path(tmp_path / "out").with_suffix(suffix).write_bytes(damage)
     reproduce(tmp_path / "out", resume=True)
     assert made.calls == 7 and stored(tmp_path / "out/pages") == before
 

@@ -1,9 +1,7 @@
-"""Effects that the truth simulator injects: one file per kind, found by the registry."""
+"""Effects that the truth simulator injects, found by the registry: files by where they act."""
 
-from ._regime import RegimeKind
-from .base import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, EffectKind, Setting
-from .effect import Effect
-from .registry import kind_of, kinds, names_of
+from .base import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, EffectKind, RegimeKind, Setting
+from .effect import Effect, kind_of, kinds, names_of
 
 __all__ = [
     "ANTICIPATED", "REGIME", "TAXONOMY", "UNFORESEEN", "Effect", "EffectKind", "RegimeKind", "Setting", "kind_of",

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ._forces import ForceKind
 from .base import UNFORESEEN, Setting
+from .forces import ForceKind
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,8 +1,9 @@
 """What a kind of effect states.
 
-A kind is one class in one file of this folder. It states as which cause it should be diagnosed, how it is drawn, where
-it acts (ship, rudder, forces, wave motion or sensors) and how a size that a diagnosis states is compared with the true
-one. Methods that a kind does not override leave everything as it is.
+A kind is a class, or a row of a table `ROWS` where it differs from others of its class by numbers and a function. The
+files of this folder are by where an effect acts; unforeseen effects have a file each. A kind states as which cause it
+should be diagnosed, how it is drawn, where it acts (ship, rudder, forces, wave motion or sensors) and how a size that a
+diagnosis states is compared with the true one. Methods that a kind does not override leave everything as it is.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ..ships import Ship
+from ..regimes import TrueRegime
+from ..ships import TrueShip
 
 TAXONOMY, ANTICIPATED, UNFORESEEN, REGIME = "causes", "anticipated", "unforeseen", "regime"
 """Groups: causes of the taxonomy, unknown effects that a diagnosis may have a test for, other unknown effects, and
@@ -31,7 +33,7 @@ class Setting:
     `place()` draws a place (north, east), in ship lengths, that a training record passes without effects.
     """
 
-    ship: Ship
+    ship: TrueShip
     duration_s: float
     train: int
     held_out: int
@@ -58,7 +60,7 @@ class EffectKind(ABC):
     whole : parameters that are tuples but do not differ by record, and are no numbers to be found.
     directions : parameters that are angles on the full circle.
     variance_only : it only adds variance; command : records hold the rudder command instead of its angle.
-    three_dof, response : which ships can carry it.
+    three_dof, response : which ships can carry it; of response ships also some, by their ids.
     """
 
     id: ClassVar[str]
@@ -73,16 +75,22 @@ class EffectKind(ABC):
     variance_only: ClassVar[bool] = False
     command: ClassVar[bool] = False
     three_dof: ClassVar[bool] = True
-    response: ClassVar[bool] = False
+    response: ClassVar[bool | tuple[str, ...]] = False
+
+    def __init__(self, **row: Any) -> None:
+        """A kind whose attributes and functions, by name, are those of a row where there is one."""
+        vars(self).update(row)
 
     def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
         """Variables that an unknown effect with these parameters depends on, as a diagnosis tells them; one of them is
         enough."""
         return frozenset()
 
-    def carried_by(self, ship: Ship) -> bool:
+    def carried_by(self, ship: TrueShip) -> bool:
         """Whether a ship can carry it."""
-        return self.three_dof if ship.is_3dof else self.response
+        if ship.is_3dof:
+            return self.three_dof
+        return self.response if isinstance(self.response, bool) else ship.id in self.response
 
     def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
         """Parameters of about faint size; tuples hold one value per record, training records first."""
@@ -92,7 +100,7 @@ class EffectKind(ABC):
         """Non-centrality of the best test where it is known without a filter; None: computed (`strength`)."""
         return None
 
-    def changed_ship(self, ship: Ship, p: Mapping[str, Any]) -> Ship:
+    def changed_ship(self, ship: TrueShip, p: Mapping[str, Any]) -> TrueShip:
         """The ship with other coefficients."""
         return ship
 
@@ -108,7 +116,7 @@ class EffectKind(ABC):
         """Wave motion: rms rad, peak rad/s, damping ratio."""
         return None
 
-    def truths(self, p: Mapping[str, Any], ship: Ship, details: Mapping[str, Any]) -> dict[str, float]:
+    def truths(self, p: Mapping[str, Any], ship: TrueShip, details: Mapping[str, Any]) -> dict[str, float]:
         """True sizes in one record, by the names under which a finding with these `details` states them."""
         return {name: float(value) for name, value in p.items() if isinstance(value, int | float)}
 
@@ -130,20 +138,45 @@ def random_sign(rng: np.random.Generator, negative: float = 0.5) -> float:
     return -1.0 if rng.random() < negative else 1.0
 
 
+class RegimeKind(EffectKind):
+    """A kind that acts in a part of the run only.
+
+    right : groups of the base model's numbers and causes that name it.
+    """
+
+    group = REGIME
+    right: ClassVar[tuple[str, ...]]
+
+    @abstractmethod
+    def regime(self, p: Mapping[str, Any], ship: TrueShip) -> TrueRegime:
+        """Where it acts."""
+
+
 class ScalarKind(EffectKind):
-    """A kind with one number: `size` times exp of -.5 to .5, negative with the probability `negative`."""
+    """A kind with one number: `size` times exp of -.5 to .5, negative with the probability `negative`.
+
+    chain, terms : values of the rudder chain and of the equations' force terms that are this number.
+    """
 
     parameter: ClassVar[str]
     unit: ClassVar[str]
     negative: ClassVar[float] = 0.5
+    chain: ClassVar[tuple[str, ...]] = ()
+    terms: ClassVar[tuple[str, ...]] = ()
 
-    def __init_subclass__(cls) -> None:
-        if "parameter" in cls.__dict__:
-            cls.units, cls.sized = {cls.parameter: cls.unit}, (cls.parameter,)
+    def __init__(self, **row: Any) -> None:
+        super().__init__(**row)
+        vars(self).update(units={self.parameter: self.unit}, sized=(self.parameter,))
 
-    @abstractmethod
-    def size(self, ship: Ship) -> float:
+    def size(self, ship: TrueShip) -> float:
         """About the faint size for a ship."""
+        raise NotImplementedError(f"{self.id} has no size")
+
+    def rudder(self, p: Mapping[str, Any]) -> dict[str, float]:
+        return dict.fromkeys(self.chain, p[self.parameter])
+
+    def forces(self, p: Mapping[str, Any]) -> dict[str, float]:
+        return dict.fromkeys(self.terms, p[self.parameter])
 
     def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
         sign = random_sign(rng, self.negative)
@@ -151,18 +184,18 @@ class ScalarKind(EffectKind):
 
 
 class WeatherKind(EffectKind):
-    """A speed or height and a direction, drawn anew for each record; `directions` has the one direction's name."""
+    """A speed or height and a direction, the two names of `units`, drawn anew for each record."""
 
-    @abstractmethod
-    def size(self, ship: Ship) -> float:
+    def __init__(self, **row: Any) -> None:
+        super().__init__(**row)
+        size, direction = self.units
+        vars(self).update(sized=(size,), directions=(direction,))
+
+    def size(self, ship: TrueShip) -> float:
         """About the faint speed or height for a ship."""
+        raise NotImplementedError(f"{self.id} has no size")
 
     def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
         sizes = self.size(s.ship) * rng.uniform(0.7, 1.3, s.records)
         angles = rng.uniform(-np.pi, np.pi, s.records)
         return {self.sized[0]: tuple(map(float, sizes)), self.directions[0]: tuple(map(float, angles))}
-
-
-def damping_size(ship: Ship) -> float:
-    """Size of a damping term in the ship's own prime system (0.5 rho L d is some 20 times smaller than 0.5 rho L^2)."""
-    return {"mariner": 3e-5, "s175": 3e-5, "kvlcc2-l7": 5e-4, "cargo": 1.0}.get(ship.id, 0.1)

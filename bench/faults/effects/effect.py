@@ -1,15 +1,34 @@
-"""An effect: a kind with its parameters."""
+"""Effects: the kinds that the files of this folder define, and a kind with its parameters."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
+from ....models.discovery import by_name, classes_of, known, modules_in
 from .base import EffectKind
-from .registry import kind_of
+
+
+@lru_cache(maxsize=1)
+def kinds() -> dict[str, EffectKind]:
+    """Identifier -> every kind of effect, in the order in which a suite draws."""
+    found = [cls() for cls in classes_of(__package__, EffectKind)]
+    found += [row for module in modules_in(__package__) for row in getattr(module, "ROWS", ())]
+    return dict(sorted(by_name("effect", found).items(), key=lambda item: (item[1].rank, item[0])))
+
+
+def kind_of(name: str) -> EffectKind:
+    """The kind of an identifier; `BadInput` if there is none."""
+    return known("effect", name, kinds())
+
+
+def names_of(group: str) -> tuple[str, ...]:
+    """Identifiers of the kinds of a group."""
+    return tuple(name for name, kind in kinds().items() if kind.group == group)
 
 
 @dataclass(frozen=True)

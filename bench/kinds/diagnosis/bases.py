@@ -90,9 +90,9 @@ def _other_family(vessel: str, rng: np.random.Generator) -> Model:
     """A response model that was identified from records of the same ship without any effect."""
     from ....methods.registry import make
     from ....models.model import resolve
-    from ...faults import Case, inject
+    from ...faults import FaultCase, inject
 
-    found = make("output-error").fit(inject(Case(vessel), rng).train, resolve(OTHER_FAMILY))
+    found = make("output-error").fit(inject(FaultCase(vessel), rng).train, resolve(OTHER_FAMILY))
     return found.model
 
 

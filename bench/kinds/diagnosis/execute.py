@@ -24,7 +24,7 @@ _WARMED: set[tuple[str, str]] = set()
 
 def injected_of(spec: CaseSpec, factors: tuple[tuple[str, float], ...] = ()) -> Injected:
     """The records of a case, the same at every call; factors : in what its ship differs from the published one."""
-    from ...faults import Case, inject
+    from ...faults import FaultCase, inject
 
     strength = spec.strength if spec.injected else "medium"
     facts: dict[str, Any] = {
@@ -33,7 +33,7 @@ def injected_of(spec: CaseSpec, factors: tuple[tuple[str, float], ...] = ()) -> 
         "factors": factors,
         **RECORDS[spec.records],
     }
-    case = Case(spec.vessel, spec.injected, strength, **facts)
+    case = FaultCase(spec.vessel, spec.injected, strength, **facts)
     return inject(case, np.random.default_rng(spec.seed))
 
 
@@ -57,12 +57,12 @@ def _warm_up(spec: CaseSpec) -> None:
     """
     from ....diagnosis.registry import find
     from ....models.model import resolve
-    from ...faults import Case, inject
+    from ...faults import FaultCase, inject
 
     if (spec.maker, spec.vessel) in _WARMED or spec.method == ORACLE:
         return
     _WARMED.add((spec.maker, spec.vessel))
-    found = inject(Case(spec.vessel), np.random.default_rng(0))
+    found = inject(FaultCase(spec.vessel), np.random.default_rng(0))
     short = [record.slice(0, WARM_SAMPLES) for record in (*found.train[:1], *found.held_out[:1])]
     attempt(lambda: find(spec.maker)().diagnose(resolve(spec.vessel), short[:1], short[1:], _options(spec)))
 

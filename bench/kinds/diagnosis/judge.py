@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from ....checks.result import Size
     from ....diagnosis.result import Diagnosis, Finding
     from ...faults import Effect, Injected
-    from ...faults.ships import Ship
+    from ...faults.ships import TrueShip
 
 OUTCOMES = {
     "alone": "the first finding is the injected cause, by itself",
@@ -179,7 +179,7 @@ def detectable(case: Injected) -> bool:
 
 
 def size_rows(
-    diagnosis: Said, effects: Sequence[Effect], ship: Ship, train: Sequence[str], held_out: Sequence[str]
+    diagnosis: Said, effects: Sequence[Effect], ship: TrueShip, train: Sequence[str], held_out: Sequence[str]
 ) -> list[dict[str, Any]]:
     """Stated sizes of correctly named causes against the true ones; train, held_out : names of the records."""
     names = {name: i for i, name in enumerate((*train, *held_out))}
@@ -192,7 +192,7 @@ def size_rows(
 
 
 def _rows_of(
-    finding: Finding, effect: Effect, ship: Ship, records: Mapping[str, int], training: int
+    finding: Finding, effect: Effect, ship: TrueShip, records: Mapping[str, int], training: int
 ) -> list[dict[str, Any]]:
     """A size of all records is compared with the mean over the training records."""
     rows = []

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from ....diagnosis.result import Diagnosis
     from ....models.model import Model
     from ...faults import Injected
-    from ...faults.regimes import Regime
+    from ...faults.regimes import TrueRegime
     from .names import Said
 
 
@@ -33,15 +33,15 @@ def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
     }
 
 
-def stated_regimes(diagnosis: Said) -> list[Regime]:
+def stated_regimes(diagnosis: Said) -> list[TrueRegime]:
     """The regimes that the findings of a diagnosis state."""
-    from ...faults.regimes import Regime
+    from ...faults.regimes import TrueRegime
 
     details = [finding.details.get("regime") for finding in diagnosis.causes]
-    return list(dict.fromkeys(Regime.of(one) for one in details if isinstance(one, dict)))
+    return list(dict.fromkeys(TrueRegime.of(one) for one in details if isinstance(one, dict)))
 
 
-def localisation(true: Sequence[Regime], stated: Sequence[Regime], runs: Sequence[Record]) -> float | None:
+def localisation(true: Sequence[TrueRegime], stated: Sequence[TrueRegime], runs: Sequence[Record]) -> float | None:
     """F1 of samples of records of the true motion in any of the regimes; None where the true one never occurs."""
     from ...faults.regimes import f1
 

@@ -22,7 +22,7 @@ LARGEST_STATE = 30.0
 """Standard deviations at which states are cut while training: a start that diverges has finite gradients."""
 
 
-class Windows(NamedTuple):
+class FreeRunWindows(NamedTuple):
     """Pasts (B, q); inputs (T, B, nu) and outputs (T, B, k) of each step and the one after it; weights (T, B)."""
 
     past: np.ndarray
@@ -50,7 +50,7 @@ def tanh(x: Any) -> Any:
     return np.tanh(x) if isinstance(x, np.ndarray) else require_jax().numpy.tanh(x)
 
 
-def windows_of(training: Training, lags: int, steps: int, count: int | None = None) -> Windows:
+def windows_of(training: Training, lags: int, steps: int, count: int | None = None) -> FreeRunWindows:
     """Windows of `steps` steps at most, begun from pasts of `lags` steps.
 
     Parameters
@@ -77,10 +77,10 @@ def windows_of(training: Training, lags: int, steps: int, count: int | None = No
         raise CannotFit(f"{n} usable rows for {d} features")
     chosen = np.arange(n) if count is None else np.resize(evenly_spaced(n, count), count)
     past, inputs, outputs, weight = (np.concatenate(blocks)[chosen] for blocks in zip(*found, strict=True))
-    return Windows(past, inputs.swapaxes(0, 1), outputs.swapaxes(0, 1), weight.T)
+    return FreeRunWindows(past, inputs.swapaxes(0, 1), outputs.swapaxes(0, 1), weight.T)
 
 
-def mean_square(system: Any, windows: Windows) -> Any:
+def mean_square(system: Any, windows: FreeRunWindows) -> Any:
     """Mean square error of a system's free runs over windows, as a jax scalar.
 
     Parameters

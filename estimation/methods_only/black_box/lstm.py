@@ -23,7 +23,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....models.errors import FitFailed
-from .free_runs import Windows, beside, mean_square, require_jax, tanh, windows_of
+from .free_runs import FreeRunWindows, beside, mean_square, require_jax, tanh, windows_of
 from .state_space import Training
 
 LAGS = 5
@@ -40,7 +40,7 @@ TINY = 1e-8
 """Added to the root of the mean square of a gradient."""
 
 
-class Network(NamedTuple):
+class LstmNetwork(NamedTuple):
     """A system as `state_space.System`: k outputs, nu inputs, state (z, m, c) of k + 2 units entries.
 
     Parameters
@@ -79,7 +79,7 @@ class Network(NamedTuple):
         return beside(gate[:, 2 * units :] * tanh(cell), cell)
 
 
-def train(training: Training, units: int, iterations: int, decay: float, seed: int) -> Network:
+def train(training: Training, units: int, iterations: int, decay: float, seed: int) -> LstmNetwork:
     """The network of that many units after `iterations` updates.
 
     Parameters
@@ -92,15 +92,15 @@ def train(training: Training, units: int, iterations: int, decay: float, seed: i
     FitFailed : no finite network is found.
     """
     jax, rng = require_jax(), np.random.default_rng(seed)
-    windows = Windows(*(part.astype(np.float32) for part in windows_of(training, LAGS, STEPS)))
+    windows = FreeRunWindows(*(part.astype(np.float32) for part in windows_of(training, LAGS, STEPS)))
     network = _first(windows, units, rng)
-    still = Network(*(np.zeros_like(part) for part in network))
+    still = LstmNetwork(*(np.zeros_like(part) for part in network))
     state = network, still, still, np.float32(0.0)
     with jax.enable_x64(False), jax.default_device(jax.local_devices(backend="cpu")[0]):
         for sizes in np.split(_step_sizes(iterations), range(TOGETHER, iterations, TOGETHER)):
             batches = _batches(windows, rng.integers(len(windows.past), size=(len(sizes), BATCH)))
             state = _updates()(state, batches, sizes, np.float32(decay))
-    network = Network(*(np.asarray(part, float) for part in state[0]))
+    network = LstmNetwork(*(np.asarray(part, float) for part in state[0]))
     if not all(np.isfinite(part).all() for part in network):
         raise FitFailed("training gives no finite network")
     return network
@@ -112,10 +112,10 @@ def _step_sizes(iterations: int) -> np.ndarray:
     return (STEP_SIZE * (LAST_SHARE + (1.0 - LAST_SHARE) * fallen)).astype(np.float32)
 
 
-def _batches(windows: Windows, chosen: np.ndarray) -> Windows:
-    """Windows chosen (U, B) for U updates, with a first axis of U entries."""
+def _batches(windows: FreeRunWindows, chosen: np.ndarray) -> FreeRunWindows:
+    """FreeRunWindows chosen (U, B) for U updates, with a first axis of U entries."""
     over_time = (np.moveaxis(part[:, chosen], 1, 0) for part in windows[1:])
-    return Windows(windows.past[chosen], *over_time)
+    return FreeRunWindows(windows.past[chosen], *over_time)
 
 
 @cache
@@ -124,7 +124,7 @@ def _updates() -> Callable[..., Any]:
     jax = require_jax()
     each, root = jax.tree.map, jax.numpy.sqrt
 
-    def update(state: tuple, batch: Windows, size: Any, decay: Any) -> tuple:
+    def update(state: tuple, batch: FreeRunWindows, size: Any, decay: Any) -> tuple:
         network, mean, square, count = state
         slope = jax.grad(mean_square)(network, batch)
         cut = jax.numpy.maximum(1.0, root(sum((g**2).sum() for g in slope)))
@@ -138,8 +138,8 @@ def _updates() -> Callable[..., Any]:
 
         return each(moved, network, mean, square), mean, square, count
 
-    def updates(state: tuple, batches: Windows, sizes: Any, decay: Any) -> tuple:
-        def one(now: tuple, given: tuple[Windows, Any]) -> tuple[tuple, None]:
+    def updates(state: tuple, batches: FreeRunWindows, sizes: Any, decay: Any) -> tuple:
+        def one(now: tuple, given: tuple[FreeRunWindows, Any]) -> tuple[tuple, None]:
             return update(now, *given, decay), None
 
         return jax.lax.scan(one, state, (batches, sizes))[0]
@@ -147,10 +147,10 @@ def _updates() -> Callable[..., Any]:
     return jax.jit(updates)
 
 
-def _first(windows: Windows, units: int, rng: np.random.Generator) -> Network:
+def _first(windows: FreeRunWindows, units: int, rng: np.random.Generator) -> LstmNetwork:
     """Where training starts: random gates that remember, and small increments."""
     k, nu = windows.outputs.shape[2], windows.inputs.shape[2]
     gates = rng.normal(size=(k + nu + units + 1, 4 * units)) / np.sqrt(k + nu + units)
     gates[-1] = np.repeat([0.0, 1.0, 0.0, 0.0], units)
     out = 0.01 * rng.normal(size=(units + 1, k))
-    return Network(gates.astype(np.float32), out.astype(np.float32))
+    return LstmNetwork(gates.astype(np.float32), out.astype(np.float32))

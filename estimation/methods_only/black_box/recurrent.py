@@ -20,7 +20,7 @@ from scipy.optimize import minimize
 
 from ....models.errors import FitFailed
 from ....models.linear_algebra import lstsq
-from .free_runs import Windows, beside, mean_square, require_jax, tanh, windows_of
+from .free_runs import FreeRunWindows, beside, mean_square, require_jax, tanh, windows_of
 from .state_space import Training
 
 LAGS = 3
@@ -30,7 +30,7 @@ STEPS, WINDOWS = 40, 64
 ITERATIONS = 80
 
 
-class Network(NamedTuple):
+class RecurrentNetwork(NamedTuple):
     """A system as `state_space.System`: k outputs, m hidden states, nu inputs, n = k + m, pasts of q entries.
 
     Parameters
@@ -54,7 +54,7 @@ class Network(NamedTuple):
         return state + x @ self.a[:-1] + self.a[-1] + tanh(x @ self.u[:-1] + self.u[-1]) @ self.v
 
 
-def train(training: Training, hidden: int, units: int, alpha: float, seed: int) -> Network:
+def train(training: Training, hidden: int, units: int, alpha: float, seed: int) -> RecurrentNetwork:
     """The network of `hidden` states and `units` tanh units with the penalty alpha on its weights.
 
     Raises
@@ -67,8 +67,8 @@ def train(training: Training, hidden: int, units: int, alpha: float, seed: int) 
     start = _first(windows, hidden, units, np.random.default_rng(seed))
     sizes = np.cumsum([part.size for part in start])[:-1]
 
-    def network(flat: np.ndarray) -> Network:
-        return Network(*(p.reshape(q.shape) for p, q in zip(np.split(flat, sizes), start, strict=True)))
+    def network(flat: np.ndarray) -> RecurrentNetwork:
+        return RecurrentNetwork(*(p.reshape(q.shape) for p, q in zip(np.split(flat, sizes), start, strict=True)))
 
     with jax.enable_x64(True), jax.default_device(jax.local_devices(backend="cpu")[0]):
 
@@ -88,13 +88,13 @@ def _loss_and_slope() -> Callable[..., Any]:
     """Loss and its derivatives by the network's arrays, compiled for each set of shapes."""
     jax = require_jax()
 
-    def loss(network: Network, windows: Windows, alpha: float) -> Any:
+    def loss(network: RecurrentNetwork, windows: FreeRunWindows, alpha: float) -> Any:
         return mean_square(network, windows) + alpha * sum((part**2).sum() for part in network)
 
     return jax.jit(jax.value_and_grad(loss))
 
 
-def _first(windows: Windows, hidden: int, units: int, rng: np.random.Generator) -> Network:
+def _first(windows: FreeRunWindows, hidden: int, units: int, rng: np.random.Generator) -> RecurrentNetwork:
     """Where training starts: the linear part by least squares one step ahead, the rest small and random."""
     k, nu, q = windows.outputs.shape[2], windows.inputs.shape[2], windows.past.shape[1]
     n = k + hidden
@@ -108,4 +108,4 @@ def _first(windows: Windows, hidden: int, units: int, rng: np.random.Generator) 
     a[np.ix_([*range(k), *range(n, n + nu + 1)], range(k))] = linear
     a[k:n, k:] -= 0.5 * np.eye(hidden)
     u, v, e = rng.normal(size=(n + nu + 1, units)), rng.normal(size=(units, n)), rng.normal(size=(q + 1, hidden))
-    return Network(a, u / np.sqrt(len(u)), 0.01 * v, e / np.sqrt(len(e)))
+    return RecurrentNetwork(a, u / np.sqrt(len(u)), 0.01 * v, e / np.sqrt(len(e)))

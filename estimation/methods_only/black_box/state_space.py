@@ -40,7 +40,7 @@ class System(Protocol):
         ...
 
 
-class Scales(NamedTuple):
+class SignalScales(NamedTuple):
     """Means and inverse spreads of outputs (k,) and inputs (nu,); a constant signal has the inverse spread zero."""
 
     z_mean: np.ndarray
@@ -68,7 +68,7 @@ class Training:
     model: Model
     stride: int
     dt: float
-    scales: Scales
+    scales: SignalScales
     parts: tuple[Signals, ...]
 
     def predictor(self, system: System, lags: int) -> StateSpacePredictor:
@@ -96,7 +96,7 @@ def training_of(records: Sequence[Record], model: Model, stride: int) -> Trainin
     every = [rows for part in parts for rows in (part.outputs, part.inputs)]
     if not all(np.isfinite(rows).all() and np.abs(rows).max() < LARGEST for rows in every):
         raise FitFailed("velocities, yaw rate or inputs are not finite")
-    scales = Scales(*_scales(z, outputs_of(model)), *_scales(w, tuple(model.inputs)))
+    scales = SignalScales(*_scales(z, outputs_of(model)), *_scales(w, tuple(model.inputs)))
     scaled = [
         part._replace(outputs=np.round(scales.z(part.outputs), DIGITS), inputs=np.round(scales.w(part.inputs), DIGITS))
         for part in parts
@@ -128,7 +128,7 @@ class StateSpacePredictor:
     outputs: tuple[str, ...]
     lags: int
     step_s: float
-    scales: Scales
+    scales: SignalScales
     system: System
 
     def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ....models.errors import BadInput, FitFailed
+from ....models.errors import FitFailed
 from ...records.gaps import unbroken_series
 from ...records.series import Series, noise_floor
 from ...regression.least_squares import LeastSquares
@@ -273,19 +273,6 @@ def prior_factor(source: LeastSquares, inflation: float) -> np.ndarray:
     length = np.linalg.norm(source.null, axis=0)
     undetermined = source.null / np.where(length > 0.0, length, 1.0) * (0.1 * np.linalg.norm(source.coefficients))
     return np.hstack([np.sqrt(widened) * source.half, undetermined])
-
-
-def check_filter_options(passes: int, inflation: float) -> None:
-    """Refuse impossible options of `joint_fit`.
-
-    Raises
-    ------
-    BadInput : naming the option.
-    """
-    if passes < 1:
-        raise BadInput(f"passes is {passes!r}, at least 1 is needed")
-    if not inflation > 0.0:
-        raise BadInput(f"inflation is {inflation!r}, a positive number is needed")
 
 
 def joint_fit(

@@ -163,13 +163,6 @@ def profiled(value: Any, model: Model) -> list[int]:
     return list(range(len(model.parameter_names))) if given == ["all"] else indices("profile", given, model)
 
 
-def check(prior: Any, bounds: Any, fixed: Any) -> None:
-    """BadInput where one of the three options of a fit cannot be read; None: not given."""
-    for value, reader in ((prior, priors), (bounds, limits), (fixed, fixings)):
-        if value is not None:
-            reader(value)
-
-
 def unknowns_of(model: Model, prior: Any, bounds: Any, fixed: Any) -> Unknowns | None:
     """The unknowns for a model with the known values; None without any option.
 

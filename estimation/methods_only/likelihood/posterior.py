@@ -22,7 +22,7 @@ DISCARDED = 0.5
 """Share of the steps after which the walkers have left their start."""
 
 
-class Chain(NamedTuple):
+class PosteriorChain(NamedTuple):
     """Draws (n, width) of the unknowns, the share of the proposals that were accepted, and the largest autocorrelation
     time of an unknown in steps."""
 
@@ -31,7 +31,7 @@ class Chain(NamedTuple):
     autocorrelation_steps: float
 
 
-def sample(problem: Problem, minimum: Minimum, steps: int, walkers: int | None, seed: int) -> Chain:
+def sample(problem: Problem, minimum: Minimum, steps: int, walkers: int | None, seed: int) -> PosteriorChain:
     """Draws from around a minimum of the cost.
 
     Parameters
@@ -69,4 +69,4 @@ def sample(problem: Problem, minimum: Minimum, steps: int, walkers: int | None, 
     if not acceptance > 0.0:
         raise FitFailed("no proposal was accepted: the density has no width around its largest value")
     draws = np.asarray(sampler.get_chain(discard=int(DISCARDED * steps), flat=True))
-    return Chain(draws, acceptance, float(np.max(times)))
+    return PosteriorChain(draws, acceptance, float(np.max(times)))

@@ -19,7 +19,7 @@ POINTS = 201
 
 
 @dataclass(frozen=True)
-class Equations:
+class PinnEquations:
     """A model's equations with positions left out: `kept` (n,) are the places of the other states among all.
 
     Raises
@@ -31,7 +31,7 @@ class Equations:
     kept: tuple[int, ...]
 
     @classmethod
-    def of(cls, model: Model) -> Equations:
+    def of(cls, model: Model) -> PinnEquations:
         """The equations of a model, whose coefficients are not used."""
         return cls(model, tuple(i for i, name in enumerate(model.states) if name not in ("x", "y")))
 

@@ -34,8 +34,8 @@ from ...records.series import Series
 from ...regression.starts import starts_of
 from ...results.fit import Fit
 from ..black_box.free_runs import require_jax
-from .equations import POINTS, Equations
-from .network import Features, Window, features_of
+from .equations import POINTS, PinnEquations
+from .network import Features, NetworkWindow, features_of
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
@@ -57,7 +57,7 @@ ENDS = 1e-6
 """Relative decrease of J below which the fit ends."""
 
 
-class Part(NamedTuple):
+class PinnPart(NamedTuple):
     """A window of a record.
 
     inputs (C, nu) at the C collocation times, whose hidden layer is `at`; outputs (N, n), nan where not measured, at N
@@ -71,7 +71,7 @@ class Part(NamedTuple):
     start: np.ndarray
 
 
-class Scales(NamedTuple):
+class PinnScales(NamedTuple):
     """Of the n states: mean and size (n,), root mean square rate (n,), noise of the sensors and sd of channels (n,)."""
 
     mean: np.ndarray
@@ -82,12 +82,12 @@ class Scales(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Problem:
+class PinnProblem:
     """The sum of squares J over the windows of all records."""
 
-    equations: Equations
-    parts: tuple[Part, ...]
-    scales: Scales
+    equations: PinnEquations
+    parts: tuple[PinnPart, ...]
+    scales: PinnScales
     weight: float
 
     @cached_property
@@ -131,15 +131,15 @@ class Problem:
             found.append((np.vstack(rows), np.concatenate(blocks)))
         return found
 
-    def _states(self, part: Part, w: np.ndarray) -> np.ndarray:
+    def _states(self, part: PinnPart, w: np.ndarray) -> np.ndarray:
         """States (C, n) of a window's network at its collocation times."""
         return self.scales.mean + self.scales.size * (part.at.values @ w)
 
-    def _misfit(self, part: Part, w: np.ndarray) -> np.ndarray:
+    def _misfit(self, part: PinnPart, w: np.ndarray) -> np.ndarray:
         found = self.scales.mean + self.scales.size * (part.data @ w)
         return ((found - part.outputs) / self.scales.sd).T
 
-    def _off(self, part: Part, w: np.ndarray, rates: np.ndarray) -> np.ndarray:
+    def _off(self, part: PinnPart, w: np.ndarray, rates: np.ndarray) -> np.ndarray:
         slopes = self.scales.size * (part.at.slopes @ w)
         return (np.sqrt(self.weight) * (slopes - rates) / self.scales.rate).T
 
@@ -165,18 +165,18 @@ def identify(records: Sequence[Record], model: Model, weight: float, spacing: fl
         return _minimised(problem, theta, iterations)
 
 
-def _prepared(records: Sequence[Record], model: Model, weight: float, spacing: float) -> tuple[Problem, np.ndarray]:
+def _prepared(records: Sequence[Record], model: Model, weight: float, spacing: float) -> tuple[PinnProblem, np.ndarray]:
     records, series = unbroken_series(records, model, len(model.coordinates))
-    equations = Equations.of(model)
+    equations = PinnEquations.of(model)
     smooth = [_smooth(record, s, equations) for record, s in zip(records, series, strict=True)]
     theta, states, rate = _best_start(records, series, equations, smooth)
     parts = [
         part for s, x in zip(series, states, strict=True) for part in _parts(s, x, equations.kept, series, spacing)
     ]
-    return Problem(equations, tuple(parts), _scales(series, equations.kept, np.vstack(states), rate), weight), theta
+    return PinnProblem(equations, tuple(parts), _scales(series, equations.kept, np.vstack(states), rate), weight), theta
 
 
-def _smooth(record: Record, series: Series, equations: Equations) -> np.ndarray:
+def _smooth(record: Record, series: Series, equations: PinnEquations) -> np.ndarray:
     """States (M + 1, n) on the grid, smoothed from the record; q in the place of w, and the initial state where it
     measures none."""
     times = record.time_s[0] + series.dt * np.arange(len(series.inputs))
@@ -187,7 +187,7 @@ def _smooth(record: Record, series: Series, equations: Equations) -> np.ndarray:
 
 
 def _best_start(
-    records: Sequence[Record], series: Sequence[Series], equations: Equations, smooth: list[np.ndarray]
+    records: Sequence[Record], series: Sequence[Series], equations: PinnEquations, smooth: list[np.ndarray]
 ) -> tuple[np.ndarray, list[np.ndarray], np.ndarray]:
     """The least-squares start (p,) whose equations the smoothed states keep best, with the states (M + 1, n) of every
     record, and the root mean square of their rates (n,)."""
@@ -211,7 +211,7 @@ def _best_start(
     return best[1:]
 
 
-def _scales(series: Sequence[Series], kept: Sequence[int], states: np.ndarray, rate: np.ndarray) -> Scales:
+def _scales(series: Sequence[Series], kept: Sequence[int], states: np.ndarray, rate: np.ndarray) -> PinnScales:
     size = np.maximum(states.std(axis=0), np.max([s.start_sd[list(kept)] for s in series], axis=0))
     size = np.where(size > 0.0, size, 1.0)
     squares, counts = np.zeros(len(kept)), np.zeros(len(kept))
@@ -220,12 +220,12 @@ def _scales(series: Sequence[Series], kept: Sequence[int], states: np.ndarray, r
             squares[kept.index(column)] += known * noise**2
             counts[kept.index(column)] += known
     noise = np.sqrt(squares / np.maximum(counts, 1.0))
-    return Scales(states.mean(axis=0), size, rate, noise, np.hypot(noise, RELATIVE_SD * size))
+    return PinnScales(states.mean(axis=0), size, rate, noise, np.hypot(noise, RELATIVE_SD * size))
 
 
 def _parts(
     series: Series, states: np.ndarray, kept: Sequence[int], every: Sequence[Series], spacing: float
-) -> list[Part]:
+) -> list[PinnPart]:
     """The windows of a record with states (M + 1, n) to start from."""
     stride = -(-sum(len(s.inputs) for s in every) // MOST_POINTS)
     largest = np.max([np.abs(s.inputs).max(axis=0) for s in every], axis=0)
@@ -234,17 +234,17 @@ def _parts(
     edges = np.linspace(0, last, -(-last // (STEPS * stride)) + 1).round().astype(int)
     for i, (a, b) in enumerate(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)):
         times = np.arange(a, b + 1, stride)
-        window = Window(a, b, round((b - a) / (spacing * stride)) + OUTSIDE)
+        window = NetworkWindow(a, b, round((b - a) / (spacing * stride)) + OUTSIDE)
         chosen = (place >= a) & ((place < b) | (i == len(edges) - 2))
         outputs = np.full((int(chosen.sum()), len(kept)), np.nan)
         outputs[:, [kept.index(column) for column in series.columns]] = series.outputs[chosen]
         at = features_of(window, series.dt, inputs, times.astype(float))
         data = features_of(window, series.dt, inputs, place[chosen]).values
-        found.append(Part(series.inputs[times], at, outputs, data, states[times]))
+        found.append(PinnPart(series.inputs[times], at, outputs, data, states[times]))
     return found
 
 
-def _first_weights(problem: Problem) -> list[np.ndarray]:
+def _first_weights(problem: PinnProblem) -> list[np.ndarray]:
     """Output weights of networks that follow the states to start from."""
     found = []
     for part in problem.parts:
@@ -258,7 +258,7 @@ def _first_weights(problem: Problem) -> list[np.ndarray]:
     return found
 
 
-def _minimised(problem: Problem, theta: np.ndarray, iterations: int) -> Fit:
+def _minimised(problem: PinnProblem, theta: np.ndarray, iterations: int) -> Fit:
     weights, p = _first_weights(problem), len(theta)
     places = p + np.concatenate([[0], np.cumsum(problem.widths)])
     cost, damping, converged, count = problem.cost(theta, weights), DAMPING, False, 0
@@ -280,7 +280,7 @@ def _minimised(problem: Problem, theta: np.ndarray, iterations: int) -> Fit:
     return _as_fit(problem, theta, weights, converged, count)
 
 
-def _arrow(problem: Problem, theta: np.ndarray, weights: Sequence[np.ndarray], places: np.ndarray) -> Arrow:
+def _arrow(problem: PinnProblem, theta: np.ndarray, weights: Sequence[np.ndarray], places: np.ndarray) -> Arrow:
     """The factor of the residuals at a point.
 
     Raises
@@ -297,7 +297,7 @@ def _arrow(problem: Problem, theta: np.ndarray, weights: Sequence[np.ndarray], p
     return arrow
 
 
-def _as_fit(problem: Problem, theta: np.ndarray, weights: Sequence[np.ndarray], converged: bool, count: int) -> Fit:
+def _as_fit(problem: PinnProblem, theta: np.ndarray, weights: Sequence[np.ndarray], converged: bool, count: int) -> Fit:
     n, p, names = len(problem.equations.kept), len(theta), problem.equations.names
     residuals = problem.residuals(theta, weights)
     data, equations = (np.hstack(parts) for parts in zip(*residuals, strict=True))

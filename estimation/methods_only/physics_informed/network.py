@@ -33,7 +33,7 @@ class Features(NamedTuple):
     slopes: np.ndarray
 
 
-class Window(NamedTuple):
+class NetworkWindow(NamedTuple):
     """A stretch of a series: rows `first` to `last` of its grid (s), and the number of its units."""
 
     first: int
@@ -41,7 +41,7 @@ class Window(NamedTuple):
     units: int
 
 
-def features_of(window: Window, dt: float, inputs: np.ndarray, place: np.ndarray) -> Features:
+def features_of(window: NetworkWindow, dt: float, inputs: np.ndarray, place: np.ndarray) -> Features:
     """The hidden layer of a window.
 
     Parameters

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ....models.errors import BadInput
 from ...regression.samples import RegressionSamples
 
 
@@ -55,17 +54,6 @@ class MultiInnovationRule:
             multi_innovation(y, h, first, per_sample, self.length, omegas, theta, factor, diagonal, path)
         kept = min((self.length - 1) * per_sample, len(y))
         self.window = y[len(y) - kept :].copy(), h[len(y) - kept :].copy()
-
-
-def check_length(length: float) -> None:
-    """Refuse a window that is not a whole number of samples.
-
-    Raises
-    ------
-    BadInput : naming the length.
-    """
-    if not (length >= 1 and int(length) == length):
-        raise BadInput(f"length is {length!r}, a whole number from 1 on is needed")
 
 
 def one_step_share(parts: Sequence[RegressionSamples]) -> np.ndarray:

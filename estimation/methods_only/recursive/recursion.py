@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 PRIORS = ("scaled", "physical")
 
 
-class Prior(NamedTuple):
+class RecursionPrior(NamedTuple):
     """Initial coefficients theta0 (p,) and initial P = p0 I.
 
     `kind` says where P is p0 I: 'scaled', where every column of the regression and every equation has unit root mean
@@ -34,7 +34,7 @@ class Prior(NamedTuple):
     kind: str = "scaled"
 
 
-def prior_of(p0: float, theta0, kind: str, p: int) -> Prior:
+def prior_of(p0: float, theta0, kind: str, p: int) -> RecursionPrior:
     """The prior that options state for p coefficients; theta0 is one number for all or (p,) numbers.
 
     Raises
@@ -44,7 +44,7 @@ def prior_of(p0: float, theta0, kind: str, p: int) -> Prior:
     values = np.asarray(theta0, float)
     if values.shape not in ((), (p,)):
         raise CannotFit(f"theta0 has {values.size} numbers for {p} coefficients")
-    return Prior(float(p0), np.broadcast_to(values, (p,)), kind)
+    return RecursionPrior(float(p0), np.broadcast_to(values, (p,)), kind)
 
 
 class UpdateRule(Protocol):
@@ -169,7 +169,7 @@ class RecursionState:
     `add` takes more samples.  Batch and online use go through the same steps.
     """
 
-    def __init__(self, prior: Prior, scales: RowScales, rule: UpdateRule) -> None:
+    def __init__(self, prior: RecursionPrior, scales: RowScales, rule: UpdateRule) -> None:
         self.scales, self.rule = scales, rule
         p = scales.columns.size
         self.theta = np.ascontiguousarray(prior.theta0 * scales.columns)
@@ -202,7 +202,7 @@ class RecursionState:
         return covariance * noise / np.outer(self.scales.columns, self.scales.columns)
 
 
-def recursion(parts: Sequence[RegressionSamples], model: Model, prior: Prior, rule: UpdateRule) -> Fit:
+def recursion(parts: Sequence[RegressionSamples], model: Model, prior: RecursionPrior, rule: UpdateRule) -> Fit:
     """Go through all samples once, record after record; P and the coefficients are carried over.
 
     g = P h/(mu/L + h'P h);  theta += g (y - h'theta);  P = (P - g h'P)/mu  for each scalar row (paper 000, eq 22 with

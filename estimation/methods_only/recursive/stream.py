@@ -20,7 +20,7 @@ from ...regression.samples import RegressionSamples
 from ...regression.schemes import LOCAL, samples_of
 from ...results.fit import SHORTEST, Fit, prepared
 from . import recursion
-from .recursion import Prior, RecursionState, UpdateRule, row_scales, scaled_rows
+from .recursion import RecursionPrior, RecursionState, UpdateRule, row_scales, scaled_rows
 
 if TYPE_CHECKING:
     from ....models.model import Model
@@ -29,7 +29,7 @@ OVERLAP = 8
 """Samples of a chunk that are kept: more than any difference scheme uses for one row."""
 
 
-class Stream:
+class RecordStream:
     """A recursion that takes records chunk by chunk.
 
     Parameters
@@ -50,7 +50,7 @@ class Stream:
         self,
         model: Model,
         scheme: str,
-        prior: Prior,
+        prior: RecursionPrior,
         make_rule: Callable[[Sequence[RegressionSamples]], UpdateRule],
         scale_with: Sequence[Record] | None = None,
     ) -> None:

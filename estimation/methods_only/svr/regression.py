@@ -8,15 +8,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ....models.errors import BadInput, CannotFit, FitFailed
+from ....models.errors import CannotFit, FitFailed
 from ....models.linear_algebra import pinv
 from ...numerics import factors
 from ...regression.filtered import DENSE
 from ...regression.filtered_fit import BLOCK_TIME, best_corner
-from ...regression.schemes import SCHEMES, regression_samples
+from ...regression.schemes import regression_samples
 from ...results.fit import Fit
 from ..regression.weighted import mad
-from .tuning import DOMAIN, TUNERS, Tuned, Tuner
+from .tuning import DOMAIN, TUNERS, TunedConstant, Tuner
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
@@ -66,30 +66,6 @@ def rw_ls_svr(variant: str) -> BuildRegressor:
         return RWLSSVR(C=c, standardise=corrected, fit_intercept=not corrected, variant=variant, **limits)
 
     return build
-
-
-def check_svr_options(c: float | None, tuner: str | Tuner) -> None:
-    """Refuse an impossible C or an unknown tuner.
-
-    Raises
-    ------
-    BadInput : naming the option.
-    """
-    if c is not None and not c > 0.0:
-        raise BadInput(f"C is {c!r}, a positive number is needed")
-    if not callable(tuner) and tuner not in TUNERS:
-        raise BadInput(f"unknown tuner {tuner!r}", hint=f"known: {', '.join(TUNERS)}")
-
-
-def check_svr_scheme(scheme: str) -> None:
-    """Refuse a scheme that is neither 'svf' nor one of `regression.schemes`.
-
-    Raises
-    ------
-    BadInput : naming the known ones.
-    """
-    if scheme != FILTER and scheme not in SCHEMES:
-        raise BadInput(f"unknown scheme {scheme!r}", hint=f"known: {FILTER}, {', '.join(SCHEMES)}")
 
 
 @dataclass(frozen=True)
@@ -172,7 +148,7 @@ class SvrFit(NamedTuple):
     coefficients: np.ndarray
     covariance: np.ndarray
     regressor: Any
-    tuned: Tuned
+    tuned: TunedConstant
 
 
 def fit_svr(
@@ -221,7 +197,7 @@ def _regress(rows: TrainingRows, build: BuildRegressor, c: float | None, tune: T
     used = np.flatnonzero(np.any(rows.x, axis=0))
     p = rows.x.shape[1]
     rows = TrainingRows(rows.x[:, used], rows.y, rows.training, rows.block)
-    tuned = Tuned(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
+    tuned = TunedConstant(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
     rows = rows if whole else rows.of(rows.training)
     regressor = build(tuned.value).fit(rows.x, rows.y)
     coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))

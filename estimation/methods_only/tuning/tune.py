@@ -70,7 +70,7 @@ class Tuning:
 
 
 @dataclass(frozen=True)
-class Validation:
+class TuningSplit:
     """Records to fit, and records whose free runs count in the error, from sample `since` of each on."""
 
     train: tuple[Record, ...]
@@ -83,7 +83,7 @@ class Validation:
         return free_run_error(predictor_of(estimate), self.judged, model, self.since)
 
 
-def validation_of(records: Sequence[Record], kind: str) -> Validation:
+def validation_of(records: Sequence[Record], kind: str) -> TuningSplit:
     """Records split for validation.
 
     'split': the first 60 % of every record are fitted, the rest is compared with a free run from the record's start.
@@ -99,12 +99,12 @@ def validation_of(records: Sequence[Record], kind: str) -> Validation:
     if kind == "held-out":
         if len(records) < 2:
             raise CannotFit("validation on a held-out record needs at least two records")
-        return Validation(tuple(records[:-1]), (records[-1],), (0,))
+        return TuningSplit(tuple(records[:-1]), (records[-1],), (0,))
     since = tuple(int(SHARE * record.n) for record in records)
     if any(record.n - first < SHORTEST or first < SHORTEST for record, first in zip(records, since, strict=True)):
         raise CannotFit("a record is too short to be split for validation")
     train = tuple(record.slice(0, first) for record, first in zip(records, since, strict=True))
-    return Validation(train, tuple(records), since)
+    return TuningSplit(train, tuple(records), since)
 
 
 def tune(
@@ -165,7 +165,7 @@ def _optimize(
     study: Study,
     method: Tunable,
     space: Mapping[str, Domain],
-    split: Validation,
+    split: TuningSplit,
     model: Model,
     n_trials: int,
 ) -> list[Exception]:

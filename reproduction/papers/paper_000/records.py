@@ -16,7 +16,7 @@ ORDER = ("T2", "T1", "K", "T3")
 """Parameters as the paper's eq 10 orders them."""
 
 
-class Step(NamedTuple):
+class SampleStep(NamedTuple):
     """One sample: x(k) = state (n, n) x(k-1) + rudder (n,) delta(k)."""
 
     state: np.ndarray
@@ -28,20 +28,20 @@ def vehicle() -> Model:
     return resolve("remus-kt")
 
 
-def difference_step(model: Model, dt: float = STEP_S) -> Step:
+def difference_step(model: Model, dt: float = STEP_S) -> SampleStep:
     """Eq 8: every derivative of eq 5 replaced by a backward difference, which is implicit Euler."""
     a, b = state_matrices(model)
     implicit = np.linalg.inv(np.eye(len(a)) - dt * a)
-    return Step(implicit, implicit @ (dt * b[:, 0]))
+    return SampleStep(implicit, implicit @ (dt * b[:, 0]))
 
 
-def continuous_step(model: Model, dt: float = STEP_S) -> Step:
+def continuous_step(model: Model, dt: float = STEP_S) -> SampleStep:
     """Eq 5 itself, solved exactly over a sample."""
     state, rudder = zoh_matrices(model, dt)
-    return Step(state, rudder[:, 0])
+    return SampleStep(state, rudder[:, 0])
 
 
-def zigzag(step: Step, angle_deg: float = 20.0, dt: float = STEP_S, duration_s: float = DURATION_S) -> Record:
+def zigzag(step: SampleStep, angle_deg: float = 20.0, dt: float = STEP_S, duration_s: float = DURATION_S) -> Record:
     """Rudder and heading (N+1,) of an angle/angle zigzag: midships at first, over at k = 1, reversed on psi(k - 1).
 
     The rudder in row k acts from sample k - 1 to k, as in eq 8.
@@ -67,7 +67,7 @@ class Gear(NamedTuple):
     yaw_rate: float
 
 
-def steered(step: Step, gear: Gear, angle_deg: float = 20.0) -> Record:
+def steered(step: SampleStep, gear: Gear, angle_deg: float = 20.0) -> Record:
     """As `zigzag`, with a rudder that follows its order with a lag and at a limited rate."""
     n, angle = round(DURATION_S / STEP_S), np.deg2rad(angle_deg)
     first = max(1, round(gear.execute_s / STEP_S))
@@ -86,7 +86,7 @@ def steered(step: Step, gear: Gear, angle_deg: float = 20.0) -> Record:
     return Record(STEP_S * np.arange(n + 1), {"heading_rad": heading, "rudder_rad": rudder}, f"zigzag {angle_deg:g}")
 
 
-def driven(step: Step, rudder_rad: np.ndarray) -> np.ndarray:
+def driven(step: SampleStep, rudder_rad: np.ndarray) -> np.ndarray:
     """Heading (N+1,) under a given rudder (N+1,), from rest."""
     x, heading = np.zeros(len(step.rudder)), np.zeros(len(rudder_rad))
     for k in range(1, len(rudder_rad)):
@@ -107,7 +107,7 @@ def noisy(record: Record, sd_rad: float, rng: np.random.Generator) -> Record:
 
 
 def bound_at_rest(
-    model: Model, record: Record, sd_rad: float, step_of: Callable[[Model], Step] = difference_step
+    model: Model, record: Record, sd_rad: float, step_of: Callable[[Model], SampleStep] = difference_step
 ) -> dict[str, float]:
     """Cramer-Rao bound of the parameters under white heading noise, the rudder and the start at rest being known."""
     slopes = []

@@ -16,8 +16,7 @@ from ....estimation.judgement.convergence import overshoot, parameter_paths, set
 from ....methods.base import Method
 from ....methods.registry import make
 from ....models.model import Model, resolve
-from ...claims.files import load
-from ..study import Study, StudyResult, point
+from ..study import PaperStudy, StudyResult, settings_at
 from . import records
 from .records import ORDER, STEP_S, vehicle
 
@@ -130,7 +129,7 @@ def compared(fits: Mapping[str, Estimate], model: Model) -> dict[str, float]:
 
 def made_otherwise(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Run `index` of the search: how the record was made is not printed (steering gear, start, eq 8 or eq 5)."""
-    chosen = point(load("000").search("made-otherwise"), index)
+    chosen = settings_at("000", "made-otherwise", index)
     model = vehicle()
     steps = {"eq. 8": records.difference_step, "eq. 5": records.continuous_step}
     step = steps[chosen["record by"]](model)
@@ -328,11 +327,11 @@ def _judged(name: str, fits: list[Estimate], model: Model, bound: Mapping[str, f
 
 
 STUDIES = {
-    "table-1": Study(table_1),
-    "protocol": Study(protocol),
-    "angles": Study(angles),
-    "prediction": Study(prediction),
-    "continuous": Study(continuous),
-    "noise": Study(noise),
-    "made-otherwise": Study(made_otherwise, seeds=64),
+    "table-1": PaperStudy(table_1),
+    "protocol": PaperStudy(protocol),
+    "angles": PaperStudy(angles),
+    "prediction": PaperStudy(prediction),
+    "continuous": PaperStudy(continuous),
+    "noise": PaperStudy(noise),
+    "made-otherwise": PaperStudy(made_otherwise, seeds=64),
 }

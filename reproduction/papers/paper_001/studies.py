@@ -6,18 +6,21 @@ of a range of them and gives the interval of what A1 and A2 find; the other stud
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ....datasets.generator import record_run
+from ....datasets.manoeuvres import parse_manoeuvre
+from ....datasets.record import Record
+from ....estimation.regression.schemes import regression_samples
+from ....estimation.run.run import run_along
 from ....models.linear_algebra import condition_number, lstsq
+from ....models.model import Model, RudderGear, resolve
 from ...claims.files import load
-from ..study import Study, StudyResult, point
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
+from ..study import PaperStudy, StudyResult, fitted, settings_at
 
 VESSEL = "mariner-model"
 SCALE = 25.0
@@ -44,7 +47,7 @@ SOURCE = {
 DURATIONS_S = (40, 50, 60, 80, 100, 150, 200, 300, 400)
 
 
-class Setting(NamedTuple):
+class ZigzagSetting(NamedTuple):
     """What the paper leaves unsaid: speed m/s, rudder rate rad/s and lag s, time step s, duration s."""
 
     speed: float
@@ -54,16 +57,14 @@ class Setting(NamedTuple):
     duration: float
 
 
-SETTING = Setting(1.5435, np.deg2rad(25.0), 0.2, 0.02, 60.0)
+SETTING = ZigzagSetting(1.5435, np.deg2rad(25.0), 0.2, 0.02, 60.0)
 """15 kn at the ship's scale, the ship's steering gear (both 1:25), and a zigzag of 60 s."""
-FINE = Setting(1.5435, np.deg2rad(25.0), 0.0, 0.003, 100.0)
+FINE = ZigzagSetting(1.5435, np.deg2rad(25.0), 0.0, 0.003, 100.0)
 """A small step: what difference schemes leave is proportional to it."""
 
 
-def vessel(setting: Setting = SETTING) -> Model:
+def vessel(setting: ZigzagSetting = SETTING) -> Model:
     """The Mariner model with the speed and the steering gear of a setting."""
-    from ....models.model import RudderGear, resolve
-
     model = resolve(VESSEL)
     constants = model.constants.copy()
     constants[model.constant_names.index("U0")] = setting.speed
@@ -71,44 +72,32 @@ def vessel(setting: Setting = SETTING) -> Model:
     return replace(model, constants=constants, speed_m_s=setting.speed, rudder=gear)
 
 
-def sailed(setting: Setting, manoeuvre: str = TRAINING) -> Record:
+def sailed(setting: ZigzagSetting, manoeuvre: str = TRAINING) -> Record:
     """A noise-free record of the vessel; '@euler' behind the manoeuvre: of its difference equation."""
-    from ....datasets.generator import record_run
-    from ....datasets.manoeuvres import parse_manoeuvre
-
     parsed = parse_manoeuvre(manoeuvre)
     return record_run(vessel(setting), parsed, duration_s=setting.duration, dt_s=setting.dt)
 
 
-def fitted(spec: str, record: Record, model: Model) -> np.ndarray:
+def found_by(method: str, record: Record, model: Model) -> np.ndarray:
     """Coefficients (60,) that a method finds; nan where it finds none."""
-    from ....methods.registry import make
-    from ....models.errors import FitFailed
-
-    try:
-        return make(spec).fit([record], model).coefficients
-    except FitFailed:
-        return np.full(len(model.coordinates), np.nan)
+    found = fitted(method, [record], model)
+    return np.full(len(model.coordinates), np.nan) if found is None else found.coefficients
 
 
 def backward(record: Record, model: Model) -> np.ndarray:
     """A1 with backward differences: what it finds in the record played backwards, with the other sign."""
     played = {name: values[::-1] for name, values in record.channels.items()}
-    return -fitted("euler-ls", replace(record, channels=played), model)
+    return -found_by("euler-ls", replace(record, channels=played), model)
 
 
 def published(column: str) -> np.ndarray:
     """A column (60,) of Table 2 as printed."""
-    from ....models.model import resolve
-
     found = {claim.id: float(claim.published) for claim in load("001").claims}
     return np.array([found[f"table2-{column}-{name}"] for name in resolve(VESSEL).coordinates])
 
 
 def median_error(coefficients: np.ndarray) -> float:
     """Median relative error of the 40 coefficients that are not zero, %."""
-    from ....models.model import resolve
-
     true = resolve(VESSEL).coefficients
     used = true != 0.0
     return float(100.0 * np.median(np.abs(coefficients[used] / true[used] - 1.0)))
@@ -119,8 +108,6 @@ def median_error(coefficients: np.ndarray) -> float:
 
 def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Table 1 against the ship it is a model of: its particulars 1:25, and the inertia that its source gives."""
-    from ....models.model import resolve
-
     ship, model = resolve("mariner"), resolve(VESSEL)
     values = {name: ship.particulars[name] / SCALE for name in ("L", "B", "d")}
     values["nabla"] = ship.particulars["nabla"] / SCALE**3
@@ -139,28 +126,34 @@ def _operations(model: Model) -> float:
 
 def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
     """A1 and A2 at one point of what the paper leaves unsaid; as printed: A1 backward, A2 by normal equations."""
-    chosen = point(load("001").search("settings"), index)
+    chosen = settings_at("001", "settings", index)
     rate = np.deg2rad(chosen["rudder rate"])
-    setting = Setting(chosen["speed"], rate, 0.0, chosen["step"], chosen["length"])
+    setting = ZigzagSetting(chosen["speed"], rate, 0.0, chosen["step"], chosen["length"])
     record, model = sailed(setting), vessel(setting)
-    found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
+    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
     found["A1p"] = backward(record, model)
-    values = {f"{name}.median": median_error(c) for name, c in found.items()}
-    for name, c in found.items():
-        values |= {f"{name}.{symbol}": float(v) for symbol, v in zip(model.coordinates, c, strict=True)}
-    values["A1 beats A2"] = values["A1.median"] < values["A2.median"]
-    values["A1p beats A2p"] = not values["A1p.median"] >= values["A2p.median"]
+    values = compared(found)
     values["A1 over A2"] = values["A1.median"] / values["A2.median"]
     return StudyResult(values)
+
+
+def compared(found: Mapping[str, np.ndarray]) -> dict[str, float]:
+    """Median errors and coefficients (60,) of every form, and whether A1 has the smaller error."""
+    values = {f"{name}.median": median_error(c) for name, c in found.items()}
+    for name, c in found.items():
+        values |= {f"{name}.{symbol}": float(v) for symbol, v in zip(vessel().coordinates, c, strict=True)}
+    values["A1 beats A2"] = values["A1.median"] < values["A2.median"]
+    values["A1p beats A2p"] = not values["A1p.median"] >= values["A2p.median"]
+    return values
 
 
 def accuracy(rng: np.random.Generator, *, index: int) -> StudyResult:
     """A1 and A2 on records of the difference equation and of the differential equation, and the other pairings."""
     model, true = vessel(), vessel().coefficients
     euler = sailed(SETTING, TRAINING + "@euler")
-    values = {f"euler.{name}": _largest(fitted(spec, euler, model), true) for name, spec in METHODS.items()}
+    values = {f"euler.{name}": _largest(found_by(spec, euler, model), true) for name, spec in METHODS.items()}
     values["condition"] = _condition(euler, model)
-    values["euler.A2p.median"] = median_error(fitted(METHODS["A2p"], euler, model))
+    values["euler.A2p.median"] = median_error(found_by(METHODS["A2p"], euler, model))
     table = {duration: _pairings(SETTING._replace(duration=duration)) for duration in DURATIONS_S}
     values |= {f"rk4.{name}": error for name, error in table[round(SETTING.duration)].items()}
     values["rk4.A1.100s"], values["rk4.A2.100s"] = table[100]["A1"], table[100]["A2"]
@@ -178,19 +171,17 @@ def _largest(found: np.ndarray, true: np.ndarray) -> float:
 
 def _condition(record: Record, model: Model) -> float:
     """Condition of A2's regression of the surge (eq 9) with columns of unit length."""
-    from ....estimation.regression.schemes import regression_samples
-
     part = regression_samples([record], model, "forward")[0]
     terms = np.concatenate([phi[:, 0] for _, phi in part.blocks(model)])
     columns = np.column_stack([part.states[:, 0], terms[:, np.any(terms != 0.0, axis=0)]])
     return condition_number(columns / np.linalg.norm(columns, axis=0))
 
 
-def _pairings(setting: Setting) -> dict[str, float]:
+def _pairings(setting: ZigzagSetting) -> dict[str, float]:
     """Median errors of the difference schemes on one record, %."""
     record, model = sailed(setting), vessel(setting)
-    found = {name: fitted(METHODS[name], record, model) for name in ("A1", "A2")}
-    found |= {"backward": backward(record, model), "midpoint": fitted("ls,scheme=midpoint", record, model)}
+    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2")}
+    found |= {"backward": backward(record, model), "midpoint": found_by("ls,scheme=midpoint", record, model)}
     return {name: median_error(c) for name, c in found.items()}
 
 
@@ -198,7 +189,7 @@ def explanation(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The A1 column from difference schemes and an inertia matrix that was not the simulator's."""
     target = published("A1")
     record, model = sailed(FINE), vessel(FINE)
-    found = {"backward": backward(record, model), "forward": fitted("euler-ls", record, model)}
+    found = {"backward": backward(record, model), "forward": found_by("euler-ls", record, model)}
     values, series = {}, {"published": target, "true": model.coefficients}
     for name, c in found.items():
         mixed, mixing = mix(c, target, model)
@@ -245,8 +236,8 @@ def predictions(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Figures 1 to 7: free runs of the coefficient sets with the rudder of the original."""
     model, training = vessel(), sailed(SETTING)
     sets = {"A1p": published("A1"), "A2p": published("A2")}
-    sets |= {name: fitted(METHODS[name], training, model) for name in ("A1", "A2")}
-    sets["midpoint"] = fitted("ls,scheme=midpoint", training, model)
+    sets |= {name: found_by(METHODS[name], training, model) for name in ("A1", "A2")}
+    sets["midpoint"] = found_by("ls,scheme=midpoint", training, model)
     values, series = {}, _drawn("Figure 1", sailed(SETTING._replace(dt=0.1, duration=80.0)))
     for figure, manoeuvre in MANOEUVRES.items():
         record = sailed(SETTING._replace(dt=0.1, duration=80.0), manoeuvre)
@@ -277,8 +268,6 @@ def _drawn(figure: str, record: Record) -> dict[str, np.ndarray]:
 
 def _free_run(model: Model, record: Record) -> tuple[dict[str, float], dict[str, np.ndarray]]:
     """Errors in % of the observed range (and of the heading in deg), and the predicted lines; nan once diverged."""
-    from ....estimation.run.run import run_along
-
     run = run_along(model, record)
     found = run.squares()
     rms = {key: np.nan if run.diverged else found[channel].scores()[0] for key, channel in CHANNELS.items()}
@@ -300,10 +289,99 @@ def _while_near(free: np.ndarray, observed: np.ndarray) -> np.ndarray:
     return np.where(np.cumsum(gone) > 0, np.nan, free)
 
 
+# ---- the settings that are not printed, over a wide range
+
+CONSTANT = "constant"
+MOST_SAMPLES = 30_000
+"""A record with more samples is cut: at steps of a millisecond half a minute is enough."""
+
+
+def wide_settings(rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Run `index` of the search: A1 and A2, corrected and as printed, at one point of the range in the claims file."""
+    chosen = settings_at("001", "wide-settings", index)
+    found = at(chosen)
+    half = at(chosen | {"length": min(chosen["length"], MOST_SAMPLES * chosen["step"]) / 2.0})
+    return StudyResult(compared(found) | {"more data": median_error(found["A1"]) < median_error(half["A1"])})
+
+
+def at(chosen: dict[str, Any]) -> dict[str, np.ndarray]:
+    """Coefficients (60,) that each form finds with the settings of a point; nan where it finds none."""
+    setting = ZigzagSetting(
+        speed=chosen["speed"],
+        rate=np.deg2rad(chosen["rudder rate"]),
+        lag=chosen["rudder lag"],
+        dt=chosen["step"],
+        duration=min(chosen["length"], MOST_SAMPLES * chosen["step"]),
+    )
+    record, model = sailed(setting), vessel(setting)
+    if chosen["speed in the primes"] == CONSTANT:
+        return constant_speed(record, model)
+    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
+    return found | {"A1p": backward(record, model)}
+
+
+def constant_speed(record: Record, model: Model) -> dict[str, np.ndarray]:
+    """A1 and A2 with V = U0 in eq 9-11 and 20-26; in A2 u(t) = V + (u - V) is then a sum of two other columns."""
+    dt = float(np.median(np.diff(record.time_s)))
+    states = np.column_stack([record.column(c) for c in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s")])
+    terms = _terms(record, model)
+    step = np.diff(states, axis=0) / dt
+    found = {"A1": _separated(model, terms[:-1], step), "A1p": _separated(model, terms[1:], step)}
+    for name, inverse in (("A2", False), ("A2p", True)):
+        found[name] = _separated(model, terms[:-1] * dt, states[1:], states[:-1], inverse)
+    return found
+
+
+def _terms(record: Record, model: Model) -> np.ndarray:
+    """Columns (N, 60) of eq 9-11: products of u - V, v, r L and V delta in m2/s2, by the letters of their names."""
+    constants = dict(zip(model.constant_names, model.constants.tolist(), strict=True))
+    speed, length = constants["U0"], constants["L"]
+    letters = {
+        "u": record.column("surge_m_s") - speed,
+        "v": record.column("sway_m_s"),
+        "r": record.column("yaw_rate_rad_s") * length,
+        "d": record.rudder() * speed,
+    }
+    columns = []
+    for name in model.coordinates:
+        factors = [letters[letter] / speed for letter in name[1:] if letter in letters]
+        columns.append(speed**2 * np.prod(factors, axis=0) if factors else np.full(record.n, speed**2))
+    return np.column_stack(columns)
+
+
+def _separated(
+    model: Model, terms: np.ndarray, left: np.ndarray, state: np.ndarray | None = None, normal: bool = False
+) -> np.ndarray:
+    """Coefficients (60,) of regressions of u, v, r (N, 3), A2 with the state itself as a column, then M' [b; c]."""
+    c = dict(zip(model.constant_names, model.constants.tolist(), strict=True))
+    own = {letter: np.array([name[0] == letter for name in model.coordinates]) for letter in "XYN"}
+    accelerations = []
+    for j, letter in enumerate("XYY"):  # sway and yaw share their columns
+        columns = terms[:, own[letter]]
+        columns = columns if state is None else np.column_stack([state[:, j], columns])
+        accelerations.append(_solved(columns, left[:, j], normal)[0 if state is None else 1 :])
+    surge, sway, yaw = (a * c["L"] ** power for a, power in zip(accelerations, (1, 1, 2), strict=True))
+    parts = (c["m11"] * surge, c["m22"] * sway + c["m23"] * yaw, c["m32"] * sway + c["m33"] * yaw)
+    return np.concatenate(parts)
+
+
+def _solved(columns: np.ndarray, left: np.ndarray, normal: bool) -> np.ndarray:
+    """Least squares: by (H'H)^-1 H'Y on unscaled columns, or by orthogonal decomposition of scaled ones."""
+    if not normal:
+        lengths = np.linalg.norm(columns, axis=0)
+        lengths[lengths == 0.0] = 1.0
+        return lstsq(columns / lengths, left) / lengths
+    try:
+        return np.linalg.inv(columns.T @ columns) @ (columns.T @ left)
+    except np.linalg.LinAlgError:
+        return np.full(columns.shape[1], np.nan)
+
+
 STUDIES = {
-    "particulars": Study(particulars),
-    "settings": Study(settings, seeds=40),
-    "accuracy": Study(accuracy),
-    "explanation": Study(explanation),
-    "predictions": Study(predictions),
+    "particulars": PaperStudy(particulars),
+    "settings": PaperStudy(settings, seeds=40),
+    "accuracy": PaperStudy(accuracy),
+    "explanation": PaperStudy(explanation),
+    "predictions": PaperStudy(predictions),
+    "wide-settings": PaperStudy(wide_settings, seeds=32),
 }

@@ -8,17 +8,21 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import partial
 
 import numpy as np
 
+from ....datasets import measured
+from ....datasets.record import Record
+from ....estimation.estimates.estimate import Estimate
+from ....estimation.judgement.convergence import convergence, parameter_paths
+from ....estimation.records.series import MEASURED, series_of
+from ....estimation.results.predictor import ModelPredictor
+from ....estimation.run.squares import squares
+from ....models.model import CHANNELS, Model, resolve
+from ....models.simulate import initial_state, simulate
 from ...claims.files import load
-from ..study import Study, StudyResult
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....estimation.estimates.estimate import Estimate
-    from ....models.model import Model
+from ..study import PaperStudy, StudyResult, fitted, settings_at
 
 STEP_S, DURATION_S = 0.1, 200.0
 NOISE_SD = float(np.deg2rad(np.sqrt(0.05)))
@@ -41,10 +45,6 @@ def zigzag(name: str, noise: np.ndarray | None = None, rate: float = np.inf, lag
 
     rate, lag : of the steering gear, rad/s and s; the recorded rudder is the true one.
     """
-    from ....datasets.record import Record
-    from ....models.model import CHANNELS, resolve
-    from ....models.simulate import initial_state, simulate
-
     model = replace(resolve(name), max_step_s=STEP_S)
     psi, n = model.states.index("psi"), round(DURATION_S / STEP_S)
     extra = _as_rudder(model, np.zeros(n) if noise is None else noise)
@@ -71,17 +71,6 @@ def _as_rudder(model: Model, noise: np.ndarray) -> np.ndarray:
     for k in range(1, noise.size):
         last = angle[k] = (lead * last + STEP_S * noise[k] / gain) / (lead + STEP_S)
     return angle
-
-
-def fitted(spec: str, record: Record, model: Model) -> Estimate | None:
-    """What a method finds; None where it finds nothing finite."""
-    from ....methods.registry import make
-    from ....models.errors import FitFailed
-
-    try:
-        return make(spec).fit([record], model)
-    except FitFailed:
-        return None
 
 
 def found(estimate: Estimate | None, model: Model) -> dict[str, float]:
@@ -121,11 +110,9 @@ def _table(name: str, printed: Map, rng: np.random.Generator) -> StudyResult:
 
 def table(name: str, printed: Map, record: Record, as_printed: str = PRINTED) -> StudyResult:
     """What every method finds in a record, its ratio of errors to the basic method's, and when it settles."""
-    from ....models.model import resolve
-
     model = resolve(name)
     specs = {"basic": BASIC, "fci": FCI, "fci.printed": as_printed, "fci.without": WITHOUT_BETA}
-    fits = {key: fitted(spec, record, model) for key, spec in specs.items()}
+    fits = {key: fitted(spec, [record], model) for key, spec in specs.items()}
     values, series = {}, {}
     for key, fit in fits.items():
         values |= {f"{key}.{p}": value for p, value in found(fit, model).items()}
@@ -147,8 +134,6 @@ def _errors(fit: Estimate | None, model: Model) -> dict[str, float]:
 
 def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
     """Seconds until a parameter stays within 5 % of the set value; `NEVER` where it does not within the record."""
-    from ....estimation.judgement.convergence import convergence
-
     if fit is None:
         return dict.fromkeys(model.parameters, NEVER)
     times = {p: c.settled_s[BAND] for p, c in convergence(fit, model.parameters, [BAND]).items()}
@@ -157,8 +142,6 @@ def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
 
 def _paths(fit: Estimate | None, model: Model) -> dict[str, np.ndarray]:
     """Relative errors of the parameters along the recursion, every second."""
-    from ....estimation.judgement.convergence import parameter_paths
-
     if fit is None:
         return {}
     return {p: path[::10] / model.parameters[p] - 1.0 for p, path in parameter_paths(fit).items()}
@@ -166,8 +149,6 @@ def _paths(fit: Estimate | None, model: Model) -> dict[str, np.ndarray]:
 
 def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The same without noise: what the difference equation and the maps (4) and (6) leave."""
-    from ....models.model import resolve
-
     specs = {
         "ls": "ls-forward",
         "zoh": "ls,scheme=zoh",
@@ -179,15 +160,13 @@ def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
     for name in ("response-1", "response-2"):
         model, record = resolve(name), zigzag(name)
         for key, spec in specs.items():
-            estimate = fitted(spec, record, model)
+            estimate = fitted(spec, [record], model)
             values |= {f"{name}.{key}.{p}": value for p, value in found(estimate, model).items()}
     return StudyResult(values)
 
 
 def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Error of K against the size of the noise on the right side, of the basic and the iterated method."""
-    from ....models.model import resolve
-
     model = resolve("response-1")
     size = np.deg2rad(np.geomspace(1e-3, 0.3, 7))
     draw = rng.normal(size=round(DURATION_S / STEP_S))
@@ -195,7 +174,7 @@ def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
     for sd in size:
         record = zigzag("response-1", sd * draw)
         for key, spec in zip(series, (BASIC, WITHOUT_BETA, FCI, PRINTED), strict=True):
-            series[key].append(_errors(fitted(spec, record, model), model)["K"] / model.parameters["K"])
+            series[key].append(_errors(fitted(spec, [record], model), model)["K"] / model.parameters["K"])
     lines = {key: np.array(line) for key, line in series.items()}
     values = {f"{key}.largest": float(line.max()) for key, line in lines.items()}
     return StudyResult(values, lines | {"sd_deg_s": np.rad2deg(size)})
@@ -203,8 +182,6 @@ def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The error columns of both tables from their other columns: I is identified - set, II set - identified."""
-    from ....models.model import resolve
-
     printed = {claim.id: claim.published for claim in load("002").claims}
     values = {}
     for table, name, sign in (("table1", "response-1", 1.0), ("table2", "response-2", -1.0)):
@@ -215,8 +192,6 @@ def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def _set_values() -> dict[str, float]:
     """Set values of both vessels, initial values of the recursion, and 1 - dt/T at the printed initial T = 0."""
-    from ....models.model import resolve
-
     values = {f"{name}.{p}": v for name in ("response-1", "response-2") for p, v in resolve(name).parameters.items()}
     with np.errstate(divide="ignore"):
         values["a1 at T = 0"] = bool(np.isfinite(1.0 - np.divide(STEP_S, 0.0)))
@@ -228,8 +203,6 @@ def _set_values() -> dict[str, float]:
 
 def beta(rng: np.random.Generator, *, index: int) -> StudyResult:
     """How large the P-type step may be: the printed bound 2 gamma against 2/|phi|^2."""
-    from ....models.model import resolve
-
     model, record = resolve("response-1"), zigzag("response-1")
     shares = np.array([0.001, 0.01, 0.05, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 1.0, 1.05, 1.1, 1.2])
     values, series = {}, {"share": shares}
@@ -242,7 +215,7 @@ def beta(rng: np.random.Generator, *, index: int) -> StudyResult:
     values["rad.300"] = not np.isfinite(_iterated(record, model, 300.0, False))
     values["deg.0.08"] = not np.isfinite(_iterated(record, model, 0.08, True))
     values["rad.2gamma"] = bool(np.isfinite(_iterated(record, model, 2e6, False)))
-    safe = fitted("fci-ls,scheme=forward,beta=2e6,p0=1e6", record, model)
+    safe = fitted("fci-ls,scheme=forward,beta=2e6,p0=1e6", [record], model)
     values["corrected.2gamma"] = bool(safe is not None and np.isfinite(safe.coefficients).all())
     series["corrected"] = np.array([_corrected(record, model, share) for share in shares])
     return StudyResult(values, series)
@@ -258,13 +231,29 @@ def _largest_row(record: Record, degrees: bool) -> float:
 def _iterated(record: Record, model: Model, step: float, degrees: bool) -> float:
     """Relative error of K after FCI-LS as printed with all 200 repeats; nan where it diverges."""
     spec = f"fci-ls,variant=as_printed,degrees={str(degrees).lower()},tolerance=0,most=200,beta={float(step)!r}"
-    return _errors(fitted(spec, record, model), model)["K"] / model.parameters["K"]
+    return _errors(fitted(spec, [record], model), model)["K"] / model.parameters["K"]
 
 
 def _corrected(record: Record, model: Model, share: float) -> float:
     """As `_iterated`, of the corrected form, whose columns have unit root mean square."""
     spec = f"fci-ls,scheme=forward,tolerance=0,most=200,p0=1e6,beta={float(share) * 2.0 / len(model.coordinates)!r}"
-    return _errors(fitted(spec, record, model), model)["K"] / model.parameters["K"]
+    return _errors(fitted(spec, [record], model), model)["K"] / model.parameters["K"]
+
+
+# ---------------------------------------------------------------------------------------- over what is not printed
+
+FORMS = {"first_order": ("response-1", printed_first), "second_order": ("response-2", printed_second)}
+
+
+def over_range(order: str, rng: np.random.Generator, *, index: int) -> StudyResult:
+    """Run `index` of the search of an order; its noise belongs to the point, not to the seed."""
+    chosen = settings_at("002", f"{order}_searched", index)
+    name, printed = FORMS[order]
+    draw = np.random.default_rng(index).normal(size=round(DURATION_S / STEP_S))
+    noise = np.deg2rad(chosen["noise on the right side"]) * draw
+    record = zigzag(name, noise, np.deg2rad(chosen["rudder rate"]), chosen["rudder lag"])
+    form = PRINTED if chosen["angles in"] == "degrees" else PRINTED.replace("degrees=true", "degrees=false")
+    return StudyResult(table(name, printed, record, form).values)
 
 
 # ------------------------------------------------------------------------------------------------ the tank test
@@ -291,15 +280,12 @@ def tank(rng: np.random.Generator, *, index: int) -> StudyResult:
 
     Raises `BadInput` where the measured set is not there, with how to get it.
     """
-    from ....datasets.measured import load
-    from ....models.model import resolve
-
-    training = load(DATASET, TRAINING)
-    runs = {run: load(DATASET, stem) for run, stem in HELD_OUT.items()}
+    training = measured.load(DATASET, TRAINING)
+    runs = {run: measured.load(DATASET, stem) for run, stem in HELD_OUT.items()}
     values, series = {}, {}
     for name, (spec, family, stride) in FITS.items():
         model = resolve(family)
-        estimate = fitted(spec, _thinned(training, stride), model)
+        estimate = fitted(spec, [_thinned(training, stride)], model)
         values |= {f"{name}.{p}": value for p, value in found(estimate, model).items()}
         scores = dict(_scores(estimate, runs | {"15/5": training}))
         values |= {f"{name}.{key}": value for key, value in scores.items()}
@@ -332,8 +318,6 @@ def _thinned(record: Record, stride: int) -> Record:
 def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[tuple[str, float]]:
     """R^2 and RMSE (deg/s) of the yaw rate and RMSE of the heading (deg) of each run, which begins with the first
     sample as it was measured, as the paper's do."""
-    from ....estimation.run.squares import squares
-
     for run, record in runs.items():
         rmse, r2 = {"r": np.nan, "psi": np.nan}, np.nan
         if estimate is not None:
@@ -346,9 +330,6 @@ def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[t
 
 def _from_the_first_sample(model: Model, record: Record) -> dict[str, tuple[np.ndarray, np.ndarray]]:
     """State -> samples (N,) of yaw rate and heading, measured and of the free run."""
-    from ....estimation.records.series import MEASURED, series_of
-    from ....estimation.results.predictor import ModelPredictor
-
     series = series_of(record.turned(model.positive_rudder), model, MEASURED)
     states = series.observe(ModelPredictor(model).simulate(series.inputs, series.dt, series.start))
     measured = {model.states[state]: series.outputs[:, place] for place, state in enumerate(series.columns)}
@@ -357,19 +338,18 @@ def _from_the_first_sample(model: Model, record: Record) -> dict[str, tuple[np.n
 
 def _course(estimate: Estimate) -> dict[str, np.ndarray]:
     """Parameters along the recursion, every second."""
-    from ....estimation.judgement.convergence import parameter_paths
-
     time = estimate.trajectory_time_s
     assert time is not None
     return {"time_s": time[::20]} | {f"course.{p}": path[::20] for p, path in parameter_paths(estimate).items()}
 
 
 STUDIES = {
-    "first_order": Study(first_order, seeds=120),
-    "second_order": Study(second_order, seeds=120),
-    "noise_free": Study(noise_free),
-    "noise": Study(noise, seeds=8, drawn=8),
-    "arithmetic": Study(arithmetic),
-    "beta": Study(beta),
-    "tank": Study(tank, measured=DATASET),
+    "first_order": PaperStudy(first_order, seeds=120),
+    "second_order": PaperStudy(second_order, seeds=120),
+    "noise_free": PaperStudy(noise_free),
+    "noise": PaperStudy(noise, seeds=8, drawn=8),
+    "arithmetic": PaperStudy(arithmetic),
+    "beta": PaperStudy(beta),
+    "tank": PaperStudy(tank, measured=DATASET),
+    **{f"{order}_searched": PaperStudy(partial(over_range, order), seeds=48) for order in FORMS},
 }

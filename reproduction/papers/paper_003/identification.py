@@ -12,14 +12,14 @@ from ....estimation.information.bounds import cramer_rao
 from ....estimation.methods_only.observers import eso
 from ....estimation.methods_only.svr.estimators import LSSVR
 from ....methods.eso_rw_lssvr import EsoRwLssvr
-from ....methods.svf_ls import SvfLs
+from ....methods.filtered_ls import SvfLs
 from ....models.errors import CannotFit, FitFailed
 from ....models.linear_algebra import svd
 from ....models.model import Model, resolve
 from ...claims.files import load
 from ..study import StudyResult
 from . import vessels
-from .vessels import DT, TRAINING, Motion, percent, rms
+from .vessels import DT, TRAINING, SineMotion, percent, rms
 
 NOISE = (1e-4, 1e-3)
 """Heading noise [rad], for the paper prints none: another level in this range each run, spread logarithmically."""
@@ -102,10 +102,10 @@ def _printed(vessel: str, method: str) -> np.ndarray:
 
 
 @lru_cache(maxsize=4)
-def _validation(vessel: str, sines: str) -> Motion:
+def _validation(vessel: str, sines: str) -> SineMotion:
     """True states of the last 40 %."""
     whole = vessels.motion(vessel, sines)
-    return Motion(*(values[int(TRAINING * len(values)) :] for values in whole))
+    return SineMotion(*(values[int(TRAINING * len(values)) :] for values in whole))
 
 
 def prediction_scores(vessel: str, sines: str, coefficients: np.ndarray) -> tuple[float, float]:
@@ -115,12 +115,12 @@ def prediction_scores(vessel: str, sines: str, coefficients: np.ndarray) -> tupl
     return found["own_rmse"], found["own_r2"]
 
 
-def _rows(run: Motion) -> np.ndarray:
+def _rows(run: SineMotion) -> np.ndarray:
     """Regressors (N, 4) in the order of the coefficients."""
     return np.column_stack([run.psi_ddot, run.r, run.delta, run.delta_dot])
 
 
-def _predicted(run: Motion, coefficients: np.ndarray) -> np.ndarray:
+def _predicted(run: SineMotion, coefficients: np.ndarray) -> np.ndarray:
     return _rows(run) @ coefficients
 
 
@@ -265,7 +265,7 @@ def behind_observer(
     return LSSVR(C=1e14, standardise=True, fit_intercept=False).fit(rows, seen.psi_dddot[:size]).coef_
 
 
-def _rank(run: Motion) -> int:
+def _rank(run: SineMotion) -> int:
     """Directions that the regressors span after the start-up transient (second half of a run)."""
     rows = _rows(run)[len(run.psi) // 2 :]
     sizes = svd(rows / np.linalg.norm(rows, axis=0), compute_uv=False)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ....estimation.methods_only.svr.tuning import Tuned, Tuner, colony, grid
+from ....estimation.methods_only.svr.tuning import TunedConstant, Tuner, colony, grid
 from ....estimation.methods_only.tuning.abc import PAPER_003
 from ....methods.eso_rw_lssvr import EsoRwLssvr
 from ....models.model import Model, resolve
@@ -41,7 +41,7 @@ class Watched:
         self.tuner = tuner
         self.errors: list[float] = []
 
-    def __call__(self, objective: Callable[[float], float], low: float, high: float) -> Tuned:
+    def __call__(self, objective: Callable[[float], float], low: float, high: float) -> TunedConstant:
         def watched(c: float) -> float:
             self.errors.append(objective(c))
             return self.errors[-1]

@@ -11,7 +11,7 @@ from ....estimation.observers.linear import Discrete, discretised, respond
 from ....estimation.observers.smoothing import Track, Walk, random_walk, smoothed
 from ..study import StudyResult
 from . import vessels
-from .vessels import DT, Motion, rms
+from .vessels import DT, SineMotion, rms
 
 STATES = ("psi", "r", "psi_ddot", "delta")
 LEVELS = (0.0, 1e-14, 1e-12, 1e-10, 1e-8, 1e-6, 1e-4)
@@ -48,7 +48,7 @@ def table_4(vessel: str, rng: np.random.Generator) -> StudyResult:
     return StudyResult(values, _series(vessel))
 
 
-def observed(variant: str, psi: np.ndarray, run: Motion, vessel: str) -> tuple[np.ndarray, ...]:
+def observed(variant: str, psi: np.ndarray, run: SineMotion, vessel: str) -> tuple[np.ndarray, ...]:
     """Estimates (N,) of psi, r, psi_ddot and rudder by the observer at 45 rad/s, stepped by Euler as eq 11 does."""
     n = vessels.numbers(vessel)
     if variant == "as_printed":
@@ -59,14 +59,14 @@ def observed(variant: str, psi: np.ndarray, run: Motion, vessel: str) -> tuple[n
     return seen.psi, seen.r, seen.psi_ddot, _rudder(seen.psi, run, vessel)
 
 
-def _rudder(psi: np.ndarray, run: Motion, vessel: str) -> np.ndarray:
+def _rudder(psi: np.ndarray, run: SineMotion, vessel: str) -> np.ndarray:
     """Rudder (N,) behind its lag when the helmsman steers by headings psi (N,)."""
     n = vessels.numbers(vessel)
     lag = discretised([[-1.0 / n.lag]], [[n.kp / n.lag]], DT, "euler")
     return respond(lag, (run.reference - psi)[:, None], [0.0])[:, 0]
 
 
-def _truth(run: Motion) -> tuple[np.ndarray, ...]:
+def _truth(run: SineMotion) -> tuple[np.ndarray, ...]:
     return run.psi, run.r, run.psi_ddot, run.delta
 
 
@@ -83,7 +83,7 @@ def _closest(vessel: str, variant: str, noise: np.ndarray) -> tuple[str, float]:
     return best[:2]
 
 
-def scores(prefix: str, seen: tuple[np.ndarray, ...], run: Motion, vessel: str) -> dict[str, float]:
+def scores(prefix: str, seen: tuple[np.ndarray, ...], run: SineMotion, vessel: str) -> dict[str, float]:
     """RMSE and R^2 of every state, and whether all four RMSE are within `CLOSE` of the table's ESO column."""
     found: dict[str, float] = {}
     for name, estimate, truth in zip(STATES, seen, _truth(run), strict=True):
@@ -177,7 +177,7 @@ def crossover(vessel: str, rng: np.random.Generator) -> StudyResult:
     return StudyResult(values)
 
 
-def _filter_over_observer(run: Motion, psi: np.ndarray, method: str) -> np.ndarray:
+def _filter_over_observer(run: SineMotion, psi: np.ndarray, method: str) -> np.ndarray:
     """Errors (3,) of the best Kalman filter over those of the best observer, state by state."""
     settled = len(psi) // 10
     filtered = np.min([_errors(_kalman_states(psi, 10.0**p), run, settled) for p in WIDE_POWERS], axis=0)
@@ -191,14 +191,14 @@ def _up_to(wins: np.ndarray, levels: np.ndarray) -> float:
     return float(levels[n - 1]) if n else float("nan")
 
 
-def _errors(states: np.ndarray, run: Motion, settled: int) -> np.ndarray:
+def _errors(states: np.ndarray, run: SineMotion, settled: int) -> np.ndarray:
     """RMSE (3,) of states (N, 3) without the start."""
     truth = np.column_stack([run.psi, run.r, run.psi_ddot])
     return np.sqrt(np.mean((states - truth)[settled:] ** 2, axis=0))
 
 
 def _best_eso(
-    psi: np.ndarray, run: Motion, settled: int, omegas: np.ndarray = OMEGAS, method: str = "exact"
+    psi: np.ndarray, run: SineMotion, settled: int, omegas: np.ndarray = OMEGAS, method: str = "exact"
 ) -> tuple[np.ndarray, np.ndarray]:
     """Smallest RMSE (3,) over omega0, and the omega0 (3,) where each is."""
     table = []
@@ -209,7 +209,7 @@ def _best_eso(
     return found.min(axis=0), omegas[found.argmin(axis=0)]
 
 
-def _optimal(run: Motion, rng: np.random.Generator, settled: int) -> dict[str, float]:
+def _optimal(run: SineMotion, rng: np.random.Generator, settled: int) -> dict[str, float]:
     """The observer's best omega0 for the yaw rate at 1e-6 .. 1e-2 rad of noise."""
     found = {}
     for power in range(-6, -1):

@@ -27,7 +27,7 @@ SINES = {
 """Heading references: one sine, or three.  The paper says sinusoidal and prints neither amplitude nor period."""
 
 
-class Motion(NamedTuple):
+class SineMotion(NamedTuple):
     """Samples (N,) of a noise-free run: heading and three derivatives, rudder, its slope, the heading reference."""
 
     psi: np.ndarray
@@ -40,7 +40,7 @@ class Motion(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Numbers:
+class LoopNumbers:
     """a1 .. a4 of eq 2, the rudder's lag and the heading controller's gain."""
 
     a1: float
@@ -51,15 +51,15 @@ class Numbers:
     kp: float
 
 
-def numbers(vessel: str) -> Numbers:
+def numbers(vessel: str) -> LoopNumbers:
     """Of a vessel, with the gain that its file has (patrol: -0.7)."""
     model = resolve(vessel)
     t1, t2, t3, k = (model.parameters[name] for name in ("T1", "T2", "T3", "K"))
     assert model.controller is not None
-    return Numbers(1.0 / (t1 * t2), t1 + t2, k, t3, model.rudder.lag_s, model.controller.kp)
+    return LoopNumbers(1.0 / (t1 * t2), t1 + t2, k, t3, model.rudder.lag_s, model.controller.kp)
 
 
-def closed_loop(n: Numbers) -> tuple[np.ndarray, np.ndarray]:
+def closed_loop(n: LoopNumbers) -> tuple[np.ndarray, np.ndarray]:
     """Eq 6, corrected: a (4, 4), b (4, 1) of (psi, r, delta, psi_ddot) driven by the heading reference."""
     zero = n.a1 * n.a3 * n.a4 / n.lag
     a = np.array(
@@ -73,7 +73,7 @@ def closed_loop(n: Numbers) -> tuple[np.ndarray, np.ndarray]:
     return a, np.array([[0.0], [0.0], [n.kp / n.lag], [zero * n.kp]])
 
 
-def closed_loop_as_printed(n: Numbers) -> np.ndarray:
+def closed_loop_as_printed(n: LoopNumbers) -> np.ndarray:
     """Eq 6 as printed: -a2 on r, -(a1 a2 + a1 a3 a4/Tm) on the rudder, a1 a3 on psi_ddot."""
     a, _ = closed_loop(n)
     a[3, 1:] = [-n.a2, -n.a1 * n.a2 - n.a1 * n.a3 * n.a4 / n.lag, n.a1 * n.a3]
@@ -102,14 +102,14 @@ def reference_of(run: Record, vessel: str) -> np.ndarray:
 
 
 @lru_cache(maxsize=4)
-def motion(vessel: str, sines: str, hold: str = "zero") -> Motion:
+def motion(vessel: str, sines: str, hold: str = "zero") -> SineMotion:
     """The closed loop of corrected eq 6 from rest: 'zero' holds the reference and solves exactly, 'euler' steps."""
     a, b = closed_loop(numbers(vessel))
     reference = reference_of(record(vessel, sines), vessel)
     states = respond(discretised(a, b, DT, hold), reference[:, None], np.zeros(4))
     slopes = states @ a.T + reference[:, None] * b.T
     psi, r, delta, psi_ddot = states.T
-    return Motion(psi, r, psi_ddot, slopes[:, 3], delta, slopes[:, 2], reference)
+    return SineMotion(psi, r, psi_ddot, slopes[:, 3], delta, slopes[:, 2], reference)
 
 
 def noisy(run: Record, sd: float, rng: np.random.Generator) -> Record:

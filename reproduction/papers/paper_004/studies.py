@@ -16,38 +16,45 @@ from ....datasets.sensors import parse_noise
 from ....estimation.estimates.estimate import Estimate
 from ....estimation.run.squares import squares
 from ....methods.registry import make
-from ....models.errors import FitFailed
 from ....models.model import Model, resolve
 from ...claims.files import load
-from ..study import Study, StudyResult, point
+from ..study import PaperStudy, StudyResult, fitted, settings_at
 from . import records
-from .printed import ASPECT_RATIO, PAIRS, RUDDER_AREA_M2, TABLE_2, slope
 from .records import DIRECTIONS, calm, rough
 
 TRAIN = "zigzag:20/20"
+SCHEME = ",scheme=midpoint"
 METHODS = {
-    "mi": "mi-rls,length=10,p0=1e6",
-    "nmi": "nmi-rls,omega=1,length=10,p0=1e6",
-    "rls": "rls,p0=1e7",
-    "ls": "ls",
+    "mi": f"mi-rls,length=10,p0=1e6{SCHEME}",
+    "nmi": f"nmi-rls,omega=1,length=10,p0=1e6{SCHEME}",
+    "rls": f"rls,p0=1e7{SCHEME}",
+    "ls": f"ls{SCHEME}",
 }
 """By the names that values bear: the paper's MI-RLS (its MILS is the same recursion) and NMI-RLS, rls from 10 P(0)."""
-WEAK = "ls"
+WEAK = METHODS["ls"]
 """Limit of all of the paper's recursions for P(0) towards infinity."""
 OMEGAS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
-SCHEME = ",scheme=midpoint"
 CIRCLE_S = 800.0
 """Length of a turning circle in the sea."""
+TABLE_2 = {
+    "Xuu": -1.7269, "Xuuu": 1.7265, "Xvv": 4.0798, "Xrr": -1.4597, "Xvr": -1.5504, "Xuvv": -3.2796, "Xuvr": 1.5436,
+    "Xurr": 1.4738,
+    "Yuv": 1.2316, "Yur": 2.0764, "Yuur": -2.0740, "Yuuv": -1.2372, "Yvvv": 2.3357, "Yrrr": 0.0369, "Yvrr": 0.1787,
+    "Yvvr": 0.2364, "Yv_absv": -0.4871, "Yr_absv": -0.0634, "Yv_absr": -0.2374, "Yr_absr": -0.0139,
+    "Nuv": 0.0149, "Nur": -0.1533, "Nuur": 0.1525, "Nuuv": -0.0142, "Nvvv": -0.0126, "Nrrr": -0.0183, "Nvrr": -0.0695,
+    "Nvvr": -0.0054, "Nv_absv": -0.0089, "Nr_absv": 0.0017, "Nv_absr": -0.0121, "Nr_absr": 0.0056,
+}  # fmt: skip
+PAIRS = {"Xuu": "Xuuu", "Xvr": "Xuvr", "Xrr": "Xurr", "Xvv": "Xuvv", "Yuv": "Yuuv", "Yur": "Yuur", "Nuv": "Nuuv",
+         "Nur": "Nuur"}  # fmt: skip
+"""Terms that differ by a factor u' alone, which is 1 to the second order of the drift angle at instantaneous speed."""
+RUDDER_AREA_M2, ASPECT_RATIO = 22.04, -0.51
 STRUCTURES = {"fixed": "s175-polynomial", "printed": "s175"}
 """Hull primes by the fixed U0, and by the instantaneous speed as the prime system of the source has them."""
 
 
-def fitted(text: str, runs: Sequence[Record], model: Model) -> Estimate | None:
-    """The estimate of a method, None where it fails."""
-    try:
-        return make(text + SCHEME).fit(runs, model)
-    except FitFailed:
-        return None
+def slope(aspect_ratio: float) -> float:
+    """f_alpha of eq 9."""
+    return 6.13 * aspect_ratio / (2.25 + aspect_ratio)
 
 
 def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
@@ -117,8 +124,8 @@ def coefficients(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def coefficients_searched(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Run `index` of the search: Table 2 with other zigzags, lengths and options; its sea belongs to the point."""
-    chosen = point(load("004").search("coefficients-searched"), index)
-    options = f"nmi-rls,omega={chosen['omega']:g},length={chosen['innovations l']},p0={chosen['P(0)']:.6e}"
+    chosen = settings_at("004", "coefficients-searched", index)
+    options = f"nmi-rls,omega={chosen['omega']:g},length={chosen['innovations l']},p0={chosen['P(0)']:.6e}{SCHEME}"
     unsaid = Unsaid(f"zigzag:{chosen['zigzag']}", chosen["step"], chosen["length"], options, chosen["wave motion"])
     return table_2(unsaid, chosen["direction"], np.random.default_rng(index))
 
@@ -134,7 +141,7 @@ def table_2(unsaid: Unsaid, direction: float, rng: np.random.Generator) -> Study
         if found is not None:
             values |= {f"{name}_{key}": found.parameters[key] for key in TABLE_2}
             values |= {f"{name}_{a}_sum": found.parameters[a] + found.parameters[b] for a, b in PAIRS.items()}
-        literal = fitted("nmi-rls,variant=as_printed", [run], ship)
+        literal = fitted(f"nmi-rls,variant=as_printed{SCHEME}", [run], ship)
         values[f"{name}_converges"] = float(found is not None)
         values[f"{name}_eq_23_converges"] = float(literal is not None)
     return StudyResult(values)
@@ -146,7 +153,7 @@ def condition(rng: np.random.Generator, *, index: int) -> StudyResult:
     for name, vessel in STRUCTURES.items():
         ship = resolve(vessel)
         for what, texts in (("small", ["zigzag:10/10"]), ("zigzag", [TRAIN]), ("rich", ship.suite["train"])):
-            found = make("ls" + SCHEME).fit([calm(ship, text) for text in texts], ship)
+            found = make(METHODS["ls"]).fit([calm(ship, text) for text in texts], ship)
             values[f"{name}_{what}"] = found.extra["condition"]
             for pair in ("Xuu", "Yur"):
                 values[f"{name}_{what}_{pair}"] = found.parameters[pair]
@@ -186,7 +193,7 @@ def omega(rng: np.random.Generator, *, index: int) -> StudyResult:
         runs = [rough(ship, TRAIN, direction, rng, swell=kind == "swell") for direction in DIRECTIONS]
         linear = [fitted(METHODS["mi"], [run], ship) for run in runs]
         for value in OMEGAS:
-            fits = [fitted(f"nmi-rls,omega={value:g},length=10,p0=1e6", [run], ship) for run in runs]
+            fits = [fitted(f"nmi-rls,omega={value:g},length=10,p0=1e6{SCHEME}", [run], ship) for run in runs]
             tracks = np.array([_track_error(fit, quiet) for fit in fits])
             values[f"{kind}_{value:g}_track_m"] = _middle(tracks)
             values[f"{kind}_{value:g}_gap"] = _gap(fits, linear)
@@ -358,14 +365,14 @@ def _drawn(fit: Estimate, runs: Sequence[Record]) -> dict[str, np.ndarray]:
 
 
 STUDIES = {
-    "particulars": Study(particulars),
-    "printed-model": Study(printed_model),
-    "coefficients": Study(coefficients, seeds=40),
-    "coefficients-searched": Study(coefficients_searched, seeds=64),
-    "condition": Study(condition),
-    "comparison": Study(comparison, seeds=8),
-    "omega": Study(omega, seeds=3),
-    "sea": Study(sea, seeds=6),
-    "ignored": Study(ignored, seeds=8),
-    "unknown-ship": Study(unknown_ship, seeds=40),
+    "particulars": PaperStudy(particulars),
+    "printed-model": PaperStudy(printed_model),
+    "coefficients": PaperStudy(coefficients, seeds=40),
+    "coefficients-searched": PaperStudy(coefficients_searched, seeds=64),
+    "condition": PaperStudy(condition),
+    "comparison": PaperStudy(comparison, seeds=8),
+    "omega": PaperStudy(omega, seeds=3),
+    "sea": PaperStudy(sea, seeds=6),
+    "ignored": PaperStudy(ignored, seeds=8),
+    "unknown-ship": PaperStudy(unknown_ship, seeds=40),
 }

@@ -20,7 +20,7 @@ from ....estimation.run.prediction import prediction_scores
 from ....methods.registry import make
 from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model, resolve
-from ..study import Study, StudyResult
+from ..study import PaperStudy, StudyResult
 from .statistics import paired
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ CORNERS: dict[tuple[str, str, int], float] = {}
 
 
 @dataclass(frozen=True)
-class Pair:
+class MethodPair:
     """A method and its baseline, as the registry writes them.
 
     heading : texts of the methods that get the rudder and the heading alone.  response : both fit a linear
@@ -58,19 +58,19 @@ class Pair:
 
 
 PAIRS = {
-    "fw-rls": Pair(f"fw-rls{FORWARD}", f"rls{FORWARD}"),
-    "fci-ls": Pair(f"fci-ls{FORWARD}", "ls-forward"),
-    "mi-rls": Pair(f"mi-rls{FORWARD}", f"rls{FORWARD}"),
-    "nmi-rls": Pair(f"nmi-rls{FORWARD}", f"rls{FORWARD}"),
-    "nmi-mi": Pair(f"nmi-rls{FORWARD}", f"mi-rls{FORWARD}"),
-    "eso-svf": Pair(ESO, SVF, (ESO, SVF), response=True),
-    "eso-ls": Pair(ESO, "ls-forward", (ESO,), response=True),
-    "a1-ls": Pair("euler-ls", "ls,scheme=midpoint"),
-    "a1-a2": Pair("euler-ls", "euler-ls,algorithm=A2"),
+    "fw-rls": MethodPair(f"fw-rls{FORWARD}", f"rls{FORWARD}"),
+    "fci-ls": MethodPair(f"fci-ls{FORWARD}", "ls-forward"),
+    "mi-rls": MethodPair(f"mi-rls{FORWARD}", f"rls{FORWARD}"),
+    "nmi-rls": MethodPair(f"nmi-rls{FORWARD}", f"rls{FORWARD}"),
+    "nmi-mi": MethodPair(f"nmi-rls{FORWARD}", f"mi-rls{FORWARD}"),
+    "eso-svf": MethodPair(ESO, SVF, (ESO, SVF), response=True),
+    "eso-ls": MethodPair(ESO, "ls-forward", (ESO,), response=True),
+    "a1-ls": MethodPair("euler-ls", "ls,scheme=midpoint"),
+    "a1-a2": MethodPair("euler-ls", "euler-ls,algorithm=A2"),
 }
 
 
-PROPOSED = Pair(
+PROPOSED = MethodPair(
     f"{ESO},variant=proposed",
     f"{ESO},variant=proposed,weighted=false",
     (f"{ESO},variant=proposed", f"{ESO},variant=proposed,weighted=false"),
@@ -150,7 +150,7 @@ def pairs_on(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResul
     return StudyResult(values)
 
 
-def _errors(pair: Pair, text: str, vessel: str, noise: str, seeds: Sequence[int]) -> np.ndarray:
+def _errors(pair: MethodPair, text: str, vessel: str, noise: str, seeds: Sequence[int]) -> np.ndarray:
     heading = text in pair.heading
     return np.array([error(text, vessel, pair.response, heading, noise, seed) for seed in seeds])
 
@@ -183,6 +183,6 @@ def _tuned(text: str, vessel: str, records: Sequence[Record], model: Model) -> t
     return _free_run_error(found, vessel), float(found.extra["evaluations"]), seconds
 
 
-STUDIES = {vessel: Study(partial(pairs_on, vessel)) for vessel in VESSELS} | {
-    "proposed": Study(proposed_at, seeds=len(PLACES))
+STUDIES = {vessel: PaperStudy(partial(pairs_on, vessel)) for vessel in VESSELS} | {
+    "proposed": PaperStudy(proposed_at, seeds=len(PLACES))
 }

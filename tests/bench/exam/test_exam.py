@@ -19,7 +19,7 @@ from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
 from helmbench.bench.exam.submission import read_submission, stated
 from helmbench.bench.exam.submission_file import Answer
 from helmbench.bench.exam.worlds import HIDDEN, KINDS, MOST, SPREAD, is_hidden, kind_of_case, sister
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.bench.faults.ships import ship, sister_numbers
 from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.diagnosis.bugs import bug_of, numbers_of, with_numbers
@@ -368,7 +368,7 @@ def test_errors_count_behind_the_opening_and_headings_by_the_smaller_angle():
 def test_a_ship_of_its_own_is_the_same_in_simulator_and_model(vessel, rng):
     """The truth simulator and the model move alike with the same factors on the published numbers."""
     factors = tuple((name, 1.04 if i % 2 else 0.96) for i, name in enumerate(sister_numbers(vessel)))
-    case = Case(vessel, factors=factors, noise=0.0, train=("zigzag:10/10",), held_out=("turn:15",))
+    case = FaultCase(vessel, factors=factors, noise=0.0, train=("zigzag:10/10",), held_out=("turn:15",))
     case = replace(case, duration_s=60.0 if vessel == "kvlcc2-l7" else 200.0)
     records = inject(case, rng).train
     known = numbers_of(resolve(vessel))

@@ -7,8 +7,8 @@ from helmbench.bench.faults import (
     ANTICIPATED,
     UNFORESEEN,
     VESSELS,
-    Case,
     Effect,
+    FaultCase,
     inject,
     kind_of,
     kinds,
@@ -39,7 +39,7 @@ def brief(vessel: str) -> dict:
 def pair(effect: Effect, rng: np.random.Generator, vessel: str = "mariner", record: int = 0):
     """A noise-free record without and with an effect that leaves the motion as it is."""
     seed = int(rng.integers(2**32))
-    cases = Case(vessel, **QUIET), Case(vessel, effects=(effect,), **QUIET)
+    cases = FaultCase(vessel, **QUIET), FaultCase(vessel, effects=(effect,), **QUIET)
     return [inject(case, np.random.default_rng(seed)).train[record] for case in cases]
 
 
@@ -47,7 +47,7 @@ def pair(effect: Effect, rng: np.random.Generator, vessel: str = "mariner", reco
 def test_a_case_has_its_strength(vessel: str, rng: np.random.Generator) -> None:
     names = [name for name, kind in kinds().items() if kind.carried_by(ship(vessel)) and kind.sized]
     for cause in rng.choice(names, 2, replace=False):
-        injected = inject(Case(vessel, (str(cause),), 300.0, **brief(vessel)), rng)
+        injected = inject(FaultCase(vessel, (str(cause),), 300.0, **brief(vessel)), rng)
         assert [effect["cause"] for effect in injected.truth] == [cause]
         capped = kind_of(cause).inverse or kind_of(cause).cap < np.inf
         assert capped or 150.0 < injected.noncentrality < 600.0, cause
@@ -59,7 +59,7 @@ def test_a_case_has_its_strength(vessel: str, rng: np.random.Generator) -> None:
 def test_no_injected_damping_makes_a_ship_unstable(rng: np.random.Generator) -> None:
     """A damping that feeds a cargo ship's turn is made weaker until she can be steered."""
     for _ in range(6):
-        injected = inject(Case("cargo", ("yaw_damping_quadratic",), "large"), rng)
+        injected = inject(FaultCase("cargo", ("yaw_damping_quadratic",), "large"), rng)
         rates = [np.abs(r.column("yaw_rate_rad_s")).max() for r in (*injected.train, *injected.held_out)]
         print(injected.truth, injected.noncentrality, rates)
         assert max(rates) < 0.2 and injected.noncentrality > 20.0
@@ -67,12 +67,12 @@ def test_no_injected_damping_makes_a_ship_unstable(rng: np.random.Generator) -> 
 
 @pytest.mark.parametrize("vessel", VESSELS)
 def test_no_effect_has_no_strength(vessel: str, rng: np.random.Generator) -> None:
-    case = Case(vessel, **brief(vessel)).completed()
+    case = FaultCase(vessel, **brief(vessel)).completed()
     assert noncentrality(case, (), Frames.draw(case, rng), None) < 1e-3
 
 
 def test_equal_seeds_give_equal_records(seed: int) -> None:
-    case = Case("mariner", ("current", "yaw_rate_bias"), "faint", gusts="fast", gaps=0.2, **brief("mariner"))
+    case = FaultCase("mariner", ("current", "yaw_rate_bias"), "faint", gusts="fast", gaps=0.2, **brief("mariner"))
     one, two = (inject(case, np.random.default_rng(seed)) for _ in range(2))
     assert all(a.equals(b) for a, b in zip(one.train + one.held_out, two.train + two.held_out, strict=True))
     assert one.truth == two.truth
@@ -81,7 +81,7 @@ def test_equal_seeds_give_equal_records(seed: int) -> None:
 
 def test_noise_is_the_sensors(rng: np.random.Generator) -> None:
     for vessel in ("mariner", "kvlcc2-l7"):
-        record = inject(Case(vessel, wrap=False, train=("straight",)), rng).train[0]
+        record = inject(FaultCase(vessel, wrap=False, train=("straight",)), rng).train[0]
         for channel, sd in noise_sd(ship(vessel)).items():
             third = np.diff(record.column(channel), 3).std() / np.sqrt(20.0)
             assert third == pytest.approx(sd, rel=0.2), channel
@@ -103,7 +103,7 @@ def test_sensor_causes_are_what_they_say(rng: np.random.Generator) -> None:
 
 def test_forces_differ_by_record(rng: np.random.Generator) -> None:
     speeds, ways = (0.5, 0.0, 0.25), (0.0, 0.0, np.pi / 2)
-    case = Case("mariner", effects=(Effect("current", {"speed": speeds, "towards": ways}),), **QUIET)
+    case = FaultCase("mariner", effects=(Effect("current", {"speed": speeds, "towards": ways}),), **QUIET)
     injected = inject(case, rng)
     for record, speed, way in zip([*injected.train, *injected.held_out], speeds, ways, strict=True):
         u, v, psi = (record.column(c)[0] for c in ("surge_m_s", "sway_m_s", "heading_rad"))
@@ -113,13 +113,13 @@ def test_forces_differ_by_record(rng: np.random.Generator) -> None:
 
 
 def test_command_records_hold_the_command(rng: np.random.Generator) -> None:
-    injected = inject(Case("mariner", ("rudder_rate_limit",), "gross", **brief("mariner")), rng)
+    injected = inject(FaultCase("mariner", ("rudder_rate_limit",), "gross", **brief("mariner")), rng)
     assert injected.train[0].has("rudder_command_rad") and not injected.train[0].has("rudder_rad")
 
 
 def test_every_kind_moves_the_ship(rng: np.random.Generator) -> None:
     for kind in [*names_of(ANTICIPATED), *names_of(UNFORESEEN)]:
-        injected = inject(Case("mariner", (kind,), "large", **brief("mariner")), rng)
+        injected = inject(FaultCase("mariner", (kind,), "large", **brief("mariner")), rng)
         assert injected.noncentrality > 50.0, kind
         assert not np.isnan(injected.held_out[0].column("heading_rad")).any(), kind
 
@@ -128,8 +128,8 @@ def test_what_a_ship_cannot_carry_is_refused() -> None:
     assert not kind_of("current").carried_by(ship("response-1"))
     assert not kind_of("second_order_lead").carried_by(ship("mariner"))
     with pytest.raises(BadInput, match="response-1 cannot carry wind"):
-        Case("response-1", ("wind",))
+        FaultCase("response-1", ("wind",))
     with pytest.raises(BadInput, match="unknown effect 'gremlins'"):
-        Case("mariner", ("gremlins",))
+        FaultCase("mariner", ("gremlins",))
     with pytest.raises(BadInput, match="strength"):
-        Case("mariner", ("wind",), "huge")
+        FaultCase("mariner", ("wind",), "huge")

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, Effect, inject
-from helmbench.bench.faults.foreign import foreign_forces
-from helmbench.bench.faults.frames import plan_of
+from helmbench.bench.faults import Effect, FaultCase, inject
+from helmbench.bench.faults.frames import foreign_forces, plan_of
 from helmbench.bench.faults.ships import ship
 from helmbench.models.errors import BadInput
 
@@ -20,7 +19,7 @@ EFFECTS = {
 
 def made(vessel, seed=1, **facts):
     time = 300.0 if ship(vessel).clock > 0.5 else 80.0
-    case = Case(
+    case = FaultCase(
         vessel, effects=(EFFECTS[vessel],), train=("turn:20",) * 2, held_out=("zigzag:20/20",), duration_s=time, **facts
     )
     return inject(replace(case, noise=0.0), np.random.default_rng(seed))
@@ -62,4 +61,4 @@ def test_the_same_seed_makes_the_same_records_and_the_same_held_out_truth():
 @pytest.mark.parametrize("facts", [{"causes": ("yaw_rate_bias",)}, {"causes": ("rudder_delay",), "gusts": "slow"}])
 def test_sensors_and_gusts_are_refused(facts):
     with pytest.raises(BadInput, match="planted nulls"):
-        Case("mariner", foreign=True, **facts)
+        FaultCase("mariner", foreign=True, **facts)

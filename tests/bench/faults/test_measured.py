@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, Effect, inject, inject_in_record
+from helmbench.bench.faults import Effect, FaultCase, inject, inject_in_record
 from helmbench.models.errors import BadInput
 
 QUIET = {"noise": 0.0, "wrap": False, "duration_s": 200.0, "train": ("zigzag:20/20",), "held_out": ("turn:10",)}
@@ -12,7 +12,7 @@ QUIET = {"noise": 0.0, "wrap": False, "duration_s": 200.0, "train": ("zigzag:20/
 def pair(effect: Effect, rng: np.random.Generator):
     """A noise-free record without and with an effect that leaves the motion as it is."""
     seed = int(rng.integers(2**32))
-    cases = Case("mariner", **QUIET), Case("mariner", effects=(effect,), **QUIET)
+    cases = FaultCase("mariner", **QUIET), FaultCase("mariner", effects=(effect,), **QUIET)
     return [inject(case, np.random.default_rng(seed)).train[0] for case in cases]
 
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import REGIME, VESSELS, Case, Effect, equations, inject, kind_of, names_of
+from helmbench.bench.faults import REGIME, VESSELS, Effect, FaultCase, equations, inject, kind_of, names_of
 from helmbench.bench.faults.effects import Setting
-from helmbench.bench.faults.regimes import SIDES, VARIABLES, Regime, f1
+from helmbench.bench.faults.regimes import SIDES, VARIABLES, TrueRegime, f1
 from helmbench.bench.faults.ships import ship
 from helmbench.bench.faults.simulator import straight, vector
 from helmbench.datasets.record import Record, RecordMeta
@@ -17,7 +17,7 @@ SHORT = {"duration_s": 300.0, "train": ("zigzag:20/20", "turn:35:port"), "held_o
 
 def case_of(vessel, effects, seed=3, **facts):
     time = {} if ship(vessel).clock > 0.5 else {"duration_s": 80.0}
-    return inject(Case(vessel, effects=effects, **(SHORT | time | facts)), np.random.default_rng(seed))
+    return inject(FaultCase(vessel, effects=effects, **(SHORT | time | facts)), np.random.default_rng(seed))
 
 
 def motion(case):
@@ -90,11 +90,11 @@ def run():
 @pytest.mark.parametrize(
     ("regime", "samples"),
     [
-        (Regime("rudder", "above", 0.6), {0, 1, 8, 9}), (Regime("rudder", "below", 0.2), {4, 5}),
-        (Regime("rudder", "port"), {0, 1, 2, 3, 4}), (Regime("rudder", "starboard", 0.6), {8, 9}),
-        (Regime("drift", "above", 0.8), {0, 9}), (Regime("drift", "starboard", 0.8), {9}),
-        (Regime("yaw_rate", "above", 0.06), {0, 1, 8, 9}), (Regime("side", "port"), {0, 1, 2, 3, 4}),
-        (Regime("speed", "above", 0.5), set(range(10))), (Regime("time", "above", 7.0), {8, 9}),
+        (TrueRegime("rudder", "above", 0.6), {0, 1, 8, 9}), (TrueRegime("rudder", "below", 0.2), {4, 5}),
+        (TrueRegime("rudder", "port"), {0, 1, 2, 3, 4}), (TrueRegime("rudder", "starboard", 0.6), {8, 9}),
+        (TrueRegime("drift", "above", 0.8), {0, 9}), (TrueRegime("drift", "starboard", 0.8), {9}),
+        (TrueRegime("yaw_rate", "above", 0.06), {0, 1, 8, 9}), (TrueRegime("side", "port"), {0, 1, 2, 3, 4}),
+        (TrueRegime("speed", "above", 0.5), set(range(10))), (TrueRegime("time", "above", 7.0), {8, 9}),
     ],
 )  # fmt: skip
 def test_samples_of_a_regime(run, regime, samples):
@@ -103,16 +103,16 @@ def test_samples_of_a_regime(run, regime, samples):
 
 def test_a_rudder_that_is_positive_to_port_is_turned(run):
     turned = replace(run, meta=RecordMeta(positive_rudder="port"))
-    assert np.array_equal(Regime("rudder", "port").inside(turned), Regime("rudder", "starboard").inside(run))
+    assert np.array_equal(TrueRegime("rudder", "port").inside(turned), TrueRegime("rudder", "starboard").inside(run))
 
 
 def test_a_stated_regime_is_read_and_nonsense_is_refused():
     told = {"variable": "rudder", "side": "above", "threshold": 0.25, "low": 0.24, "high": 0.27}
-    assert Regime.of(told) == Regime("rudder", "above", 0.25)
-    assert Regime.of({"variable": "side", "side": "port", "threshold": None}) == Regime("side", "port")
+    assert TrueRegime.of(told) == TrueRegime("rudder", "above", 0.25)
+    assert TrueRegime.of({"variable": "side", "side": "port", "threshold": None}) == TrueRegime("side", "port")
     for wrong in ({"variable": "moon", "side": "above"}, {"variable": "rudder", "side": "under"}):
         with pytest.raises(ValueError, match="variables are"):
-            Regime.of(wrong)
+            TrueRegime.of(wrong)
     assert len(VARIABLES) == 6 and len(SIDES) == 4
 
 

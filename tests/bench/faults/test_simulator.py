@@ -10,7 +10,7 @@ from helmbench.bench import faults
 from helmbench.bench.faults import VESSELS
 from helmbench.bench.faults.integrate import CHAIN, SOUND, at_hull, gear
 from helmbench.bench.faults.ships import ship
-from helmbench.bench.faults.simulator import Gusts, Plan, gust_forces, gust_sd, simulate
+from helmbench.bench.faults.simulator import Gusts, RunPlan, gust_forces, gust_sd, simulate
 from helmbench.models.model import resolve
 from helmbench.models.simulate import ClosedLoop, RudderGear, closed_loop, initial_state, inputs_of
 from helmbench.models.simulate import simulate as project_simulate
@@ -46,7 +46,7 @@ def test_truth_and_kernels_agree(vessel: str, rng: np.random.Generator) -> None:
     if not model.is_3dof and "w" in model.states:  # w = r_dot - K T3/h delta is the project's hidden state too
         x0[model.states.index("w")] = 0.0
     expected = project_simulate(model, inputs_of(model, rudder), step, x0)
-    run = simulate(Plan(ship(vessel)), "straight", step * (rudder.size - 1), rng, prescribed=half_steps(rudder))
+    run = simulate(RunPlan(ship(vessel)), "straight", step * (rudder.size - 1), rng, prescribed=half_steps(rudder))
     columns = {"u": 0, "v": 1, "r": 2, "x": 3, "y": 4, "psi": 5}
     for i, name in enumerate(model.states):
         if name in columns:
@@ -68,7 +68,7 @@ def test_current_wind_and_forces_agree(vessel: str, rng: np.random.Generator) ->
     x0[:2] += current
     project = closed_loop(model, step, control, environment, x0=x0)
     names = ("current_north", "current_east", "wind_north", "wind_east", "X", "Y", "N")
-    plan = Plan(one, dict(zip(names, environment[0], strict=True)))
+    plan = RunPlan(one, dict(zip(names, environment[0], strict=True)))
     run = simulate(plan, "straight", step * (rudder.size - 1), rng, prescribed=half_steps(project.rudder_rad))
     scale = np.abs(project.states).max(axis=0)
     assert np.all(np.abs(run.states[:, :6] - project.states).max(axis=0) < 1e-6 * scale)
@@ -119,7 +119,7 @@ def test_gusts_have_their_variance_and_correlation(rng: np.random.Generator) -> 
 def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
     """Half the step changes an injected run by less than a hundredth of the sensors' noise."""
     one = ship("mariner")
-    plan = Plan(one, {"current_north": 0.3, "Nrr": -1e-4}, {"delay": 0.33, "play": 0.01})
+    plan = RunPlan(one, {"current_north": 0.3, "Nrr": -1e-4}, {"delay": 0.33, "play": 0.01})
     coarse = simulate(plan, "sine:20deg/80s", 300.0, rng)
     fine = simulate(plan, "sine:20deg/80s", 300.0, rng, prescribed=None, step_s=0.5 * one.step_s)
     assert np.abs(coarse.states[:, 5] - fine.states[::2, 5]).max() < np.deg2rad(0.01)

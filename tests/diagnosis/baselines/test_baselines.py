@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, Effect, inject
+from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.diagnosis.baselines.naive import LAGS, BestFit, Nothing, ResidualBic, ljung_box
 from helmbench.diagnosis.baselines.output_error import FilterRuns, rms
 from helmbench.diagnosis.baselines.sparse_regression import SparseRegression, survivors
@@ -26,7 +26,7 @@ def test_ljung_box_is_chi_squared_on_white_noise_and_large_on_coloured(rng):
 
 @pytest.fixture
 def offset(rng):
-    return inject(Case("response-1", effects=(OFFSET,)), rng)
+    return inject(FaultCase("response-1", effects=(OFFSET,)), rng)
 
 
 def test_output_error_finds_the_size_of_a_gross_offset(offset):
@@ -64,20 +64,20 @@ def test_pursuit_finds_the_terms_of_a_made_up_equation(rng):
 
 
 def test_pursuit_names_a_gross_bias(rng):
-    injected = inject(Case("response-1", effects=(BIAS,)), rng)
+    injected = inject(FaultCase("response-1", effects=(BIAS,)), rng)
     found = SparseRegression().diagnose(resolve("response-1"), injected.train, injected.held_out, Options())
     assert [cause.cause for cause in found.causes] == ["yaw_rate_bias"]
 
 
 def test_a_ship_with_sway_has_track_equations(rng):
-    injected = inject(Case("s175", effects=(Effect("sway_offset", {"b": 0.5}),), duration_s=200.0), rng)
+    injected = inject(FaultCase("s175", effects=(Effect("sway_offset", {"b": 0.5}),), duration_s=200.0), rng)
     found = SparseRegression().diagnose(resolve("s175"), injected.train, injected.held_out, Options())
     assert found.verdict in ("named", "unexplained")
     assert set(found.gain) == {"heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m"}
 
 
 def test_naive_diagnosers_name_one_cause_always_or_none_ever(offset, rng):
-    clean = inject(Case("response-1", duration_s=60.0), rng)
+    clean = inject(FaultCase("response-1", duration_s=60.0), rng)
     model = resolve("response-1")
     told = {
         cls.name: cls().diagnose(model, clean.train[:1], clean.held_out[:1], Options()) for cls in (BestFit, Nothing)

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.datasets import measured
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
@@ -88,7 +88,7 @@ def test_the_outcome_is_plain_data(found):
 
 
 def test_records_of_an_independent_simulator_are_adequate(rng):
-    case = inject(Case("mariner", duration_s=600.0, dt_s=2.0), rng)
+    case = inject(FaultCase("mariner", duration_s=600.0, dt_s=2.0), rng)
     found = calibrate(resolve("mariner"), case.train)
     print(found.moved, found.steps)
     assert found.moved == () or max(step.gain for step in found.steps) < 0.3

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.fault import cleaned
 from helmbench.checks.files.outliers import ImpossibleSamples
 from helmbench.diagnosis.diagnose import diagnose
@@ -21,7 +21,7 @@ def spoiled(record, rng, value):
 
 @pytest.mark.parametrize("value", [1e9, -1e300])
 def test_single_huge_samples_become_gaps_and_are_told(value, rng):
-    records = [spoiled(r, rng, value) for r in inject(Case("response-1", ()), rng).train]
+    records = [spoiled(r, rng, value) for r in inject(FaultCase("response-1", ()), rng).train]
     for before in records:
         faults = ImpossibleSamples().find(before)
         after = cleaned(before, faults)
@@ -33,12 +33,12 @@ def test_single_huge_samples_become_gaps_and_are_told(value, rng):
 
 
 def test_no_scale_is_named_for_a_single_huge_sample(rng):
-    records = [spoiled(r, rng, 1e9) for r in inject(Case("response-1", ()), rng).train]
+    records = [spoiled(r, rng, 1e9) for r in inject(FaultCase("response-1", ()), rng).train]
     found = diagnose(resolve("response-1"), records)
     print(found.verdict, found.causes)
     assert {f.cause for f in found.causes if f.stage == "kinematics"} == {"impossible_samples"}
 
 
 def test_clean_records_are_left_as_they_are(rng):
-    records = list(inject(Case("response-1", ()), rng).train)
+    records = list(inject(FaultCase("response-1", ()), rng).train)
     assert [f for r in records for f in ImpossibleSamples().find(r)] == []

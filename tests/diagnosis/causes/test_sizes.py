@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.result import NORMAL_90
 from helmbench.datasets.generator import Case as Generated
 from helmbench.datasets.generator import generate
@@ -17,7 +17,7 @@ from helmbench.models.model import resolve
 
 def test_a_clocks_error_is_drawn_once_a_sample(rng):
     """Heading, yaw rate and positions of a sample are late together: their number does not sharpen the interval."""
-    case = inject(Case("mariner", ("clock_jitter",), "large", duration_s=240.0, dt_s=1.0), rng)
+    case = inject(FaultCase("mariner", ("clock_jitter",), "large", duration_s=240.0, dt_s=1.0), rng)
     est = estimator(resolve("mariner"), case.train)
     s = est.with_entries(est.start(), {"clock_jitter": case.truth[0]["parameters"]["sd"]})
     s, _ = fit_noise(est, s, 6)

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.bench.kinds.diagnosis.bases import base_model
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
@@ -23,7 +23,7 @@ def logged(record, *more, cut_s=0.0):
 
 
 def made(vessel, causes, seed):
-    return inject(Case(vessel, causes, "large"), np.random.default_rng(seed))
+    return inject(FaultCase(vessel, causes, "large"), np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize("vessel", ["mariner", "kvlcc2-l7"])

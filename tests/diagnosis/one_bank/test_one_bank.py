@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, Effect, inject
+from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.datasets.generator import Case as Manoeuvre
 from helmbench.datasets.generator import generate
 from helmbench.datasets.instruments import felt_rudder
@@ -179,7 +179,7 @@ def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):
     ship = resolve("mariner")
     wrong = ship.parameters["Nr"]
     model = ship.with_coefficients(ship.from_parameters(ship.parameters | {"Nr": 0.7 * wrong}))
-    case = inject(Case("mariner", train=("zigzag:20/20", "turn:25:port"), held_out=("zigzag:10/10:port",)), rng)
+    case = inject(FaultCase("mariner", train=("zigzag:20/20", "turn:25:port"), held_out=("zigzag:10/10:port",)), rng)
     found = diagnose(model, case.train, case.held_out)
     (finding,) = found.causes
     assert finding.cause == "base_coefficients" and finding.details["groups"] == ["linear yaw moment of the hull"]
@@ -193,7 +193,7 @@ def test_a_delay_beside_wrong_numbers_is_named_with_its_size(rng):
     ship = resolve("mariner")
     model = ship.with_coefficients(ship.coefficients * (1.0 + 0.1 * rng.standard_normal(ship.coefficients.size)))
     late = Effect("rudder_delay", {"tau": 2.5})
-    case = inject(Case("mariner", effects=(late,)), rng)
+    case = inject(FaultCase("mariner", effects=(late,)), rng)
     found = diagnose(model, case.train)
     sizes = {f.cause: f.sizes for f in found.causes}
     (delay,) = sizes["rudder_delay"]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, Effect, inject
+from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record, RecordMeta
@@ -134,7 +134,7 @@ def test_a_sensor_that_drifts_is_followed(mariner):
 
 def injected(kind, constants, size, rng, **facts):
     effect = Effect(kind, {"constants": constants, "size": size})
-    return inject(Case("mariner", (), effects=(effect,), duration_s=300.0, dt_s=1.0, **facts), rng)
+    return inject(FaultCase("mariner", (), effects=(effect,), duration_s=300.0, dt_s=1.0, **facts), rng)
 
 
 @pytest.fixture(scope="module")
@@ -193,7 +193,7 @@ def test_a_period_is_described_and_is_no_term_of_the_model(diagnosis_of, rng):
 
 def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(diagnosis_of, rng):
     case = injected("pulse", (1.0, 150.0, 2.0, 40.0, 0.0, 0.0), 0.5, rng)
-    clean = inject(Case("mariner", (), duration_s=300.0, dt_s=1.0), rng)
+    clean = inject(FaultCase("mariner", (), duration_s=300.0, dt_s=1.0), rng)
     train = [clean.train[0], case.train[1], clean.train[2]]
     found = described(diagnosis_of, [replace(r, name=f"run-{i}") for i, r in enumerate(train)], [])
     event = found.remaining[0]
@@ -204,13 +204,13 @@ def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(diagnosis
 
 @pytest.mark.nightly
 def test_nothing_is_described_where_nothing_is_wrong(rng):
-    case = inject(Case("mariner", (), gusts="slow", duration_s=300.0, dt_s=1.0), rng)
+    case = inject(FaultCase("mariner", (), gusts="slow", duration_s=300.0, dt_s=1.0), rng)
     assert diagnose(resolve("mariner"), case.train, case.held_out).remaining == ()
 
 
 @pytest.mark.nightly
 def test_a_gyro_that_drifts_is_described_and_is_no_steady_bias(rng):
-    case = inject(Case("mariner", (), duration_s=300.0, dt_s=1.0), rng)
+    case = inject(FaultCase("mariner", (), duration_s=300.0, dt_s=1.0), rng)
     train = [
         r.with_channels(yaw_rate_rad_s=r.column("yaw_rate_rad_s") + 4e-3 * (r.time_s - r.time_s[0]) / 300.0)
         for r in case.train

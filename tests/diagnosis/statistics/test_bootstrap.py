@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.statistics.tails import log_tail
 from helmbench.datasets.generator import Case as Generated
 from helmbench.datasets.generator import generate
@@ -54,7 +54,7 @@ def log_levels(state, rng):
 def test_levels_hold_where_nothing_is_hidden(rng):
     passed = {}
     for _ in range(NULLS):
-        record, *_ = inject(Case("response-1", (), "large", duration_s=60.0, dt_s=0.2), rng).train
+        record, *_ = inject(FaultCase("response-1", (), "large", duration_s=60.0, dt_s=0.2), rng).train
         for cause, log_p in log_levels(started([record], "response-1"), rng).items():
             passed[cause] = passed.get(cause, 0) + (log_p < np.log(LEVEL))
     print(passed)

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case as FaultCase
-from helmbench.bench.faults import inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.candidate import Candidate
 from helmbench.diagnosis.causes.registry import cause as cause_of

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.estimation.run.run import run_along
 from helmbench.estimation.run.start import start_state
 from helmbench.estimation.run.stretch import stretches_of
@@ -30,7 +30,7 @@ def heading_error(model, record):
 def test_a_sway_that_is_not_measured_starts_as_it_was(vessel):
     """Of records of an independent simulator, long enough for a fit."""
     model = resolve(vessel)
-    case = inject(Case(vessel, ()), np.random.default_rng(3))
+    case = inject(FaultCase(vessel, ()), np.random.default_rng(3))
     v, moved, errors = model.states.index("v"), [], []
     for record in (
         r for r in (*case.train, *case.held_out) if np.ptp(r.time_s) > SHIPS[vessel] + 100.0 or "-l7" in vessel
@@ -47,7 +47,7 @@ def test_a_sway_that_is_not_measured_starts_as_it_was(vessel):
 @pytest.mark.parametrize("vessel", ["mariner", "s175"])
 def test_a_ship_that_turns_has_lost_speed(vessel):
     model = resolve(vessel)
-    case = inject(Case(vessel, ()), np.random.default_rng(3))
+    case = inject(FaultCase(vessel, ()), np.random.default_rng(3))
     u, lost, off = model.states.index("u"), [], []
     for record in (*case.train, *case.held_out):
         known, unknown = both(record, 60.0)
@@ -60,7 +60,7 @@ def test_a_ship_that_turns_has_lost_speed(vessel):
 
 def test_what_is_measured_stays_and_a_model_that_does_not_settle_starts_straight():
     model = resolve("mariner")
-    case = inject(Case("mariner", ()), np.random.default_rng(3))
+    case = inject(FaultCase("mariner", ()), np.random.default_rng(3))
     known, unknown = both(case.train[0], 110.0)
     (whole,), (part,) = (stretches_of(model, r.turned(model.positive_rudder)) for r in (known, unknown))
     at = [model.states.index(s) for s in ("u", "r", "psi")]

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
@@ -23,7 +23,7 @@ def two_wrong_numbers_are_named_and_no_other(rng: np.random.Generator) -> bool:
     wrong[names.index("m33")] *= 1.3
     count = len(base.coordinates)
     base = replace(base, coefficients=wrong[:count], constants=wrong[count:])
-    made = inject(Case("mariner", train=MANOEUVRES, held_out=("zigzag:15/15",), duration_s=400.0, dt_s=1.0), rng)
+    made = inject(FaultCase("mariner", train=MANOEUVRES, held_out=("zigzag:15/15",), duration_s=400.0, dt_s=1.0), rng)
     found = diagnose(base, made.train, made.held_out)
     true = dict(zip(names, resolve("mariner").theta.tolist(), strict=True))
     sizes = {size.parameter: size.value for f in found.causes for size in f.sizes}

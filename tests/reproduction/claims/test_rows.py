@@ -3,7 +3,7 @@
 import pytest
 
 from helmbench.models.errors import BadInput
-from helmbench.reproduction.claims.rows import expanded
+from helmbench.reproduction.claims.files import expanded
 
 
 def test_one_claim_for_every_number():

@@ -2,7 +2,7 @@
 
 from helmbench.reporting.plots import svg
 from helmbench.reproduction.claims import files
-from helmbench.reproduction.papers.study import StudyResult, module_of, stream, studies_of
+from helmbench.reproduction.papers.study import StudyResult, drawing_of, stream, studies_of
 
 
 def run(paper: str, study: str, index: int = 0) -> StudyResult:
@@ -19,8 +19,7 @@ def unnamed(paper: str, results: dict[str, StudyResult]) -> list[str]:
 
 def drawn(paper: str, results: dict[str, StudyResult]) -> dict[str, int]:
     """Size of every figure of the paper in bytes."""
-    whole, module = files.load(paper), module_of(paper)
-    return {f.id: len(draw(getattr(module, f.draw), [results[f.study]])) for f in whole.figures}
+    return {f.id: len(draw(drawing_of(paper, f.draw), [results[f.study]])) for f in files.load(paper).figures}
 
 
 def draw(function, results: list[StudyResult]) -> str:

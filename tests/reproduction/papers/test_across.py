@@ -11,7 +11,7 @@ from helmbench.estimation.methods_only.svr.tuning import TUNERS, colony
 from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 from helmbench.reproduction import stability
-from helmbench.reproduction.claims.claim import Comparison, Headline, Interval, Search
+from helmbench.reproduction.claims.claim import Headline, OwnComparison, SettingRange, SettingSearch
 from helmbench.reproduction.claims.files import ACROSS, load, papers
 from helmbench.reproduction.pages import across, answers
 from helmbench.reproduction.papers.paper_across import studies
@@ -166,7 +166,7 @@ def test_where_to_use_it_instead():
     values = {"a": comparison("mi-rls", 0.5) | comparison("nmi-rls", 0.5)}
     values["b"] = comparison("mi-rls", 0.5) | comparison("nmi-rls", 2.0)
     own_results = Results("across", values)
-    own = (Comparison(quantity="q", study="s", key="k"),)
+    own = (OwnComparison(quantity="q", study="s", key="k"),)
     headline = Headline(claim="c", method="m", baseline="b", own=own, pairs=("mi-rls", "nmi-rls"))
     assert answers.instead(headline, own_results) == "low noise: a"
     assert answers.instead(headline.model_copy(update=dict(pairs=("nmi-rls",))), own_results) == "low noise: a"
@@ -191,7 +191,9 @@ def test_the_published_pages_do_not_change_by_themselves(tmp_path, capsys):
 
 
 def test_points_of_a_search_fill_its_range_and_do_not_change():
-    search = Search(study="s", ranges={"x": Interval(low=1.0, high=100.0, log=True)}, choices={"form": ("a", "b")})
+    search = SettingSearch(
+        study="s", ranges={"x": SettingRange(low=1.0, high=100.0, log=True)}, choices={"form": ("a", "b")}
+    )
     found = [point(search, i) for i in range(32)]
     assert found == [point(search, i) for i in range(32)]
     x = np.array([entry["x"] for entry in found])

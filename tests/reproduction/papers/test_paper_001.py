@@ -6,7 +6,7 @@ import pytest
 from helmbench.models.model import resolve
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.papers import paper_001
-from helmbench.reproduction.papers.paper_001 import STUDIES, search, studies
+from helmbench.reproduction.papers.paper_001 import studies
 from helmbench.reproduction.verdicts.spread import spread
 from helmbench.reproduction.verdicts.verdict import within
 
@@ -21,7 +21,7 @@ def paper():
 @pytest.fixture(scope="module")
 def found():
     """One run of every study."""
-    return {name: study.function(np.random.default_rng(0), index=0) for name, study in STUDIES.items()}
+    return {name: study.function(np.random.default_rng(0), index=0) for name, study in studies.STUDIES.items()}
 
 
 def test_all_sixty_parameters_have_a_claim_in_every_column(paper):
@@ -48,7 +48,7 @@ def test_playing_backwards_is_a_backward_difference():
     setting = studies.SETTING._replace(duration=80.0)
     model = studies.vessel(setting)
     record = studies.sailed(setting)
-    forward, backward = studies.fitted("euler-ls", record, model), studies.backward(record, model)
+    forward, backward = studies.found_by("euler-ls", record, model), studies.backward(record, model)
     true = model.coefficients
     lean = (forward - true) @ (backward - true)
     assert lean < -0.5 * np.linalg.norm(forward - true) * np.linalg.norm(backward - true)
@@ -89,7 +89,7 @@ def test_settings_are_points_of_a_sequence_and_not_of_a_seed():
 def test_a_constant_speed_in_the_primes_makes_a2_singular():
     """u(t) is then the sum of two other columns: scaled to unit length they have no full rank."""
     record, model = studies.sailed(studies.SETTING), studies.vessel(studies.SETTING)
-    surge = search._terms(record, model)[:, np.array([name[0] == "X" for name in model.coordinates])]
+    surge = studies._terms(record, model)[:, np.array([name[0] == "X" for name in model.coordinates])]
     columns = np.column_stack([record.column("surge_m_s"), surge])
     columns /= np.linalg.norm(columns, axis=0)
     assert np.linalg.matrix_rank(columns[:, 1:]) == np.linalg.matrix_rank(columns) == surge.shape[1]

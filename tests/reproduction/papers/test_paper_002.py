@@ -12,7 +12,7 @@ from helmbench.models.simulate import initial_state, simulate
 from helmbench.reproduction import runner
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.papers import paper_002
-from helmbench.reproduction.papers.paper_002 import STUDIES, studies
+from helmbench.reproduction.papers.paper_002 import studies
 from helmbench.reproduction.verdicts.spread import spread
 from helmbench.reproduction.verdicts.verdict import within
 
@@ -31,8 +31,8 @@ def paper():
 @pytest.fixture(scope="module")
 def found():
     """One run of every study that needs no measured data, the tank test where they are there."""
-    studies = {name: study for name, study in STUDIES.items() if name != "tank" or have_data()}
-    return {name: study.function(np.random.default_rng(0), index=0) for name, study in studies.items()}
+    chosen = {name: study for name, study in studies.STUDIES.items() if name != "tank" or have_data()}
+    return {name: study.function(np.random.default_rng(0), index=0) for name, study in chosen.items()}
 
 
 @pytest.mark.nightly
@@ -100,7 +100,7 @@ def test_figures_are_drawn(paper, found):
 
 def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):
     monkeypatch.setenv("HELMBENCH_DATA", str(tmp_path))
-    stored = runner.execute(runner.Job("002", "tank", 0))
+    stored = runner.execute(runner.StudyJob("002", "tank", 0))
     assert stored.error is None and stored.series
     keys = {c.corrected for c in files.load("002").claims if c.study == "tank"}
     assert keys and keys <= set(stored.values)
@@ -109,7 +109,7 @@ def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):
 @pytest.mark.nightly
 @pytest.mark.skipif(not have_data(), reason="the measured set is not there")
 def test_the_stored_run_is_what_the_measured_set_gives(found):
-    stored = runner.read_run(runner.Job("002", "tank", 0), runner.STORED)
+    stored = runner.read_run(runner.StudyJob("002", "tank", 0), runner.STORED)
     assert stored is not None
     scores = {key: value for key, value in stored.values.items() if value is not None}
     assert {key: found["tank"].values[key] for key in scores} == pytest.approx(scores, rel=1e-3, abs=1e-3)

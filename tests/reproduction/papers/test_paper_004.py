@@ -6,7 +6,7 @@ import pytest
 from helmbench.models.model import resolve
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.claims.claim import Claim, Tolerance
-from helmbench.reproduction.papers.paper_004 import printed, records, studies
+from helmbench.reproduction.papers.paper_004 import records, studies
 from helmbench.reproduction.papers.study import studies_of
 from helmbench.reproduction.verdicts.spread import spread
 from helmbench.reproduction.verdicts.verdict import judge, within
@@ -53,7 +53,7 @@ def test_least_squares_cancels_as_table_2_does(results):
 
 def test_table_2_is_complete():
     names = set(resolve("s175").parameter_names) - {"CP", "CRu", "CRv", "CRr"}
-    assert set(printed.TABLE_2) == names and len(names) == 32
+    assert set(studies.TABLE_2) == names and len(names) == 32
 
 
 @pytest.mark.nightly

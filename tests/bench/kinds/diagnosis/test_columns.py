@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from helmbench.bench.faults import Case, Effect, inject
+from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.diagnosis.columns import CASE_COLUMNS, KEYS, SIZE_COLUMNS
 from helmbench.bench.kinds.diagnosis.judge import compare, description, gain, judge
@@ -23,7 +23,7 @@ def test_a_case_fills_every_column_but_none_beside(diagnosis_of):
         *description(diagnosis_of(), [Effect("harmonic", {"constants": (1.0, 3.0, 2.0, 0.0, 0.0, 0.0), "size": 0.1})])
     }
     filled |= {"status", "error", "noncentrality", "detectable", "healthy_bias"}
-    filled |= set(regime_scores(diagnosis_of(), inject(Case("cargo", duration_s=20.0), np.random.default_rng(0))))
+    filled |= set(regime_scores(diagnosis_of(), inject(FaultCase("cargo", duration_s=20.0), np.random.default_rng(0))))
     assert filled <= set(CASE_COLUMNS)
     assert all(name.startswith("rmse_") for name in set(CASE_COLUMNS) - filled)
 

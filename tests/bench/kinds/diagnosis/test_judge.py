@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import TAXONOMY, Case, Effect, Injected, inject, kind_of, names_of
+from helmbench.bench.faults import TAXONOMY, Effect, FaultCase, Injected, inject, kind_of, names_of
 from helmbench.bench.faults.effects import Setting
 from helmbench.bench.faults.frames import Frames
 from helmbench.bench.faults.sensing import noise_sd
@@ -133,7 +133,7 @@ def injected_of(effect, vessel="mariner", power=50.0):
         for name in ("train-1", "train-2", "held_out-3")
     ]
     return Injected(
-        Case(vessel), records[:2], records[2:], (effect,), None, power, Frames((), np.zeros(0), np.zeros(0))
+        FaultCase(vessel), records[:2], records[2:], (effect,), None, power, Frames((), np.zeros(0), np.zeros(0))
     )
 
 
@@ -142,16 +142,18 @@ SHORT = {"duration_s": 120.0, "train": ("turn:20",), "held_out": ("zigzag:20/20"
 
 def test_the_true_ship_is_off_by_noise_and_gusts_alone(rng):
     """Without gusts and noise nothing is left, with noise its standard deviation, with gusts more."""
-    still = truth_errors(inject(Case("mariner", ("rudder_offset", "yaw_rate_bias"), 200.0, noise=0.0, **SHORT), rng))
+    still = truth_errors(
+        inject(FaultCase("mariner", ("rudder_offset", "yaw_rate_bias"), 200.0, noise=0.0, **SHORT), rng)
+    )
     assert len(still) == 6 and max(still.values()) < 1e-12
     seed = int(rng.integers(2**32))
     print("seed", seed)
-    calm = inject(Case("mariner", ("rudder_offset",), 200.0, **SHORT), np.random.default_rng(seed))
+    calm = inject(FaultCase("mariner", ("rudder_offset",), 200.0, **SHORT), np.random.default_rng(seed))
     noise = noise_sd(calm.case.ship, 1.0)
     found = truth_errors(calm)
     assert found["rmse_truth_surge_m_s"] == pytest.approx(noise["surge_m_s"], rel=0.2)
     assert found["rmse_truth_heading_rad"] == pytest.approx(noise["heading_rad"], rel=0.2)
-    strong = Case("mariner", gusts="slow", gust_level=np.deg2rad(8.0), **SHORT)
+    strong = FaultCase("mariner", gusts="slow", gust_level=np.deg2rad(8.0), **SHORT)
     gusty = truth_errors(inject(strong, np.random.default_rng(seed)))
     assert gusty["rmse_truth_heading_rad"] > 2.0 * found["rmse_truth_heading_rad"]
 

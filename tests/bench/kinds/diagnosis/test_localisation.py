@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Case, Effect, inject
+from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.bench.faults.effects import RegimeKind, kind_of, names_of
 from helmbench.bench.kinds.base import Selection
 from helmbench.bench.kinds.diagnosis.execute import injected_of, right_names
@@ -22,7 +22,7 @@ def case():
     """A rudder that loses half its force beyond an angle."""
     effect = Effect("rudder_force_loss", {"loss": 0.5, "angle": ANGLE})
     facts = {"duration_s": 80.0, "train": ("zigzag:20/20", "steps:30deg/8s"), "held_out": ("turn:20",)}
-    return inject(Case("kvlcc2-l7", effects=(effect,), **facts), np.random.default_rng(1))
+    return inject(FaultCase("kvlcc2-l7", effects=(effect,), **facts), np.random.default_rng(1))
 
 
 def told(diagnosis_of, *regimes):
@@ -53,7 +53,7 @@ def test_one_side_of_a_rudder_that_stalls_on_both_is_half_right(diagnosis_of, ca
 
 
 def test_a_case_without_a_regime_has_no_score(diagnosis_of):
-    clean = inject(Case("cargo", duration_s=60.0), np.random.default_rng(0))
+    clean = inject(FaultCase("cargo", duration_s=60.0), np.random.default_rng(0))
     scores = regime_scores(told(diagnosis_of, of("speed", "below", 3.0)), clean)
     assert scores == {"regime_true": "", "regime_named": "speed below 3", "regime_f1": None}
 

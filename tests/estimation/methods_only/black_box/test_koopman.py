@@ -6,7 +6,7 @@ import pytest
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.black_box import koopman
 from helmbench.estimation.methods_only.black_box.rows import Signals
-from helmbench.estimation.methods_only.black_box.state_space import Scales, Training, pasts
+from helmbench.estimation.methods_only.black_box.state_space import SignalScales, Training, pasts
 from helmbench.estimation.methods_only.black_box.terms import evaluate
 from helmbench.estimation.records.series import MEASURED, series_of
 from helmbench.methods.registry import make
@@ -31,7 +31,7 @@ def lift(*arguments, bilinear=False):
 
 def training(*parts, stride=1):
     k, nu = parts[0].outputs.shape[1], parts[0].inputs.shape[1]
-    return Training(MODEL, stride, 1.0, Scales(np.zeros(k), np.ones(k), np.zeros(nu), np.ones(nu)), parts)
+    return Training(MODEL, stride, 1.0, SignalScales(np.zeros(k), np.ones(k), np.zeros(nu), np.ones(nu)), parts)
 
 
 def free_run(system, part, lags, first, last, stride=1):

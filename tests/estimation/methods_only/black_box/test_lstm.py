@@ -8,7 +8,7 @@ from scipy.special import expit
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.black_box.free_runs import mean_square, require_jax, windows_of
-from helmbench.estimation.methods_only.black_box.lstm import LAGS, STEP_SIZE, STEPS, Network, train
+from helmbench.estimation.methods_only.black_box.lstm import LAGS, STEP_SIZE, STEPS, LstmNetwork, train
 from helmbench.estimation.methods_only.black_box.rows import Signals
 from helmbench.estimation.methods_only.black_box.state_space import pasts
 from helmbench.estimation.run.prediction import prediction_scores
@@ -23,7 +23,7 @@ K, NU, UNITS = 2, 3, 4
 
 
 def network(rng):
-    return Network(rng.normal(size=(K + NU + UNITS + 1, 4 * UNITS)), rng.normal(size=(UNITS + 1, K)))
+    return LstmNetwork(rng.normal(size=(K + NU + UNITS + 1, 4 * UNITS)), rng.normal(size=(UNITS + 1, K)))
 
 
 def cell(net, z, w, hidden, cell_state):
@@ -56,7 +56,7 @@ def test_a_run_begins_with_the_memory_of_its_past(rng):
 def test_the_loss_is_the_error_of_free_runs(rng):
     part, _ = linear(rng, 100)
     windows = windows_of(training(part), LAGS, STEPS)
-    net = Network(rng.normal(size=(1 + 1 + UNITS + 1, 4 * UNITS)), 0.1 * rng.normal(size=(UNITS + 1, 1)))
+    net = LstmNetwork(rng.normal(size=(1 + 1 + UNITS + 1, 4 * UNITS)), 0.1 * rng.normal(size=(UNITS + 1, 1)))
     state, total = net.begin(windows.past), 0.0
     for inputs, outputs, weight in zip(*windows[1:], strict=True):
         state = net.advance(state, inputs)

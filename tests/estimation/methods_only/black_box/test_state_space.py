@@ -8,9 +8,9 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.black_box.free_runs import windows_of
-from helmbench.estimation.methods_only.black_box.recurrent import LAGS, STEPS, WINDOWS, Network, train
+from helmbench.estimation.methods_only.black_box.recurrent import LAGS, STEPS, WINDOWS, RecurrentNetwork, train
 from helmbench.estimation.methods_only.black_box.rows import Signals
-from helmbench.estimation.methods_only.black_box.state_space import Scales, Training, pasts, training_of
+from helmbench.estimation.methods_only.black_box.state_space import SignalScales, Training, pasts, training_of
 from helmbench.estimation.methods_only.black_box.subspace import identify
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
@@ -31,7 +31,7 @@ def linear(rng, n=300, noise=0.0):
 
 
 def training(*parts):
-    one = Scales(np.zeros(1), np.ones(1), np.zeros(1), np.ones(1))
+    one = SignalScales(np.zeros(1), np.ones(1), np.zeros(1), np.ones(1))
     return Training(MODEL, 1, 1.0, one, parts)
 
 
@@ -110,7 +110,7 @@ def test_a_network_learns_a_linear_system(rng):
     held_out, _ = linear(rng)
     error = free_run(network, held_out, 3, 20, 120) - held_out.outputs[21:121, 0]
     assert np.sqrt(np.mean(error**2)) < 0.1 * held_out.outputs.std()
-    assert all(isinstance(array, np.ndarray) for array in network) and isinstance(network, Network)
+    assert all(isinstance(array, np.ndarray) for array in network) and isinstance(network, RecurrentNetwork)
 
 
 def test_with_a_jax_that_is_too_old_it_does_not_apply_either(monkeypatch):
@@ -129,5 +129,5 @@ def test_without_jax_the_recurrent_network_does_not_apply(monkeypatch):
 
 @pytest.mark.parametrize("option", ["units=0", "hidden=-1"])
 def test_impossible_networks_are_refused(option):
-    with pytest.raises(BadInput, match="are needed"):
+    with pytest.raises(BadInput, match="a whole number of at least"):
         make(f"recurrent,{option}").check_options()

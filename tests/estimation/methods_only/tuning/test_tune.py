@@ -12,8 +12,7 @@ from helmbench.estimation.methods_only.tuning.space import Real
 from helmbench.estimation.methods_only.tuning.tune import TUNERS, sampler_of, storage_of, tune, validation_of
 from helmbench.estimation.results.fit import Fit
 from helmbench.methods.base import Method
-from helmbench.methods.ls import Ls
-from helmbench.methods.ls_forward import LsForward
+from helmbench.methods.ls import Ls, LsForward
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 

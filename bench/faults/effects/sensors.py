@@ -1,0 +1,300 @@
+"""Effects of the sensors: what they do to the columns of a record, simulated or measured."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ....datasets.columns import RUDDERS
+from ..regimes import TrueRegime
+from ..ships import DEGREE, TrueShip
+from .base import ANTICIPATED, RecordEffect, RegimeKind, Rows, ScalarKind, Setting, random_sign
+from .rudder import rudder_columns
+
+VELOCITY = ("surge_m_s", "sway_m_s")
+ATTITUDE = ("heading_rad", "yaw_rate_rad_s")
+
+
+class Stage(IntEnum):
+    """Order in which sensor effects act; white noise comes between `OFFSET` and `GROSS_ERROR`."""
+
+    ALIGNMENT = 0
+    FRAME = 1
+    SCALE = 2
+    OFFSET = 3
+    GROSS_ERROR = 4
+    COLUMN = 5
+
+
+class SensorKind(RecordEffect):
+    """A kind of effect that acts on a sensor."""
+
+    stage: ClassVar[Stage] = Stage.OFFSET
+
+    def jitter_s(self, p: Mapping[str, Any]) -> float:
+        """Standard deviation of the sampling times, s."""
+        return 0.0
+
+    def delay_s(self, channel: str, p: Mapping[str, Any]) -> float:
+        """Delay of a channel of a simulated record, s."""
+        return 0.0
+
+    def apply(
+        self,
+        rows: Rows,
+        time: np.ndarray,
+        p: Mapping[str, Any],
+        noise_sd: Mapping[str, float],
+        rng: np.random.Generator,
+    ) -> None:
+        """Change the columns in place; time (n,) s, `noise_sd` of the channels in their own units."""
+
+    def change_record(self, rows: Rows, time: np.ndarray, p: Mapping[str, Any], rng: np.random.Generator) -> None:
+        self.apply(rows, time, p, {}, rng)
+
+
+class OffsetKind(ScalarKind, SensorKind):
+    """A constant added to a channel: parameter `b`."""
+
+    parameter = "b"
+
+    channel: ClassVar[str]
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        rows[self.channel] = rows[self.channel] + p["b"]
+
+
+class ScaleKind(ScalarKind, SensorKind):
+    """Channels multiplied by 1 + s."""
+
+    stage = Stage.SCALE
+    parameter, unit = "s", "1"
+    cap = 0.6
+    channels: ClassVar[tuple[str, ...]]
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        for channel in self.channels:
+            rows[channel] = (1.0 + p["s"]) * rows[channel]
+
+
+def turn_velocity(rows: Rows, angle: float | np.ndarray) -> None:
+    """Surge and sway in axes that are turned by `angle` rad to starboard."""
+    surge, sway = (rows[name] for name in VELOCITY)
+    rows[VELOCITY[0]] = np.cos(angle) * surge + np.sin(angle) * sway
+    rows[VELOCITY[1]] = -np.sin(angle) * surge + np.cos(angle) * sway
+
+
+def delay_columns(rows: Rows, time: np.ndarray, names: list[str], delay_s: float) -> None:
+    """recorded(t) = true(t - delay); nan where the record has no such time."""
+    for name in names:
+        known = np.isfinite(rows[name])
+        moved = np.interp(time - delay_s, time[known], rows[name][known], left=np.nan, right=np.nan)
+        share = np.interp(time - delay_s, time, known.astype(float), left=0.0, right=0.0)
+        rows[name] = np.where(share > 0.999, moved, np.nan)
+
+
+ROWS = (
+    OffsetKind(
+        id="yaw_rate_bias", rank=8, unit="rad/s", channel="yaw_rate_rad_s", response=True,
+        size=lambda ship: 0.003 * DEGREE / ship.clock,
+    ),
+    OffsetKind(id="heading_offset", rank=10, unit="rad", channel="heading_rad", size=lambda ship: 0.1 * DEGREE),
+    OffsetKind(id="sway_offset", rank=12, unit="m/s", channel="sway_m_s", size=lambda ship: 0.005 * ship.clock),
+    ScaleKind(id="yaw_rate_scale", rank=9, channels=("yaw_rate_rad_s",), response=True, size=lambda ship: 0.01),
+    ScaleKind(id="speed_scale", rank=11, channels=VELOCITY, size=lambda ship: 0.002),
+)  # fmt: skip
+
+
+class AxisMisalignmentEffect(ScalarKind, SensorKind):
+    """The axes of the speed log are turned by an angle to starboard."""
+
+    id = "axis_misalignment"
+    rank = 17
+    parameter, unit = "angle", "rad"
+    cap = 0.6
+    stage = Stage.ALIGNMENT
+
+    def size(self, ship: TrueShip) -> float:
+        return 0.1 * DEGREE
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        turn_velocity(rows, p["angle"])
+
+
+class EarthFrameVelocityEffect(SensorKind):
+    """The columns of surge and sway hold the velocities along north and east."""
+
+    id = "earth_frame_velocity"
+    rank = 15
+    stage = Stage.FRAME
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        turn_velocity(rows, -rows["heading_rad"])
+
+
+class ChannelSwapEffect(SensorKind):
+    """Two columns are exchanged."""
+
+    id = "channel_swap"
+    rank = 16
+    units: ClassVar = {"channels": "pair"}
+    whole = ("channels",)
+    stage = Stage.COLUMN
+
+    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, tuple[str, str]]:
+        pairs = [("surge_m_s", "sway_m_s"), ("north_m", "east_m")]
+        return {"channels": pairs[rng.integers(2)]}
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        first, second = p["channels"]
+        rows[first], rows[second] = rows[second], rows[first]
+
+
+class RudderSignEffect(SensorKind):
+    """The recorded rudder has the wrong sign."""
+
+    id = "rudder_sign"
+    rank = 7
+    response = True
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        for name in rudder_columns(rows):
+            rows[name] = -rows[name]
+
+
+class HeadingDelayEffect(ScalarKind, SensorKind):
+    """The heading is recorded tau seconds late."""
+
+    id = "heading_delay"
+    rank = 13
+    parameter, unit = "tau", "s"
+    negative = 0.0
+    response = True
+
+    def size(self, ship: TrueShip) -> float:
+        return 0.2 * ship.clock
+
+    def delay_s(self, channel, p) -> float:
+        return p["tau"] if channel == "heading_rad" else 0.0
+
+    def change_record(self, rows, time, p, rng) -> None:
+        delay_columns(rows, time, ["heading_rad"], p["tau"])
+
+
+class VelocityDelayEffect(SensorKind):
+    """The velocities are recorded tau seconds late, and heading and yaw rate too where `attitude` is 1."""
+
+    id = "velocity_delay"
+    rank = 14
+    units: ClassVar = {"tau": "s", "attitude": "0 or 1"}
+    sized = ("tau",)
+
+    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, float]:
+        return {"tau": 0.2 * s.ship.clock * rng.uniform(0.7, 1.4), "attitude": float(rng.random() < 0.5)}
+
+    def delay_s(self, channel, p) -> float:
+        return p["tau"] if channel in self._channels(p) else 0.0
+
+    def change_record(self, rows, time, p, rng) -> None:
+        delay_columns(rows, time, [name for name in self._channels(p) if name in rows], p["tau"])
+
+    @staticmethod
+    def _channels(p) -> tuple[str, ...]:
+        return (*VELOCITY, *ATTITUDE) if p.get("attitude") else VELOCITY
+
+
+class ClockJitterEffect(ScalarKind, SensorKind):
+    """Samples are taken at times with a random error."""
+
+    id = "clock_jitter"
+    rank = 19
+    parameter, unit = "sd", "s"
+    negative = 0.0
+    variance_only = True
+    response = True
+
+    def size(self, ship: TrueShip) -> float:
+        """Large errors (ten times) are below half of a sampling step of .5 s: samples keep their order."""
+        return 0.015 * ship.clock
+
+    def jitter_s(self, p) -> float:
+        return p["sd"]
+
+    def change_record(self, rows, time, p, rng) -> None:
+        taken = np.clip(time + p["sd"] * rng.standard_normal(time.size), time[0], time[-1])
+        for name, values in rows.items():
+            rows[name] = np.interp(taken, time, values)
+
+
+class OutliersEffect(ScalarKind, SensorKind):
+    """A share of every channel's samples has gross errors of 12 to 30 standard deviations."""
+
+    id = "outliers"
+    rank = 18
+    parameter, unit = "share", "1"
+    negative = 0.0
+    cap = 0.1
+    variance_only = True
+    response = True
+    stage = Stage.GROSS_ERROR
+
+    def size(self, ship: TrueShip) -> float:
+        return 0.005
+
+    def noncentrality(self, p) -> float:
+        return p["share"] * 12e4
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        for name in [name for name in rows if name not in RUDDERS]:
+            n = rows[name].size
+            error = rng.choice([-1.0, 1.0], n) * rng.uniform(12.0, 30.0, n) * noise_sd.get(name, 0.0)
+            rows[name] = rows[name] + np.where(rng.random(n) < p["share"], error, 0.0)
+
+    def change_record(self, rows, time, p, rng) -> None:
+        """A measured channel's own noise is taken from its third differences."""
+        spread = {name: np.nanmedian(np.abs(np.diff(values, 3))) for name, values in rows.items()}
+        self.apply(rows, time, p, {name: 1.4826 * value / np.sqrt(20.0) for name, value in spread.items()}, rng)
+
+
+class SensorRamp(SensorKind):
+    """A sensor of heading or yaw rate drifts linearly through the record."""
+
+    id = "sensor_ramp"
+    group = ANTICIPATED
+    rank = 39
+    units: ClassVar = {"size": "rad or rad/s"}
+    sized = ("size",)
+    response = True
+
+    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
+        channel = str(rng.choice(("yaw_rate_rad_s", "heading_rad")))
+        return {"channel": channel, "size": random_sign(rng) * 0.05 * DEGREE}
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        rows[p["channel"]] = rows[p["channel"]] + p["size"] * time / time[-1]
+
+    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
+        return frozenset({"time"})
+
+
+class YawRateSaturationEffect(SensorKind, RegimeKind):
+    """The yaw-rate sensor cuts off what exceeds its range."""
+
+    id = "yaw_rate_saturation"
+    rank = 63
+    units: ClassVar = {"limit": "rad/s"}
+    response = True
+    stage = Stage.COLUMN
+    right = ("yaw_rate_scale", "yaw_rate_saturation")
+
+    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
+        return {"limit": float(rng.uniform(0.15, 0.24)) * s.ship.speed_m_s / s.ship.length_m}
+
+    def apply(self, rows, time, p, noise_sd, rng) -> None:
+        rows["yaw_rate_rad_s"] = np.clip(rows["yaw_rate_rad_s"], -p["limit"], p["limit"])
+
+    def regime(self, p, ship: TrueShip) -> TrueRegime:
+        return TrueRegime("yaw_rate", "above", p["limit"])

@@ -1,0 +1,54 @@
+"""Effects of weather: wind, current and waves, different in each record."""
+
+from __future__ import annotations
+
+from typing import ClassVar
+
+import numpy as np
+
+from ..ships import DEGREE
+from .base import EffectKind, Setting, WeatherKind
+
+ROWS = (
+    WeatherKind(  # a uniform current towards a direction
+        id="current", rank=20, units={"speed": "m/s", "towards": "rad"}, size=lambda ship: 0.03 * ship.clock,
+        forces=lambda p: {
+            "current_north": p["speed"] * np.cos(p["towards"]), "current_east": p["speed"] * np.sin(p["towards"]),
+        },
+    ),
+    WeatherKind(  # a steady wind from a direction
+        id="wind", rank=21, units={"speed": "m/s", "from": "rad"}, size=lambda ship: 0.7 * ship.clock,
+        forces=lambda p: {
+            "wind_north": -p["speed"] * np.cos(p["from"]), "wind_east": -p["speed"] * np.sin(p["from"]),
+        },
+    ),
+    WeatherKind(  # mean second-order wave forces of a significant wave height Hs
+        id="wave_drift", rank=23, units={"Hs": "m", "from": "rad"}, size=lambda ship: 0.3 * ship.clock**2,
+        forces=lambda p: {"Hs": p["Hs"], "wave_from": p["from"]},
+    ),
+)  # fmt: skip
+
+
+class WaveMotionEffect(EffectKind):
+    """First-order wave motion of heading and yaw rate, narrow-band."""
+
+    id = "wave_motion"
+    rank = 22
+    units: ClassVar = {"rms": "rad", "omega": "rad/s", "damping": "1"}
+    sized = ("rms",)
+    variance_only = True
+    response = True
+
+    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, tuple]:
+        def around(value, spread):
+            return tuple(float(value * x) for x in rng.uniform(1 - spread, 1 + spread, s.records))
+
+        omega = rng.uniform(0.5, 0.9) / s.ship.clock
+        return {
+            "rms": around(0.1 * DEGREE, 0.2),
+            "omega": around(omega, 0.05),
+            "damping": around(rng.uniform(0.05, 0.15), 0.1),
+        }
+
+    def wave(self, p) -> tuple[float, float, float]:
+        return p["rms"], p["omega"], p["damping"]

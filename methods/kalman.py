@@ -1,0 +1,72 @@
+"""Joint state and parameter estimation by Kalman filters: extended, with a smoother, and unscented."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..estimation.methods_only.filters.joint import extended, joint_fit
+from ..estimation.methods_only.filters.unscented import Unscented
+from ..estimation.methods_only.tuning.space import Real
+from .base import Method
+from .options import POSITIVE, SHARE, number, option, whole
+
+if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..estimation.results.fit import Fit
+    from ..models.model import Model
+
+PASSES: Any = option(4, "runs over all records", whole(1))
+INFLATION: Any = option(
+    5.0,
+    "factor on the standard deviations of the least-squares start that make the prior",
+    POSITIVE,
+    Real(0.1, 1000.0, log=True),
+)
+
+
+class Ekf(Method):
+    """Joint extended Kalman filter with Rauch-Tung-Striebel smoother, iterated.
+
+    Each sample is predicted by one RK4 sample step with its generated sensitivities; each measured channel is a scalar
+    update in Joseph form, gaps are skipped (`helmbench.estimation.methods_only.filters.joint`).
+
+    Records need the rudder and at least one of yaw rate, heading, surge and sway.  `extra` holds the innovations of
+    the last pass (per record (N, c), in the order of `channels`) for one-step scores.
+    """
+
+    name = "ekf"
+    title = "joint state and parameter extended Kalman filter with RTS smoother"
+    order_matters = True
+    passes: int = PASSES
+    inflation: float = INFLATION
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        return joint_fit(records, model, self.passes, self.inflation, extended)
+
+
+class Ukf(Method):
+    """Joint unscented Kalman filter, iterated as `ekf` is.
+
+    Starting values, sensor and process noise, and the initial states between passes are those of `ekf`.
+    """
+
+    name = "ukf"
+    title = "joint state and parameter unscented Kalman filter"
+    order_matters = True
+    passes: int = PASSES
+    inflation: float = INFLATION
+    alpha: float = option(
+        0.1,
+        "distance of the sigma points in units of sqrt(m) standard deviations, m being the size of the joint vector",
+        SHARE,
+        Real(1e-3, 1.0, log=True),
+    )
+    beta: float = option(
+        2.0,
+        "weight of the mean's shift in the covariance; 2 for Gaussian densities",
+        number("a number of at least 1", lambda value: value >= 1.0),
+    )
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        return joint_fit(records, model, self.passes, self.inflation, Unscented(self.alpha, self.beta))

@@ -1,0 +1,130 @@
+"""Least squares regularised by a penalty or by truncated singular values, how much by generalised cross-validation."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..estimation.methods_only.regression.weighted import RegressionRows
+from ..estimation.methods_only.tuning.space import Choice, Real
+from ..estimation.numerics.factors import spectrum
+from ..estimation.results.fit import Fit
+from .base import RegressionMethod
+from .options import NOT_NEGATIVE, option, whole
+
+GRID = np.logspace(-14.0, 2.0, 161)
+"""Penalties tried, in units of the largest squared singular value of the scaled regression."""
+DETERMINED = 1e-30
+"""Squared singular value, relative to the largest, below which a ridge direction has no information."""
+KNOWN = 1e-14
+"""Singular value, relative to the largest, below which a truncated direction has none."""
+
+
+class Ridge(RegressionMethod):
+    """Least squares with a quadratic penalty on the coefficients of scaled columns.
+
+    The covariance is the Bayesian posterior one, s^2 (A'A + penalty)^-1, which is finite where the records have no
+    information; it does not count the bias from coefficients that are not zero.
+    """
+
+    name = "ridge"
+    title = "ridge regression, penalty by generalised cross-validation"
+    penalty: float | None = option(
+        None,
+        "in units of the largest squared singular value of the regression with columns of unit length; None chooses it "
+        "by generalised cross-validation (Golub, Heath & Wahba 1979, Technometrics 21)",
+        NOT_NEGATIVE,
+        Real(1e-14, 1.0, log=True),
+    )
+
+    def solve(self, rows: RegressionRows) -> Fit:
+        sd = rows.least_residual_sd()
+        found = ridge(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.penalty)
+        extra = {"penalty": found.penalty, "degrees_of_freedom": found.freedom, "residual_sd": sd.tolist()}
+        return Fit(found.coefficients, found.covariance, extra=extra)
+
+
+class RidgeSolution(NamedTuple):
+    """Coefficients (p,), covariance (p, p), the penalty and the effective number of coefficients."""
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    penalty: float
+    freedom: float
+
+
+def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> RidgeSolution:
+    """Ridge solution of the n rows behind a triangular factor of [A | b].
+
+    For penalty None, the one with the least GCV = n RSS/(n - freedom)^2.
+    """
+    found = spectrum(factor)
+    s, scores, v = found.s, found.scores, found.v
+    square = s**2 / max(float(s[0]) ** 2, np.finfo(float).tiny)
+
+    def residual_and_freedom(value: float) -> tuple[float, float]:
+        shrinkage = value / (square + value) if value > 0.0 else np.where(square > DETERMINED, 0.0, 1.0)
+        freedom = float((1.0 - shrinkage).sum())
+        return found.outside + float(((shrinkage * scores) ** 2).sum()), freedom
+
+    def gcv(value: float) -> float:
+        residual, freedom = residual_and_freedom(value)
+        return residual / max(n - freedom, 1.0) ** 2
+
+    if penalty is None:
+        penalty = float(GRID[np.argmin([gcv(value) for value in GRID])])
+    residual, freedom = residual_and_freedom(penalty)
+    penalised = np.maximum((square + penalty) * float(s[0]) ** 2, 1e-300)
+    inverse = np.where((square > DETERMINED) | (penalty > 0.0), 1.0 / penalised, 0.0)
+    coefficients = v @ (inverse * s * scores)
+    covariance = (v * (inverse * residual / max(n - freedom, 1.0))) @ v.T
+    return RidgeSolution(coefficients, covariance, penalty, freedom)
+
+
+class TruncatedSolution(NamedTuple):
+    """Coefficients (p,), their covariance (p, p), and how many singular values they rest on."""
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    rank: int
+
+
+class TsvdLs(RegressionMethod):
+    """Least squares by truncated singular value decomposition of the scaled columns.
+
+    Directions that are left out are set to zero (Hansen 1987, BIT 27).  The covariance is that of the directions kept,
+    and does not count what was set to zero.
+    """
+
+    name = "tsvd-ls"
+    title = "least squares by truncated singular values, rank by cross-validation"
+    rank: int | None = option(
+        None,
+        "singular values that are kept; None chooses it by generalised cross-validation (Golub, Heath & Wahba 1979)",
+        whole(1),
+    )
+    scheme: str = option(searched=Choice("forward", "midpoint"))
+
+    def solve(self, rows: RegressionRows) -> Fit:
+        sd = rows.least_residual_sd()
+        found = truncated(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.rank)
+        extra = {"rank": found.rank, "residual_sd": sd.tolist()}
+        return Fit(found.coefficients, found.covariance, extra=extra)
+
+
+def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> TruncatedSolution:
+    """Truncated solution of the n rows behind a triangular factor of [A | b].
+
+    For rank None, the one with the least GCV = n RSS/(n - rank)^2.
+    """
+    found = spectrum(factor)
+    most = int(np.sum(found.s > KNOWN * found.s[0]))
+    residuals = found.outside + np.append(np.cumsum(found.scores[::-1] ** 2)[::-1], 0.0)
+    if rank is None:
+        ranks = np.arange(1, most + 1)
+        rank = int(ranks[np.argmin(residuals[ranks] / np.maximum(n - ranks, 1.0) ** 2)])
+    rank = min(rank, most)
+    v, s, scores = found.v[:, :rank], found.s[:rank], found.scores[:rank]
+    covariance = (v * (residuals[rank] / max(n - rank, 1.0) / s**2)) @ v.T
+    return TruncatedSolution(v @ (scores / s), covariance, rank)
