@@ -133,9 +133,12 @@ def with_note(line: Line, note: str) -> Line:
     return Line(html, f"{line.latex}\\quad\\text{{({note})}}", line.new)
 
 
-def symbol_forms(name: str) -> tuple[str, str]:
-    """A symbol as HTML and as LaTeX."""
-    return f"<math>{HTML.expression(sp.Symbol(name), {})}</math>", LATEX.expression(sp.Symbol(name), {})
+def value_of(name: str, value: str) -> Line:
+    """A symbol with its value, and its name in brackets behind it."""
+    symbol = sp.Symbol(name)
+    html = f"<math>{HTML.expression(symbol, {})}</math> = {escape(value)} <span class='sub'>({escape(name)})</span>"
+    plain = name.replace("_", "\\_")
+    return Line(html, f"{LATEX.expression(symbol, {})} = \\text{{{value}}}\\quad\\text{{({plain})}}", True)
 
 
 def _written(left: Left, right: Any, marks: Mapping[str, bool], form: Form) -> str:

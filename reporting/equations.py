@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from .equation_lines import Line, equation, statement, symbol_forms, with_note
+from .equation_lines import Line, equation, statement, value_of, with_note
+from .numbers import with_unit
 
 if TYPE_CHECKING:
     from ..models.definition import Definition
@@ -23,12 +24,12 @@ RUDDER_SIDE = ("rudder_offset", "rudder_effectiveness")
 
 @dataclass(frozen=True)
 class Equations:
-    """The equations in reading order; `added`: new parameters as (symbol in HTML, in LaTeX, name, value, unit)."""
+    """The equations in reading order; `added`: the values of new parameters."""
 
     relations: tuple[Line, ...]
     dynamics: tuple[Line, ...]
     helpers: tuple[Line, ...]
-    added: tuple[tuple[str, str, str, float, str], ...]
+    added: tuple[Line, ...]
 
 
 def equations(model: Model, base: Model) -> Equations:
@@ -52,8 +53,7 @@ def equations(model: Model, base: Model) -> Equations:
     dynamics = tuple(_dynamics(definition, zero, marks))
     helpers = tuple(_helpers(definition, zero, marks))
     units = dict(zip(model.coordinates, model.parameter_units, strict=False))
-    added = [(*symbol_forms(n), n, values[n], units.get(n, "")) for n in fresh]
-    added.sort(key=lambda row: model.coordinates.index(row[2]))
+    added = [value_of(n, with_unit(values[n], units.get(n, ""), 4)) for n in model.coordinates if n in fresh]
     return Equations(tuple(_relations(model, base, as_relations)), dynamics, helpers, tuple(added))
 
 

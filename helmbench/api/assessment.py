@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +13,7 @@ from ..models.extras import extras_told
 from .admission import admit, refuse_copies, rudder_sign_doubt, warn_of
 from .arguments import AUTO, as_model, as_records
 from .documents import content_writer, write_together
-from .results import Result
+from .results import Result, Told
 from .validation import runs_figure
 
 if TYPE_CHECKING:
@@ -40,11 +38,11 @@ class Assessment(assessment.Assessment, Result):
     rudder angle or a yaw rate bias that would clearly lower the errors, with sizes (None: there is none).
     """
 
-    room, files, pictured = "identification", FILES[:2], "measured channels and free run"
+    room, files, pictured = "identification.page", FILES[:2], "measured channels and free run"
 
     def statement(self) -> list[str]:
         """Whether to believe the estimate, and why, in sentences."""
-        from ..reporting.identification.text import headline, statement
+        from ..reporting.identification.page import headline, statement
 
         return [headline(self), *statement(self)]
 
@@ -93,22 +91,13 @@ class Assessment(assessment.Assessment, Result):
         return f"<Assessment of {self.name}: {self.verdict}{'' if self.held_out else ', not tested'}>"
 
 
-class Comparison(comparison.Comparison):
+class Comparison(comparison.Comparison, Told):
     """Models or methods side by side, by free runs of records that took no part in the fit: `compare` makes it.
 
     `candidates` hold estimate, error and time of each, `chosen` is the best of them.
     """
 
-    @classmethod
-    def of(cls, found: comparison.Comparison) -> Comparison:
-        """The same comparison with table and figure."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
-
-    def summary(self) -> str:
-        """The comparison as a table in plain text."""
-        from ..reporting.identification.text import compared
-
-        return compared(self)
+    room, pictured = "identification.comparison", "errors of the candidates"
 
     @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
@@ -136,21 +125,13 @@ class Comparison(comparison.Comparison):
         -------
         A matplotlib figure, not attached to pyplot: save it with `savefig`.
         """
-        from ..reporting.identification.charts import comparison_figure
+        from ..reporting.identification.comparison import comparison_figure
 
         return comparison_figure(self)
 
     def __repr__(self) -> str:
         chosen = self.chosen
         return f"<Comparison of {len(self.candidates)}, {self.basis}: {chosen.model.id} by {chosen.method}>"
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.identification.tables import comparison_note, comparison_table
-        from ..reporting.tables import html
-
-        told = f"{html(comparison_table(self))}<p>{escape(comparison_note(self))}</p>"
-        return told + picture(self.plot, "errors of the candidates")
 
 
 def assess(

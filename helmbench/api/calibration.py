@@ -32,7 +32,7 @@ class Calibration(result.Calibration, Result):
     under their priors, as `diagnose` gives them; `simulate` and `diagnose` take either like any other.
     """
 
-    room, files, pictured = "calibration", FILES[:2], "measured channels and simulations"
+    room, files, pictured = "calibration.page", FILES[:2], "measured channels and simulations"
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw measured channels of a record with the free runs before and after over time.

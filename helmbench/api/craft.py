@@ -31,7 +31,7 @@ class CraftDiagnosis(result.CraftDiagnosis, Result):
     particulars, `steps` the ladder, `ahead` the errors ahead, `band` how far heading can be trusted.
     """
 
-    room, files, pictured = "craft", FILES[:2], "measured channels and free runs"
+    room, files, pictured = "craft.page", FILES[:2], "measured channels and free runs"
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw measured channels of a record with the free runs of both models over time.

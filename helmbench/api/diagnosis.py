@@ -41,7 +41,7 @@ class Diagnosis(result.Diagnosis, Result):
     uncertain, and `calibrated_gain` its errors: naming is sparse, predicting is not.
     """
 
-    room, files, pictured = "diagnosis", FILES[:2], "measured channels and simulations"
+    room, files, pictured = "diagnosis.page", FILES[:2], "measured channels and simulations"
 
     def plot(self, record: str | None = None) -> Figure:
         """Draw measured channels of a record with the free runs of the model and of the extended model over time.

@@ -36,7 +36,7 @@ class Validation(result.Validation, Result):
     simulated, `runs` the free runs, `left_out` what could not be computed and why.
     """
 
-    room, files, pictured = "validation", FILES, "measured channels and free runs"
+    room, files, pictured = "validation.page", FILES, "measured channels and free runs"
 
     @extras_told()
     def to_dataframe(self) -> pd.DataFrame:

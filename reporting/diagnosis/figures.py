@@ -1,16 +1,18 @@
-"""Figures of a published diagnosis: errors by record, spectra of the errors, forces that remain."""
+"""Figures of a diagnosis: errors by record, spectra of the errors, forces that remain."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..charts import band, bars, spectra
+from ..errors import banded, residual, rms
+from ..page import Drawing
+from ..runs import AFTER, BEFORE, CHANNELS, Curve
 from . import words
-from .charts import AFTER, BEFORE, Curve, band, bars, spectra
-from .errors import banded, residual, rms
-from .panels import CHANNELS
 
 if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, RemainingForce
@@ -21,12 +23,24 @@ BANDS = 14
 COLOURS = {"before": BEFORE, "after": AFTER}
 
 
-def figures(found: Diagnosis) -> dict[str, str]:
-    """Name -> SVG file: errors by record, a spectrum of the errors for each channel, and a curve for each force."""
-    drawn = {"errors": error_bars(found)}
-    drawn |= {f"spectrum-{name}": spectrum_figure(found, name) for name in CHANNELS}
-    drawn |= {f"remaining-{number}": curve_chart(force) for number, force in enumerate(found.remaining, 1)}
-    return {name: svg for name, svg in drawn.items() if svg}
+def error_drawings(found: Diagnosis) -> list[Drawing]:
+    """Errors by record, and a spectrum of the errors of each channel."""
+    colours = "red: before, blue: after" if found.extends else "red: base model"
+    drawn = [Drawing("errors", f"Root mean square errors of the free runs; {colours}", lambda: error_bars(found))]
+    for name in CHANNELS:
+        caption = f"Spectrum of the {words.channel(name)[0]} errors; {colours}"
+        drawn.append(Drawing(f"spectrum-{name}", caption, partial(spectrum_figure, found, name)))
+    return drawn
+
+
+def force_drawings(found: Diagnosis) -> list[Drawing]:
+    """A curve of each force that remains."""
+    caption = "The force with its 90 % band, where the records hold data"
+    return [
+        Drawing(f"remaining-{place}", caption, partial(curve_chart, force))
+        for place, force in enumerate(found.remaining, 1)
+        if force.curve is not None
+    ]
 
 
 def error_bars(found: Diagnosis) -> str:

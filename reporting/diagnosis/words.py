@@ -1,4 +1,4 @@
-"""Sentences and facts of a diagnosis, for the terminal, the page and the Markdown form."""
+"""Sentences and facts of a diagnosis."""
 
 from __future__ import annotations
 
@@ -315,8 +315,9 @@ def facts(found: Diagnosis) -> list[tuple[str, str]]:
         ("held-out records", ", ".join(files["held_out"]) or "none: the gain was not measured"),
         ("family-wise level", number(found.alpha)),
         ("seed", str(found.seed)),
-        ("time", f"{found.wall_s:.1f} s ({found.cpu_s:.1f} s of processor time)"),
     ]
+    if found.wall_s > 0.0:
+        rows.append(("time", f"{found.wall_s:.1f} s ({found.cpu_s:.1f} s of processor time)"))
     return [*rows, *noise_rows(found)]
 
 

@@ -28,7 +28,7 @@ from ...models.folders import make_folder, write_atomic
 from ...models.model import Model, resolve
 from ..numbers import number, percent
 from ..tables import Column, make_table, markdown
-from .text import named_key, statement
+from .page import named_key, statement
 
 VESSELS = ("mariner", "s175", "kvlcc2-l7", "esso-osaka-l3")
 GIVEN, LEFT_OUT = ("turn:35", "zigzag:10/10"), ("turn:20", "zigzag:20/20")

@@ -8,18 +8,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from helmbench.reporting.charts import rate_curves
-from helmbench.reporting.diagnosis.charts import (
-    AFTER,
-    Curve,
-    bars,
-    channel_chart,
-    error_range,
-    spectra,
-    track_chart,
-    value_range,
-)
+from helmbench.reporting.charts import bars, rate_curves, spectra
 from helmbench.reporting.plots import Sheet, embedded, svg
+from helmbench.reporting.runs import AFTER, Curve, channel_chart, error_range, track_chart, value_range
 
 
 def test_rates_are_drawn_with_their_names():

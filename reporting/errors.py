@@ -1,4 +1,4 @@
-"""Free-run errors of the records of a diagnosis, and their statistics."""
+"""Free-run errors of records, and their statistics."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from ...diagnosis.trace import Trace
+    from ..diagnosis.trace import Trace
 
 
 def residual(trace: Trace, name: str, run: str) -> np.ndarray:
@@ -30,12 +30,6 @@ def mean(values: np.ndarray) -> float:
     """Mean of what is finite; nan if nothing is."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if known.size else math.nan
-
-
-def extent(values: np.ndarray) -> float:
-    """Largest less smallest of what is finite; infinite where nothing varies."""
-    known = values[np.isfinite(values)]
-    return float(np.ptp(known)) if known.size and np.ptp(known) > 0.0 else math.inf
 
 
 def correlation(time: np.ndarray, error: np.ndarray, lag_s: float) -> float:
