@@ -73,7 +73,7 @@ def bars(groups: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], 
         axes.set_yticks(range(len(groups)), list(groups))
         axes.set(xlabel=label, ylim=(len(groups) - 0.5, -0.5), xlim=(0.0, 1.12 * max(values)))
         axes.grid(visible=False, axis="y")
-        axes.legend()
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(names))
 
     return svg(draw, (WIDTH, 0.9 + 0.2 * len(groups) * (len(names) + 1)))
 

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import sympy as sp
 
 from .equation_lines import Line, equation, statement, value_of, with_note
-from .numbers import with_unit
+from .numbers import DEG, with_unit
 
 if TYPE_CHECKING:
     from ..models.definition import Definition
@@ -53,8 +53,14 @@ def equations(model: Model, base: Model) -> Equations:
     dynamics = tuple(_dynamics(definition, zero, marks))
     helpers = tuple(_helpers(definition, zero, marks))
     units = dict(zip(model.coordinates, model.parameter_units, strict=False))
-    added = [value_of(n, with_unit(values[n], units.get(n, ""), 4)) for n in model.coordinates if n in fresh]
+    added = [value_of(n, _with_unit(values[n], units.get(n, ""))) for n in model.coordinates if n in fresh]
     return Equations(tuple(_relations(model, base, as_relations)), dynamics, helpers, tuple(added))
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """The value of a parameter, an angle in degrees."""
+    shown, factor = ("deg", DEG) if unit == "rad" else (unit, 1.0)
+    return with_unit(factor * value, shown, 4)
 
 
 # ---- the parts

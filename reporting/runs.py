@@ -77,13 +77,13 @@ def of_trace(trace: Trace, extends: bool) -> RecordRuns:
 
 
 def of_validation(found: Validation, role: str = "") -> list[RecordRuns]:
-    """The records of a validation with the runs of all its models."""
+    """The records of a validation with the runs of all its models, that of the validated one last and so on top."""
     out = []
     for one in found.records:
         own = [run for run in found.runs if run.record == one.name]
         starts = {int(s) for run in own for s in np.searchsorted(one.time_s, run.starts_s[1:])}
         remarks = tuple(f"{run.model}: {run.told}" for run in own if run.told)
-        runs = {run.model: run.predicted for run in own}
+        runs = {run.model: run.predicted for run in reversed(own)}
         out.append(
             RecordRuns(one.name, role, one.time_s, one.rudder, one.channels, runs, tuple(sorted(starts)), remarks)
         )
@@ -165,8 +165,8 @@ def together(records: Sequence[RecordRuns]) -> list[tuple[str, str]]:
 
 
 def _scale(lines: Sequence[Lines]) -> tuple[float, float] | None:
-    """Range of a channel over several records; runs are cut off as in the chart of a channel."""
-    ranges = [value_range([one.measured, *one.runs.values()], _reach(one)) for one in lines]
+    """Range of a channel over several records; runs are cut off sooner than in its own chart."""
+    ranges = [value_range([one.measured, *one.runs.values()], 0.25 * _reach(one)) for one in lines]
     known = [one for one in ranges if one is not None]
     return (min(low for low, _ in known), max(high for _, high in known)) if known else None
 

@@ -25,10 +25,9 @@ COLOURS = {"before": BEFORE, "after": AFTER}
 
 def error_drawings(found: Diagnosis) -> list[Drawing]:
     """Errors by record, and a spectrum of the errors of each channel."""
-    colours = "red: before, blue: after" if found.extends else "red: base model"
-    drawn = [Drawing("errors", f"Root mean square errors of the free runs; {colours}", lambda: error_bars(found))]
+    drawn = [Drawing("errors", "Root mean square errors of the free runs", lambda: error_bars(found))]
     for name in CHANNELS:
-        caption = f"Spectrum of the {words.channel(name)[0]} errors; {colours}"
+        caption = f"Spectrum of the {words.channel(name)[0]} errors"
         drawn.append(Drawing(f"spectrum-{name}", caption, partial(spectrum_figure, found, name)))
     return drawn
 

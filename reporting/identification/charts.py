@@ -51,9 +51,9 @@ def correlation_chart(found: dict[str, Correlation]) -> str:
                 axes.axhline(edge, color=SIDES[side], linewidth=0.8, linestyle=(0, (4, 2)))
         axes.axhline(0.0, color=SOFT, linewidth=0.7)
         axes.set(xlabel="lag, s", ylabel="correlation", ylim=_limits(found))
-        axes.legend(loc="upper right", ncols=len(found))
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=len(found))
 
-    return svg(draw, (WIDTH, HEIGHT), {**MARGINS, "bottom": 0.17})
+    return svg(draw, (WIDTH, HEIGHT), {**MARGINS, "bottom": 0.17, "top": 0.92})
 
 
 def _limits(found: dict[str, Correlation]) -> tuple[float, float]:
