@@ -51,7 +51,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None, *, csv
     Parameters
     ----------
     timing : output of `pytest --benchmark-json`; None: timing.json in the directory, where there is one.
-    csv : whether to write the stored tables as CSV too: runs.csv, a row a run, and parameters.csv (suites of kind
+    csv : write the stored tables as CSV too: runs.csv, a row a run, and parameters.csv (suites of kind
         diagnosis: diagnosis_sizes.csv), a row a run and parameter.
     """
     directory = Path(directory)

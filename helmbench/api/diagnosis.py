@@ -102,7 +102,7 @@ def diagnose(
         None: all.
     max_effects : largest number of causes that are named together.
     alpha : family-wise error level of the whole diagnosis, between 0 and 0.5.
-    seed : of the random numbers of bootstraps.
+    seed : seed of the random numbers of bootstraps.
     causes : the only causes to test (`list_causes`); None: all.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
     progress : show on standard error which stage the diagnosis is in; or a function that is called with every stage

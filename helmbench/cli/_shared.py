@@ -152,39 +152,23 @@ def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
     return out
 
 
-class TwoSets(Greedy):
-    """A command with `--train RECORD... --held-out RECORD...`, whose help begins with the options of every day."""
+class Commas(click.ParamType[list[str]]):
+    """Names with commas between them."""
 
-    greedy = ("--train", "--held-out")
-    common = ("model", "train", "held_out", "positive_rudder", "output")
+    name = "names"
 
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the common options, then the others below a heading of their own."""
-        parts: dict[str, list[tuple[str, str]]] = {"Options": [], "Further options": []}
-        for option in self.get_params(ctx):
-            if row := option.get_help_record(ctx):
-                parts["Options" if option.name in self.common else "Further options"].append(row)
-        for heading, rows in parts.items():
-            with formatter.section(heading):
-                formatter.write_dl(rows)
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[str]:
+        return [name.strip() for name in value.split(",")] if isinstance(value, str) else value
 
 
-def two_sets_options(train: str, held_out: str, output: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Add `--train` and `--held-out` with these helps, `--positive-rudder`, and `--output` with this default."""
-    rudder = "Side of a positive rudder in the files; overrides their sidecars."
-    options = (
-        click.option("--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help=train),
-        click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help=held_out),
-        click.option("--positive-rudder", type=SIDES, help=rudder),
-        click.option("-o", "--output", default=output, show_default=True, type=FILE, help="directory of the results"),
+COMMAS = Commas()
+
+
+def output_directory(default: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Add `--output`, a directory with this default."""
+    return click.option(
+        "-o", "--output", default=default, show_default=True, type=FILE, help="directory of the results"
     )
-
-    def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        for option in reversed(options):
-            function = option(function)
-        return function
-
-    return decorate
 
 
 def tuning_options(function: Callable[P, R]) -> Callable[P, R]:

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import click
 
+from ._from_api import ApiCommand
 from ._shared import FILE, OK, SIDES, check_folder, echo, force_option, output_options, print_json, show_files
 
 MATTERS = 1
 """Exit status where a finding matters."""
 
 
-@click.command()
+@click.command(cls=ApiCommand, api="check", options={"positive_rudder": SIDES})
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="directory for check.json and check.html")
 @force_option
 @output_options

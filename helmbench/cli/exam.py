@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
+from ._from_api import ApiCommand, several
 from ._shared import (
     FAILED,
     FILE,
@@ -36,36 +38,26 @@ def exam() -> None:
     """
 
 
-@exam.command("make")
+@exam.command(
+    "make",
+    cls=ApiCommand,
+    api="make_exam",
+    options={
+        "key": FILE,
+        "worlds": WholeRange(1, 500),
+        "seed": WholeRange(0, 10**18),
+        "suite": SUITE,
+        "vessels": several(VESSEL, "--vessel"),
+    },
+)
 @EXAM
-@click.option("--key", required=True, type=FILE, help="File of the answers; keep it outside the exam.")
-@click.option("--worlds", type=WholeRange(1, 500), default=12, show_default=True, help="Number of worlds.")
-@click.option("--seed", type=WholeRange(0, 10**18), help="Whoever knows it has the answers.  [default: a new one]")
-@click.option("--suite", type=SUITE, default="exam", show_default=True, help="Suite of diagnoses, or its file.")
-@click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
 @output_options
-def make(
-    folder: Path,
-    key: Path,
-    worlds: int,
-    seed: int | None,
-    suite: str,
-    vessels: tuple[str, ...],
-    as_json: bool,
-    quiet: bool,
-) -> None:
+def make(folder: Path, as_json: bool, quiet: bool, **asked: Any) -> None:
     """Draw the worlds of an exam into the new folder EXAM, and its answers into the key."""
     from .. import make_exam
 
-    found = make_exam(
-        folder,
-        key,
-        suite=suite,
-        worlds=worlds,
-        seed=seed,
-        vessels=vessels,
-        progress=shows_progress(quiet or as_json),
-    )
+    key, worlds = asked["key"], asked["worlds"]
+    found = make_exam(folder, **asked, progress=shows_progress(quiet or as_json))
     if as_json:
         print_json({"exam": found, "folder": str(folder), "key": str(key), "worlds": worlds})
     elif not quiet:

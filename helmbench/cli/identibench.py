@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
+from typing import Any
 
 import click
 
+from ._from_api import ApiCommand, several
 from ._shared import FILE, SUITE, VESSEL, Group, WholeRange, echo, output_options, print_json
 
 
@@ -15,25 +17,27 @@ def identibench() -> None:
     """Exchange suites and data with identibench."""
 
 
-@identibench.command("export")
+@identibench.command(
+    "export",
+    cls=ApiCommand,
+    api="export_problems",
+    options={"vessels": several(VESSEL, "--vessel"), "seeds": WholeRange(1, 1_000_000)},
+)
 @click.argument("suite", type=SUITE)
-@click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
-@click.option("--seeds", type=WholeRange(1, 1_000_000), help="Number of seeds; default: the suite's.")
 @click.option("-o", "--output", default="problems", show_default=True, type=FILE, help="directory of the problems")
 @output_options
-def export(suite: str, vessels: tuple[str, ...], seeds: int | None, output: Path, as_json: bool, quiet: bool) -> None:
+def export(suite: str, output: Path, as_json: bool, quiet: bool, **asked: Any) -> None:
     """Write the problems of an identification suite as HDF5 files, for identibench or any other program."""
     from .. import export_problems
 
-    names = export_problems(suite, output, vessels=vessels, seeds=seeds)
+    names = export_problems(suite, output, **asked)
     if as_json:
         print_json({"directory": str(output), "problems": list(names)})
     elif not quiet:
         echo(f"{len(names)} problems in {output}; its README.md says what they are")
 
 
-@identibench.command("import")
-@click.option("--data-root", type=FILE, help="identibench's data; default: IDENTIBENCH_DATA_ROOT, ~/.identibench_data.")
+@identibench.command("import", cls=ApiCommand, api="identibench_suite", options={"data_root": FILE})
 @click.option(
     "-o",
     "--output",

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ._from_api import RECORDS, ApiCommand
 from ._shared import (
     FAILED,
     FILE,
@@ -18,7 +19,6 @@ from ._shared import (
     MODEL_OR_AUTO,
     OK,
     SIDES,
-    Greedy,
     check_file,
     check_folder,
     complain,
@@ -34,7 +34,10 @@ if TYPE_CHECKING:
     from .. import Assessment
 
 
-class Identify(Greedy):
+OPTIONS = {"validate": RECORDS, "positive_rudder": SIDES, "particulars": FILE}
+
+
+class Identify(ApiCommand):
     """`identify RECORD... --validate RECORD... --compare METHOD...`"""
 
     greedy = ("--validate", "--compare")
@@ -52,7 +55,7 @@ class Request:
     particulars: Path | None
 
 
-@click.command(cls=Identify)
+@click.command(cls=Identify, api="identify", options=OPTIONS)
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
 @click.option(
     "--model", required=True, type=MODEL_OR_AUTO, help="Vessel id, family id, model.json, or auto: the best of all."
@@ -62,10 +65,7 @@ class Request:
     type=METHOD,
     help="Method id with options (ls,scheme=midpoint) or path.py:Class.  [default: output-error; none with auto]",
 )
-@click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
 @click.option("--compare", multiple=True, metavar="METHOD...", type=METHOD, help="Further methods, side by side.")
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
-@click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, with --model auto.")
 @click.option(
     "--identifiability",
     is_flag=True,

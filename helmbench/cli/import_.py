@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from ._from_api import ApiCommand
 from ._shared import (
     BAD_INPUT,
     FILE,
@@ -31,19 +32,21 @@ RUDDER, NO_RUDDER = "rudder", "none"
 """The question which column is the rudder, and the answer that there is none: a record without one is not wrong."""
 
 
-@click.command("import")
+OPTIONS = {
+    "segment": click.BOOL,
+    "vessel": click.STRING,
+    "positive_rudder": SIDES,
+    "step_s": {"type": NUMBER, "flag": "--dt"},
+    "variation_deg": NUMBER,
+}
+
+
+@click.command("import", cls=ApiCommand, api="import_log", options=OPTIONS)
 @click.argument("logs", nargs=-1, required=True, metavar="RAW...", type=FILE)
 @click.option(
     "--map", "mapping", type=FILE, help="Mapping of the columns; the draft is written there if it does not exist."
 )
 @click.option("--yes", is_flag=True, help="Import without asking; stops where something is open.")
-@click.option("--segment", is_flag=True, help="Cut into zigzags, turns and straight runs, a record each.")
-@click.option("--vessel", help="Vessel id, for the sidecar.")
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder; default: told by the yaw response.")
-@click.option("--dt", "step_s", type=NUMBER, help="Time step in seconds; default: that of the slowest logger.")
-@click.option(
-    "--variation", "variation_deg", type=NUMBER, help="Magnetic variation, deg to east, for magnetic headings."
-)
 @click.option(
     "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
 )
@@ -53,15 +56,11 @@ def import_command(
     logs: tuple[Path, ...],
     mapping: Path | None,
     yes: bool,
-    segment: bool,
-    vessel: str | None,
-    positive_rudder: str | None,
-    step_s: float | None,
-    variation_deg: float | None,
     output: Path,
     force: bool,
     as_json: bool,
     quiet: bool,
+    **asked: Any,
 ) -> int:
     """Read raw logs of any make as records.
 
@@ -76,15 +75,7 @@ def import_command(
     check_file(output, force)
     known = mapping if mapping is not None and mapping.exists() else None
     hidden = quiet or as_json
-    draft = helmbench.draft_import(
-        logs,
-        mapping=known,
-        vessel=vessel,
-        positive_rudder=positive_rudder,
-        step_s=step_s,
-        variation_deg=variation_deg,
-        segment=segment,
-    )
+    draft = helmbench.draft_import(logs, mapping=known, **asked)
     if not (yes or hidden or mapping is not None) and sys.stdin.isatty():
         draft = _asked(draft)
     if yes and [question.id for question in draft.questions] == [RUDDER]:

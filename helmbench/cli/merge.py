@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import Any
 
 import click
 
+from ._from_api import ApiCommand
 from ._shared import FILE, WholeRange, confirmed, echo, output_options, print_json
 
+OPTIONS = {"sample": WholeRange(min=0), "seed": WholeRange(min=0)}
 
-@click.command()
+
+@click.command(cls=ApiCommand, api="merge_results", options=OPTIONS)
 @click.argument("source", metavar="SOURCE", type=FILE)
 @click.argument("target", metavar="TARGET", type=FILE)
-@click.option("--sample", type=WholeRange(min=0), help="Runs that are computed again.  [default: 5 %, at least 30]")
-@click.option("--seed", type=WholeRange(min=0), help="Seed that draws the sample.  [default: a new one]")
 @click.option("--trust", is_flag=True, help="Run code that the directories name.")
 @output_options
-def merge(
-    source: Path, target: Path, sample: int | None, seed: int | None, trust: bool, as_json: bool, quiet: bool
-) -> None:
+def merge(source: Path, target: Path, trust: bool, as_json: bool, quiet: bool, **asked: Any) -> None:
     """Check results from elsewhere and add them to TARGET."""
     from .. import merge_results
 
     asks = confirmed if sys.stdin.isatty() and sys.stderr.isatty() else False
-    found = merge_results(source, target, sample=sample, seed=seed, trust=trust or asks)
+    found = merge_results(source, target, **asked, trust=trust or asks)
     if as_json:
         print_json(vars(found))
     elif not quiet:

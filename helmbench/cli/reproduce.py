@@ -2,39 +2,33 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 import click
 
+from ._from_api import ApiCommand
 from ._shared import FAILED, FILE, OK, WholeRange, echo, output_options, print_json, shows_progress
 
+OPTIONS = {
+    "table": WholeRange(min=1),
+    "jobs": WholeRange(min=1),
+    "seed": WholeRange(min=0),
+    "resume": click.BOOL,
+    "directory": {"type": FILE, "flag": "-o --output"},
+}
 
-@click.command()
+
+@click.command(cls=ApiCommand, api="reproduce", options=OPTIONS)
 @click.argument("paper", required=False, metavar="[PAPER]")
-@click.option("--table", type=WholeRange(min=1), help="Only the claims of this table.")
-@click.option("--jobs", type=WholeRange(min=1), help="Worker processes; default and most: one for each processor.")
-@click.option("--seed", type=WholeRange(min=0), default=0, help="Other random numbers in every computation.")
-@click.option("--resume", is_flag=True, help="Continue a computation that was interrupted.")
-@click.option("-o", "--output", type=FILE, help="Keep runs, results and pages in this directory.")
 @output_options
-def reproduce(
-    paper: str | None,
-    table: int | None,
-    jobs: int | None,
-    seed: int,
-    resume: bool,
-    output: Path | None,
-    as_json: bool,
-    quiet: bool,
-) -> int:
+def reproduce(paper: str | None, as_json: bool, quiet: bool, **asked: Any) -> int:
     """Compute the tables of the five papers again.
 
     Tables and claims are compared with the printed ones; PAPER: 003 for one paper.
     """
     import helmbench
 
-    show = shows_progress(quiet or as_json)
-    found = helmbench.reproduce(paper, table, directory=output, jobs=jobs, resume=resume, seed=seed, progress=show)
+    found = helmbench.reproduce(paper, **asked, progress=shows_progress(quiet or as_json))
     for failure in found.failures:
         echo(f"failed: {failure}", err=True)
     if as_json:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import click
 
+from ._from_api import ApiCommand, several
 from ._shared import (
     FILE,
     MODEL,
     SIDES,
-    Greedy,
     check_file,
     check_folder,
     echo,
@@ -22,19 +23,19 @@ from ._shared import (
 )
 
 
-class Validate(Greedy):
+class Validate(ApiCommand):
     """`validate MODEL RECORD... --compare MODEL...`"""
 
     greedy = ("--compare",)
 
 
-@click.command(cls=Validate)
+@click.command(
+    cls=Validate,
+    api="validate",
+    options={"compare": several(MODEL, metavar="MODEL..."), "positive_rudder": SIDES},
+)
 @click.argument("model", type=MODEL)
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
-@click.option(
-    "--compare", multiple=True, metavar="MODEL...", type=MODEL, help="Further models, validated in the same way."
-)
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
 @click.option(
     "--certificate", type=FILE, help="A page on the model: what it was tried on, errors, limits (.html, .pdf)."
@@ -44,13 +45,12 @@ class Validate(Greedy):
 def validate(
     model: str,
     records: tuple[Path, ...],
-    compare: tuple[str, ...],
-    positive_rudder: str | None,
     output: Path | None,
     certificate: Path | None,
     force: bool,
     as_json: bool,
     quiet: bool,
+    **asked: Any,
 ) -> None:
     """Compare simulations with records; nothing is fitted.
 
@@ -68,7 +68,7 @@ def validate(
         check_file(certificate, force)
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", helmbench.RudderSignWarning)
-        found = helmbench.validate(model, records, compare, positive_rudder=positive_rudder)
+        found = helmbench.validate(model, records, **asked)
     for doubt in (one for one in doubts if issubclass(one.category, helmbench.RudderSignWarning)):
         echo(f"helmbench: warning: {doubt.message}", err=True)
     paths = found.write(output) if output is not None else ()
