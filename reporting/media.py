@@ -22,11 +22,11 @@ if TYPE_CHECKING:
     from .page import Block
 
 
-def html(page: Page) -> str:
-    """The page as one self-contained HTML document."""
+def html(page: Page, sheet: bool = False) -> str:
+    """The page as one self-contained HTML document; `sheet`: small enough for one sheet of paper."""
     charts = {"key_of": key_of, "together": together, "charts_of": charts_of, "error_line": error_line}
     kinds = {"kind_of": lambda block: type(block).__name__, "embedded": embedded}
-    return render("result.html.j2", page=page, first=_first(page), **kinds, **charts)
+    return render("result.html.j2", page=page, sheet=sheet, first=_first(page), **kinds, **charts)
 
 
 # ---- text
