@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..diagnosis.words import channel, sentence, worse
-from ..numbers import DEG, interval, number, percent
+from ..diagnosis.words import channel, in_line, sentence, worse
+from ..numbers import DEG, interval, number, percent, with_unit
 from ..page import BAD, FAIR, GOOD, Part, Verdict, equation_parts, overlays, result_page, sides
 from ..runs import of_trace
 from ..tables import Column, Table, make_table
@@ -18,10 +18,13 @@ if TYPE_CHECKING:
 
 VERDICTS = {
     "adequate": (GOOD, "The model agrees with the records."),
-    "named": (GOOD, "The numbers below explain what the model gets wrong."),
-    "partly_named": (FAIR, "The numbers below explain a part of what the model gets wrong."),
+    "named": (GOOD, "What the model gets wrong is explained by"),
+    "partly_named": (FAIR, "A part of what the model gets wrong is explained by"),
     "unexplained": (BAD, "No number of the model explains what it gets wrong."),
 }
+"""Verdict -> how it is set off, and its first sentence, which the numbers that moved end where some explain."""
+MOST_NAMED = 4
+"""Numbers that the first sentence names."""
 DEGREES = ("rudder_offset",)
 """Numbers that are shown in degrees."""
 THRUST = "propeller_thrust_N"
@@ -34,14 +37,18 @@ STEPS = (
 
 def page(found: Calibration) -> Page:
     """The page of a calibration."""
-    tone, said = VERDICTS[found.verdict]
     told = [sentence(found.reason), worse(found.worse, "extended") if found.worse else ""]
     first, each = overlays([of_trace(trace, bool(found.moved)) for trace in found.traces])
     new, every = equation_parts(found.extended, found.model)
     return result_page(
         f"Calibration of {found.model.id}",
         f"{found.model.title or found.model.family}; {sides(found.records)}",
-        Verdict(tone, said, tuple(filter(None, told)), found.verdict.replace("_", " ")),
+        Verdict(
+            VERDICTS[found.verdict][0],
+            first_sentence(found),
+            tuple(filter(None, told)),
+            found.verdict.replace("_", " "),
+        ),
         seen=[first, models_table(found)],
         changed=[moved_table(found), new] if found.moved else ["No number of the model moved."],
         remains=[shares_table(found), remaining_table(found)],
@@ -57,6 +64,36 @@ def page(found: Calibration) -> Page:
     )
 
 
+def first_sentence(found: Calibration) -> str:
+    """The verdict with the numbers that moved, and what they do to the error of the heading, or of a first channel."""
+    said = VERDICTS[found.verdict][1]
+    if said.endswith(".") or not found.moved:
+        return f"{said.rstrip('.').removesuffix(' by')}."
+    named = [_in_a_word(moved) for moved in found.moved]
+    named = [*named[:MOST_NAMED], f"{len(named) - MOST_NAMED} more"] if len(named) > MOST_NAMED + 1 else named
+    return f"{said} {in_line(named)}{_errors(found)}."
+
+
+def _in_a_word(moved: Moved) -> str:
+    """`R_0 +25 %`, or the value of a number that was zero."""
+    change = (
+        f"{moved.percent:+.0f} %" if moved.percent is not None else with_unit(_scale(moved) * moved.after, _unit(moved))
+    )
+    return f"{moved.name} {change}{f' {moved.where}' if moved.where else ''}"
+
+
+def _errors(found: Calibration) -> str:
+    column = "heading_rad" if "heading_rad" in found.before else next(iter(found.before), "")
+    if column not in found.after:
+        return ""
+    place = 1 if found.before[column][1] is not None else 0
+    before, after, (word, unit, factor) = found.before[column][place], found.after[column][place], _channel(column)
+    if before is None or after is None:
+        return ""
+    change = f"from {number(factor * before)} to {number(factor * after)} {unit}"
+    return f"; {('left-out', 'held-out')[place]} error of the {word} {change}"
+
+
 def next_sentence(found: Calibration) -> str:
     """What to sail or measure next."""
     runs = ", ".join(f"{run.manoeuvre} ({number(run.information, 2)} nats)" for run in found.next_runs)
@@ -70,7 +107,7 @@ def moved_table(found: Calibration) -> Table:
         Column("group", lambda m: m.group.replace("_", " ")),
         Column("before", lambda m: number(_scale(m) * m.before), lambda m: m.before),
         Column("after, 90 % interval", _after, lambda m: m.after),
-        Column("unit", lambda m: "deg" if m.name in DEGREES else ""),
+        Column("unit", _unit),
         Column("change", _change, lambda m: m.percent),
         Column("where", lambda m: m.where or "everywhere"),
         Column("in prior standard deviations", lambda m: f"{m.prior_sds:+.1f}", lambda m: m.prior_sds),
@@ -80,6 +117,10 @@ def moved_table(found: Calibration) -> Table:
 
 def _scale(m: Moved) -> float:
     return DEG if m.name in DEGREES else 1.0
+
+
+def _unit(m: Moved) -> str:
+    return "deg" if m.name in DEGREES else ""
 
 
 def _change(m: Moved) -> str:

@@ -114,7 +114,7 @@ def headline(found: Diagnosis) -> str:
     ending = _ending(found)
     for count in range(len(names), 0, -1):
         more = [f"{len(names) - count} more"] if count < len(names) else []
-        line = f"{told}{_in_line([*names[:count], *more])}{ending}"
+        line = f"{told}{in_line([*names[:count], *more])}{ending}"
         if len(line.split()) <= LONGEST:
             return line
     return f"{told}{len(names)} causes{ending}"
@@ -131,7 +131,7 @@ def remaining(force: RemainingForce) -> str:
     sizes = "; ".join(map(size, force.sizes))
     said = f"{sentence(force.text)[:-1]} ({sizes})." if sizes else sentence(force.text)
     known = "" if force.extended else " It is not a term of the extended model."
-    known += f" As likely: {_in_line(list(force.tied_with))}." if force.tied_with else ""
+    known += f" As likely: {in_line(list(force.tied_with))}." if force.tied_with else ""
     return f"{said}{known} It may be {force.reading}. To tell: {force.next_manoeuvre}."
 
 
@@ -178,7 +178,7 @@ def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
     """Groups of coefficients with their numbers as changes: `propeller thrust (thrust_scale +33 %)`; empty where all
     are uncertain."""
     numbers = [_changed(found.model, item) for finding in findings for item in finding.sizes]
-    groups = _in_line(_wrong_groups(findings))
+    groups = in_line(_wrong_groups(findings))
     return f"{groups} ({', '.join(numbers)})" if numbers else ""
 
 
@@ -201,7 +201,7 @@ def _changed(model: Model, item: Size) -> str:
     )
 
 
-def _in_line(parts: Sequence[str]) -> str:
+def in_line(parts: Sequence[str]) -> str:
     """`a, b and c`."""
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
@@ -218,7 +218,7 @@ def _listed(findings: Sequence[Finding]) -> str:
     for finding in findings:
         sizes = [item for item in finding.sizes if item.record is None] or finding.sizes
         named.append(f"{tie(finding)} ({'; '.join(map(size, sizes[:3]))})" if sizes else tie(finding))
-    return _in_line(named)
+    return in_line(named)
 
 
 def gain_sentence(found: Diagnosis) -> str:
@@ -245,7 +245,7 @@ def calibrated_sentence(found: Diagnosis) -> str:
     if found.calibrated is None or same:
         return ""
     errors = [f"{number(channel(n)[2] * found.calibrated_gain[n].rmse_after)} {channel(n)[1]}" for n in shown]
-    return f"With all its numbers moved under their priors the errors are {_in_line(errors)} (calibrated model)."
+    return f"With all its numbers moved under their priors the errors are {in_line(errors)} (calibrated model)."
 
 
 def _before_and_after(found: Diagnosis, name: str) -> tuple[str, str]:

@@ -11,7 +11,7 @@ import numpy as np
 from ...datasets.display import shown_name, shown_unit
 from ...estimation.judgement.assessment import APPROXIMATES, EXPLAINS, FAILS, POOR
 from ...estimation.likelihood.search import ADEQUATE
-from ..diagnosis.words import size
+from ..diagnosis.words import in_line, size
 from ..numbers import number, r_squared
 from ..page import BAD, FAIR, GOOD, Items, Note, Overlays, Part, Verdict, items, overlays, result_page
 from ..runs import of_validation
@@ -166,7 +166,7 @@ def statement(found: Assessment) -> list[str]:
 
 def _misfit(found: Assessment) -> str:
     if found.diverged:
-        return f"Its free run diverges along {_listed(list(dict.fromkeys(found.diverged)))}."
+        return f"Its free run diverges along {in_line(list(dict.fromkeys(found.diverged)))}."
     told = f"Free runs of the training records have R² {_together(found.train)}."
     if found.held_out is not None:
         told = (
@@ -196,7 +196,7 @@ def _biases(found: Assessment) -> list[str]:
     biases = found.biases
     if biases is None:
         return []
-    sizes = _listed([size(replace(one, parameter=BIASES[one.parameter])) for one in biases.sizes])
+    sizes = in_line([size(replace(one, parameter=BIASES[one.parameter])) for one in biases.sizes])
     errors = []
     for channel in (c for c in biases.before if c in biases.after):
         unit, factor = shown_unit(channel)
@@ -206,7 +206,7 @@ def _biases(found: Assessment) -> list[str]:
     moved = {n: abs(new[n] - x) / abs(x) for n, x in old.items() if n in new and x != 0.0}
     most = sorted((n for n, share in moved.items() if share > CHANGED), key=lambda n: -moved[n])[:MOST_CHANGED]
     changes = [f"{n} from {number(old[n])} to {number(new[n])}" for n in old if n in most]
-    told = f"{sizes[0].upper()}{sizes[1:]} would take {_listed([*errors, *changes])}."
+    told = f"{sizes[0].upper()}{sizes[1:]} would take {in_line([*errors, *changes])}."
     return [f"{told} The identified numbers are without it."]
 
 
@@ -247,10 +247,10 @@ def _held_out(found: Assessment) -> list[str]:
 def _correlated(found: Assessment) -> list[str]:
     lines = []
     if found.rudder_left:
-        names = _listed([shown_name(channel) for channel in found.rudder_left])
+        names = in_line([shown_name(channel) for channel in found.rudder_left])
         lines.append(f"Residuals of {names} depend on the rudder: the equations lack something that the rudder does.")
     if found.correlated:
-        names = _listed([shown_name(channel) for channel in found.correlated])
+        names = in_line([shown_name(channel) for channel in found.correlated])
         lines.append(f"Residuals of {names} are correlated in time: standard errors and intervals are too small.")
     return lines
 
@@ -260,16 +260,12 @@ def _undetermined(found: Assessment) -> list[str]:
         return [f"What the records tell of the parameters is not known: {found.not_told}."] if found.not_told else []
     poor = found.identifiability.names[2]
     total = len(found.parameters)
-    lines = [f"The records do not determine {len(poor)} of {total} parameters: {_listed(poor)}."] if poor else []
+    lines = [f"The records do not determine {len(poor)} of {total} parameters: {in_line(poor)}."] if poor else []
     return [*lines, *map(_combined, found.identifiability.combinations)]
 
 
 def _combined(group: ParameterGroup) -> str:
-    return f"{_listed(group.names)} are known well only in combination: {group.known}."
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return f"{in_line(group.names)} are known well only in combination: {group.known}."
 
 
 def next_lines(found: Assessment) -> list[str]:
