@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ._from_api import ApiCommand, several
-from ._shared import FILE, METHOD, NUMBER, WholeRange, output_options, print_json, show_files, show_text, shows_progress
+from ._shared import FILE, METHOD, NUMBER, Printer, WholeRange, output_options
 
 OPTIONS = {
     "situations": WholeRange(1, 100_000),
@@ -30,16 +30,12 @@ OPTIONS = {
     help="directory of the runs and the page; goes on where it stopped",
 )
 @output_options
-def advice(board: Path, output: Path, as_json: bool, quiet: bool, **asked: Any) -> None:
+def advice(board: Path, output: Path, printer: Printer, **asked: Any) -> None:
     """Test a leaderboard's advice in fresh situations.
 
     All methods run; the regret is of what the board names.
     """
     from .. import check_advice
 
-    found = check_advice(board, directory=output, **asked, progress=shows_progress(quiet or as_json))
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        show_text(found.summary())
-        show_files(found.paths)
+    found = check_advice(board, directory=output, **asked, progress=printer.progress)
+    printer.show(found.to_json, found.summary, found.paths, markdown=True)

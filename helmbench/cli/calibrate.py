@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ._from_api import TWO_SETS, TwoSets
-from ._shared import MODEL, check_folder, find_and_write, force_option, output_directory, output_options
+from ._shared import MODEL, Printer, check_folder, find_and_write, force_option, output_directory, output_options
 
 
 @click.command(cls=TwoSets, api="calibrate", options=TWO_SETS)
@@ -16,7 +16,7 @@ from ._shared import MODEL, check_folder, find_and_write, force_option, output_d
 @output_directory("calibrate-results")
 @force_option
 @output_options
-def calibrate(model: str, output: Path, force: bool, as_json: bool, quiet: bool, **asked: Any) -> int:
+def calibrate(model: str, output: Path, force: bool, printer: Printer, **asked: Any) -> int:
     """Say which numbers of a model are wrong, and by how much.
 
     Judged by free runs of records that were left out.  Writes calibration.json, calibration.html, extended_model.json
@@ -31,4 +31,4 @@ def calibrate(model: str, output: Path, force: bool, as_json: bool, quiet: bool,
     def find() -> helmbench.Calibration:
         return helmbench.calibrate(model, **asked)
 
-    return find_and_write(find, f"{model} cannot be calibrated", output, as_json, quiet)
+    return find_and_write(find, f"{model} cannot be calibrated", output, printer)

@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from ._from_api import ApiCommand
-from ._shared import FILE, OK, SIDES, check_folder, echo, force_option, output_options, print_json, show_files
+from ._shared import FILE, OK, SIDES, Printer, check_folder, force_option, output_options
 
 MATTERS = 1
 """Exit status where a finding matters."""
@@ -19,7 +19,7 @@ MATTERS = 1
 @force_option
 @output_options
 def check(
-    records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, force: bool, as_json: bool, quiet: bool
+    records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, force: bool, printer: Printer
 ) -> int:
     """Name the faults of sensors and files; needs no model.
 
@@ -34,9 +34,5 @@ def check(
         check_folder(output, FILES, force)
     found = helmbench.check(records, positive_rudder=positive_rudder)
     paths = () if output is None else found.write(output)
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        echo(found.summary())
-        show_files(paths)
+    printer.show(found.to_json, found.summary, paths)
     return MATTERS if any(finding.material for finding in found.findings) else OK

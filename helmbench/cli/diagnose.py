@@ -15,13 +15,13 @@ from ._shared import (
     MODEL,
     NUMBER,
     NumberRange,
+    Printer,
     WholeRange,
     check_folder,
     find_and_write,
     force_option,
     output_directory,
     output_options,
-    shows_progress,
 )
 
 OPTIONS = {
@@ -49,7 +49,7 @@ class Diagnose(TwoSets):
 @force_option
 @output_options
 def diagnose(
-    model: str | None, output: Path, particulars: Path | None, force: bool, as_json: bool, quiet: bool, **asked: Any
+    model: str | None, output: Path, particulars: Path | None, force: bool, printer: Printer, **asked: Any
 ) -> int:
     """Name what a model gets wrong, extend it, measure the gain.
 
@@ -63,16 +63,16 @@ def diagnose(
     check_folder(output, FILES, force)
     if particulars is not None and model is not None:
         raise click.UsageError("--particulars goes without --model: a file of particulars is a model as well.")
-    show = shows_progress(quiet or as_json)
+    show = printer.progress
     sides = {name: asked[name] for name in TWO_SETS}
 
     def build() -> helmbench.CraftDiagnosis:
         return helmbench.build_model(**sides, particulars=particulars, progress=show)
 
     if model is None:
-        return find_and_write(build, "no model can be built", output, as_json, quiet)
+        return find_and_write(build, "no model can be built", output, printer)
 
     def find() -> helmbench.Diagnosis:
         return helmbench.diagnose(model, **asked, progress=show)
 
-    return find_and_write(find, f"{model} cannot be diagnosed", output, as_json, quiet)
+    return find_and_write(find, f"{model} cannot be diagnosed", output, printer)

@@ -19,13 +19,13 @@ from ._shared import (
     MODEL_OR_AUTO,
     OK,
     SIDES,
+    Printer,
     check_file,
     check_folder,
     complain,
     echo,
     force_option,
     output_options,
-    print_json,
     show_files,
     tuning_options,
 )
@@ -97,8 +97,7 @@ def identify(
     page: Path | None,
     output: Path,
     force: bool,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
 ) -> int:
     """Identify a model from records and say whether to believe it.
 
@@ -126,10 +125,10 @@ def identify(
     for doubt in found.doubts:
         echo(f"helmbench: warning: {doubt}", err=True)
     paths = _written(found, output, into_file, page)
-    if as_json:
-        print_json(found.to_json() | {"output": str(output) if output in paths or not into_file else None})
-    elif not quiet:
-        echo(found.summary())
+    printer.show(
+        lambda: found.to_json() | {"output": str(output) if output in paths or not into_file else None}, found.summary
+    )
+    if not printer.hidden:
         for line in found.identifiability.lines() if identifiability and found.identifiability else ():
             echo(line)
         if into_file and output not in paths:

@@ -15,6 +15,7 @@ from ._shared import (
     NUMBER,
     OK,
     SIDES,
+    Printer,
     check_file,
     complain,
     confirmed,
@@ -22,7 +23,6 @@ from ._shared import (
     force_option,
     output_options,
     print_json,
-    show_files,
 )
 
 if TYPE_CHECKING:
@@ -58,8 +58,7 @@ def import_command(
     yes: bool,
     output: Path,
     force: bool,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
     **asked: Any,
 ) -> int:
     """Read raw logs of any make as records.
@@ -74,9 +73,8 @@ def import_command(
 
     check_file(output, force)
     known = mapping if mapping is not None and mapping.exists() else None
-    hidden = quiet or as_json
     draft = helmbench.draft_import(logs, mapping=known, **asked)
-    if not (yes or hidden or mapping is not None) and sys.stdin.isatty():
+    if not (yes or printer.hidden or mapping is not None) and sys.stdin.isatty():
         draft = _asked(draft)
     if yes and [question.id for question in draft.questions] == [RUDDER]:
         echo(f"{draft.questions[0].text} None of them is taken for it, by --yes; answer it with --map", err=True)
@@ -84,7 +82,7 @@ def import_command(
     try:
         found = draft.import_log()
     except helmbench.BadInput:
-        if as_json:
+        if printer.as_json:
             print_json(draft.to_dict())
         else:
             echo(draft.summary(), err=True)
@@ -92,18 +90,15 @@ def import_command(
             draft.write_mapping(mapping)
             echo(f"wrote {mapping} with every column: answer what is asked in it, then repeat the command", err=True)
         raise
-    if not hidden:
+    if not printer.hidden:
         echo(found.summary())
-    if known is None and not yes and not _confirmed(found, mapping, hidden):
+    if known is None and not yes and not _confirmed(found, mapping, printer.hidden):
         if mapping is None:
             hint = f"repeat it with --yes, or with --map {output.stem}.map.yaml to write the draft there and change it"
             return complain(f"nothing imported: the mapping is not confirmed; {hint}", BAD_INPUT)
         return OK
     paths = found.write(output, force=force)
-    if as_json:
-        print_json(found.to_dict() | {"files": [str(path) for path in paths]})
-    elif not quiet:
-        show_files(paths)
+    printer.show(lambda: found.to_dict() | {"files": [str(path) for path in paths]}, files=paths)
     return OK
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ._from_api import ApiCommand
-from ._shared import FILE, NUMBER, SIDES, check_file, force_option, output_options, print_json, show_files
+from ._shared import FILE, NUMBER, SIDES, Printer, check_file, force_option, output_options
 
 OPTIONS = {
     "family": click.STRING,
@@ -23,7 +23,7 @@ OPTIONS = {
 @click.option("-o", "--output", default="model.json", show_default=True, type=FILE, help="model.json to write.")
 @force_option
 @output_options
-def import_model(table: Path, output: Path, force: bool, as_json: bool, quiet: bool, **asked: Any) -> None:
+def import_model(table: Path, output: Path, force: bool, printer: Printer, **asked: Any) -> None:
     """Make a model from a published table of parameters.
 
     TABLE is CSV, YAML or JSON of names, values and units.
@@ -34,7 +34,4 @@ def import_model(table: Path, output: Path, force: bool, as_json: bool, quiet: b
     check_file(output, force)
     model = helmbench.read_parameters(table, **asked)
     model_to_json(model, output)
-    if as_json:
-        print_json({"table": str(table), "family": asked["family"], "output": str(output)})
-    elif not quiet:
-        show_files([output])
+    printer.show(lambda: {"table": str(table), "family": asked["family"], "output": str(output)}, files=[output])

@@ -8,13 +8,13 @@ from typing import Any
 import click
 
 from ._from_api import ApiCommand
-from ._shared import FILE, output_options, print_json, show_files, show_text
+from ._shared import FILE, Printer, output_options
 
 
 @click.command(cls=ApiCommand, api="write_report", options={"timing": FILE, "csv": click.BOOL})
 @click.argument("directory", metavar="DIR", type=FILE)
 @output_options
-def report(directory: Path, as_json: bool, quiet: bool, **asked: Any) -> None:
+def report(directory: Path, printer: Printer, **asked: Any) -> None:
     """Write the report of stored results.
 
     Markdown, CSV and HTML; nothing is fitted again.
@@ -22,8 +22,4 @@ def report(directory: Path, as_json: bool, quiet: bool, **asked: Any) -> None:
     from .. import write_report
 
     written = write_report(directory, **asked)
-    if as_json:
-        print_json(written.as_dict())
-    elif not quiet:
-        show_text(written.overview)
-        show_files(written.paths)
+    printer.show(written.as_dict, lambda: written.overview, written.paths, markdown=True)

@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from ._from_api import ApiCommand
-from ._shared import FAILED, FILE, OK, WholeRange, echo, output_options, print_json, shows_progress
+from ._shared import FAILED, FILE, OK, Printer, WholeRange, echo, output_options
 
 OPTIONS = {
     "table": WholeRange(min=1),
@@ -21,21 +21,17 @@ OPTIONS = {
 @click.command(cls=ApiCommand, api="reproduce", options=OPTIONS)
 @click.argument("paper", required=False, metavar="[PAPER]")
 @output_options
-def reproduce(paper: str | None, as_json: bool, quiet: bool, **asked: Any) -> int:
+def reproduce(paper: str | None, printer: Printer, **asked: Any) -> int:
     """Compute the tables of the five papers again.
 
     Tables and claims are compared with the printed ones; PAPER: 003 for one paper.
     """
     import helmbench
 
-    found = helmbench.reproduce(paper, **asked, progress=shows_progress(quiet or as_json))
+    found = helmbench.reproduce(paper, **asked, progress=printer.progress)
     for failure in found.failures:
         echo(f"failed: {failure}", err=True)
-    if as_json:
-        print_json(found.rows)
-    elif not quiet:
-        for row in found.rows:
-            echo(f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}")
-        for paper, counts in found.counts.items():
-            echo(f"paper {paper}: {counts}")
+    told = [f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}" for row in found.rows]
+    told += [f"paper {paper}: {counts}" for paper, counts in found.counts.items()]
+    printer.show(lambda: found.rows, lambda: "\n".join(told))
     return FAILED if found.failures else OK

@@ -18,12 +18,12 @@ from ._shared import (
     OK,
     SUITE,
     VESSEL,
+    Printer,
     WholeRange,
     confirmed,
     echo,
     output_options,
     print_json,
-    shows_progress,
     tuning_options,
 )
 
@@ -60,25 +60,23 @@ def run(
     storage: str | None,
     trust: bool,
     output: Path | None,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
     **asked: Any,
 ) -> int:
     """Run a suite; every finished run is stored at once."""
     from .. import run_suite, with_tuner
     from ..api.suites import QUICK
 
-    hidden = quiet or as_json
     asked["methods"] = with_tuner(asked["methods"], tuner, storage)
     found = run_suite(
         **asked,
         directory=output or Path("out", Path(asked["suite"] or QUICK).stem),
         array_options=_named(array_options),
         trust=trust or (confirmed if sys.stdin.isatty() and sys.stderr.isatty() else False),
-        progress=shows_progress(hidden),
-        message=None if hidden else lambda text: echo(text, err=True),
+        progress=printer.progress,
+        message=None if printer.hidden else lambda text: echo(text, err=True),
     )
-    return _summarise(found, as_json, quiet)
+    return _summarise(found, printer)
 
 
 def _named(texts: tuple[str, ...]) -> dict[str, str | int]:
@@ -90,10 +88,10 @@ def _named(texts: tuple[str, ...]) -> dict[str, str | int]:
     return {name: int(value) if value.isascii() and value.isdigit() else value for name, _, value in pairs}
 
 
-def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:
+def _summarise(found: SuiteResults, printer: Printer) -> int:
     """Say how the runs ended; status 1 if some failed."""
     counts = found.counts
-    if as_json:
+    if printer.as_json:
         seed = found.manifest["selection"].get("seed")
         drawn = {} if seed is None else {"seed": seed}
         where = {"directory": str(found.directory), "suite": found.suite}
@@ -101,7 +99,7 @@ def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:
     else:
         for told, number in found.failure_texts.items():
             echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
-        if not quiet:
+        if not printer.quiet:
             told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"
             echo(f"suite {found.suite}: {len(found.rows)} runs, {told}; results in {found.directory}")
             echo(f"next: helmbench report {shlex.quote(str(found.directory))}")

@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from ._from_api import ApiCommand
-from ._shared import FILE, NUMBER, SIDES, VESSEL, WholeRange, check_file, echo, force_option, output_options, print_json
+from ._shared import FILE, NUMBER, SIDES, VESSEL, Printer, WholeRange, check_file, force_option, output_options
 
 OPTIONS = {
     "manoeuvre": click.STRING,
@@ -29,7 +29,7 @@ OPTIONS = {
 @force_option
 @output_options
 def simulate(
-    vessel: str, positive_rudder: str | None, output: Path, force: bool, as_json: bool, quiet: bool, **asked: Any
+    vessel: str, positive_rudder: str | None, output: Path, force: bool, printer: Printer, **asked: Any
 ) -> None:
     """Simulate a manoeuvre; writes a record with its sidecar."""
     import helmbench
@@ -39,7 +39,6 @@ def simulate(
     record = record.turned(positive_rudder) if positive_rudder else record
     helmbench.write_record(record, output)
     facts = {"record": str(output), "vessel": vessel, "samples": record.n, "dt_s": record.dt}
-    if as_json:
-        print_json(facts | {"channels": list(record.channels), "positive_rudder": record.meta.positive_rudder})
-    elif not quiet:
-        echo(f"{output}: {record.n} samples every {record.dt:g} s, {', '.join(record.channels)}")
+    more = {"channels": list(record.channels), "positive_rudder": record.meta.positive_rudder}
+    told = f"{output}: {record.n} samples every {record.dt:g} s, {', '.join(record.channels)}"
+    printer.show(lambda: facts | more, lambda: told)

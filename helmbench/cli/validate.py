@@ -9,18 +9,7 @@ from typing import Any
 import click
 
 from ._from_api import ApiCommand, several
-from ._shared import (
-    FILE,
-    MODEL,
-    SIDES,
-    check_file,
-    check_folder,
-    echo,
-    force_option,
-    output_options,
-    print_json,
-    show_files,
-)
+from ._shared import FILE, MODEL, SIDES, Printer, check_file, check_folder, echo, force_option, output_options
 
 
 class Validate(ApiCommand):
@@ -48,8 +37,7 @@ def validate(
     output: Path | None,
     certificate: Path | None,
     force: bool,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
     **asked: Any,
 ) -> None:
     """Compare simulations with records; nothing is fitted.
@@ -74,8 +62,4 @@ def validate(
     paths = found.write(output) if output is not None else ()
     if certificate is not None:
         paths = (*paths, found.write_certificate(certificate))
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        echo(found.summary())
-        show_files(paths)
+    printer.show(found.to_json, found.summary, paths)
