@@ -112,6 +112,13 @@ class Page:
             if isinstance(block, Part):
                 pending[:0] = block.blocks
 
+    def records(self) -> tuple[RecordRuns, ...]:
+        """All records of which the first figure shows some."""
+        found = [block for block in self.blocks() if isinstance(block, Overlays)]
+        shown = next((block.records[0] for block in found if block.together), None)
+        every = (block.records for block in found if not block.together)
+        return next((records for records in every if any(one is shown for one in records)), ())
+
 
 def result_page(
     title: str,

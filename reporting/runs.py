@@ -9,12 +9,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..datasets.display import continuous, shown_name, shown_unit
+from ..datasets.display import Curve as TimeCurve
+from ..datasets.display import continuous, shown_name, shown_unit, time_figure
+from ..models.errors import BadInput
 from .errors import rms
 from .numbers import DEG, number
 from .plots import COLOURS, INK, SOFT, Sheet, chart
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ..diagnosis.trace import Trace
     from ..estimation.validation.result import Validation
 
@@ -124,6 +128,32 @@ def _wrapped(error: np.ndarray) -> np.ndarray:
 
 
 # ---- charts
+
+
+def figure_of(records: Sequence[RecordRuns], name: str | None, what: str) -> Figure:
+    """Channels of a record and of the runs along it over time; None: the first held-out record, else the first.
+
+    what : what has the records, for the message.
+
+    Raises
+    ------
+    BadInput : there is no such record.
+    """
+    in_order = sorted(records, key=lambda one: one.role == "train")
+    record = next((one for one in in_order if name in (None, one.record)), None)
+    if record is None:
+        hint = f"it has {', '.join(one.record for one in records) or 'none'}"
+        raise BadInput(f"the {what} has no such record", file=name, hint=hint)
+    every = {"measured": record.measured, **record.runs}
+    panels = {
+        channel: [
+            TimeCurve(label, record.time, continuous(channel, run[channel]))
+            for label, run in every.items()
+            if channel in run
+        ]
+        for channel in record.measured
+    }
+    return time_figure(panels, f"free runs along {record.record}")
 
 
 @dataclass(frozen=True)

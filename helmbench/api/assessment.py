@@ -13,8 +13,7 @@ from ..models.extras import extras_told
 from .admission import admit, refuse_copies, rudder_sign_doubt, warn_of
 from .arguments import AUTO, as_model, as_records
 from .documents import content_writer, write_together
-from .results import Result, Told
-from .validation import runs_figure
+from .results import RunsResult, Told
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 FILES = ("identification.json", "identification.html", "model.json")
 
 
-class Assessment(assessment.Assessment, Result):
+class Assessment(assessment.Assessment, RunsResult):
     """What an estimate is worth: `Estimate.assess` makes it.
 
     `verdict` is 'explains', 'approximates' or 'fails'; `train` and `held_out` are validations of the estimate,
@@ -58,25 +57,6 @@ class Assessment(assessment.Assessment, Result):
         rows = [(one.unit, one.value, one.stderr, one.low, one.high, one.bound) for one in self.parameters]
         index = pd.Index([one.name for one in self.parameters], name="parameter", dtype=object)
         return pd.DataFrame(rows, index=index, columns=pd.Index(["unit", "value", "stderr", "low", "high", "bound"]))
-
-    def plot(self, record: str | None = None) -> Figure:
-        """Draw the measured channels of a record and the free run over time; angles in degrees.
-
-        Parameters
-        ----------
-        record : name of a training or held-out record; None: the first held-out one, else the first.
-
-        Returns
-        -------
-        A matplotlib figure, not attached to pyplot: save it with `savefig`.
-
-        Raises
-        ------
-        BadInput : there is no such record.
-        """
-        sides = [self.train] if self.held_out is None else [self.held_out, self.train]
-        own = [side for side in sides if record is None or any(one.name == record for one in side.records)]
-        return runs_figure((own or sides)[0], record)
 
     def _models(self) -> dict[str, Model]:
         """The model; a black box has none."""

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from .documents import content_writer, json_text, model_writer, write_together
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ..models.model import Model
     from ..reporting.page import Page
     from .arguments import Path as FilePath
@@ -28,7 +30,7 @@ class Told:
 
     if TYPE_CHECKING:
 
-        def plot(self) -> Any: ...
+        def plot(self) -> Figure: ...
 
     @classmethod
     def of(cls, found: Any) -> Self:
@@ -90,3 +92,26 @@ class Result(Told):
         writers = {document: content_writer(json_text(self.to_json()) + "\n"), page: content_writer(self.to_html())}
         models = {name: model_writer(name, model) for name, model in self._models().items()}
         return write_together(Path(folder), writers | models)
+
+
+class RunsResult(Result):
+    """A result that holds runs along records."""
+
+    def plot(self, record: str | None = None) -> Figure:
+        """Draw the measured channels of a record and the runs along it over time.
+
+        Parameters
+        ----------
+        record : name of a record of the result; None: the first held-out one, else the first.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot: save it with `savefig`.  Angles are in degrees.
+
+        Raises
+        ------
+        BadInput : there is no such record.
+        """
+        from ..reporting.runs import figure_of
+
+        return figure_of(page_of(self).records(), record, self.room.partition(".")[0])

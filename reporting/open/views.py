@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +29,7 @@ def view_of(page: Page) -> dict[str, Any]:
         "sentence": page.verdict.sentence,
         "told": [*page.verdict.told, *page.doubts],
         "parts": [part for part in map(_part, page.parts) if part["blocks"]],
-        "traces": [_runs_view(one) for one in _records(page)],
+        "traces": [_runs_view(one) for one in page.records()],
     }
 
 
@@ -55,14 +55,6 @@ def _block(block: Block) -> Iterator[dict[str, Any]]:
         yield {"kind": "equations", "lines": [{"html": line.html, "new": line.new} for line in block.lines()]}
     elif isinstance(block, Overlays) and block.together:
         yield {"kind": "runs"}
-
-
-def _records(page: Page) -> Sequence[RecordRuns]:
-    """All records of which the first figure shows some."""
-    found = [block for block in page.blocks() if isinstance(block, Overlays)]
-    shown = next((block.records for block in found if block.together), ())
-    every = (block.records for block in found if not block.together)
-    return next((records for records in every if any(one is shown[0] for one in records)), ())
 
 
 def _runs_view(record: RecordRuns) -> dict[str, Any]:
