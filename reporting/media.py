@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import tables
-from .page import Drawing, EquationList, Facts, Items, Note, Overlays, Page, Part
+from .page import Drawing, EquationList, Facts, Items, Note, Overlays, Page, Part, part
 from .plots import embedded
 from .runs import charts_of, error_line, key_of, together
 from .tables import Table, in_markdown
@@ -36,8 +36,8 @@ def terminal(page: Page) -> str:
     """The page as plain text."""
     lines = [f"{page.title}: {_first(page)}", *(f"  {text}" for text in (page.about, *page.verdict.told) if text)]
     lines[1:1] = [f"doubtful: {doubt}" for doubt in page.doubts]
-    for part in _open(page):
-        lines += ["", part.title, *(f"  {line}" for block in part.blocks for line in _in_terminal(block))]
+    for own in _open(page):
+        lines += ["", own.title, *(f"  {line}" for block in own.blocks for line in _in_terminal(block))]
     return "\n".join(lines)
 
 
@@ -50,10 +50,10 @@ def _first(page: Page) -> str:
 
 def _open(page: Page) -> Iterator[Part]:
     """Parts that are not folded, with what a text shows of them."""
-    for part in page.parts:
-        shown = tuple(block for block in part.blocks if isinstance(block, str | Table | Items | Facts))
-        if shown and not part.folded:
-            yield Part(part.title, shown)
+    for own in page.parts:
+        shown = tuple(block for block in own.blocks if isinstance(block, str | Table | Items | Facts))
+        if shown and not own.folded:
+            yield Part(own.title, shown)
 
 
 def _in_terminal(block: Block) -> Iterator[str]:
@@ -74,7 +74,7 @@ def notebook(page: Page) -> str:
     """The page as HTML for the output of a notebook's cell."""
     head = f"<p><b>{escape(f'{page.title}: {_first(page)}')}</b></p>"
     told = _list(escape(text) for text in (*(f"doubtful: {doubt}" for doubt in page.doubts), *page.verdict.told))
-    parts = (f"<p>{escape(part.title)}</p>{''.join(map(_in_notebook, part.blocks))}" for part in _open(page))
+    parts = (f"<p>{escape(own.title)}</p>{''.join(map(_in_notebook, own.blocks))}" for own in _open(page))
     return head + told + "".join(parts)
 
 
@@ -120,17 +120,19 @@ def markdown(page: Page, title: str, note: str, files: Mapping[str, str]) -> str
     """The page as Markdown; `files` has the file name of each of its drawings that was drawn."""
     parts = [f"# {title}", note, f"**{in_markdown(_first(page))}**"]
     parts += [_bullets([(text,) for text in (*page.doubts, *page.verdict.told)])]
-    parts += [text for part in page.parts for text in _part(part, files)]
-    return "\n\n".join(part for part in parts if part) + "\n"
+    parts += [text for own in page.parts for text in _part(own, files)]
+    return "\n\n".join(text for text in parts if text) + "\n"
 
 
-def _part(part: Part, files: Mapping[str, str]) -> list[str]:
-    blocks = [text for block in part.blocks for text in _in_markdown(block, files) if text]
+def _part(shown: Part, files: Mapping[str, str]) -> list[str]:
+    """The part; equations that are folded away are many, and stand in the model's file."""
+    left = [block for block in shown.blocks if not (shown.folded and isinstance(block, EquationList))]
+    blocks = [text for block in part(shown.title, left).blocks for text in _in_markdown(block, files) if text]
     if not blocks:
         return []
-    if part.folded:
-        return [f"<details><summary>{escape(part.title)}</summary>", *blocks, "</details>"]
-    return [f"## {part.title}", *blocks]
+    if shown.folded:
+        return [f"<details><summary>{escape(shown.title)}</summary>", *blocks, "</details>"]
+    return [f"## {shown.title}", *blocks]
 
 
 def _in_markdown(block: Block, files: Mapping[str, str]) -> list[str]:
