@@ -66,7 +66,8 @@ def bars(groups: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], 
     def draw(figure) -> None:
         axes = figure.subplots()
         for k, name in enumerate(names):
-            sizes = [group.get(name, math.nan) for group in groups.values()]
+            found = (group.get(name, math.nan) for group in groups.values())
+            sizes = [size if math.isfinite(size) else math.nan for size in found]
             places = np.arange(len(groups)) + height * (k - (len(names) - 1) / 2.0)
             drawn = axes.barh(places, sizes, height, color=colours[name], label=name)
             axes.bar_label(drawn, [number(size) for size in sizes], padding=3)

@@ -94,6 +94,7 @@ def of_validation(found: Validation, role: str = "") -> list[RecordRuns]:
     return out
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def lines_of(record: RecordRuns, channel: str) -> Lines:
     """The lines of a channel; a heading begins within half a turn of the measured one."""
     unit, factor = shown_unit(channel)
@@ -122,6 +123,7 @@ def error_line(record: RecordRuns) -> str:
     return ", ".join(texts)
 
 
+@np.errstate(invalid="ignore")
 def _wrapped(error: np.ndarray) -> np.ndarray:
     """Errors of a heading (N,), deg, within half a turn."""
     return error - 360.0 * np.round(error / 360.0)

@@ -68,8 +68,10 @@ def spectrum_figure(found: Diagnosis, name: str) -> str:
     _, unit, factor = words.channel(name)
     curves = []
     for run in _runs(found):
-        power = np.nanmean(np.stack([banded(t.time, residual(t, name, run), edges) for t in traces]), axis=0)
-        curves.append(Curve(run, factor * np.sqrt(power), COLOURS[run], width=1.5))
+        power = np.stack([banded(t.time, residual(t, name, run), edges) for t in traces])
+        known = np.isfinite(power)
+        mean = np.where(known, power, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
+        curves.append(Curve(run, factor * np.sqrt(mean), COLOURS[run], width=1.5))
     return spectra(np.sqrt(edges[:-1] * edges[1:]), curves, f"{unit} / √Hz")
 
 

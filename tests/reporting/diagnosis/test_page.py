@@ -13,6 +13,7 @@ from helmbench.reporting.diagnosis.page import page as page_of
 from helmbench.reporting.diagnosis.tables import bank_table, error_table, gain_table
 from helmbench.reporting.errors import residual, rms
 from helmbench.reporting.numbers import DEG, number
+from helmbench.reporting.open.views import view_of
 from helmbench.reporting.page import Drawing
 
 from ...made_up.diagnosis import made_up
@@ -143,3 +144,14 @@ def test_a_diverged_run_does_not_hide_the_measured_one(found):
     page = media.html(page_of(replace(found, traces=(wilder,))))
     ticks = [float(t.replace("−", "-")) for t in re.findall(r">([−\d.]+)</text>", page)]
     assert ticks and max(map(abs, ticks)) < 1e5
+
+
+@pytest.mark.parametrize("values", [np.inf, np.nan, 1e300, 0.0])
+@pytest.mark.parametrize("side", ["measured", "before"])
+def test_channels_of_any_numbers_have_a_page(found, side, values, tmp_path):
+    """Warnings are errors here."""
+    trace = found.traces[-1]
+    wild = {name: np.where(trace.time > 300.0, values, own) for name, own in getattr(trace, side).items()}
+    page = page_of(replace(found, traces=(replace(trace, **{side: wild}),)))
+    assert trace.record in media.html(page) and media.write_markdown(page, tmp_path, "wild", "Wild")
+    assert view_of(page)["traces"][0]["record"] == trace.record
