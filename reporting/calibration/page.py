@@ -27,7 +27,6 @@ MOST_NAMED = 4
 """Numbers that the first sentence names."""
 DEGREES = ("rudder_offset",)
 """Numbers that are shown in degrees."""
-THRUST = "propeller_thrust_N"
 BASE = "base model"
 STEPS = (
     "Root mean square errors of free runs. Left out: training records, each predicted by a fit without it. Of held-out "
@@ -87,7 +86,7 @@ def _errors(found: Calibration) -> str:
     if column not in found.after:
         return ""
     place = 1 if found.before[column][1] is not None else 0
-    before, after, (word, unit, factor) = found.before[column][place], found.after[column][place], _channel(column)
+    before, after, (word, unit, factor) = found.before[column][place], found.after[column][place], channel(column)
     if before is None or after is None:
         return ""
     change = f"from {number(factor * before)} to {number(factor * after)} {unit}"
@@ -156,7 +155,7 @@ def _gain(step: StepTold) -> str:
 
 
 def _error_column(column: str, place: int, side: str) -> Column:
-    word, unit, factor = _channel(column)
+    word, unit, factor = channel(column)
     return Column(
         f"{word}, {unit}, {side}",
         lambda row: number(factor * row[place][column]) if column in row[place] else "",
@@ -172,7 +171,7 @@ def shares_table(found: Calibration) -> Table:
         ("sensor noise", "noise"),
         ("remaining", "remaining"),
     )
-    columns = [Column("channel", lambda row: _channel(row[0])[0])]
+    columns = [Column("channel", lambda row: channel(row[0])[0])]
     columns += [
         Column(
             title, lambda row, name=name: percent(getattr(row[1], name)), lambda row, name=name: getattr(row[1], name)
@@ -192,7 +191,7 @@ def models_table(found: Calibration) -> Table:
         ("numbers that moved", found.after),
         ("all numbers, under their priors", found.predicted or found.after),
     )
-    columns = [Column("channel", lambda c: _channel(c)[0]), Column("unit", lambda c: _channel(c)[1])]
+    columns = [Column("channel", lambda c: channel(c)[0]), Column("unit", lambda c: channel(c)[1])]
     columns += [_model_column(title, {c: pair[place] for c, pair in errors.items()}) for title, errors in models]
     for place, title in enumerate(("base model", "all numbers") if found.own else ()):
         own = {c: pair[place] for c, pair in found.own.items()}
@@ -204,13 +203,9 @@ def models_table(found: Calibration) -> Table:
 def _model_column(title: str, errors: Mapping[str, float | None]) -> Column:
     def shown(column: str) -> float | None:
         value = errors.get(column)
-        return None if value is None else _channel(column)[2] * value
+        return None if value is None else channel(column)[2] * value
 
     return Column(title, lambda c: "" if shown(c) is None else number(shown(c)), shown)
-
-
-def _channel(column: str) -> tuple[str, str, float]:
-    return ("thrust", "N", 1.0) if column == THRUST else channel(column)
 
 
 def ingredients_table(found: Calibration) -> Table:
@@ -223,7 +218,7 @@ def ingredients_table(found: Calibration) -> Table:
 
 def _removed_column(column: str) -> Column:
     return Column(
-        _channel(column)[0],
+        channel(column)[0],
         lambda one: percent(one.removes[column]) if column in one.removes else "",
         lambda one: one.removes.get(column),
     )

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from ...datasets.display import IN_DEGREES
 from ..errors import correlation, mean, residual, rms
 from ..numbers import DEG, MISSING, fixed, interval, number, p_value, percent, with_unit
 from ..runs import CHANNELS
@@ -128,8 +129,8 @@ def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
     own = {k: v for k, v in found.extended.instruments.items() if found.model.instruments.get(k) != v}
     rows = []
     for name, value in own.items():
-        unit = words.IN_DEGREES.get(INSTRUMENTS[name], INSTRUMENTS[name])
-        factor = DEG if INSTRUMENTS[name] in words.IN_DEGREES else 1.0
+        unit = IN_DEGREES.get(INSTRUMENTS[name], INSTRUMENTS[name])
+        factor = DEG if INSTRUMENTS[name] in IN_DEGREES else 1.0
         switch = name in (*SWAPS, "earth_frame_velocity", "rudder_reversed")
         rows.append((words.cause(name), "yes" if switch else with_unit(factor * value, unit)))
     return rows

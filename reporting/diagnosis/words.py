@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from ...datasets.columns import CANONICAL
+from ...datasets.display import IN_DEGREES, shown_name, shown_unit
 from ...diagnosis.causes.base_coefficients import BaseCoefficients
 from ...diagnosis.causes.registry import causes
 from ...diagnosis.causes.rudder_offset import RudderOffset
@@ -18,18 +20,10 @@ if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Entry, Finding, RemainingForce
     from ...models.model import Model
 
-IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 SHARES = ("e", "s", "share", "fraction", "change")
 """Parameters without unit that are given in per cent."""
-CHANNEL_WORDS = {
-    "heading_rad": ("heading", "deg", DEG),
-    "yaw_rate_rad_s": ("yaw rate", "deg/s", DEG),
-    "surge_m_s": ("surge", "m/s", 1.0),
-    "sway_m_s": ("sway", "m/s", 1.0),
-    "north_m": ("north", "m", 1.0),
-    "east_m": ("east", "m", 1.0),
-    "position_m": ("position", "m", 1.0),
-}
+HEADLINED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m", "position_m")
+"""Channels of which the first one that changes is told in the headline."""
 MOST_PERCENT = 1000.0
 """Change, %, from which both values are told in its place."""
 LONGEST = 25
@@ -39,7 +33,9 @@ STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testabl
 
 def channel(name: str) -> tuple[str, str, float]:
     """Name, unit and factor with which a channel is shown."""
-    return CHANNEL_WORDS.get(name, (name, "", 1.0))
+    if name in CANONICAL:
+        return shown_name(name), *shown_unit(name)
+    return ("position", "m", 1.0) if name == "position_m" else (name, "", 1.0)
 
 
 def size(item: Size) -> str:
@@ -122,7 +118,7 @@ def headline(found: Diagnosis) -> str:
 
 def _ending(found: Diagnosis) -> str:
     """What the extended model does to the error of held-out records, at the end of a headline."""
-    gained = next((n for n in CHANNEL_WORDS if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
+    gained = next((n for n in HEADLINED if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
     return f"; held-out error {_without_trim(found) or _change(found, gained)}." if gained else "."
 
 
