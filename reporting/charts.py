@@ -9,7 +9,7 @@ import numpy as np
 
 from .numbers import number
 from .plots import SOFT, chart, legend_beside, svg
-from .runs import AFTER, WIDTH, Curve
+from .runs import AFTER, WIDTH, DrawnCurve
 
 SIZE = (6.4, 2.9)
 
@@ -39,7 +39,7 @@ def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]
     return chart(draw, SIZE, title)
 
 
-def spectra(frequency: np.ndarray, curves: Sequence[Curve], unit: str) -> str:
+def spectra(frequency: np.ndarray, curves: Sequence[DrawnCurve], unit: str) -> str:
     """An SVG file of amplitudes over frequency in Hz on logarithmic axes; empty where nothing is positive."""
     values = np.concatenate([c.values for c in curves]) if curves else np.zeros(0)
     if not (np.isfinite(values) & (values > 0.0)).any() or frequency.size < 2:

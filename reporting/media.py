@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from . import tables
-from .page import Drawing, EquationList, Facts, Items, Note, Overlays, Page, Part, part
+from .page import Drawing, EquationList, Items, Note, Overlays, Page, Pairs, Section, section
 from .plots import embedded
 from .runs import charts_of, error_line, key_of, together
 from .tables import Table, in_markdown
@@ -48,12 +48,12 @@ def _first(page: Page) -> str:
     )
 
 
-def _open(page: Page) -> Iterator[Part]:
+def _open(page: Page) -> Iterator[Section]:
     """Parts that are not folded, with what a text shows of them."""
     for own in page.parts:
-        shown = tuple(block for block in own.blocks if isinstance(block, str | Table | Items | Facts))
+        shown = tuple(block for block in own.blocks if isinstance(block, str | Table | Items | Pairs))
         if shown and not own.folded:
-            yield Part(own.title, shown)
+            yield Section(own.title, shown)
 
 
 def _in_terminal(block: Block) -> Iterator[str]:
@@ -66,7 +66,7 @@ def _in_terminal(block: Block) -> Iterator[str]:
         for title, *texts in block.rows:
             yield title
             yield from (f"  {text}" for text in texts)
-    elif isinstance(block, Facts):
+    elif isinstance(block, Pairs):
         yield from (f"{name}: {text}" for name, text in block.rows)
 
 
@@ -83,7 +83,7 @@ def _in_notebook(block: Block) -> str:
         return f"<p>{escape(block)}</p>"
     if isinstance(block, Table):
         return (f"<p>{escape(block.title)}</p>" if block.title else "") + tables.html(block)
-    rows = block.rows if isinstance(block, Items | Facts) else ()
+    rows = block.rows if isinstance(block, Items | Pairs) else ()
     return _list("<br>".join(map(escape, row)) for row in rows)
 
 
@@ -124,10 +124,10 @@ def markdown(page: Page, title: str, note: str, files: Mapping[str, str]) -> str
     return "\n\n".join(text for text in parts if text) + "\n"
 
 
-def _part(shown: Part, files: Mapping[str, str]) -> list[str]:
+def _part(shown: Section, files: Mapping[str, str]) -> list[str]:
     """The part; equations that are folded away are many, and stand in the model's file."""
     left = [block for block in shown.blocks if not (shown.folded and isinstance(block, EquationList))]
-    blocks = [text for block in part(shown.title, left).blocks for text in _in_markdown(block, files) if text]
+    blocks = [text for block in section(shown.title, left).blocks for text in _in_markdown(block, files) if text]
     if not blocks:
         return []
     if shown.folded:
@@ -144,7 +144,7 @@ def _in_markdown(block: Block, files: Mapping[str, str]) -> list[str]:
         return [in_markdown(block.title), tables.markdown(block), in_markdown(block.note)]
     if isinstance(block, Items):
         return [_bullets(block.rows)]
-    if isinstance(block, Facts):
+    if isinstance(block, Pairs):
         return [tables.listed(block.rows)]
     if isinstance(block, Drawing):
         return [f"![{block.caption}]({files[block.name]})", f"*{block.caption}.*"] if block.name in files else []

@@ -14,7 +14,7 @@ from .tables import Table
 
 if TYPE_CHECKING:
     from ..models.model import Model
-    from .equation_lines import Line
+    from .equation_lines import EquationLine
     from .equations import Equations
     from .runs import RecordRuns
 
@@ -50,7 +50,7 @@ class Items:
 
 
 @dataclass(frozen=True)
-class Facts:
+class Pairs:
     """Pairs of name and text."""
 
     rows: tuple[tuple[str, str], ...]
@@ -77,11 +77,11 @@ class Overlays:
 class EquationList:
     """Equations; what makes them loads SymPy."""
 
-    lines: Callable[[], Sequence[Line]]
+    lines: Callable[[], Sequence[EquationLine]]
 
 
 @dataclass(frozen=True)
-class Part:
+class Section:
     """Blocks below a title; folded away on a page, and left out of terminal and notebook, where `folded`."""
 
     title: str
@@ -89,7 +89,7 @@ class Part:
     folded: bool = False
 
 
-Block = str | Note | Table | Items | Facts | Drawing | Overlays | EquationList | Part
+Block = str | Note | Table | Items | Pairs | Drawing | Overlays | EquationList | Section
 Blocks = Sequence["Block | None"]
 
 
@@ -101,7 +101,7 @@ class Page:
     about: str
     verdict: Verdict
     doubts: tuple[str, ...]
-    parts: tuple[Part, ...]
+    parts: tuple[Section, ...]
 
     def blocks(self) -> Iterator[Block]:
         """Every block, those of parts within parts included."""
@@ -109,7 +109,7 @@ class Page:
         while pending:
             block = pending.pop(0)
             yield block
-            if isinstance(block, Part):
+            if isinstance(block, Section):
                 pending[:0] = block.blocks
 
     def records(self) -> tuple[RecordRuns, ...]:
@@ -129,7 +129,7 @@ def result_page(
     changed: Blocks = (),
     remains: Blocks = (),
     following: Blocks = (),
-    details: Sequence[Part] = (),
+    details: Sequence[Section] = (),
     doubts: Sequence[str] = (),
     titles: tuple[str, str, str, str] = QUESTIONS,
 ) -> Page:
@@ -139,20 +139,21 @@ def result_page(
     titles : of the four parts that stand open.  Blocks that say nothing, and parts without any, are left out.
     """
     answers = zip(titles, (seen, changed, remains, following), strict=True)
-    parts = [part(name, blocks) for name, blocks in answers] + [part(one.title, one.blocks, True) for one in details]
+    parts = [section(name, blocks) for name, blocks in answers]
+    parts += [section(one.title, one.blocks, folded=True) for one in details]
     return Page(title, about, verdict, tuple(doubts), tuple(one for one in parts if one.blocks))
 
 
-def part(title: str, blocks: Blocks, folded: bool = False) -> Part:
+def section(title: str, blocks: Blocks, folded: bool = False) -> Section:
     """The part with the blocks that say something; without any where they are notes alone."""
     kept = tuple(block for block in blocks if block is not None and _says_something(block))
-    return Part(title, kept if any(not isinstance(one, Note) for one in kept) else (), folded)
+    return Section(title, kept if any(not isinstance(one, Note) for one in kept) else (), folded)
 
 
 def _says_something(block: Block) -> bool:
-    if isinstance(block, Part):
+    if isinstance(block, Section):
         return any(map(_says_something, block.blocks))
-    if isinstance(block, Table | Items | Facts):
+    if isinstance(block, Table | Items | Pairs):
         return bool(block.rows)
     return bool(block.records) if isinstance(block, Overlays) else bool(block)
 
@@ -162,10 +163,10 @@ def items(texts: Sequence[str | tuple[str, ...]]) -> Items:
     return Items(tuple((text,) if isinstance(text, str) else text for text in texts))
 
 
-def overlays(records: Sequence[RecordRuns]) -> tuple[Overlays, Part]:
+def overlays(records: Sequence[RecordRuns]) -> tuple[Overlays, Section]:
     """The first figure, of held-out records where there are some, and the part with every record by itself."""
     held_out = [one for one in records if one.role != "train"] or list(records)
-    return Overlays(tuple(held_out[:OVERVIEW]), together=True), Part(
+    return Overlays(tuple(held_out[:OVERVIEW]), together=True), Section(
         "Every record, with errors", (Overlays(tuple(records)),)
     )
 
@@ -176,7 +177,7 @@ def sides(records: Sequence[tuple[str, str]]) -> str:
     return f"{train} training and {len(records) - train} held-out records"
 
 
-def equation_parts(model: Model, base: Model) -> tuple[EquationList, Part]:
+def equation_parts(model: Model, base: Model) -> tuple[EquationList, Section]:
     """The equations of a model that `base` has not, with the values of new numbers, and the part with all of them."""
 
     @cache
@@ -185,14 +186,14 @@ def equation_parts(model: Model, base: Model) -> tuple[EquationList, Part]:
 
         return equations(model, base)
 
-    def new() -> list[Line]:
+    def new() -> list[EquationLine]:
         return [line for line in (*made().relations, *made().dynamics) if line.new] + list(made().added)
 
-    def every() -> list[Line]:
-        from .equation_lines import Line
+    def every() -> list[EquationLine]:
+        from .equation_lines import EquationLine
 
-        between = [Line("with", "\\text{with}", False)] if made().helpers else []
+        between = [EquationLine("with", "\\text{with}", False)] if made().helpers else []
         return [*made().relations, *made().dynamics, *between, *made().helpers]
 
     note = Note("New terms are marked; terms with a coefficient of zero are left out.")
-    return EquationList(new), Part("All equations of the model", (EquationList(every), note))
+    return EquationList(new), Section("All equations of the model", (EquationList(every), note))

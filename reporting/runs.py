@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..datasets.display import Curve as TimeCurve
-from ..datasets.display import continuous, shown_name, shown_unit, time_figure
+from ..datasets.display import Curve, continuous, shown_name, shown_unit, time_figure
 from ..models.errors import BadInput
 from .errors import rms
 from .numbers import DEG, number
@@ -149,7 +148,7 @@ def figure_of(records: Sequence[RecordRuns], name: str | None, what: str) -> Fig
     every = {"measured": record.measured, **record.runs}
     panels = {
         channel: [
-            TimeCurve(label, record.time, continuous(channel, run[channel]))
+            Curve(label, record.time, continuous(channel, run[channel]))
             for label, run in every.items()
             if channel in run
         ]
@@ -159,7 +158,7 @@ def figure_of(records: Sequence[RecordRuns], name: str | None, what: str) -> Fig
 
 
 @dataclass(frozen=True)
-class Curve:
+class DrawnCurve:
     """One line: label, values (N,), colour, style and width in points."""
 
     label: str
@@ -181,11 +180,11 @@ def _style(labels: Sequence[str], label: str) -> tuple[str, bool]:
     return RUN_COLOURS[place % len(RUN_COLOURS)], place + 1 < len(labels)
 
 
-def _curve(record: RecordRuns, label: str, values: np.ndarray) -> Curve:
+def _curve(record: RecordRuns, label: str, values: np.ndarray) -> DrawnCurve:
     labels = list(record.runs)
     place = labels.index(label)
     dashes = DASHES[(len(labels) - 1 - place) % len(DASHES)]
-    return Curve(label, values, RUN_COLOURS[place % len(RUN_COLOURS)], dashes)
+    return DrawnCurve(label, values, RUN_COLOURS[place % len(RUN_COLOURS)], dashes)
 
 
 def together(records: Sequence[RecordRuns]) -> list[tuple[str, str]]:
@@ -230,14 +229,14 @@ def charts_of(record: RecordRuns) -> list[tuple[str, str]]:
     return [(caption, drawn) for caption, drawn in found if drawn] if record.channels() else []
 
 
-def _broken(record: RecordRuns, lines: Lines) -> tuple[np.ndarray, list[Curve], list[Curve]]:
+def _broken(record: RecordRuns, lines: Lines) -> tuple[np.ndarray, list[DrawnCurve], list[DrawnCurve]]:
     """Times (N,) with the curves and the errors over them, with a gap before each new start."""
     starts = list(record.starts)
 
     def broken(values: np.ndarray) -> np.ndarray:
         return np.insert(values, starts, np.nan)
 
-    curves = [Curve("measured", broken(lines.measured), MEASURED, width=1.3)]
+    curves = [DrawnCurve("measured", broken(lines.measured), MEASURED, width=1.3)]
     curves += [_curve(record, label, broken(values)) for label, values in lines.runs.items()]
     errors = [_curve(record, label, broken(values)) for label, values in lines.errors.items()]
     return np.insert(record.time, starts, record.time[starts]), curves, errors
@@ -262,9 +261,9 @@ def tracks_of(record: RecordRuns) -> list[tuple[str, np.ndarray, np.ndarray]]:
     return [(label, run[north], run[east]) for label, run in every.items() if {north, east} <= run.keys()]
 
 
-def _tracks(record: RecordRuns) -> list[tuple[np.ndarray, np.ndarray, Curve]]:
+def _tracks(record: RecordRuns) -> list[tuple[np.ndarray, np.ndarray, DrawnCurve]]:
     none = np.zeros(0)
-    measured = Curve("measured", none, MEASURED, width=1.4)
+    measured = DrawnCurve("measured", none, MEASURED, width=1.4)
     return [
         (north, east, measured if label == "measured" else _curve(record, label, none))
         for label, north, east in tracks_of(record)
@@ -282,7 +281,7 @@ def rudder_chart(time: np.ndarray, rudder: np.ndarray) -> str:
 
 
 def channel_chart(
-    time: np.ndarray, overlay: Sequence[Curve], residual: Sequence[Curve], title: str, unit: str, limit: float
+    time: np.ndarray, overlay: Sequence[DrawnCurve], residual: Sequence[DrawnCurve], title: str, unit: str, limit: float
 ) -> str:
     """Measured and simulated values over time in s, and below them their differences.
 
@@ -303,7 +302,7 @@ def channel_chart(
     return CHANNEL.chart(draw, title)
 
 
-def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, Curve]], title: str) -> str:
+def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, DrawnCurve]], title: str) -> str:
     """Positions (north, east) in m to equal scales, north up; empty where nothing is finite."""
     known = [curve for curve in curves if np.isfinite(curve[0] + curve[1]).any()]
     if not known:
@@ -352,6 +351,6 @@ def _padded(low: float, high: float) -> tuple[float, float]:
     return low - pad, high + pad
 
 
-def _draw(axes, time: np.ndarray, curves: Sequence[Curve]) -> None:
+def _draw(axes, time: np.ndarray, curves: Sequence[DrawnCurve]) -> None:
     for curve in curves:
         axes.plot(time, curve.values, color=curve.colour, linestyle=curve.style, linewidth=curve.width)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.words import channel, in_line, sentence, worse
 from ..numbers import DEG, interval, number, percent, with_unit
-from ..page import BAD, FAIR, GOOD, Part, Verdict, equation_parts, overlays, result_page, sides
+from ..page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, overlays, result_page, sides
 from ..runs import of_trace
 from ..tables import Column, Table, make_table
 
@@ -53,9 +53,9 @@ def page(found: Calibration) -> Page:
         remains=[shares_table(found), remaining_table(found)],
         following=[next_sentence(found) if found.next_runs else None],
         details=[
-            Part("Step by step", (steps_table(found),)),
-            Part("What every ingredient removes of the squared error", (ingredients_table(found),)),
-            Part("Neutral rudder angle of every training record", (runs_table(found),)),
+            Section("Step by step", (steps_table(found),)),
+            Section("What every ingredient removes of the squared error", (ingredients_table(found),)),
+            Section("Neutral rudder angle of every training record", (runs_table(found),)),
             each,
             *([every] if found.moved else []),
         ],

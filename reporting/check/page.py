@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from ...models.errors import BadInput
 from ..diagnosis.words import cause, scale, size
 from ..numbers import MISSING, number
-from ..page import FAIR, GOOD, Drawing, Part, Verdict, items, result_page
+from ..page import FAIR, GOOD, Drawing, Section, Verdict, items, result_page
 from ..plots import COLOURS, SOFT, svg
 from ..tables import Column, Table, make_table
 
@@ -47,10 +47,10 @@ def page(found: CheckResult) -> Page:
         remains=[items(found.not_checked)],
         following=[items([(name(one), one.separate_by) for one in material if one.separate_by])],
         details=[
-            Part("Sizes by record", (_by_record(found),)),
-            Part("Findings that do not matter", (items([(name(one), one.evidence) for one in small]),)),
-            Part("Records", (items(found.records),)),
-            Part("How to read it", (READING,)),
+            Section("Sizes by record", (_by_record(found),)),
+            Section("Findings that do not matter", (items([(name(one), one.evidence) for one in small]),)),
+            Section("Records", (items(found.records),)),
+            Section("How to read it", (READING,)),
         ],
         titles=TITLES,
     )

@@ -19,7 +19,7 @@ from ...diagnosis.craft.result import (
 from ...estimation.validation.horizons import STRAIGHT, TRUSTED
 from ...estimation.validation.validate import label
 from ..numbers import DEG, number, r_squared
-from ..page import BAD, FAIR, GOOD, Part, Verdict, equation_parts, items, overlays, result_page, sides
+from ..page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, items, overlays, result_page, sides
 from ..runs import of_validation
 from ..tables import Column, Table, make_table
 from ..validation.tables import horizon_table, trusted_lines
@@ -69,9 +69,9 @@ def page(found: CraftDiagnosis) -> Page:
         remains=[items([*_remaining(found), *_speed(found), _heading(found), *found.notes]), band_table(found)],
         following=[f"{found.next_runs[:1].upper()}{found.next_runs[1:]}." if found.next_runs else None],
         details=[
-            Part("What steers it", (laws_table(found),)),
-            Part("Errors ahead", (horizon_table(found.ahead), items(trusted))),
-            Part("Neutral angle of every training record beside the common one", (angles_table(found),)),
+            Section("What steers it", (laws_table(found),)),
+            Section("Errors ahead", (horizon_table(found.ahead), items(trusted))),
+            Section("Neutral angle of every training record beside the common one", (angles_table(found),)),
             each,
             every,
         ],

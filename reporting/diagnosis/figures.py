@@ -11,7 +11,7 @@ import numpy as np
 from ..charts import band, bars, spectra
 from ..errors import banded, residual, rms
 from ..page import Drawing
-from ..runs import AFTER, BEFORE, CHANNELS, Curve
+from ..runs import AFTER, BEFORE, CHANNELS, DrawnCurve
 from . import words
 
 if TYPE_CHECKING:
@@ -71,7 +71,7 @@ def spectrum_figure(found: Diagnosis, name: str) -> str:
         power = np.stack([banded(t.time, residual(t, name, run), edges) for t in traces])
         known = np.isfinite(power)
         mean = np.where(known, power, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
-        curves.append(Curve(run, factor * np.sqrt(mean), COLOURS[run], width=1.5))
+        curves.append(DrawnCurve(run, factor * np.sqrt(mean), COLOURS[run], width=1.5))
     return spectra(np.sqrt(edges[:-1] * edges[1:]), curves, f"{unit} / √Hz")
 
 

@@ -10,8 +10,8 @@ from ..page import (
     FAIR,
     GOOD,
     Block,
-    Facts,
-    Part,
+    Pairs,
+    Section,
     Verdict,
     equation_parts,
     items,
@@ -46,13 +46,13 @@ def page(found: Diagnosis) -> Page:
         following=_following(found),
         details=[
             *_equations(found),
-            Part("The causes that were tested", (bank_table(found),)),
-            Part("Causes that cannot be tested with this model and these records", (not_testable_table(found),)),
-            Part("Where the errors of the base model arise", (where_table(found),)),
-            Part("Errors of every record", (error_table(found), *error_drawings(found))),
+            Section("The causes that were tested", (bank_table(found),)),
+            Section("Causes that cannot be tested with this model and these records", (not_testable_table(found),)),
+            Section("Where the errors of the base model arise", (where_table(found),)),
+            Section("Errors of every record", (error_table(found), *error_drawings(found))),
             *_ahead(found),
             each,
-            Part("Made with", (Facts(tuple(words.facts(found))),)),
+            Section("Made with", (Pairs(tuple(words.facts(found))),)),
         ],
         doubts=found.doubts,
     )
@@ -74,7 +74,7 @@ def _changed(found: Diagnosis) -> list[Block]:
     if not found.extends:
         return ["The model stays as it is."]
     causes = items([_finding(finding) for finding in found.causes])
-    return [causes, equation_parts(found.extended, found.model)[0], Facts(tuple(instrument_rows(found)))]
+    return [causes, equation_parts(found.extended, found.model)[0], Pairs(tuple(instrument_rows(found)))]
 
 
 def _finding(finding: Finding) -> tuple[str, ...]:
@@ -94,7 +94,7 @@ def _remains(found: Diagnosis) -> list[Block]:
     model can be trusted."""
     trusted = [] if found.ahead is None else [f"{line}." for line in trusted_lines(found.ahead)]
     hint = "None of the known causes: the sparse term that fits best. Use it as a hint only."
-    hypothesis = [hint, Facts(tuple(words.hypothesis(found)))] if found.hypothesis else []
+    hypothesis = [hint, Pairs(tuple(words.hypothesis(found)))] if found.hypothesis else []
     forces = items([words.remaining(force) for force in found.remaining])
     return [forces, *force_drawings(found), *hypothesis, items(trusted)]
 
@@ -106,14 +106,14 @@ def _following(found: Diagnosis) -> list[Block]:
     return [items([words.sentence(text) for text in (*said, *separations) if text])]
 
 
-def _equations(found: Diagnosis) -> list[Part]:
+def _equations(found: Diagnosis) -> list[Section]:
     return [equation_parts(found.extended, found.model)[1]] if found.extends else []
 
 
-def _ahead(found: Diagnosis) -> list[Part]:
+def _ahead(found: Diagnosis) -> list[Section]:
     """Errors some time ahead beside predictions without a model; nothing where none were computed."""
     if found.ahead is None:
         return []
     note = "Behind the models stand two predictions without one, and the noise of the sensors, which no model can beat."
     basis = f"Root mean square errors ahead; {found.ahead.horizon_basis}."
-    return [Part("How far ahead", (basis, horizon_table(found.ahead), note))]
+    return [Section("How far ahead", (basis, horizon_table(found.ahead), note))]

@@ -13,7 +13,7 @@ from ...estimation.judgement.assessment import APPROXIMATES, EXPLAINS, FAILS, PO
 from ...estimation.likelihood.search import ADEQUATE
 from ..diagnosis.words import in_line, size
 from ..numbers import number, r_squared
-from ..page import BAD, FAIR, GOOD, Items, Note, Overlays, Part, Verdict, items, overlays, result_page
+from ..page import BAD, FAIR, GOOD, Items, Note, Overlays, Section, Verdict, items, overlays, result_page
 from ..runs import of_validation
 from ..validation.tables import free_table, horizon_table, left_out_table, trusted_lines
 from .charts import residual_drawings
@@ -83,14 +83,14 @@ def page(found: Assessment) -> Page:
         remains=[residual_table(found), items([f"{line}." for line in trusted_lines(found.judged)])],
         following=[items(next_lines(found))],
         details=[
-            Part("Errors ahead", (horizon_table(found.judged), f"Times ahead: {found.judged.horizon_basis}.")),
+            Section("Errors ahead", (horizon_table(found.judged), f"Times ahead: {found.judged.horizon_basis}.")),
             *_of_training(found),
-            Part("Correlation of the residuals", (*residual_drawings(found), Note(RESIDUALS))),
-            Part("What the records tell of the parameters", _told(found)),
-            Part("Every manoeuvre that was tried", (next_table(found), Note(NEXT))),
+            Section("Correlation of the residuals", (*residual_drawings(found), Note(RESIDUALS))),
+            Section("What the records tell of the parameters", _told(found)),
+            Section("Every manoeuvre that was tried", (next_table(found), Note(NEXT))),
             *_compared(found, judged),
             each,
-            Part("How to read it", (items([RUNS, PARAMETERS]),)),
+            Section("How to read it", (items([RUNS, PARAMETERS]),)),
         ],
         titles=TITLES,
     )
@@ -101,11 +101,11 @@ def _candidates(found: Comparison | None) -> Table | None:
     return None if found is None else comparison_table(found, "Compared with others", comparison_note(found))
 
 
-def _of_training(found: Assessment) -> list[Part]:
+def _of_training(found: Assessment) -> list[Section]:
     """Errors of training records, where others judge the model."""
     if found.held_out is None:
         return []
-    return [Part("Free runs of training records", (free_table(found.train), left_out_table(found.train)))]
+    return [Section("Free runs of training records", (free_table(found.train), left_out_table(found.train)))]
 
 
 def _titled(table: Table, title: str) -> Table:
@@ -125,13 +125,13 @@ def _told(found: Assessment) -> tuple[Table | Items | Note, ...]:
     return told_table(found), items(told.group_lines()), Note(note)
 
 
-def _compared(found: Assessment, judged: str) -> list[Part]:
+def _compared(found: Assessment, judged: str) -> list[Section]:
     """Runs of the candidates side by side; nothing where none were compared."""
     if found.compared is None:
         return []
     runs = tuple(of_validation(found.compared))
     title = f"Free runs along the {judged} records, each fitted to all training records"
-    return [Part(title, (Overlays(runs),))]
+    return [Section(title, (Overlays(runs),))]
 
 
 def headline(found: Assessment) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...datasets.columns import in_order
 from ...datasets.display import shown_name
-from ..page import EquationList, Facts, Items, Note, Overlays, Part
+from ..page import EquationList, Items, Note, Overlays, Pairs, Section
 from ..runs import POSITIONS, RecordRuns, lines_of, tracks_of
 from ..tables import Table
 from .curves import numbers, stride, times
@@ -33,7 +33,7 @@ def view_of(page: Page) -> dict[str, Any]:
     }
 
 
-def _part(part: Part) -> dict[str, Any]:
+def _part(part: Section) -> dict[str, Any]:
     return {
         "title": part.title,
         "folded": part.folded,
@@ -49,7 +49,7 @@ def _block(block: Block) -> Iterator[dict[str, Any]]:
         rows = [[{"text": cell.text, "key": cell.key} for cell in row] for row in block.rows]
         yield {"kind": "table", "title": block.title, "note": block.note, "columns": list(block.columns),
                "numeric": list(block.numeric), "rows": rows}  # fmt: skip
-    elif isinstance(block, Items | Facts):
+    elif isinstance(block, Items | Pairs):
         yield {"kind": "items", "rows": [list(row) for row in block.rows]}
     elif isinstance(block, EquationList):
         yield {"kind": "equations", "lines": [{"html": line.html, "new": line.new} for line in block.lines()]}

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..media import html
 from ..numbers import DEG, number
-from ..page import FAIR, Page, Verdict, items, part
+from ..page import FAIR, Page, Verdict, items, section
 from ..tables import Column, Table, make_table
 from .tables import free_table, horizon_table, index_table, left_out_table, trusted_lines
 
@@ -58,11 +58,11 @@ def certificate(found: Validation) -> str:
     )
     first, *told = trusted_lines(own) or ["no time ahead was tried: the records are too short"]
     parts = (
-        part("Tried on", [record_table(own)]),
-        part("Errors of free runs", [free_table(own), left_out_table(own)]),
-        part("Errors by the time ahead", [horizon_table(own)]),
-        part("Manoeuvring indices", [index_table(own)]),
-        part("Limits", [LIMITS, items(limits(own))]),
+        section("Tried on", [record_table(own)]),
+        section("Errors of free runs", [free_table(own), left_out_table(own)]),
+        section("Errors by the time ahead", [horizon_table(own)]),
+        section("Manoeuvring indices", [index_table(own)]),
+        section("Limits", [LIMITS, items(limits(own))]),
     )
     verdict = Verdict(FAIR, f"{first}.", tuple(f"{line}." for line in told))
     shown = Page(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..page import FAIR, GOOD, Note, Part, Verdict, items, overlays, result_page
+from ..page import FAIR, GOOD, Note, Section, Verdict, items, overlays, result_page
 from ..runs import of_validation
 from .tables import free_table, horizon_table, index_table, left_out_table, record_table, trusted_lines
 
@@ -48,9 +48,9 @@ def page(found: Validation) -> Page:
         remains=[horizon_table(found), Note(f"Times ahead: {found.horizon_basis}.")],
         following=[index_table(found) if found.indices else NO_INDICES],
         details=[
-            Part("Errors by record", (record_table(found),)),
+            Section("Errors by record", (record_table(found),)),
             each,
-            Part("How to read it", (items([RUNS, AHEAD, INDICES]),)),
+            Section("How to read it", (items([RUNS, AHEAD, INDICES]),)),
         ],
         doubts=found.doubts,
         titles=TITLES,

@@ -9,7 +9,18 @@ import pytest
 from helmbench.models.errors import BadInput
 from helmbench.reporting.media import html, markdown, notebook, terminal
 from helmbench.reporting.open.views import view_of
-from helmbench.reporting.page import FAIR, QUESTIONS, Drawing, Facts, Note, Part, Verdict, items, overlays, result_page
+from helmbench.reporting.page import (
+    FAIR,
+    QUESTIONS,
+    Drawing,
+    Note,
+    Pairs,
+    Section,
+    Verdict,
+    items,
+    overlays,
+    result_page,
+)
 from helmbench.reporting.plots import svg
 from helmbench.reporting.runs import RecordRuns, figure_of, key_of, lines_of
 from helmbench.reporting.tables import Column, make_table
@@ -34,7 +45,9 @@ def page():
         "Result", "of a test", Verdict(FAIR, "It is so.", ("Because.", FOREIGN), "named"), doubts=["a doubt"],
         seen=[first, table], changed=[items(["alone", ("a cause", "its size")]), Note("how to read it")],
         remains=[None, items([]), Note("nothing to read")], following=["Sail on.", drawn],
-        details=[Part("Facts", (Facts((("a name", "a value"),)),)), Part("Nothing", (items([]), Note("of it"))), each],
+        details=[
+            Section("Facts", (Pairs((("a name", "a value"),)),)), Section("Nothing", (items([]), Note("of it"))), each,
+        ],
     )  # fmt: skip
 
 
