@@ -73,12 +73,12 @@ def _changed(found: Diagnosis) -> list[Block]:
     """Causes with sizes, and the new terms of the equations with their numbers."""
     if not found.extends:
         return ["The model stays as it is."]
-    causes = items([_finding(finding) for finding in found.causes])
+    causes = items([_finding(found, finding) for finding in found.causes])
     return [causes, equation_parts(found.extended, found.model)[0], Pairs(tuple(instrument_rows(found)))]
 
 
-def _finding(finding: Finding) -> tuple[str, ...]:
-    sizes = "; ".join(map(words.size, finding.sizes))
+def _finding(found: Diagnosis, finding: Finding) -> tuple[str, ...]:
+    sizes = "; ".join(words.size_and_change(found.model, finding, item) for item in finding.sizes)
     details = "; ".join(f"{name}: {words.detail(value)}" for name, value in finding.details.items())
     texts = (
         f"{sizes} ({percent(finding.level)} interval)" if sizes else "",

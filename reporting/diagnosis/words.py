@@ -178,6 +178,13 @@ def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
     return f"{groups} ({', '.join(numbers)})" if numbers else ""
 
 
+def size_and_change(model: Model, finding: Finding, item: Size) -> str:
+    """A size; of a number of the model's own with its change behind it: `R_0 0.029 [0.028, 0.03], +30 %`."""
+    if finding.cause != BaseCoefficients.id or not model.parameters.get(item.parameter):
+        return size(item)
+    return f"{size(item)}, {_changed(model, item).removeprefix(item.parameter).strip()}"
+
+
 def _changed(model: Model, item: Size) -> str:
     """A number of the model as its change in per cent, one that it has not or that was 0 as it is: `N_r +12 %`."""
     change, _, name = item.parameter.partition(": ")

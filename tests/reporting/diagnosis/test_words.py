@@ -86,6 +86,9 @@ def test_wrong_coefficients_are_told_by_group_as_changes_in_per_cent():
     told = words.verdict(replace(found, causes=(own,)))
     numbers = f"({name} -25 %, thrust_scale 0.33 [0.32, 0.34])"
     assert told.startswith(f"The simulation has wrong resistance and propeller thrust {numbers}.")
+    beside = [words.size_and_change(found.model, own, item) for item in sizes]
+    assert beside == [f"{words.size(sizes[0])}, -25 %", words.size(sizes[1])]
+    assert f"{beside[0]}; {beside[1]} (90 % interval)" in terminal(page(replace(found, causes=(own,))))
 
 
 def of_records(found, *causes):
