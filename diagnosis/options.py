@@ -18,16 +18,9 @@ THREADS = 2
 
 @dataclass(frozen=True)
 class Options:
-    """Choices of a diagnosis.
+    """Choices of a diagnosis, as `helmbench.diagnose` takes and explains them.
 
-    base_parameters : 'file' takes the model's coefficients as known, 'identify' estimates them along; None: 'file'
-        where the model carries coefficients.
-    coefficient_sd : relative uncertainty of known coefficients, as a Gaussian prior; 0: they are exact; None: the
-        family's priors hold, scaled by the records themselves, and causes are named beside them.
-    channels : record channels to use, None for all.
-    max_effects : most causes that are named together.
-    alpha : family-wise level of the whole run.
-    only : causes that the bank is restricted to, None for all.
+    channels : columns of the records.  only : its `causes`.
     threads : threads that run the filter; the results do not depend on them.
     """
 

@@ -23,7 +23,7 @@ Left = Sequence[tuple[Any, str | None]]
 
 
 @dataclass(frozen=True)
-class Line:
+class EquationLine:
     """One equation: HTML with MathML, LaTeX, and whether the extension added it or something in it."""
 
     html: str
@@ -31,7 +31,7 @@ class Line:
     new: bool
 
 
-class Form(Protocol):
+class EquationForm(Protocol):
     """How the pieces of a line are written."""
 
     between: str
@@ -114,36 +114,39 @@ class HtmlForm:
 HTML, LATEX = HtmlForm(), LatexForm()
 
 
-def equation(left: Left, right: Any, marks: Mapping[str, bool], whole: bool = False) -> Line:
+def equation(left: Left, right: Any, marks: Mapping[str, bool], whole: bool = False) -> EquationLine:
     """An equation; `marks` holds the new names, True for those whose terms are new as a whole (`whole`: all of it)."""
     new = whole or any(name.name in marks for name in right.free_symbols)
-    return Line(_written(left, right, marks, HTML), _written(left, right, marks, LATEX), new)
+    return EquationLine(_written(left, right, marks, HTML), _written(left, right, marks, LATEX), new)
 
 
-def statement(words: str) -> Line:
+def statement(words: str) -> EquationLine:
     """A sentence that stands among equations."""
-    return Line(escape(words), f"\\text{{{words.replace('_', chr(92) + '_')}}}", True)
+    return EquationLine(escape(words), f"\\text{{{words.replace('_', chr(92) + '_')}}}", True)
 
 
-def with_note(line: Line, note: str) -> Line:
+def with_note(line: EquationLine, note: str) -> EquationLine:
     """The line with a note in brackets behind it, if there is one."""
     if not note:
         return line
     html = f"{line.html} <span class='sub'>({escape(note)})</span>"
-    return Line(html, f"{line.latex}\\quad\\text{{({note})}}", line.new)
+    return EquationLine(html, f"{line.latex}\\quad\\text{{({note})}}", line.new)
 
 
-def symbol_forms(name: str) -> tuple[str, str]:
-    """A symbol as HTML and as LaTeX."""
-    return f"<math>{HTML.expression(sp.Symbol(name), {})}</math>", LATEX.expression(sp.Symbol(name), {})
+def value_of(name: str, value: str) -> EquationLine:
+    """A symbol with its value, and its name in brackets behind it."""
+    symbol = sp.Symbol(name)
+    html = f"<math>{HTML.expression(symbol, {})}</math> = {escape(value)} <span class='sub'>({escape(name)})</span>"
+    plain = name.replace("_", "\\_")
+    return EquationLine(html, f"{LATEX.expression(symbol, {})} = \\text{{{value}}}\\quad\\text{{({plain})}}", True)
 
 
-def _written(left: Left, right: Any, marks: Mapping[str, bool], form: Form) -> str:
+def _written(left: Left, right: Any, marks: Mapping[str, bool], form: EquationForm) -> str:
     head = form.left([_left(factor, state, form) for factor, state in left])
     return form.between.join([head, form.sign("="), *_terms(right, marks, form)])
 
 
-def _left(factor: Any, state: str | None, form: Form) -> str:
+def _left(factor: Any, state: str | None, form: EquationForm) -> str:
     if state is None:
         return form.expression(factor, {})
     if factor == 1:
@@ -151,7 +154,7 @@ def _left(factor: Any, state: str | None, form: Form) -> str:
     return form.product(factor, state)
 
 
-def _terms(expression: Any, marks: Mapping[str, bool], form: Form) -> list[str]:
+def _terms(expression: Any, marks: Mapping[str, bool], form: EquationForm) -> list[str]:
     """Additive terms one by one; long brackets are opened."""
     out: list[str] = []
     for place, term in enumerate(_ordered(expression)):

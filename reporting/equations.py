@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from .equation_lines import Line, equation, statement, symbol_forms, with_note
+from .equation_lines import EquationLine, equation, statement, value_of, with_note
+from .numbers import DEG, with_unit
 
 if TYPE_CHECKING:
     from ..models.definition import Definition
@@ -23,12 +24,12 @@ RUDDER_SIDE = ("rudder_offset", "rudder_effectiveness")
 
 @dataclass(frozen=True)
 class Equations:
-    """The equations in reading order; `added`: new parameters as (symbol in HTML, in LaTeX, name, value, unit)."""
+    """The equations in reading order; `added`: the values of new parameters."""
 
-    relations: tuple[Line, ...]
-    dynamics: tuple[Line, ...]
-    helpers: tuple[Line, ...]
-    added: tuple[tuple[str, str, str, float, str], ...]
+    relations: tuple[EquationLine, ...]
+    dynamics: tuple[EquationLine, ...]
+    helpers: tuple[EquationLine, ...]
+    added: tuple[EquationLine, ...]
 
 
 def equations(model: Model, base: Model) -> Equations:
@@ -52,15 +53,20 @@ def equations(model: Model, base: Model) -> Equations:
     dynamics = tuple(_dynamics(definition, zero, marks))
     helpers = tuple(_helpers(definition, zero, marks))
     units = dict(zip(model.coordinates, model.parameter_units, strict=False))
-    added = [(*symbol_forms(n), n, values[n], units.get(n, "")) for n in fresh]
-    added.sort(key=lambda row: model.coordinates.index(row[2]))
+    added = [value_of(n, _with_unit(values[n], units.get(n, ""))) for n in model.coordinates if n in fresh]
     return Equations(tuple(_relations(model, base, as_relations)), dynamics, helpers, tuple(added))
+
+
+def _with_unit(value: float, unit: str) -> str:
+    """The value of a parameter, an angle in degrees."""
+    shown, factor = ("deg", DEG) if unit == "rad" else (unit, 1.0)
+    return with_unit(factor * value, shown, 4)
 
 
 # ---- the parts
 
 
-def _dynamics(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) -> Iterable[Line]:
+def _dynamics(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) -> Iterable[EquationLine]:
     size = len(definition.forces)
     for row, force in enumerate(definition.forces):
         left = [
@@ -72,7 +78,7 @@ def _dynamics(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) 
         yield equation([(1, state.name)], rate.xreplace(dict(zero)), marks, whole=state.name in marks)
 
 
-def _helpers(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) -> Iterable[Line]:
+def _helpers(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) -> Iterable[EquationLine]:
     seen = set()
     for symbol, expression in definition.helpers.items():
         clean = _without_floor(expression.xreplace(dict(zero)))
@@ -82,7 +88,7 @@ def _helpers(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) -
             yield line
 
 
-def _relations(model: Model, base: Model, as_relations: Sequence[str]) -> Iterable[Line]:
+def _relations(model: Model, base: Model, as_relations: Sequence[str]) -> Iterable[EquationLine]:
     """Relations of the recorded to the effective rudder angle, and of recorded to true channels, that are new."""
     values = dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
     rudder = _rudder_numbers(model, base) | {name: values[name] for name in as_relations}
@@ -95,7 +101,7 @@ def _relations(model: Model, base: Model, as_relations: Sequence[str]) -> Iterab
         yield statement("heading and yaw rate contain narrow-band wave motion")
 
 
-def _rudder_relation(rudder: Mapping[str, float]) -> Line:
+def _rudder_relation(rudder: Mapping[str, float]) -> EquationLine:
     delay = sp.Symbol("tau_delta") if "rudder_delay" in rudder else 0
     gain = 1 + (sp.Symbol("e") if "rudder_effectiveness" in rudder else 0)
     gain += sp.Symbol("e_fault") if "rudder_fault" in rudder else 0
@@ -105,7 +111,7 @@ def _rudder_relation(rudder: Mapping[str, float]) -> Line:
     return with_note(equation([(sp.Symbol("delta_hull"), None)], effective, {}, True), _limits(rudder))
 
 
-def _channel_relations(new: Mapping[str, float]) -> Iterable[Line]:
+def _channel_relations(new: Mapping[str, float]) -> Iterable[EquationLine]:
     """Scale, bias and delay of sensors, and exchanged columns."""
     from ..models.instruments import SENSORS, SWAPS
 
@@ -121,7 +127,7 @@ def _channel_relations(new: Mapping[str, float]) -> Iterable[Line]:
     yield from (statement(f"columns {a} and {b} are exchanged") for name, (a, b) in SWAPS.items() if name in new)
 
 
-def _velocity_relations(new: Mapping[str, float]) -> Iterable[Line]:
+def _velocity_relations(new: Mapping[str, float]) -> Iterable[EquationLine]:
     """Recorded velocities in axes that are turned against those of the hull."""
     u, v, alpha, psi = sp.symbols("u v alpha psi")
     if "axis_misalignment" in new:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from html import escape
 from importlib import import_module
@@ -14,7 +14,7 @@ from ..bench.store import read_manifest, read_tables, stored_kind
 from ..models.argument_types import typed
 from ..models.folders import check_each, write_atomic
 from .tables import csv as as_csv
-from .tables import from_frame, in_markdown
+from .tables import from_frame
 
 PAGES = {IDENTIFICATION: ".leaderboard.page", DIAGNOSIS: ".diagnosis_suite.page"}
 """Kind of suite -> the module that writes its report."""
@@ -51,7 +51,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None, *, csv
     Parameters
     ----------
     timing : output of `pytest --benchmark-json`; None: timing.json in the directory, where there is one.
-    csv : whether to write the stored tables as CSV too: runs.csv, a row a run, and parameters.csv (suites of kind
+    csv : write the stored tables as CSV too: runs.csv, a row a run, and parameters.csv (suites of kind
         diagnosis: diagnosis_sizes.csv), a row a run and parameter.
     """
     directory = Path(directory)
@@ -109,13 +109,3 @@ def _merged(one: Mapping[str, Any]) -> str:
         f"of seed {one['seed']}), {one['added'] - one['recomputed']} were not verified; times are of the other machine"
         + (f"; {len(missing)} of the sample cannot be computed here: {'; '.join(missing[:3])}" if missing else "")
     )
-
-
-def sentences(lines: Iterable[str]) -> str:
-    """Sentences as a Markdown list."""
-    return "\n".join(f"- {in_markdown(line)}" for line in lines)
-
-
-def listed(rows: Sequence[tuple[str, str]]) -> str:
-    """Pairs of name and text as a Markdown list."""
-    return "\n".join(f"- {name}: {in_markdown(text)}" for name, text in rows)

@@ -178,6 +178,11 @@ def in_markdown(text: object) -> str:
     return re.sub(r"([\\`*_{}\[\]<>#|!])", r"\\\1", " ".join(str(text).split()))
 
 
+def listed(rows: Sequence[tuple[str, str]]) -> str:
+    """Pairs of name and text as a Markdown list."""
+    return "\n".join(f"- {name}: {in_markdown(text)}" for name, text in rows)
+
+
 def _markdown_cell(cell: Cell) -> str:
     """One line in which a bar does not end the cell, and a text is no link."""
     text = escape(cell.text, quote=False).replace("](", "]\\(") if cell.markdown is None else cell.markdown

@@ -43,7 +43,7 @@ def identibench_suite(directory: str | PathLike[str], data_root: str | PathLike[
     Parameters
     ----------
     directory : new or empty; gets train/, test/, test_ood/ and suite.yaml.
-    data_root : identibench's folder of data, which has ship/; None: the one that the environment variable
+    data_root : folder of identibench's data, which has ship/; None: the one that the environment variable
         IDENTIBENCH_DATA_ROOT names, else ~/.identibench_data.
 
     Returns

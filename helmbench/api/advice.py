@@ -71,9 +71,12 @@ def check_advice(
     ----------
     board : directory of the results of a suite, or a published leaderboard.
     directory : of the runs and of the page, `advice.md`.
-    situations : how many are drawn; seed : from which.
-    methods : only these methods; default: all, with the robust output error.
-    jobs, timeout_s, progress : as for `run_suite`.
+    situations : how many are drawn.
+    seed : seed from which they are drawn.
+    methods : only these methods; none: all, with the robust output error.
+    jobs : worker processes, at most one for each processor; None: one for each processor.
+    timeout_s : seconds after which a run is ended and kept as a failed one.
+    progress : show a progress bar on standard error.
 
     Raises
     ------

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import fields
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +13,7 @@ from ..models.extras import extras_told
 from .admission import admit, refuse_copies, rudder_sign_doubt, warn_of
 from .arguments import AUTO, as_model, as_records
 from .documents import content_writer, write_together
-from .results import Result
-from .validation import runs_figure
+from .results import RunsResult, Told
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,7 +28,7 @@ if TYPE_CHECKING:
 FILES = ("identification.json", "identification.html", "model.json")
 
 
-class Assessment(assessment.Assessment, Result):
+class Assessment(assessment.Assessment, RunsResult):
     """What an estimate is worth: `Estimate.assess` makes it.
 
     `verdict` is 'explains', 'approximates' or 'fails'; `train` and `held_out` are validations of the estimate,
@@ -40,11 +37,11 @@ class Assessment(assessment.Assessment, Result):
     rudder angle or a yaw rate bias that would clearly lower the errors, with sizes (None: there is none).
     """
 
-    room, files, pictured = "identification", FILES[:2], "measured channels and free run"
+    room, files, pictured = "identification.page", FILES[:2], "measured channels and free run"
 
     def statement(self) -> list[str]:
         """Whether to believe the estimate, and why, in sentences."""
-        from ..reporting.identification.text import headline, statement
+        from ..reporting.identification.page import headline, statement
 
         return [headline(self), *statement(self)]
 
@@ -61,25 +58,6 @@ class Assessment(assessment.Assessment, Result):
         index = pd.Index([one.name for one in self.parameters], name="parameter", dtype=object)
         return pd.DataFrame(rows, index=index, columns=pd.Index(["unit", "value", "stderr", "low", "high", "bound"]))
 
-    def plot(self, record: str | None = None) -> Figure:
-        """Draw the measured channels of a record and the free run over time; angles in degrees.
-
-        Parameters
-        ----------
-        record : name of a training or held-out record; None: the first held-out one, else the first.
-
-        Returns
-        -------
-        A matplotlib figure, not attached to pyplot: save it with `savefig`.
-
-        Raises
-        ------
-        BadInput : there is no such record.
-        """
-        sides = [self.train] if self.held_out is None else [self.held_out, self.train]
-        own = [side for side in sides if record is None or any(one.name == record for one in side.records)]
-        return runs_figure((own or sides)[0], record)
-
     def _models(self) -> dict[str, Model]:
         """The model; a black box has none."""
         return {} if self.estimate.predictor is not None else {FILES[2]: self.estimate.model}
@@ -93,22 +71,13 @@ class Assessment(assessment.Assessment, Result):
         return f"<Assessment of {self.name}: {self.verdict}{'' if self.held_out else ', not tested'}>"
 
 
-class Comparison(comparison.Comparison):
+class Comparison(comparison.Comparison, Told):
     """Models or methods side by side, by free runs of records that took no part in the fit: `compare` makes it.
 
     `candidates` hold estimate, error and time of each, `chosen` is the best of them.
     """
 
-    @classmethod
-    def of(cls, found: comparison.Comparison) -> Comparison:
-        """The same comparison with table and figure."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
-
-    def summary(self) -> str:
-        """The comparison as a table in plain text."""
-        from ..reporting.identification.text import compared
-
-        return compared(self)
+    room, pictured = "identification.comparison", "errors of the candidates"
 
     @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
@@ -136,21 +105,13 @@ class Comparison(comparison.Comparison):
         -------
         A matplotlib figure, not attached to pyplot: save it with `savefig`.
         """
-        from ..reporting.identification.charts import comparison_figure
+        from ..reporting.identification.comparison import comparison_figure
 
         return comparison_figure(self)
 
     def __repr__(self) -> str:
         chosen = self.chosen
         return f"<Comparison of {len(self.candidates)}, {self.basis}: {chosen.model.id} by {chosen.method}>"
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.identification.tables import comparison_note, comparison_table
-        from ..reporting.tables import html
-
-        told = f"{html(comparison_table(self))}<p>{escape(comparison_note(self))}</p>"
-        return told + picture(self.plot, "errors of the candidates")
 
 
 def assess(

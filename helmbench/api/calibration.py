@@ -11,12 +11,9 @@ from ..models.argument_types import typed
 from .admission import require_trustworthy
 from .arguments import as_model, labels
 from .diagnosis import training_and_held_out
-from .results import Result
-from .traces import trace_figure, trace_of
+from .results import RunsResult
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path as FilePath
@@ -24,7 +21,7 @@ if TYPE_CHECKING:
 FILES = ("calibration.json", "calibration.html", "extended_model.json", "calibrated_model.json")
 
 
-class Calibration(result.Calibration, Result):
+class Calibration(result.Calibration, RunsResult):
     """The outcome of `calibrate`: which numbers of the model moved, by how much, and what they take off the error.
 
     `moved` are the numbers with intervals, `steps` the groups in the order in which they entered, `shares` what the
@@ -32,26 +29,7 @@ class Calibration(result.Calibration, Result):
     under their priors, as `diagnose` gives them; `simulate` and `diagnose` take either like any other.
     """
 
-    room, files, pictured = "calibration", FILES[:2], "measured channels and simulations"
-
-    def plot(self, record: str | None = None) -> Figure:
-        """Draw measured channels of a record with the free runs before and after over time.
-
-        Parameters
-        ----------
-        record : name of a record of the calibration; None: the first held-out one, else the first.
-
-        Returns
-        -------
-        A matplotlib figure, not attached to pyplot.  Angles are in degrees.
-
-        Raises
-        ------
-        BadInput : there is no such record.
-        """
-        trace = trace_of(self.traces, record, "calibration")
-        runs = {"measured": trace.measured, "before": trace.before, "after": trace.after}
-        return trace_figure(trace, runs, self.model.id)
+    room, files, pictured = "calibration.page", FILES[:2], "measured channels and simulations"
 
     def _models(self) -> dict[str, Model]:
         return {FILES[2]: self.extended, FILES[3]: self.calibrated}

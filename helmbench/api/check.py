@@ -29,7 +29,7 @@ class Check(check_result.CheckResult, Result):
     `findings` that matter have `material` true; the others are detectable, but too small to matter.
     """
 
-    room, files, pictured = "check", FILES, "sizes of the findings"
+    room, files, pictured = "check.page", FILES, "sizes of the findings"
 
     def plot(self) -> Figure:
         """Draw the sizes of the findings with their intervals, over all records and in each.
@@ -42,7 +42,7 @@ class Check(check_result.CheckResult, Result):
         ------
         BadInput : no finding has a size.
         """
-        from ..reporting.check.figure import figure_of
+        from ..reporting.check.page import figure_of
 
         return figure_of(self)
 

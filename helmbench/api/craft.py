@@ -10,11 +10,9 @@ from ..diagnosis.craft import result
 from ..models.argument_types import typed
 from .arguments import as_model, labels
 from .diagnosis import FILES, READING, shown_stages, training_and_held_out
-from .results import Result
+from .results import RunsResult
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path as FilePath
@@ -23,7 +21,7 @@ SHIP, OWN_SPEED = "particulars_model.json", "own_speed_model.json"
 """Files of the simulation of particulars, and of the built model with surge and sway of its own."""
 
 
-class CraftDiagnosis(result.CraftDiagnosis, Result):
+class CraftDiagnosis(result.CraftDiagnosis, RunsResult):
     """The outcome of `build_model`: what steers the craft, what simpler models lack, how far ahead to trust the model.
 
     `model` is the model that was built, which `simulate`, `validate` and `diagnose` take like any other, `first` the
@@ -31,22 +29,7 @@ class CraftDiagnosis(result.CraftDiagnosis, Result):
     particulars, `steps` the ladder, `ahead` the errors ahead, `band` how far heading can be trusted.
     """
 
-    room, files, pictured = "craft", FILES[:2], "measured channels and free runs"
-
-    def plot(self, record: str | None = None) -> Figure:
-        """Draw measured channels of a record with the free runs of both models over time.
-
-        Parameters
-        ----------
-        record : name of a held-out record, or of a training record where none is held out; None: the first.
-
-        Raises
-        ------
-        BadInput : there is no such record.
-        """
-        from .validation import runs_figure
-
-        return runs_figure(self.ahead, record)
+    room, files, pictured = "craft.page", FILES[:2], "measured channels and free runs"
 
     def _models(self) -> dict[str, Model]:
         every = {FILES[2]: self.model, OWN_SPEED: self.own_speed, SHIP: self.ship}

@@ -14,12 +14,9 @@ from ..models.errors import BadInput
 from ..models.model import CHANNELS
 from .admission import doubts_of, faults_of
 from .arguments import as_model, as_records, labels
-from .results import Result
-from .traces import trace_figure, trace_of
+from .results import RunsResult
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path as FilePath
@@ -32,7 +29,7 @@ SHORT_CHANNELS = {"heading": "psi", "yaw_rate": "r", "surge": "u", "sway": "v", 
 """Short names of channels -> states."""
 
 
-class Diagnosis(result.Diagnosis, Result):
+class Diagnosis(result.Diagnosis, RunsResult):
     """The outcome of `diagnose`: verdict, causes with sizes and intervals, the extended model and its gain.
 
     `causes` are the causes that are named, `bank` all that were tested, `gain` the free-run errors on the held-out
@@ -41,27 +38,7 @@ class Diagnosis(result.Diagnosis, Result):
     uncertain, and `calibrated_gain` its errors: naming is sparse, predicting is not.
     """
 
-    room, files, pictured = "diagnosis", FILES[:2], "measured channels and simulations"
-
-    def plot(self, record: str | None = None) -> Figure:
-        """Draw measured channels of a record with the free runs of the model and of the extended model over time.
-
-        Parameters
-        ----------
-        record : name of a record of the diagnosis (`traces`); None: the first held-out one, else the first.
-
-        Returns
-        -------
-        A matplotlib figure, not attached to pyplot: save it with `savefig`.  Angles are in degrees.
-
-        Raises
-        ------
-        BadInput : there is no such record.
-        """
-        trace = trace_of(self.traces, record, "diagnosis")
-        runs = {"measured": trace.measured, "model": trace.before}
-        runs |= {"extended model": trace.after} if self.causes else {}
-        return trace_figure(trace, runs, f"{self.model.id}, {self.verdict}")
+    room, files, pictured = "diagnosis.page", FILES[:2], "measured channels and simulations"
 
     def _models(self) -> dict[str, Model]:
         return {FILES[2]: self.extended} | ({} if self.calibrated is None else {CALIBRATED: self.calibrated})
@@ -102,7 +79,7 @@ def diagnose(
         None: all.
     max_effects : largest number of causes that are named together.
     alpha : family-wise error level of the whole diagnosis, between 0 and 0.5.
-    seed : of the random numbers of bootstraps.
+    seed : seed of the random numbers of bootstraps.
     causes : the only causes to test (`list_causes`); None: all.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
     progress : show on standard error which stage the diagnosis is in; or a function that is called with every stage

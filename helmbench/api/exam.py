@@ -84,10 +84,10 @@ def make_exam(
     Parameters
     ----------
     folder : a new or empty directory.
-    key : the file of the key, outside the folder.
+    key : file of the answers; keep it outside the exam.
     suite : a suite of diagnoses, or its file, whose cases become worlds.
     worlds : how many are drawn; every kind comes once before any comes again.
-    seed : who knows it has the answers; None: a new one, which only the key holds.
+    seed : whoever knows it has the answers; None: a new one, which only the key holds.
     vessels : only these ships of the suite.
     progress : show on standard error which world is being made.
 
@@ -145,7 +145,7 @@ def score_exam(
     ----------
     folder : the exam.
     submissions : one or several: their JSON files, or the directories that hold submission.json.
-    key : the file of the key.
+    key : file of the answers.
 
     Raises
     ------

@@ -57,8 +57,8 @@ def read_parameters(
         scale such as 1e-5 stands in the heading of the values or in a unit.  Family 'mmg' takes a table of mmgdynamics.
     family : id of the equations, as `list_models` shows.
     positive_rudder : 'port' or 'starboard', the side to which a positive rudder angle turns the ship in the table.
-    speed_m_s : speed of the straight course; without it U0 of the table, where the family has one.
-    n0_rps : revolutions of the straight course.
+    speed_m_s : speed of the straight course, m/s; without it U0 of the table, where the family has one.
+    n0_rps : revolutions of the straight course, 1/s.
 
     Raises
     ------

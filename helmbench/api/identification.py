@@ -112,8 +112,9 @@ def simulate(
     manoeuvre : for example 'zigzag:20/20' or 'turn:35:port' (`list_manoeuvres`).
     noise : 'none', 'low', 'medium', 'high', 'gross', or channels such as 'yaw_rate=0.05deg_s'.
     disturbance : 'none', or 'wind:12@40deg', 'current:...', 'waves:...', joined by '+'.
-    seed : of all random numbers, at least 0.
-    duration_s, dt_s : duration and sampling step, s; None: those that the vessel file suggests.
+    seed : seed of all random numbers, at least 0.
+    duration_s : duration, s; None: that of the vessel file.
+    dt_s : sampling step, s; None: that of the vessel file.
 
     Returns
     -------
@@ -168,8 +169,8 @@ def identify(
         free runs follow the records better.
     method : a method, or its text: 'output-error', 'ls,scheme=midpoint', 'tuned:ridge', 'my.py:Mine' (`list_methods`).
         None: 'output-error'; with 'auto' no method beside the built model.
-    validate : held-out records: 'auto' chooses by them (without any each record, or block of time, is left out in
-        turn), and `assess`, `to_html` and `write` of the result judge by them.
+    validate : held-out records: 'auto' chooses by them, and the model is judged by them (`assess`); without any 'auto'
+        leaves out each record, or block of time, in turn.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
     particulars : YAML file of the ship's particulars, for 'auto': the simulation that they give, corrected by the
         records, is taken where it predicts better ahead (`build_model`).

@@ -294,9 +294,9 @@ def import_log(
     mapping : the mapping of an earlier import, or the path of its file; None: told by the log.
     answers : id of a question -> key of its answer; see `draft_import`.
     vessel : id of the vessel, for the sidecar.
-    positive_rudder : 'port' or 'starboard'; None: told by the yaw response.
-    step_s : time step of the records; None: that of the log, of several loggers that of the slowest.
-    variation_deg : magnetic variation, positive to east, for a magnetic heading.
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder; None: told by the yaw response.
+    step_s : time step of the records, s; None: that of the log, of several loggers that of the slowest.
+    variation_deg : magnetic variation, deg to east, for a magnetic heading.
     segment : cut the records into zigzags, turns and straight runs.
 
     Raises

@@ -25,11 +25,11 @@ class ModelFromIndices(result.ModelFromIndices, Told):
     predicts; `missed` those that it does not give; `excess` says by how much intervals are wider for that.
     """
 
-    room = "indices"
+    room = "indices.page"
 
     def statement(self) -> list[str]:
         """What the indices determine, what the model cannot give, and what the intervals hold for: sentences."""
-        from ..reporting.indices.text import statement
+        from ..reporting.indices.page import statement
 
         return statement(self)
 

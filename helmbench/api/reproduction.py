@@ -59,7 +59,7 @@ def reproduce(
     ----------
     paper : number of a paper, such as '003'; None: all five.
     table : only the claims of this table of the paper.
-    directory : keep runs, results and pages here; None keeps nothing.
+    directory : keep runs, results and pages here; None: nothing is kept.
     jobs : worker processes; None: one for each processor.
     resume : continue what was started in the directory.
     seed : another number draws other random numbers in every computation.

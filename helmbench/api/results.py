@@ -11,17 +11,26 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 from .documents import content_writer, json_text, model_writer, write_together
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from ..models.model import Model
+    from ..reporting.page import Page
     from .arguments import Path as FilePath
 
 
 class Told:
     """A result with text, in the terminal and in a notebook.
 
-    room : where in `reporting` its text is made.
+    room : the module of `reporting` that makes its page.
+    pictured : what the picture in a notebook shows; empty: there is none.
     """
 
     room: ClassVar[str]
+    pictured: ClassVar[str] = ""
+
+    if TYPE_CHECKING:
+
+        def plot(self) -> Figure: ...
 
     @classmethod
     def of(cls, found: Any) -> Self:
@@ -30,29 +39,33 @@ class Told:
 
     def summary(self) -> str:
         """The result in a few lines of text."""
-        return self._reporting("text").terminal(self)
+        from ..reporting.media import terminal
+
+        return terminal(page_of(self))
 
     def _repr_html_(self) -> str:
-        return self._reporting("text").notebook(self)
+        from ..models.figure import picture
+        from ..reporting.media import notebook
 
-    def _reporting(self, part: str) -> Any:
-        return import_module(f"helmbench.reporting.{self.room}.{part}")
+        return notebook(page_of(self)) + (picture(self.plot, self.pictured) if self.pictured else "")
+
+
+def page_of(found: Told) -> Page:
+    """What a result says, as blocks for every medium."""
+    return import_module(f"helmbench.reporting.{found.room}").page(found)
 
 
 class Result(Told):
     """A result with text, page, picture and files.
 
-    files : names of its document and page.  pictured : what the picture in a notebook shows.
+    files : names of its document and page.
     """
 
     files: ClassVar[tuple[str, str]]
-    pictured: ClassVar[str]
 
     if TYPE_CHECKING:
 
         def to_json(self) -> dict[str, Any]: ...
-
-        def plot(self) -> Any: ...
 
     def _models(self) -> Mapping[str, Model]:
         """Models that are written beside document and page, by name of the file."""
@@ -60,7 +73,9 @@ class Result(Told):
 
     def to_html(self) -> str:
         """The page of the result: one self-contained HTML document."""
-        return self._reporting("page").html(self)
+        from ..reporting.media import html
+
+        return html(page_of(self))
 
     def write(self, folder: FilePath) -> tuple[Path, ...]:
         """Write the document (JSON), the page (HTML) and the models of the result into a folder: all of them or none.
@@ -78,7 +93,25 @@ class Result(Told):
         models = {name: model_writer(name, model) for name, model in self._models().items()}
         return write_together(Path(folder), writers | models)
 
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
 
-        return super()._repr_html_() + picture(self.plot, self.pictured)
+class RunsResult(Result):
+    """A result that holds runs along records."""
+
+    def plot(self, record: str | None = None) -> Figure:
+        """Draw the measured channels of a record and the runs along it over time.
+
+        Parameters
+        ----------
+        record : name of a record of the result; None: the first held-out one, else the first.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot: save it with `savefig`.  Angles are in degrees.
+
+        Raises
+        ------
+        BadInput : there is no such record.
+        """
+        from ..reporting.runs import figure_of
+
+        return figure_of(page_of(self).records(), record, self.room.partition(".")[0])

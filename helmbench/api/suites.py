@@ -129,8 +129,8 @@ def run_suite(
     methods : only these methods; also 'path.py:Class', 'tuned:ridge' and the like.
     vessels : only these vessels or measured sets.
     seeds : number of seeds, or of rounds of a diagnosis suite; None: the suite's.
-    seed : from which a diagnosis suite draws its cases; None: a new one.
-    jobs : worker processes, at most one for each processor, which is also what None means; or jobs of an array.
+    seed : seed from which a diagnosis suite draws its cases; None: a new one.
+    jobs : worker processes, at most one for each processor; or jobs of an array; None: one for each processor.
     scheduler : 'tcp://host:port' of a dask cluster to run on.
     array : 'slurm' runs the suite as a job array of Slurm through submitit, 'local' as processes of this machine.
     array_options : submitit's parameters of its executor, such as timeout_min or slurm_partition.
@@ -278,7 +278,7 @@ def merge_results(
     ----------
     source, target : directories of results; `target` is added to.
     sample : number of added runs that are computed again; None: 5 %, at least 30, all where there are fewer.
-    seed : from which they are drawn; None: a new one, which the result states.
+    seed : seed from which they are drawn; None: a new one, which the result states.
     trust : whether code may run that the directories name; or a function that answers a question in words.
 
     Returns

@@ -11,16 +11,14 @@ from typing import TYPE_CHECKING
 
 from ..estimation.validation import result
 from ..models.argument_types import typed
-from ..models.errors import BadInput
 from ..models.extras import extras_told
 from .admission import admit, rudder_sign_doubt
 from .arguments import as_model, as_records, labels, listed
 from .documents import content_writer, write_together
-from .results import Result
+from .results import RunsResult
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
     from ..datasets.record import Record
     from ..models.model import Model
@@ -29,14 +27,14 @@ if TYPE_CHECKING:
 FILES = ("validation.json", "validation.html")
 
 
-class Validation(result.Validation, Result):
+class Validation(result.Validation, RunsResult):
     """The outcome of `validate`: errors of free runs and of predictions ahead, manoeuvring indices, free runs.
 
     `scores` holds RMSE and R^2 by model, record, channel and horizon, `indices` the manoeuvring indices measured and
     simulated, `runs` the free runs, `left_out` what could not be computed and why.
     """
 
-    room, files, pictured = "validation", FILES, "measured channels and free runs"
+    room, files, pictured = "validation.page", FILES, "measured channels and free runs"
 
     @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
@@ -64,47 +62,12 @@ class Validation(result.Validation, Result):
         content = pdf(page) if place.suffix.lower() == ".pdf" else page
         return write_together(place.parent, {place.name: content_writer(content)})[0]
 
-    def plot(self, record: str | None = None) -> Figure:
-        """Draw the measured channels of a record and the free runs of all models over time.
-
-        Parameters
-        ----------
-        record : name of a record of the validation; None: the first.
-
-        Returns
-        -------
-        A matplotlib figure, not attached to pyplot: save it with `savefig`.  Angles are in degrees.
-
-        Raises
-        ------
-        BadInput : there is no such record.
-        """
-        return runs_figure(self, record)
-
     def __repr__(self) -> str:
         told: list[str] = []
         for name in self.models:
             score = self.score(None, name)
             told.append(f"{name} R2 {score.r2:.3f}" if score else f"{name} without a run")
         return f"<Validation on {len(self.records)} records, free runs: {', '.join(told)}>"
-
-
-def runs_figure(found: result.Validation, record: str | None) -> Figure:
-    """Measured channels of a record of a validation and the free runs of all models; raises as `Validation.plot`."""
-    from ..datasets.display import Curve, time_figure
-
-    own = [one for one in found.records if record in (None, one.name)]
-    if not own:
-        hint = f"it has {', '.join(one.name for one in found.records)}"
-        raise BadInput("the validation has no such record", file=record, hint=hint)
-    measured = own[0]
-    runs = [run for run in found.runs if run.record == measured.name]
-    panels = {
-        channel: [Curve("measured", measured.time_s, values)]
-        + [Curve(run.model, measured.time_s, run.predicted[channel]) for run in runs if channel in run.predicted]
-        for channel, values in measured.channels.items()
-    }
-    return time_figure(panels, f"free runs along {measured.name}")
 
 
 @typed

@@ -5,6 +5,8 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import wraps
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar
@@ -152,39 +154,23 @@ def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
     return out
 
 
-class TwoSets(Greedy):
-    """A command with `--train RECORD... --held-out RECORD...`, whose help begins with the options of every day."""
+class Commas(click.ParamType[list[str]]):
+    """Names with commas between them."""
 
-    greedy = ("--train", "--held-out")
-    common = ("model", "train", "held_out", "positive_rudder", "output")
+    name = "names"
 
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the common options, then the others below a heading of their own."""
-        parts: dict[str, list[tuple[str, str]]] = {"Options": [], "Further options": []}
-        for option in self.get_params(ctx):
-            if row := option.get_help_record(ctx):
-                parts["Options" if option.name in self.common else "Further options"].append(row)
-        for heading, rows in parts.items():
-            with formatter.section(heading):
-                formatter.write_dl(rows)
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[str]:
+        return [name.strip() for name in value.split(",")] if isinstance(value, str) else value
 
 
-def two_sets_options(train: str, held_out: str, output: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Add `--train` and `--held-out` with these helps, `--positive-rudder`, and `--output` with this default."""
-    rudder = "Side of a positive rudder in the files; overrides their sidecars."
-    options = (
-        click.option("--train", multiple=True, required=True, metavar="RECORD...", type=FILE, help=train),
-        click.option("--held-out", multiple=True, metavar="RECORD...", type=FILE, help=held_out),
-        click.option("--positive-rudder", type=SIDES, help=rudder),
-        click.option("-o", "--output", default=output, show_default=True, type=FILE, help="directory of the results"),
+COMMAS = Commas()
+
+
+def output_directory(default: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Add `--output`, a directory with this default."""
+    return click.option(
+        "-o", "--output", default=default, show_default=True, type=FILE, help="directory of the results"
     )
-
-    def decorate(function: Callable[P, R]) -> Callable[P, R]:
-        for option in reversed(options):
-            function = option(function)
-        return function
-
-    return decorate
 
 
 def tuning_options(function: Callable[P, R]) -> Callable[P, R]:
@@ -194,10 +180,48 @@ def tuning_options(function: Callable[P, R]) -> Callable[P, R]:
     return click.option("--tuner", type=TUNERS, help="Tune the options that the methods declare.")(function)
 
 
-def output_options(function: Callable[P, R]) -> Callable[P, R]:
-    """Add `--json` and `--quiet`."""
-    function = click.option("--quiet", is_flag=True, help="Print only failures, and what --json asks for.")(function)
-    return click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")(function)
+@dataclass(frozen=True)
+class Printer:
+    """How a command shows what it found: as JSON, as text with the files that it wrote, or not at all."""
+
+    as_json: bool
+    quiet: bool
+
+    @property
+    def hidden(self) -> bool:
+        """Whether no text is shown."""
+        return self.as_json or self.quiet
+
+    @property
+    def progress(self) -> bool:
+        """Whether a progress bar is shown: only on a terminal."""
+        return not self.hidden and sys.stderr.isatty()
+
+    def show(
+        self,
+        plain: Callable[[], Any],
+        text: Callable[[], str] | None = None,
+        files: Iterable[Path] = (),
+        markdown: bool = False,
+    ) -> None:
+        """Print the plain values, or the text and the files; `markdown`: tables are fitted to a terminal."""
+        if self.as_json:
+            print_json(plain())
+        elif not self.quiet:
+            if text is not None:
+                show_text(text()) if markdown else echo(text())
+            show_files(files)
+
+
+def output_options(function: Callable[..., R]) -> Callable[..., R]:
+    """Add `--json` and `--quiet`, which the command takes as `printer`."""
+
+    @wraps(function)
+    def printing(*args: Any, as_json: bool, quiet: bool, **given: Any) -> R:
+        return function(*args, printer=Printer(as_json, quiet), **given)
+
+    command = click.option("--quiet", is_flag=True, help="Print only failures, and what --json asks for.")(printing)
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")(command)
 
 
 def complain(message: str, status: int) -> int:
@@ -240,7 +264,7 @@ def show_files(paths: Iterable[Path]) -> None:
         echo(f"wrote {path}", err=True)
 
 
-def find_and_write(find: Callable[[], Writable], refused: str, output: Path, as_json: bool, quiet: bool) -> int:
+def find_and_write(find: Callable[[], Writable], refused: str, output: Path, printer: Printer) -> int:
     """Find a result, write it into a directory, and print it as JSON or as a summary with the files written.
 
     refused : what is said, before the reason, of records or a model that do not allow a result.
@@ -261,18 +285,8 @@ def find_and_write(find: Callable[[], Writable], refused: str, output: Path, as_
         raise BadInput(f"{refused}: {reason}") from None
     except FitFailed as reason:
         return complain(f"{refused}: {reason}", FAILED)
-    paths = found.write(output)
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        echo(found.summary())
-        show_files(paths)
+    printer.show(found.to_json, found.summary, found.write(output))
     return OK
-
-
-def shows_progress(hidden: bool) -> bool:
-    """Whether a progress bar is shown: only on a terminal."""
-    return not hidden and sys.stderr.isatty()
 
 
 def force_option(function: Callable[P, R]) -> Callable[P, R]:

@@ -3,19 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ._shared import FILE, METHOD, NUMBER, WholeRange, output_options, print_json, show_files, show_text, shows_progress
+from ._from_api import ApiCommand, several
+from ._shared import FILE, METHOD, NUMBER, Printer, WholeRange, output_options
+
+OPTIONS = {
+    "situations": WholeRange(1, 100_000),
+    "seed": WholeRange(min=0),
+    "methods": several(METHOD, "--method"),
+    "jobs": WholeRange(min=1),
+    "timeout_s": NUMBER,
+}
 
 
-@click.command()
+@click.command(cls=ApiCommand, api="check_advice", options=OPTIONS)
 @click.argument("board", type=FILE)
-@click.option("--situations", type=WholeRange(1, 100_000), default=60, show_default=True, help="How many are drawn.")
-@click.option("--seed", type=WholeRange(min=0), default=0, show_default=True)
-@click.option("--method", "methods", multiple=True, type=METHOD, help="Only these methods (repeatable); default: all.")
-@click.option("--jobs", type=WholeRange(min=1), help="Worker processes, at most one a processor.")
-@click.option("--timeout", type=NUMBER, help="Seconds until a run is ended and stored as failed.")
 @click.option(
     "-o",
     "--output",
@@ -25,36 +30,12 @@ from ._shared import FILE, METHOD, NUMBER, WholeRange, output_options, print_jso
     help="directory of the runs and the page; goes on where it stopped",
 )
 @output_options
-def advice(
-    board: Path,
-    situations: int,
-    seed: int,
-    methods: tuple[str, ...],
-    jobs: int | None,
-    timeout: float | None,
-    output: Path,
-    as_json: bool,
-    quiet: bool,
-) -> None:
+def advice(board: Path, output: Path, printer: Printer, **asked: Any) -> None:
     """Test a leaderboard's advice in fresh situations.
 
     All methods run; the regret is of what the board names.
     """
     from .. import check_advice
 
-    hidden = quiet or as_json
-    found = check_advice(
-        board,
-        directory=output,
-        situations=situations,
-        seed=seed,
-        methods=methods,
-        jobs=jobs,
-        timeout_s=timeout,
-        progress=shows_progress(hidden),
-    )
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        show_text(found.summary())
-        show_files(found.paths)
+    found = check_advice(board, directory=output, **asked, progress=printer.progress)
+    printer.show(found.to_json, found.summary, found.paths, markdown=True)

@@ -3,35 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ._shared import (
-    MODEL,
-    TwoSets,
-    check_folder,
-    find_and_write,
-    force_option,
-    output_options,
-    two_sets_options,
-)
+from ._from_api import TWO_SETS, TwoSets
+from ._shared import MODEL, Printer, check_folder, find_and_write, force_option, output_directory, output_options
 
 
-@click.command(cls=TwoSets)
+@click.command(cls=TwoSets, api="calibrate", options=TWO_SETS)
 @click.option("--model", required=True, type=MODEL, help="Vessel id or model.json, 3-DOF.")
-@two_sets_options("Records.", "Records that are scored at the end.", "calibrate-results")
+@output_directory("calibrate-results")
 @force_option
 @output_options
-def calibrate(
-    model: str,
-    train: tuple[Path, ...],
-    held_out: tuple[Path, ...],
-    positive_rudder: str | None,
-    output: Path,
-    force: bool,
-    as_json: bool,
-    quiet: bool,
-) -> int:
+def calibrate(model: str, output: Path, force: bool, printer: Printer, **asked: Any) -> int:
     """Say which numbers of a model are wrong, and by how much.
 
     Judged by free runs of records that were left out.  Writes calibration.json, calibration.html, extended_model.json
@@ -42,10 +27,8 @@ def calibrate(
     from ..api.calibration import FILES
 
     check_folder(output, FILES, force)
-    return find_and_write(
-        lambda: helmbench.calibrate(model, train, held_out, positive_rudder=positive_rudder),
-        f"{model} cannot be calibrated",
-        output,
-        as_json,
-        quiet,
-    )
+
+    def find() -> helmbench.Calibration:
+        return helmbench.calibrate(model, **asked)
+
+    return find_and_write(find, f"{model} cannot be calibrated", output, printer)

@@ -6,20 +6,20 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, OK, SIDES, check_folder, echo, force_option, output_options, print_json, show_files
+from ._from_api import ApiCommand
+from ._shared import FILE, OK, SIDES, Printer, check_folder, force_option, output_options
 
 MATTERS = 1
 """Exit status where a finding matters."""
 
 
-@click.command()
+@click.command(cls=ApiCommand, api="check", options={"positive_rudder": SIDES})
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="directory for check.json and check.html")
 @force_option
 @output_options
 def check(
-    records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, force: bool, as_json: bool, quiet: bool
+    records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, force: bool, printer: Printer
 ) -> int:
     """Name the faults of sensors and files; needs no model.
 
@@ -34,9 +34,5 @@ def check(
         check_folder(output, FILES, force)
     found = helmbench.check(records, positive_rudder=positive_rudder)
     paths = () if output is None else found.write(output)
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        echo(found.summary())
-        show_files(paths)
+    printer.show(found.to_json, found.summary, paths)
     return MATTERS if any(finding.material for finding in found.findings) else OK

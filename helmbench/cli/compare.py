@@ -6,14 +6,14 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, output_options, print_json, show_text
+from ._shared import FILE, Printer, output_options
 
 
 @click.command()
 @click.argument("first", metavar="A", type=FILE)
 @click.argument("second", metavar="B", type=FILE)
 @output_options
-def compare(first: Path, second: Path, as_json: bool, quiet: bool) -> None:
+def compare(first: Path, second: Path, printer: Printer) -> None:
     """Say what changed between two result directories.
 
     Runs are paired; every change has an interval.
@@ -21,7 +21,4 @@ def compare(first: Path, second: Path, as_json: bool, quiet: bool) -> None:
     from .. import compare_results
 
     found = compare_results(first, second)
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        show_text(found.summary())
+    printer.show(found.to_json, found.summary, markdown=True)

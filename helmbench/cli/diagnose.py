@@ -3,24 +3,37 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
+from ._from_api import TWO_SETS, TwoSets, several
 from ._shared import (
     CAUSE,
+    COMMAS,
     FILE,
     MODEL,
     NUMBER,
     NumberRange,
-    TwoSets,
+    Printer,
     WholeRange,
     check_folder,
     find_and_write,
     force_option,
+    output_directory,
     output_options,
-    shows_progress,
-    two_sets_options,
 )
+
+OPTIONS = {
+    **TWO_SETS,
+    "base_parameters": click.Choice(["file", "identify"]),
+    "coefficient_sd": NumberRange(min=0.0),
+    "channels": COMMAS,
+    "causes": several(CAUSE, metavar="CAUSE..."),
+    "max_effects": WholeRange(min=1),
+    "alpha": NUMBER,
+    "seed": WholeRange(min=0),
+}
 
 
 class Diagnose(TwoSets):
@@ -29,48 +42,14 @@ class Diagnose(TwoSets):
     greedy = (*TwoSets.greedy, "--causes")
 
 
-@click.command(cls=Diagnose)
+@click.command(cls=Diagnose, api="diagnose", options=OPTIONS)
 @click.option("--model", type=MODEL, help="Vessel id, family id or model.json.  [default: build one from the records]")
-@two_sets_options("Records to name the causes with.", "Records to measure the gain with.", "diagnose-results")
-@click.option(
-    "--base-parameters",
-    type=click.Choice(["file", "identify"]),
-    help="Take the model's coefficients as known, or estimate them with the causes.  [default: file where it has any]",
-)
-@click.option(
-    "--coefficient-sd",
-    type=NumberRange(min=0.0),
-    help="Relative uncertainty of known coefficients; 0: exact.  [default: the family's priors]",
-)
+@output_directory("diagnose-results")
 @click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, without --model.")
-@click.option("--channels", help="Use only these: heading,yaw_rate,surge,sway,north,east.  [default: all]")
-@click.option("--causes", multiple=True, metavar="CAUSE...", type=CAUSE, help="Test only these causes.  [default: all]")
-@click.option(
-    "--max-effects", type=WholeRange(min=1), default=3, show_default=True, help="Largest number of causes to name."
-)
-@click.option(
-    "--alpha", type=NUMBER, default=0.01, show_default=True, help="Family-wise error level of the whole diagnosis."
-)
-@click.option("--seed", type=WholeRange(min=0), default=0, show_default=True)
 @force_option
 @output_options
 def diagnose(
-    model: str | None,
-    train: tuple[Path, ...],
-    held_out: tuple[Path, ...],
-    base_parameters: str | None,
-    coefficient_sd: float | None,
-    particulars: Path | None,
-    channels: str | None,
-    causes: tuple[str, ...],
-    max_effects: int,
-    alpha: float,
-    seed: int,
-    positive_rudder: str | None,
-    output: Path,
-    force: bool,
-    as_json: bool,
-    quiet: bool,
+    model: str | None, output: Path, particulars: Path | None, force: bool, printer: Printer, **asked: Any
 ) -> int:
     """Name what a model gets wrong, extend it, measure the gain.
 
@@ -84,33 +63,16 @@ def diagnose(
     check_folder(output, FILES, force)
     if particulars is not None and model is not None:
         raise click.UsageError("--particulars goes without --model: a file of particulars is a model as well.")
+    show = printer.progress
+    sides = {name: asked[name] for name in TWO_SETS}
 
     def build() -> helmbench.CraftDiagnosis:
-        return helmbench.build_model(
-            train,
-            held_out,
-            positive_rudder=positive_rudder,
-            particulars=particulars,
-            progress=shows_progress(quiet or as_json),
-        )
+        return helmbench.build_model(**sides, particulars=particulars, progress=show)
 
     if model is None:
-        return find_and_write(build, "no model can be built", output, as_json, quiet)
+        return find_and_write(build, "no model can be built", output, printer)
 
     def find() -> helmbench.Diagnosis:
-        return helmbench.diagnose(
-            model,
-            train,
-            held_out,
-            base_parameters=base_parameters,
-            coefficient_sd=coefficient_sd,
-            channels=None if channels is None else [name.strip() for name in channels.split(",")],
-            max_effects=max_effects,
-            alpha=alpha,
-            seed=seed,
-            causes=causes or None,
-            positive_rudder=positive_rudder,
-            progress=shows_progress(quiet or as_json),
-        )
+        return helmbench.diagnose(model, **asked, progress=show)
 
-    return find_and_write(find, f"{model} cannot be diagnosed", output, as_json, quiet)
+    return find_and_write(find, f"{model} cannot be diagnosed", output, printer)

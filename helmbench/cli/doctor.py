@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import click
 
-from ._shared import FAILED, OK, echo, output_options, print_json
+from ._shared import FAILED, OK, Printer, echo, output_options
 
 
 @click.command()
 @output_options
-def doctor(as_json: bool, quiet: bool) -> int:
+def doctor(printer: Printer) -> int:
     """Look at what helmbench needs on this machine.
 
     Packages, compiled code, data, threads, disk, permissions: each line is ok, a warning or a fault, with what to do.
@@ -18,10 +18,8 @@ def doctor(as_json: bool, quiet: bool) -> int:
     import helmbench
 
     found = helmbench.doctor()
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        echo(found.summary())
-    elif faults := [one for one in found.findings if one.status == "fault"]:
+    printer.show(found.to_json, found.summary)
+    faults = [one for one in found.findings if one.status == "fault"]
+    if faults and printer.quiet and not printer.as_json:
         echo("\n".join(f"{one.what}: {one.told}; {one.todo}" for one in faults), err=True)
     return FAILED if found.status == "fault" else OK

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
+from ._from_api import ApiCommand, several
 from ._shared import (
     FAILED,
     FILE,
@@ -14,6 +16,7 @@ from ._shared import (
     VESSEL,
     Group,
     Identifier,
+    Printer,
     WholeRange,
     check_folder,
     echo,
@@ -21,8 +24,6 @@ from ._shared import (
     output_options,
     print_json,
     show_files,
-    show_text,
-    shows_progress,
 )
 
 EXAM = click.argument("folder", metavar="EXAM", type=FILE)
@@ -36,40 +37,28 @@ def exam() -> None:
     """
 
 
-@exam.command("make")
+@exam.command(
+    "make",
+    cls=ApiCommand,
+    api="make_exam",
+    options={
+        "key": FILE,
+        "worlds": WholeRange(1, 500),
+        "seed": WholeRange(0, 10**18),
+        "suite": SUITE,
+        "vessels": several(VESSEL, "--vessel"),
+    },
+)
 @EXAM
-@click.option("--key", required=True, type=FILE, help="File of the answers; keep it outside the exam.")
-@click.option("--worlds", type=WholeRange(1, 500), default=12, show_default=True, help="Number of worlds.")
-@click.option("--seed", type=WholeRange(0, 10**18), help="Whoever knows it has the answers.  [default: a new one]")
-@click.option("--suite", type=SUITE, default="exam", show_default=True, help="Suite of diagnoses, or its file.")
-@click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
 @output_options
-def make(
-    folder: Path,
-    key: Path,
-    worlds: int,
-    seed: int | None,
-    suite: str,
-    vessels: tuple[str, ...],
-    as_json: bool,
-    quiet: bool,
-) -> None:
+def make(folder: Path, printer: Printer, **asked: Any) -> None:
     """Draw the worlds of an exam into the new folder EXAM, and its answers into the key."""
     from .. import make_exam
 
-    found = make_exam(
-        folder,
-        key,
-        suite=suite,
-        worlds=worlds,
-        seed=seed,
-        vessels=vessels,
-        progress=shows_progress(quiet or as_json),
-    )
-    if as_json:
-        print_json({"exam": found, "folder": str(folder), "key": str(key), "worlds": worlds})
-    elif not quiet:
-        echo(f"exam {found}: {worlds} worlds in {folder}; its README.md says what to hand in; keep {key} to yourself")
+    key, worlds = asked["key"], asked["worlds"]
+    found = make_exam(folder, **asked, progress=printer.progress)
+    told = f"exam {found}: {worlds} worlds in {folder}; its README.md says what to hand in; keep {key} to yourself"
+    printer.show(lambda: {"exam": found, "folder": str(folder), "key": str(key), "worlds": worlds}, lambda: told)
 
 
 @exam.command("answer")
@@ -77,18 +66,18 @@ def make(
 @click.option("--diagnoser", required=True, type=Identifier("diagnosers"), help="Its name, or path.py:Class.")
 @click.option("-o", "--output", default="submission", show_default=True, type=FILE, help="directory of the submission")
 @output_options
-def answer(folder: Path, diagnoser: str, output: Path, as_json: bool, quiet: bool) -> int:
+def answer(folder: Path, diagnoser: str, output: Path, printer: Printer) -> int:
     """Answer an exam with a diagnoser of helmbench; writes submission.json and the predicted motion."""
     from .. import answer_exam
 
     check_folder(output)
-    failed = answer_exam(folder, diagnoser, output, progress=shows_progress(quiet or as_json))
-    if as_json:
+    failed = answer_exam(folder, diagnoser, output, progress=printer.progress)
+    if printer.as_json:
         print_json({"failed": failed})
     else:
         for world, reason in failed.items():
             echo(f"{world}: {reason}", err=True)
-    if not quiet:
+    if not printer.quiet:
         show_files([output / "submission.json"])
     return FAILED if failed else OK
 
@@ -106,8 +95,7 @@ def score(
     key: Path,
     output: Path | None,
     force: bool,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
 ) -> None:
     """Score submissions: naming, sizes, regimes and held-out motion, by kind of world and over all."""
     from .. import score_exam
@@ -117,9 +105,6 @@ def score(
         check_folder(output, FILES, force)
     found = score_exam(folder, submissions, key)
     paths = found.write(output) if output is not None else ()
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        show_text(found.summary())
-    if not quiet:
+    printer.show(found.to_json, found.summary, markdown=True)
+    if not printer.quiet:
         show_files(paths)

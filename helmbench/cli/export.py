@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FILE, FORMATS, MODEL, check_folder, force_option, output_options, print_json, show_files
+from ._shared import FILE, FORMATS, MODEL, Printer, check_folder, force_option, output_options
 
 
 @click.command("export")
@@ -15,7 +15,7 @@ from ._shared import FILE, FORMATS, MODEL, check_folder, force_option, output_op
 @click.option("-o", "--output", default="export", show_default=True, type=FILE, help="Folder of the files.")
 @force_option
 @output_options
-def export(model: str, to: str, output: Path, force: bool, as_json: bool, quiet: bool) -> None:
+def export(model: str, to: str, output: Path, force: bool, printer: Printer) -> None:
     """Write a model as files that another program reads.
 
     MODEL is a vessel id or a model.json.  Each file says its frame, its signs, and what of the model it cannot hold.
@@ -24,7 +24,4 @@ def export(model: str, to: str, output: Path, force: bool, as_json: bool, quiet:
 
     check_folder(output, (), force)
     paths = helmbench.export_model(model, to, output, force=force)
-    if as_json:
-        print_json({"model": model, "to": to, "files": [str(path) for path in paths]})
-    elif not quiet:
-        show_files(paths)
+    printer.show(lambda: {"model": model, "to": to, "files": [str(path) for path in paths]}, files=paths)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from ._shared import FAILED, FILE, OK, check_file, complain, echo, force_option, output_options, print_json, show_files
+from ._shared import FAILED, FILE, OK, Printer, check_file, complain, force_option, output_options
 
 
 @click.command("from-indices")
@@ -14,7 +14,7 @@ from ._shared import FAILED, FILE, OK, check_file, complain, echo, force_option,
 @click.option("-o", "--output", type=FILE, help="model.json to write.")
 @force_option
 @output_options
-def from_indices(indices: Path, output: Path | None, force: bool, as_json: bool, quiet: bool) -> int:
+def from_indices(indices: Path, output: Path | None, force: bool, printer: Printer) -> int:
     """Make a model from a wheelhouse poster or sea trial.
 
     SHIP.yaml holds length, approach speed, and indices of turning circles and zigzags (docs/how-to/from-indices.md).
@@ -30,9 +30,6 @@ def from_indices(indices: Path, output: Path | None, force: bool, as_json: bool,
         return complain(f"{indices}: {reason}", FAILED)
     if output is not None:
         found.save(output)
-    if as_json:
-        print_json(found.to_json() | {"output": str(output) if output is not None else None})
-    elif not quiet:
-        echo(found.summary())
-        show_files([output] if output is not None else [])
+    files = [output] if output is not None else []
+    printer.show(lambda: found.to_json() | {"output": str(output) if files else None}, found.summary, files)
     return OK

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import shlex
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ._shared import FILE, SUITE, VESSEL, Group, WholeRange, echo, output_options, print_json
+from ._from_api import ApiCommand, several
+from ._shared import FILE, SUITE, VESSEL, Group, Printer, WholeRange, output_options
 
 
 @click.group(cls=Group)
@@ -15,25 +17,25 @@ def identibench() -> None:
     """Exchange suites and data with identibench."""
 
 
-@identibench.command("export")
+@identibench.command(
+    "export",
+    cls=ApiCommand,
+    api="export_problems",
+    options={"vessels": several(VESSEL, "--vessel"), "seeds": WholeRange(1, 1_000_000)},
+)
 @click.argument("suite", type=SUITE)
-@click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
-@click.option("--seeds", type=WholeRange(1, 1_000_000), help="Number of seeds; default: the suite's.")
 @click.option("-o", "--output", default="problems", show_default=True, type=FILE, help="directory of the problems")
 @output_options
-def export(suite: str, vessels: tuple[str, ...], seeds: int | None, output: Path, as_json: bool, quiet: bool) -> None:
+def export(suite: str, output: Path, printer: Printer, **asked: Any) -> None:
     """Write the problems of an identification suite as HDF5 files, for identibench or any other program."""
     from .. import export_problems
 
-    names = export_problems(suite, output, vessels=vessels, seeds=seeds)
-    if as_json:
-        print_json({"directory": str(output), "problems": list(names)})
-    elif not quiet:
-        echo(f"{len(names)} problems in {output}; its README.md says what they are")
+    names = export_problems(suite, output, **asked)
+    told = f"{len(names)} problems in {output}; its README.md says what they are"
+    printer.show(lambda: {"directory": str(output), "problems": list(names)}, lambda: told)
 
 
-@identibench.command("import")
-@click.option("--data-root", type=FILE, help="identibench's data; default: IDENTIBENCH_DATA_ROOT, ~/.identibench_data.")
+@identibench.command("import", cls=ApiCommand, api="identibench_suite", options={"data_root": FILE})
 @click.option(
     "-o",
     "--output",
@@ -43,12 +45,10 @@ def export(suite: str, vessels: tuple[str, ...], seeds: int | None, output: Path
     help="folder of records and suite.yaml",
 )
 @output_options
-def suite(data_root: Path | None, output: Path, as_json: bool, quiet: bool) -> None:
+def suite(data_root: Path | None, output: Path, printer: Printer) -> None:
     """Write identibench's ship set as records, with a suite of every method on them."""
     from .. import identibench_suite
 
     path = identibench_suite(output, data_root)
-    if as_json:
-        print_json({"suite": str(path)})
-    elif not quiet:
-        echo(f"records in {output}; next: helmbench run --suite {shlex.quote(str(path))} -o results")
+    told = f"records in {output}; next: helmbench run --suite {shlex.quote(str(path))} -o results"
+    printer.show(lambda: {"suite": str(path)}, lambda: told)

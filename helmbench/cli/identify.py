@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from ._from_api import RECORDS, ApiCommand
 from ._shared import (
     FAILED,
     FILE,
@@ -18,14 +19,13 @@ from ._shared import (
     MODEL_OR_AUTO,
     OK,
     SIDES,
-    Greedy,
+    Printer,
     check_file,
     check_folder,
     complain,
     echo,
     force_option,
     output_options,
-    print_json,
     show_files,
     tuning_options,
 )
@@ -34,7 +34,10 @@ if TYPE_CHECKING:
     from .. import Assessment
 
 
-class Identify(Greedy):
+OPTIONS = {"validate": RECORDS, "positive_rudder": SIDES, "particulars": FILE}
+
+
+class Identify(ApiCommand):
     """`identify RECORD... --validate RECORD... --compare METHOD...`"""
 
     greedy = ("--validate", "--compare")
@@ -52,7 +55,7 @@ class Request:
     particulars: Path | None
 
 
-@click.command(cls=Identify)
+@click.command(cls=Identify, api="identify", options=OPTIONS)
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
 @click.option(
     "--model", required=True, type=MODEL_OR_AUTO, help="Vessel id, family id, model.json, or auto: the best of all."
@@ -62,10 +65,7 @@ class Request:
     type=METHOD,
     help="Method id with options (ls,scheme=midpoint) or path.py:Class.  [default: output-error; none with auto]",
 )
-@click.option("--validate", multiple=True, metavar="RECORD...", type=FILE, help="Held-out records.")
 @click.option("--compare", multiple=True, metavar="METHOD...", type=METHOD, help="Further methods, side by side.")
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
-@click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, with --model auto.")
 @click.option(
     "--identifiability",
     is_flag=True,
@@ -97,8 +97,7 @@ def identify(
     page: Path | None,
     output: Path,
     force: bool,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
 ) -> int:
     """Identify a model from records and say whether to believe it.
 
@@ -126,10 +125,10 @@ def identify(
     for doubt in found.doubts:
         echo(f"helmbench: warning: {doubt}", err=True)
     paths = _written(found, output, into_file, page)
-    if as_json:
-        print_json(found.to_json() | {"output": str(output) if output in paths or not into_file else None})
-    elif not quiet:
-        echo(found.summary())
+    printer.show(
+        lambda: found.to_json() | {"output": str(output) if output in paths or not into_file else None}, found.summary
+    )
+    if not printer.hidden:
         for line in found.identifiability.lines() if identifiability and found.identifiability else ():
             echo(line)
         if into_file and output not in paths:

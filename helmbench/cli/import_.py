@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from ._from_api import ApiCommand
 from ._shared import (
     BAD_INPUT,
     FILE,
     NUMBER,
     OK,
     SIDES,
+    Printer,
     check_file,
     complain,
     confirmed,
@@ -21,7 +23,6 @@ from ._shared import (
     force_option,
     output_options,
     print_json,
-    show_files,
 )
 
 if TYPE_CHECKING:
@@ -31,19 +32,21 @@ RUDDER, NO_RUDDER = "rudder", "none"
 """The question which column is the rudder, and the answer that there is none: a record without one is not wrong."""
 
 
-@click.command("import")
+OPTIONS = {
+    "segment": click.BOOL,
+    "vessel": click.STRING,
+    "positive_rudder": SIDES,
+    "step_s": {"type": NUMBER, "flag": "--dt"},
+    "variation_deg": NUMBER,
+}
+
+
+@click.command("import", cls=ApiCommand, api="import_log", options=OPTIONS)
 @click.argument("logs", nargs=-1, required=True, metavar="RAW...", type=FILE)
 @click.option(
     "--map", "mapping", type=FILE, help="Mapping of the columns; the draft is written there if it does not exist."
 )
 @click.option("--yes", is_flag=True, help="Import without asking; stops where something is open.")
-@click.option("--segment", is_flag=True, help="Cut into zigzags, turns and straight runs, a record each.")
-@click.option("--vessel", help="Vessel id, for the sidecar.")
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder; default: told by the yaw response.")
-@click.option("--dt", "step_s", type=NUMBER, help="Time step in seconds; default: that of the slowest logger.")
-@click.option(
-    "--variation", "variation_deg", type=NUMBER, help="Magnetic variation, deg to east, for magnetic headings."
-)
 @click.option(
     "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
 )
@@ -53,15 +56,10 @@ def import_command(
     logs: tuple[Path, ...],
     mapping: Path | None,
     yes: bool,
-    segment: bool,
-    vessel: str | None,
-    positive_rudder: str | None,
-    step_s: float | None,
-    variation_deg: float | None,
     output: Path,
     force: bool,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
+    **asked: Any,
 ) -> int:
     """Read raw logs of any make as records.
 
@@ -75,17 +73,8 @@ def import_command(
 
     check_file(output, force)
     known = mapping if mapping is not None and mapping.exists() else None
-    hidden = quiet or as_json
-    draft = helmbench.draft_import(
-        logs,
-        mapping=known,
-        vessel=vessel,
-        positive_rudder=positive_rudder,
-        step_s=step_s,
-        variation_deg=variation_deg,
-        segment=segment,
-    )
-    if not (yes or hidden or mapping is not None) and sys.stdin.isatty():
+    draft = helmbench.draft_import(logs, mapping=known, **asked)
+    if not (yes or printer.hidden or mapping is not None) and sys.stdin.isatty():
         draft = _asked(draft)
     if yes and [question.id for question in draft.questions] == [RUDDER]:
         echo(f"{draft.questions[0].text} None of them is taken for it, by --yes; answer it with --map", err=True)
@@ -93,7 +82,7 @@ def import_command(
     try:
         found = draft.import_log()
     except helmbench.BadInput:
-        if as_json:
+        if printer.as_json:
             print_json(draft.to_dict())
         else:
             echo(draft.summary(), err=True)
@@ -101,18 +90,15 @@ def import_command(
             draft.write_mapping(mapping)
             echo(f"wrote {mapping} with every column: answer what is asked in it, then repeat the command", err=True)
         raise
-    if not hidden:
+    if not printer.hidden:
         echo(found.summary())
-    if known is None and not yes and not _confirmed(found, mapping, hidden):
+    if known is None and not yes and not _confirmed(found, mapping, printer.hidden):
         if mapping is None:
             hint = f"repeat it with --yes, or with --map {output.stem}.map.yaml to write the draft there and change it"
             return complain(f"nothing imported: the mapping is not confirmed; {hint}", BAD_INPUT)
         return OK
     paths = found.write(output, force=force)
-    if as_json:
-        print_json(found.to_dict() | {"files": [str(path) for path in paths]})
-    elif not quiet:
-        show_files(paths)
+    printer.show(lambda: found.to_dict() | {"files": [str(path) for path in paths]}, files=paths)
     return OK
 
 

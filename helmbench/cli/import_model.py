@@ -3,32 +3,27 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ._shared import FILE, NUMBER, check_file, force_option, output_options, print_json, show_files
+from ._from_api import ApiCommand
+from ._shared import FILE, NUMBER, SIDES, Printer, check_file, force_option, output_options
+
+OPTIONS = {
+    "family": click.STRING,
+    "positive_rudder": SIDES,
+    "speed_m_s": NUMBER,
+    "n0_rps": {"type": NUMBER, "flag": "--revolutions"},
+}
 
 
-@click.command("import-model")
+@click.command("import-model", cls=ApiCommand, api="read_parameters", options=OPTIONS)
 @click.argument("table", type=FILE)
-@click.option("--family", required=True, help="Equations that the parameters belong to, such as abkowitz.")
-@click.option("--positive-rudder", required=True, type=click.Choice(("port", "starboard")), help="Side it turns to.")
-@click.option("--speed", type=NUMBER, help="Speed of the straight course, m/s.")
-@click.option("--revolutions", type=NUMBER, help="Revolutions of the straight course, 1/s.")
 @click.option("-o", "--output", default="model.json", show_default=True, type=FILE, help="model.json to write.")
 @force_option
 @output_options
-def import_model(
-    table: Path,
-    family: str,
-    positive_rudder: str,
-    speed: float | None,
-    revolutions: float | None,
-    output: Path,
-    force: bool,
-    as_json: bool,
-    quiet: bool,
-) -> None:
+def import_model(table: Path, output: Path, force: bool, printer: Printer, **asked: Any) -> None:
     """Make a model from a published table of parameters.
 
     TABLE is CSV, YAML or JSON of names, values and units.
@@ -37,11 +32,6 @@ def import_model(
     from helmbench.models.model import model_to_json
 
     check_file(output, force)
-    model = helmbench.read_parameters(
-        table, family, positive_rudder=positive_rudder, speed_m_s=speed, n0_rps=revolutions
-    )
+    model = helmbench.read_parameters(table, **asked)
     model_to_json(model, output)
-    if as_json:
-        print_json({"table": str(table), "family": family, "output": str(output)})
-    elif not quiet:
-        show_files([output])
+    printer.show(lambda: {"table": str(table), "family": asked["family"], "output": str(output)}, files=[output])

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ._shared import FILE, output_options, print_json, show_files, show_text
+from ._from_api import ApiCommand
+from ._shared import FILE, Printer, output_options
 
 
-@click.command()
+@click.command(cls=ApiCommand, api="write_report", options={"timing": FILE, "csv": click.BOOL})
 @click.argument("directory", metavar="DIR", type=FILE)
-@click.option("--timing", type=FILE, help="Benchmark JSON to show; default: DIR/timing.json.")
-@click.option("--csv", is_flag=True, help="Also write runs.csv and parameters.csv: a row a run, a row a parameter.")
 @output_options
-def report(directory: Path, timing: Path | None, csv: bool, as_json: bool, quiet: bool) -> None:
+def report(directory: Path, printer: Printer, **asked: Any) -> None:
     """Write the report of stored results.
 
     Markdown, CSV and HTML; nothing is fitted again.
     """
     from .. import write_report
 
-    written = write_report(directory, timing, csv=csv)
-    if as_json:
-        print_json(written.as_dict())
-    elif not quiet:
-        show_text(written.overview)
-        show_files(written.paths)
+    written = write_report(directory, **asked)
+    printer.show(written.as_dict, lambda: written.overview, written.paths, markdown=True)

@@ -2,46 +2,36 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from typing import Any
 
 import click
 
-from ._shared import FAILED, FILE, OK, WholeRange, echo, output_options, print_json, shows_progress
+from ._from_api import ApiCommand
+from ._shared import FAILED, FILE, OK, Printer, WholeRange, echo, output_options
+
+OPTIONS = {
+    "table": WholeRange(min=1),
+    "jobs": WholeRange(min=1),
+    "seed": WholeRange(min=0),
+    "resume": click.BOOL,
+    "directory": {"type": FILE, "flag": "-o --output"},
+}
 
 
-@click.command()
+@click.command(cls=ApiCommand, api="reproduce", options=OPTIONS)
 @click.argument("paper", required=False, metavar="[PAPER]")
-@click.option("--table", type=WholeRange(min=1), help="Only the claims of this table.")
-@click.option("--jobs", type=WholeRange(min=1), help="Worker processes; default and most: one for each processor.")
-@click.option("--seed", type=WholeRange(min=0), default=0, help="Other random numbers in every computation.")
-@click.option("--resume", is_flag=True, help="Continue a computation that was interrupted.")
-@click.option("-o", "--output", type=FILE, help="Keep runs, results and pages in this directory.")
 @output_options
-def reproduce(
-    paper: str | None,
-    table: int | None,
-    jobs: int | None,
-    seed: int,
-    resume: bool,
-    output: Path | None,
-    as_json: bool,
-    quiet: bool,
-) -> int:
+def reproduce(paper: str | None, printer: Printer, **asked: Any) -> int:
     """Compute the tables of the five papers again.
 
     Tables and claims are compared with the printed ones; PAPER: 003 for one paper.
     """
     import helmbench
 
-    show = shows_progress(quiet or as_json)
-    found = helmbench.reproduce(paper, table, directory=output, jobs=jobs, resume=resume, seed=seed, progress=show)
+    found = helmbench.reproduce(paper, **asked, progress=printer.progress)
     for failure in found.failures:
         echo(f"failed: {failure}", err=True)
-    if as_json:
-        print_json(found.rows)
-    elif not quiet:
-        for row in found.rows:
-            echo(f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}")
-        for paper, counts in found.counts.items():
-            echo(f"paper {paper}: {counts}")
+    told = [f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}" for row in found.rows]
+    told += [f"paper {paper}: {counts}" for paper, counts in found.counts.items()]
+    printer.show(lambda: found.rows, lambda: "\n".join(told))
     return FAILED if found.failures else OK

@@ -5,10 +5,11 @@ from __future__ import annotations
 import shlex
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
+from ._from_api import ApiCommand, several
 from ._shared import (
     FAILED,
     FILE,
@@ -17,91 +18,65 @@ from ._shared import (
     OK,
     SUITE,
     VESSEL,
+    Printer,
     WholeRange,
     confirmed,
     echo,
     output_options,
     print_json,
-    shows_progress,
     tuning_options,
 )
 
 if TYPE_CHECKING:
     from .. import SuiteResults
 
+OPTIONS = {
+    "suite": SUITE,
+    "methods": several(METHOD, "--method"),
+    "vessels": several(VESSEL, "--vessel"),
+    "seeds": WholeRange(1, 1_000_000),
+    "seed": WholeRange(min=0),
+    "jobs": WholeRange(min=1),
+    "scheduler": click.STRING,
+    "array": click.Choice(["slurm", "local"]),
+    "reuse": several(FILE),
+    "timeout_s": NUMBER,
+    "memory_gib": NUMBER,
+    "resume": click.BOOL,
+}
 
-@click.command()
-@click.option(
-    "--suite", "suite", type=SUITE, help="quick, default, measured, diagnosis, or a suite file.  [default: quick]"
-)
-@click.option(
-    "--method", "methods", multiple=True, type=METHOD, help="Only these methods (repeatable); also path.py:Class."
-)
-@click.option("--vessel", "vessels", multiple=True, type=VESSEL, help="Only these vessels (repeatable).")
-@click.option("--seeds", type=WholeRange(1, 1_000_000), help="Number of seeds or rounds; default: the suite's.")
-@click.option("--seed", type=WholeRange(min=0), help="Seed of the cases of a diagnosis suite; default: a new one.")
-@click.option(
-    "--jobs", type=WholeRange(min=1), help="Worker processes, at most one a processor; or jobs of an --array."
-)
-@click.option("--scheduler", help="Run on a dask cluster, tcp://host:port.")
-@click.option("--array", type=click.Choice(["slurm", "local"]), help="Run as a job array through submitit.")
+
+@click.command(cls=ApiCommand, api="run_suite", options=OPTIONS)
 @click.option(
     "--array-option", "array_options", multiple=True, help="Option of the jobs, e.g. timeout_min=240 (repeatable)."
 )
-@click.option("--reuse", multiple=True, type=FILE, help="Take equal runs from this directory of results (repeatable).")
-@click.option("--timeout", type=NUMBER, help="Seconds until a run is ended and stored as failed; not with --scheduler.")
-@click.option("--memory", type=NUMBER, help="GiB of memory that a run may allocate (Linux); not with --scheduler.")
 @tuning_options
-@click.option("--resume", is_flag=True, help="Continue a run that was interrupted.")
 @click.option("--trust", is_flag=True, help="Run code that the suite file, or the directory to resume, names.")
 @click.option("-o", "--output", type=FILE, help="directory of the results  [default: out/SUITE]")
 @output_options
 def run(
-    suite: str | None,
-    methods: tuple[str, ...],
-    vessels: tuple[str, ...],
-    seeds: int | None,
-    seed: int | None,
-    jobs: int | None,
-    scheduler: str | None,
-    array: str | None,
     array_options: tuple[str, ...],
-    reuse: tuple[Path, ...],
-    timeout: float | None,
-    memory: float | None,
     tuner: str | None,
     storage: str | None,
-    resume: bool,
     trust: bool,
     output: Path | None,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
+    **asked: Any,
 ) -> int:
     """Run a suite; every finished run is stored at once."""
     from .. import run_suite, with_tuner
     from ..api.suites import QUICK
 
-    hidden = quiet or as_json
+    asked["methods"] = with_tuner(asked["methods"], tuner, storage)
     found = run_suite(
-        suite,
-        directory=output or Path("out", Path(suite or QUICK).stem),
-        methods=with_tuner(methods, tuner, storage),
-        vessels=vessels,
-        seeds=seeds,
-        seed=seed,
-        jobs=jobs,
-        scheduler=scheduler,
-        array=array,
+        **asked,
+        directory=output or Path("out", Path(asked["suite"] or QUICK).stem),
         array_options=_named(array_options),
-        reuse=reuse,
-        timeout_s=timeout,
-        memory_gib=memory,
-        resume=resume,
         trust=trust or (confirmed if sys.stdin.isatty() and sys.stderr.isatty() else False),
-        progress=shows_progress(hidden),
-        message=None if hidden else lambda text: echo(text, err=True),
+        progress=printer.progress,
+        message=None if printer.hidden else lambda text: echo(text, err=True),
     )
-    return _summarise(found, as_json, quiet)
+    return _summarise(found, printer)
 
 
 def _named(texts: tuple[str, ...]) -> dict[str, str | int]:
@@ -113,10 +88,10 @@ def _named(texts: tuple[str, ...]) -> dict[str, str | int]:
     return {name: int(value) if value.isascii() and value.isdigit() else value for name, _, value in pairs}
 
 
-def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:
+def _summarise(found: SuiteResults, printer: Printer) -> int:
     """Say how the runs ended; status 1 if some failed."""
     counts = found.counts
-    if as_json:
+    if printer.as_json:
         seed = found.manifest["selection"].get("seed")
         drawn = {} if seed is None else {"seed": seed}
         where = {"directory": str(found.directory), "suite": found.suite}
@@ -124,7 +99,7 @@ def _summarise(found: SuiteResults, as_json: bool, quiet: bool) -> int:
     else:
         for told, number in found.failure_texts.items():
             echo(f"failed: {told}" + (f" ({number} runs)" if number > 1 else ""), err=True)
-        if not quiet:
+        if not printer.quiet:
             told = f"{counts['ok']} ok, {counts['failed']} failed, {counts['not_applicable']} not applicable"
             echo(f"suite {found.suite}: {len(found.rows)} runs, {told}; results in {found.directory}")
             echo(f"next: helmbench report {shlex.quote(str(found.directory))}")

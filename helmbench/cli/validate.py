@@ -4,37 +4,27 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
+from typing import Any
 
 import click
 
-from ._shared import (
-    FILE,
-    MODEL,
-    SIDES,
-    Greedy,
-    check_file,
-    check_folder,
-    echo,
-    force_option,
-    output_options,
-    print_json,
-    show_files,
-)
+from ._from_api import ApiCommand, several
+from ._shared import FILE, MODEL, SIDES, Printer, check_file, check_folder, echo, force_option, output_options
 
 
-class Validate(Greedy):
+class Validate(ApiCommand):
     """`validate MODEL RECORD... --compare MODEL...`"""
 
     greedy = ("--compare",)
 
 
-@click.command(cls=Validate)
+@click.command(
+    cls=Validate,
+    api="validate",
+    options={"compare": several(MODEL, metavar="MODEL..."), "positive_rudder": SIDES},
+)
 @click.argument("model", type=MODEL)
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
-@click.option(
-    "--compare", multiple=True, metavar="MODEL...", type=MODEL, help="Further models, validated in the same way."
-)
-@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the files; overrides their sidecars.")
 @click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
 @click.option(
     "--certificate", type=FILE, help="A page on the model: what it was tried on, errors, limits (.html, .pdf)."
@@ -44,13 +34,11 @@ class Validate(Greedy):
 def validate(
     model: str,
     records: tuple[Path, ...],
-    compare: tuple[str, ...],
-    positive_rudder: str | None,
     output: Path | None,
     certificate: Path | None,
     force: bool,
-    as_json: bool,
-    quiet: bool,
+    printer: Printer,
+    **asked: Any,
 ) -> None:
     """Compare simulations with records; nothing is fitted.
 
@@ -68,14 +56,10 @@ def validate(
         check_file(certificate, force)
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", helmbench.RudderSignWarning)
-        found = helmbench.validate(model, records, compare, positive_rudder=positive_rudder)
+        found = helmbench.validate(model, records, **asked)
     for doubt in (one for one in doubts if issubclass(one.category, helmbench.RudderSignWarning)):
         echo(f"helmbench: warning: {doubt.message}", err=True)
     paths = found.write(output) if output is not None else ()
     if certificate is not None:
         paths = (*paths, found.write_certificate(certificate))
-    if as_json:
-        print_json(found.to_json())
-    elif not quiet:
-        echo(found.summary())
-        show_files(paths)
+    printer.show(found.to_json, found.summary, paths)

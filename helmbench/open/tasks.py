@@ -223,6 +223,8 @@ def analyse(
     -------
     What lists of results show.
     """
+    from ..api.results import page_of
+    from ..reporting.open.views import view_of
     from . import recipes
 
     stage("cutting the records")
@@ -233,10 +235,11 @@ def analyse(
         raise BadInput("no part is for training", hint="mark one at least")
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        found, view = RUNS[kind](train, held_out, model, method, stage)
+        found = RUNS[kind](train, held_out, model, method, stage)
     stage("drawing the result")
     folder = Path(out)
     found.write(folder)
+    view = view_of(page_of(found))
     _write_parts(folder / RECORDS, cut)
     view = view | {"kind": kind, "told": [*view["told"], *dict.fromkeys(_doubts(told))]}
     (folder / VIEW).write_text(json.dumps(plain(view), allow_nan=False), "utf-8")
@@ -269,33 +272,26 @@ def _write_parts(folder: Path, cut: Sequence[tuple[Mapping[str, Any], Record]]) 
 
 def _checked(train: list[Record], held_out: list[Record], model: str, method: str, stage: Stage) -> Any:
     from .. import check
-    from ..reporting.open.views import check_view
 
     stage("comparing the channels with each other")
-    found = check([*train, *held_out])
-    return found, check_view(found)
+    return check([*train, *held_out])
 
 
 def _identified(train: list[Record], held_out: list[Record], model: str, method: str, stage: Stage) -> Any:
     from .. import identify
-    from ..reporting.open.views import identification_view
 
     stage("fitting the models that the records allow" if model == "auto" else "fitting the model")
     estimate = identify(train, model, method, validate=held_out)
     stage("judging the fit: free runs, residuals, what the records tell")
-    found = estimate.assess()
-    return found, identification_view(found)
+    return estimate.assess()
 
 
 def _diagnosed(train: list[Record], held_out: list[Record], model: str, method: str, stage: Stage) -> Any:
     from .. import build_model, diagnose
-    from ..reporting.open.views import craft_view, diagnosis_view
 
     if model == NO_MODEL:
-        built = build_model(train, held_out, progress=stage)
-        return built, craft_view(built)
-    found = diagnose(model, train, held_out, progress=stage)
-    return found, diagnosis_view(found)
+        return build_model(train, held_out, progress=stage)
+    return diagnose(model, train, held_out, progress=stage)
 
 
 RUNS = {"check": _checked, "identify": _identified, "diagnose": _diagnosed}

@@ -1,34 +1,248 @@
-"""The page of a calibration: what moved, step by step, what remains, measured against simulated."""
+"""What a calibration says: the numbers that moved, step by step, and what remains."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..diagnosis.charts import AFTER, BEFORE, MEASURED
-from ..diagnosis.panels import panel
-from ..equations import equations
-from ..templating import render
-from . import text as words
+from ..diagnosis.words import channel, in_line, sentence, worse
+from ..numbers import DEG, interval, number, percent, with_unit
+from ..page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, overlays, result_page, sides
+from ..runs import of_trace
+from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ...diagnosis.calibration.result import Calibration
+    from collections.abc import Mapping
+
+    from ...diagnosis.calibration.result import Calibration, Moved, StepTold
+    from ..page import Page
+
+VERDICTS = {
+    "adequate": (GOOD, "The model agrees with the records."),
+    "named": (GOOD, "What the model gets wrong is explained by"),
+    "partly_named": (FAIR, "A part of what the model gets wrong is explained by"),
+    "unexplained": (BAD, "No number of the model explains what it gets wrong."),
+}
+"""Verdict -> how it is set off, and its first sentence, which the numbers that moved end where some explain."""
+MOST_NAMED = 4
+"""Numbers that the first sentence names."""
+DEGREES = ("rudder_offset",)
+"""Numbers that are shown in degrees."""
+BASE = "base model"
+STEPS = (
+    "Root mean square errors of free runs. Left out: training records, each predicted by a fit without it. Of held-out "
+    "records only that is used that a change which worsens them is withdrawn."
+)
 
 
-def html(found: Calibration) -> str:
-    """The page, self-contained."""
-    traces = sorted(found.traces, key=lambda trace: trace.role != "held_out")
-    return render(
-        "calibration.html.j2",
-        found=found,
-        words=words,
-        moved=words.moved_table(found),
-        steps=words.steps_table(found),
-        models=words.models_table(found),
-        ingredients=words.ingredients_table(found),
-        shares=words.shares_table(found),
-        remaining=words.remaining_table(found),
-        runs=words.runs_table(found),
-        equations=equations(found.extended, found.model) if found.moved else None,
-        panels=[panel(trace, after=bool(found.moved)) for trace in traces],
-        colours={"measured": MEASURED, "before": BEFORE, "after": AFTER},
+def page(found: Calibration) -> Page:
+    """The page of a calibration."""
+    told = [sentence(found.reason), worse(found.worse, "extended") if found.worse else ""]
+    first, each = overlays([of_trace(trace, bool(found.moved)) for trace in found.traces])
+    new, every = equation_parts(found.extended, found.model)
+    return result_page(
+        f"Calibration of {found.model.id}",
+        f"{found.model.title or found.model.family}; {sides(found.records)}",
+        Verdict(
+            VERDICTS[found.verdict][0],
+            first_sentence(found),
+            tuple(filter(None, told)),
+            found.verdict.replace("_", " "),
+        ),
+        seen=[first, models_table(found)],
+        changed=[moved_table(found), new] if found.moved else ["No number of the model moved."],
+        remains=[shares_table(found), remaining_table(found)],
+        following=[next_sentence(found) if found.next_runs else None],
+        details=[
+            Section("Step by step", (steps_table(found),)),
+            Section("What every ingredient removes of the squared error", (ingredients_table(found),)),
+            Section("Neutral rudder angle of every training record", (runs_table(found),)),
+            each,
+            *([every] if found.moved else []),
+        ],
+        doubts=found.doubts,
     )
+
+
+def first_sentence(found: Calibration) -> str:
+    """The verdict with the numbers that moved, and what they do to the error of the heading, or of a first channel."""
+    said = VERDICTS[found.verdict][1]
+    if said.endswith(".") or not found.moved:
+        return f"{said.rstrip('.').removesuffix(' by')}."
+    named = [_in_a_word(moved) for moved in found.moved]
+    named = [*named[:MOST_NAMED], f"{len(named) - MOST_NAMED} more"] if len(named) > MOST_NAMED + 1 else named
+    return f"{said} {in_line(named)}{_errors(found)}."
+
+
+def _in_a_word(moved: Moved) -> str:
+    """`R_0 +25 %`, or the value of a number that was zero."""
+    change = (
+        f"{moved.percent:+.0f} %" if moved.percent is not None else with_unit(_scale(moved) * moved.after, _unit(moved))
+    )
+    return f"{moved.name} {change}{f' {moved.where}' if moved.where else ''}"
+
+
+def _errors(found: Calibration) -> str:
+    column = "heading_rad" if "heading_rad" in found.before else next(iter(found.before), "")
+    if column not in found.after:
+        return ""
+    place = 1 if found.before[column][1] is not None else 0
+    before, after, (word, unit, factor) = found.before[column][place], found.after[column][place], channel(column)
+    if before is None or after is None:
+        return ""
+    change = f"from {number(factor * before)} to {number(factor * after)} {unit}"
+    return f"; {('left-out', 'held-out')[place]} error of the {word} {change}"
+
+
+def next_sentence(found: Calibration) -> str:
+    """What to sail or measure next."""
+    runs = ", ".join(f"{run.manoeuvre} ({number(run.information, 2)} nats)" for run in found.next_runs)
+    return f"Manoeuvres that would tell most about the numbers that are open: {runs}."
+
+
+def moved_table(found: Calibration) -> Table:
+    """The numbers that moved."""
+    columns = [
+        Column("number", lambda m: m.name),
+        Column("group", lambda m: m.group.replace("_", " ")),
+        Column("before", lambda m: number(_scale(m) * m.before), lambda m: m.before),
+        Column("after, 90 % interval", _after, lambda m: m.after),
+        Column("unit", _unit),
+        Column("change", _change, lambda m: m.percent),
+        Column("where", lambda m: m.where or "everywhere"),
+        Column("in prior standard deviations", lambda m: f"{m.prior_sds:+.1f}", lambda m: m.prior_sds),
+    ]
+    return make_table(columns, found.moved)
+
+
+def _scale(m: Moved) -> float:
+    return DEG if m.name in DEGREES else 1.0
+
+
+def _unit(m: Moved) -> str:
+    return "deg" if m.name in DEGREES else ""
+
+
+def _change(m: Moved) -> str:
+    return "" if m.percent is None else f"{m.percent:+.0f} %{', in proportion' if m.in_proportion else ''}"
+
+
+def _after(m: Moved) -> str:
+    factor = _scale(m)
+    return interval(factor * m.after, factor * m.low, factor * m.high)
+
+
+def steps_table(found: Calibration) -> Table:
+    """Errors of records that were left out, and of held-out records, from the base model through every step."""
+    rows: list[tuple[str, Mapping[str, float], Mapping[str, float], str, str]]
+    rows = [(BASE, {c: old for c, (old, _) in found.before.items()}, _held(found), "", "")]
+    rows += [(f"+ {s.title}", s.left_out, s.held_out, _gain(s), ", ".join(s.tied_with)) for s in found.steps]
+    columns = [Column("model", lambda row: row[0])]
+    for column in found.before:
+        columns += [_error_column(column, 1, "left out"), _error_column(column, 2, "held out")]
+    columns += [
+        Column("fall of the score", lambda row: row[3]),
+        Column("would do as well", lambda row: row[4].replace("_", " ")),
+    ]
+    return make_table(columns, rows, note=STEPS)
+
+
+def _held(found: Calibration) -> dict[str, float]:
+    return {c: new for c, (_, new) in found.before.items() if new is not None}
+
+
+def _gain(step: StepTold) -> str:
+    return f"{step.gain:.2f} ± {step.standard_error:.2f}"
+
+
+def _error_column(column: str, place: int, side: str) -> Column:
+    word, unit, factor = channel(column)
+    return Column(
+        f"{word}, {unit}, {side}",
+        lambda row: number(factor * row[place][column]) if column in row[place] else "",
+        lambda row: factor * row[place][column] if column in row[place] else None,
+    )
+
+
+def shares_table(found: Calibration) -> Table:
+    """What each channel's squared free-run error of the base model consists of."""
+    names = (
+        ("numbers that moved", "coefficients"),
+        ("trim and start of single runs", "trim"),
+        ("sensor noise", "noise"),
+        ("remaining", "remaining"),
+    )
+    columns = [Column("channel", lambda row: channel(row[0])[0])]
+    columns += [
+        Column(
+            title, lambda row, name=name: percent(getattr(row[1], name)), lambda row, name=name: getattr(row[1], name)
+        )
+        for title, name in names
+    ]
+    return make_table(columns, list(found.shares.items()), "What the error of the base model consists of")
+
+
+def models_table(found: Calibration) -> Table:
+    """Errors of held-out records, of left-out training records where none are held out, by every model; with each
+    held-out record's own neutral rudder angle and start; and the floor: the error of a fit to these records themselves.
+    """
+    place = 1 if any(new is not None for _, new in found.before.values()) else 0
+    models = (
+        (BASE, found.before),
+        ("numbers that moved", found.after),
+        ("all numbers, under their priors", found.predicted or found.after),
+    )
+    columns = [Column("channel", lambda c: channel(c)[0]), Column("unit", lambda c: channel(c)[1])]
+    columns += [_model_column(title, {c: pair[place] for c, pair in errors.items()}) for title, errors in models]
+    for place, title in enumerate(("base model", "all numbers") if found.own else ()):
+        own = {c: pair[place] for c, pair in found.own.items()}
+        columns.append(_model_column(f"{title}, own neutral angle and start", own))
+    columns += [_model_column("floor of the structure", found.floor)] if found.floor else []
+    return make_table(columns, list(found.before), f"Errors of {'held-out' if place else 'left-out training'} records")
+
+
+def _model_column(title: str, errors: Mapping[str, float | None]) -> Column:
+    def shown(column: str) -> float | None:
+        value = errors.get(column)
+        return None if value is None else channel(column)[2] * value
+
+    return Column(title, lambda c: "" if shown(c) is None else number(shown(c)), shown)
+
+
+def ingredients_table(found: Calibration) -> Table:
+    """Share of the squared error of these records that every ingredient removes: it comes back where all numbers are
+    fitted again without it."""
+    columns = [Column("ingredient", lambda one: one.what)]
+    columns += [_removed_column(column) for column in found.before]
+    return make_table(columns, found.ingredients, note="All numbers are fitted again without it.")
+
+
+def _removed_column(column: str) -> Column:
+    return Column(
+        channel(column)[0],
+        lambda one: percent(one.removes[column]) if column in one.removes else "",
+        lambda one: one.removes.get(column),
+    )
+
+
+def remaining_table(found: Calibration) -> Table:
+    """Conditions in which the remaining error is larger than elsewhere."""
+    columns = [
+        Column("channel", lambda entry: channel(entry.channel)[0]),
+        Column("condition", lambda entry: entry.condition),
+        Column("share of the squared error", lambda e: percent(e.share_of_error), lambda e: e.share_of_error),
+        Column("share of the time", lambda e: percent(e.share_of_time), lambda e: e.share_of_time),
+    ]
+    return make_table(columns, found.remaining, "Where the remaining error lies")
+
+
+def runs_table(found: Calibration) -> Table:
+    """Every training record's own neutral rudder angle."""
+    columns = [
+        Column("record", lambda run: run.record),
+        Column(
+            "neutral rudder angle about the common one, deg",
+            lambda run: f"{DEG * run.neutral_angle_rad:+.2f}",
+            lambda run: DEG * run.neutral_angle_rad,
+        ),
+    ]
+    return make_table(columns, found.runs)

@@ -1,16 +1,18 @@
-"""Figures of a published diagnosis: errors by record, spectra of the errors, forces that remain."""
+"""Figures of a diagnosis: errors by record, spectra of the errors, forces that remain."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..charts import band, bars, spectra
+from ..errors import banded, residual, rms
+from ..page import Drawing
+from ..runs import AFTER, BEFORE, CHANNELS, DrawnCurve
 from . import words
-from .charts import AFTER, BEFORE, Curve, band, bars, spectra
-from .errors import banded, residual, rms
-from .panels import CHANNELS
 
 if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, RemainingForce
@@ -21,12 +23,23 @@ BANDS = 14
 COLOURS = {"before": BEFORE, "after": AFTER}
 
 
-def figures(found: Diagnosis) -> dict[str, str]:
-    """Name -> SVG file: errors by record, a spectrum of the errors for each channel, and a curve for each force."""
-    drawn = {"errors": error_bars(found)}
-    drawn |= {f"spectrum-{name}": spectrum_figure(found, name) for name in CHANNELS}
-    drawn |= {f"remaining-{number}": curve_chart(force) for number, force in enumerate(found.remaining, 1)}
-    return {name: svg for name, svg in drawn.items() if svg}
+def error_drawings(found: Diagnosis) -> list[Drawing]:
+    """Errors by record, and a spectrum of the errors of each channel."""
+    drawn = [Drawing("errors", "Root mean square errors of the free runs", lambda: error_bars(found))]
+    for name in CHANNELS:
+        caption = f"Spectrum of the {words.channel(name)[0]} errors"
+        drawn.append(Drawing(f"spectrum-{name}", caption, partial(spectrum_figure, found, name)))
+    return drawn
+
+
+def force_drawings(found: Diagnosis) -> list[Drawing]:
+    """A curve of each force that remains."""
+    caption = "The force with its 90 % band, where the records hold data"
+    return [
+        Drawing(f"remaining-{place}", caption, partial(curve_chart, force))
+        for place, force in enumerate(found.remaining, 1)
+        if force.curve is not None
+    ]
 
 
 def error_bars(found: Diagnosis) -> str:
@@ -55,8 +68,10 @@ def spectrum_figure(found: Diagnosis, name: str) -> str:
     _, unit, factor = words.channel(name)
     curves = []
     for run in _runs(found):
-        power = np.nanmean(np.stack([banded(t.time, residual(t, name, run), edges) for t in traces]), axis=0)
-        curves.append(Curve(run, factor * np.sqrt(power), COLOURS[run], width=1.5))
+        power = np.stack([banded(t.time, residual(t, name, run), edges) for t in traces])
+        known = np.isfinite(power)
+        mean = np.where(known, power, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
+        curves.append(DrawnCurve(run, factor * np.sqrt(mean), COLOURS[run], width=1.5))
     return spectra(np.sqrt(edges[:-1] * edges[1:]), curves, f"{unit} / √Hz")
 
 

@@ -40,7 +40,7 @@ def as_public_loaders_name_them(record: Record) -> Record:
 
 
 @dataclass(frozen=True)
-class Report:
+class PublishedDiagnosis:
     """One published diagnosis: base model, runs of a measured set, options, and what is done to the records first.
 
     elsewhere : held-out runs of the set MARIN, beside those of the set.
@@ -62,7 +62,7 @@ APART = ("zigzag_31-Jul-2020_13_57_45", "zigzag_31-Jul-2020_14_10_05")
 
 
 REPORTS = {
-    "kvlcc2-simulation": Report(
+    "kvlcc2-simulation": PublishedDiagnosis(
         "The published KVLCC2 simulation against HSVA's runs, and its transfer to MARIN's",
         "The simulation of Yasukawa and Yoshimura (2015), trained on ten runs of one laboratory and scored, nothing "
         "refitted, on the zigzags of another. The vessel file pairs the open-water curve of one propeller with the "
@@ -73,7 +73,7 @@ REPORTS = {
         {"base_parameters": "file"},
         elsewhere=("zz_10", "zz_-10", "zz_20", "zz_-20"),
     ),
-    "hsva-public-columns": Report(
+    "hsva-public-columns": PublishedDiagnosis(
         "HSVA zigzags under the column names of public loaders",
         "The columns that public loaders call surge, sway, roll rate and yaw rate, used as they are named.",
         "kvlcc2-l7",
@@ -82,7 +82,7 @@ REPORTS = {
         {"base_parameters": "file"},
         as_public_loaders_name_them,
     ),
-    "hsva-nomoto": Report(
+    "hsva-nomoto": PublishedDiagnosis(
         "HSVA 15/5 zigzag with a first-order Nomoto model",
         "What a first-order response model does not describe of a free-running tanker model.",
         "nomoto-1-cubic",
@@ -90,7 +90,7 @@ REPORTS = {
         ("Z_25_05", "Z_10_10_P", "Z_10_10_S", "Z_20_10_S"),
         {"base_parameters": "identify"},
     ),
-    "hsva-nomoto-runs": Report(
+    "hsva-nomoto-runs": PublishedDiagnosis(
         "HSVA zigzags with a second-order Nomoto model",
         "Five runs for training; the terms that the model lacks are named by free runs of runs that were left out.",
         "nomoto-2",
@@ -98,7 +98,7 @@ REPORTS = {
         ("Z_10_10_S", "Z_20_10_S", "Z_35_05"),
         {"base_parameters": "identify"},
     ),
-    "hsva-small-angles": Report(
+    "hsva-small-angles": PublishedDiagnosis(
         "HSVA 5/1 zigzag, heading and rudder alone",
         "The neutral rudder angle, from the smallest zigzag and the fewest channels.",
         "nomoto-2",
@@ -106,7 +106,7 @@ REPORTS = {
         ("Z_15_01",),
         {"base_parameters": "identify", "channels": ("heading_rad",)},
     ),
-    "marin-simulation": Report(
+    "marin-simulation": PublishedDiagnosis(
         "The published KVLCC2 simulation against MARIN's runs alone",
         "Turning circles and two zigzags for training, the other zigzags held out. The yaw rates of these records show "
         "an offset that differs from run to run.",
@@ -116,7 +116,7 @@ REPORTS = {
         {"base_parameters": "file"},
         dataset=MARIN,
     ),
-    "esso-osaka-pond": Report(
+    "esso-osaka-pond": PublishedDiagnosis(
         "The Esso Osaka model of 3 m in a pond, with measured wind",
         "Five zigzags of a free-running model (Wakita et al. 2022). The numbers of the vessel come from three of them, "
         "which train here as well; the two others took no part in either.",
@@ -126,7 +126,7 @@ REPORTS = {
         {"base_parameters": "file"},
         dataset=ESSO_OSAKA,
     ),
-    "blueboat-nomoto": Report(
+    "blueboat-nomoto": PublishedDiagnosis(
         "A BlueBoat steered by its two propellers, with a first-order Nomoto model",
         "Logger files of an unmanned surface vessel. What the model takes as rudder is the difference of the two "
         "propellers' commands, whose sides the published columns exchange.",
@@ -139,7 +139,7 @@ REPORTS = {
 }
 
 
-def diagnosed(report: Report) -> Diagnosis:
+def diagnosed(report: PublishedDiagnosis) -> Diagnosis:
     """The diagnosis of a report; BadInput where the measured set is missing on this machine."""
     from ...datasets.measured import load
     from ...diagnosis.ahead import with_errors_ahead
@@ -157,7 +157,7 @@ def diagnosed(report: Report) -> Diagnosis:
 
 
 @dataclass(frozen=True)
-class CraftReport:
+class PublishedCraft:
     """One published diagnosis without a model: runs of a measured set, or all of a folder beside the measured sets."""
 
     title: str
@@ -188,35 +188,35 @@ POND = tuple(stem for stem in stems(ESSO_OSAKA) if stem.startswith("zigzag") and
 TURNS_IN_POND = tuple(stem for stem in stems(ESSO_OSAKA) if not stem.startswith("zigzag"))
 FOREIGN = "Records that the library does not fetch: the reader's own data folder holds them."
 CRAFT = {
-    "craft-blueboat": CraftReport(
+    "craft-blueboat": PublishedCraft(
         "A BlueBoat without a model", "Steered by its two propellers, whose sides the published columns exchange.",
         BLUEBOAT, ("train-0", "train-1", "train-2"), ("heldout-0",),
     ),
-    "craft-esso-osaka-zigzags": CraftReport(
+    "craft-esso-osaka-zigzags": PublishedCraft(
         "The Esso Osaka model of 3 m without a model: zigzags", "Five zigzags in a pond, with measured wind.",
         ESSO_OSAKA, POND, APART,
     ),
-    "craft-esso-osaka": CraftReport(
+    "craft-esso-osaka": PublishedCraft(
         "The Esso Osaka model of 3 m without a model: zigzags, turns and a random run",
         "The random run backs its propeller, which no training run does.",
         ESSO_OSAKA, (*POND, APART[0], TURNS_IN_POND[1]), (APART[1], TURNS_IN_POND[0], TURNS_IN_POND[2]),
     ),
-    "craft-hsva": CraftReport(
+    "craft-hsva": PublishedCraft(
         "HSVA's 7 m KVLCC2 without a model", "Free-running zigzags of a tanker that is unstable on a straight course.",
         HSVA, ("Z_10_05", "Z_10_10_P", "Z_15_05", "Z_20_05", "Z_25_05"), ("Z_10_10_S", "Z_20_10_S", "Z_35_05"),
     ),
-    "craft-marin": CraftReport(
+    "craft-marin": PublishedCraft(
         "MARIN's KVLCC2 without a model",
         "A turning circle and two zigzags train, those to the other side are held out.",
         MARIN, ("tc_-35", "zz_-10", "zz_-20"), ("tc_35", "zz_10", "zz_20"),
     ),
-    "craft-otter": CraftReport(
+    "craft-otter": PublishedCraft(
         "An Otter catamaran without a model", f"Two propellers under a course controller, in wind. {FOREIGN}", "otter"
     ),
-    "craft-vtec": CraftReport(
+    "craft-vtec": PublishedCraft(
         "A VTec S-III without a model", f"Two propellers, a pool and a lake. {FOREIGN}", "vtec"
     ),
-    "craft-expedition": CraftReport(
+    "craft-expedition": PublishedCraft(
         "An ocean racing yacht without a model", f"Logged every second in waves, rudder measured. {FOREIGN}",
         "expedition_horta",
     ),
@@ -226,21 +226,21 @@ CRAFT = {
 def write_reports(folder: Path = FOLDER, beginning: str = "") -> None:
     """Write the reports whose names begin so, and a list of all; others keep their line in it."""
     from ...diagnosis.craft.build import build
-    from ..craft.markdown import write_markdown as write_craft
-    from ..craft.text import told_in_a_line
-    from .markdown import write_markdown
+    from ..craft.page import page as craft_page
+    from ..craft.page import told_in_a_line
+    from ..media import write_markdown
+    from .page import page
     from .words import verdict
 
     kept = _lines(folder / "README.md")
     for name in (name for name in (*REPORTS, *CRAFT) if name.startswith(beginning)):
         if name in REPORTS:
             report, found = REPORTS[name], diagnosed(REPORTS[name])
-            write_markdown(replace(found, wall_s=0.0, cpu_s=0.0), folder, name, report.title, report.note)
-            said = verdict(found)
+            shown, said = page(replace(found, wall_s=0.0, cpu_s=0.0)), verdict(found)
         else:
             report, built = CRAFT[name], build(*CRAFT[name].records())
-            write_craft(built, folder, name, report.title, report.note)
-            said = told_in_a_line(built)
+            shown, said = craft_page(built), told_in_a_line(built)
+        write_markdown(shown, folder, name, report.title, report.note)
         kept[name] = f"- [{report.title}]({name}.md): {said}"
         print(kept[name])
     head = ["# Diagnoses of measured records", "Generated by `make diagnosis-reports`; not edited by hand."]

@@ -3,23 +3,37 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from ...datasets.display import IN_DEGREES
+from ..errors import correlation, mean, residual, rms
 from ..numbers import DEG, MISSING, fixed, interval, number, p_value, percent, with_unit
+from ..runs import CHANNELS
 from ..tables import Column, Table, field, make_table
 from . import words
-from .errors import correlation, mean, residual, rms
-from .panels import CHANNELS
 
 if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Entry, Gain
-    from ..equations import Equations
 
 LONGEST_BAR = 16.0
 """-log10 p at which the evidence bar is full."""
 CORRELATED = (1.0, 10.0)
 """Lags in s at which the correlation of the errors with themselves is given."""
+
+WHERE = (
+    "The bar is the condition's share of the squared free-run error of the base model, the dashed line its share of "
+    "the time. A bar that passes its line marks a condition under which the errors are larger than on average."
+)
+EVIDENCE = (
+    "The bar shows the evidence, −log₁₀ of the adjusted p-value (full at 16); the dashed line is the family-wise "
+    "level. Power: probability of finding an effect of relevant size in these records."
+)
+GAIN = "Free run against the raw recorded channels; interval of the ratio by block bootstrap."
+STATISTICS = (
+    "Errors: measured minus simulated, free run. Correlation: autocorrelation of the error at that lag (0 for sensor "
+    "noise)."
+)
 
 
 # ---- where the errors arise
@@ -32,7 +46,7 @@ def where_table(found: Diagnosis) -> Table:
         Column("share of the squared error", _share_text, lambda row: _share(row), _share_bar, _share_text),
         Column("share of the time", lambda row: percent(_share(row, "time")), lambda row: _share(row, "time")),
     ]
-    return make_table(columns, found.where)
+    return make_table(columns, found.where, note=WHERE)
 
 
 def _share(row: Mapping[str, Any], of: str = "error") -> float:
@@ -56,8 +70,8 @@ def bar(width: float, mark: float, text: str) -> str:
 # ---- causes
 
 
-def bank_table(found: Diagnosis, testable_only: bool = False) -> Table:
-    """Every cause with its status, evidence and power; `testable_only` leaves out what could not be tested."""
+def bank_table(found: Diagnosis) -> Table:
+    """Every cause that could be tested with its status, evidence and power."""
     mark = bar_width(found.alpha)
 
     def evidence(entry: Entry) -> str:
@@ -72,8 +86,10 @@ def bank_table(found: Diagnosis, testable_only: bool = False) -> Table:
         Column("tied with", lambda entry: ", ".join(map(words.cause, _rivals(entry, found)))),
         Column("why", lambda entry: words.said(entry.why)),
     ]
-    entries = [e for e in words.ordered_bank(found) if not (testable_only and e.status == "not_testable")]
-    return make_table(columns, entries, kind=lambda entry: entry.status)
+    entries = [entry for entry in words.ordered_bank(found) if entry.status != "not_testable"]
+    return make_table(
+        columns, entries, note=f"{EVIDENCE} The level is {number(found.alpha)}.", kind=lambda entry: entry.status
+    )
 
 
 def _status(entry: Entry, alpha: float) -> str:
@@ -106,17 +122,6 @@ def _rivals(entry: Entry, found: Diagnosis) -> list[str]:
 # ---- the extended model
 
 
-def added_table(equations: Equations, instruments: Sequence[tuple[str, str]]) -> Table:
-    """Parameters that the extension added, and its values for rudder and sensors."""
-    rows = [
-        {"symbol": symbol, "name": name, "value": with_unit(value, unit, 4)}
-        for symbol, _, name, value, unit in equations.added
-    ]
-    rows += [{"symbol": "", "name": name, "value": text} for name, text in instruments]
-    symbol = Column("symbol", lambda row: row["name"] if row["symbol"] else "", html=lambda row: row["symbol"])
-    return make_table([symbol, field("name"), field("value")], rows)
-
-
 def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
     """Values of the extension for rudder linkage and sensors: name, value with unit."""
     from ...models.instruments import INSTRUMENTS, SWAPS
@@ -124,8 +129,8 @@ def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
     own = {k: v for k, v in found.extended.instruments.items() if found.model.instruments.get(k) != v}
     rows = []
     for name, value in own.items():
-        unit = words.IN_DEGREES.get(INSTRUMENTS[name], INSTRUMENTS[name])
-        factor = DEG if INSTRUMENTS[name] in words.IN_DEGREES else 1.0
+        unit = IN_DEGREES.get(INSTRUMENTS[name], INSTRUMENTS[name])
+        factor = DEG if INSTRUMENTS[name] in IN_DEGREES else 1.0
         switch = name in (*SWAPS, "earth_frame_velocity", "rudder_reversed")
         rows.append((words.cause(name), "yes" if switch else with_unit(factor * value, unit)))
     return rows
@@ -148,12 +153,13 @@ def gain_table(found: Diagnosis) -> Table:
         Column("own neutral angle and start: RMSE before", lambda row: _rmse(row, "own_before")),
         Column("after", lambda row: _rmse(row, "own_after")),
     ]
-    return make_table(columns, list(found.gain.items()))
+    return make_table(columns, list(found.gain.items()), "Free-run errors on held-out records", GAIN)
 
 
 def _rmse(row: tuple[str, Gain], name: str) -> str:
     _, unit, factor = words.channel(row[0])
-    return with_unit(factor * getattr(row[1], name), unit)
+    value = getattr(row[1], name)
+    return MISSING if math.isnan(value) else with_unit(factor * value, unit)
 
 
 def ratio(gain: Gain) -> str:
@@ -180,7 +186,7 @@ def error_table(found: Diagnosis) -> Table:
         if name in trace.measured
         for run in ("before", "after")[: 1 + bool(found.causes)]
     ]
-    return make_table(columns, rows)
+    return make_table(columns, rows, note=STATISTICS)
 
 
 def _correlation_column(lag: float) -> Column:

@@ -1,10 +1,12 @@
-"""Sentences and facts of a diagnosis, for the terminal, the page and the Markdown form."""
+"""Sentences and facts of a diagnosis."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
+from ...datasets.columns import CANONICAL
+from ...datasets.display import IN_DEGREES, shown_name, shown_unit
 from ...diagnosis.causes.base_coefficients import BaseCoefficients
 from ...diagnosis.causes.registry import causes
 from ...diagnosis.causes.steering_gear import RudderOffset
@@ -18,18 +20,10 @@ if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Entry, Finding, RemainingForce
     from ...models.model import Model
 
-IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 SHARES = ("e", "s", "share", "fraction", "change")
 """Parameters without unit that are given in per cent."""
-CHANNEL_WORDS = {
-    "heading_rad": ("heading", "deg", DEG),
-    "yaw_rate_rad_s": ("yaw rate", "deg/s", DEG),
-    "surge_m_s": ("surge", "m/s", 1.0),
-    "sway_m_s": ("sway", "m/s", 1.0),
-    "north_m": ("north", "m", 1.0),
-    "east_m": ("east", "m", 1.0),
-    "position_m": ("position", "m", 1.0),
-}
+HEADLINED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m", "position_m")
+"""Channels of which the first one that changes is told in the headline."""
 MOST_PERCENT = 1000.0
 """Change, %, from which both values are told in its place."""
 LONGEST = 25
@@ -39,7 +33,9 @@ STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testabl
 
 def channel(name: str) -> tuple[str, str, float]:
     """Name, unit and factor with which a channel is shown."""
-    return CHANNEL_WORDS.get(name, (name, "", 1.0))
+    if name in CANONICAL:
+        return shown_name(name), *shown_unit(name)
+    return ("position", "m", 1.0) if name == "position_m" else (name, "", 1.0)
 
 
 def size(item: Size) -> str:
@@ -114,7 +110,7 @@ def headline(found: Diagnosis) -> str:
     ending = _ending(found)
     for count in range(len(names), 0, -1):
         more = [f"{len(names) - count} more"] if count < len(names) else []
-        line = f"{told}{_in_line([*names[:count], *more])}{ending}"
+        line = f"{told}{in_line([*names[:count], *more])}{ending}"
         if len(line.split()) <= LONGEST:
             return line
     return f"{told}{len(names)} causes{ending}"
@@ -122,7 +118,7 @@ def headline(found: Diagnosis) -> str:
 
 def _ending(found: Diagnosis) -> str:
     """What the extended model does to the error of held-out records, at the end of a headline."""
-    gained = next((n for n in CHANNEL_WORDS if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
+    gained = next((n for n in HEADLINED if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
     return f"; held-out error {_without_trim(found) or _change(found, gained)}." if gained else "."
 
 
@@ -131,7 +127,7 @@ def remaining(force: RemainingForce) -> str:
     sizes = "; ".join(map(size, force.sizes))
     said = f"{sentence(force.text)[:-1]} ({sizes})." if sizes else sentence(force.text)
     known = "" if force.extended else " It is not a term of the extended model."
-    known += f" As likely: {_in_line(list(force.tied_with))}." if force.tied_with else ""
+    known += f" As likely: {in_line(list(force.tied_with))}." if force.tied_with else ""
     return f"{said}{known} It may be {force.reading}. To tell: {force.next_manoeuvre}."
 
 
@@ -178,8 +174,15 @@ def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
     """Groups of coefficients with their numbers as changes: `propeller thrust (thrust_scale +33 %)`; empty where all
     are uncertain."""
     numbers = [_changed(found.model, item) for finding in findings for item in finding.sizes]
-    groups = _in_line(_wrong_groups(findings))
+    groups = in_line(_wrong_groups(findings))
     return f"{groups} ({', '.join(numbers)})" if numbers else ""
+
+
+def size_and_change(model: Model, finding: Finding, item: Size) -> str:
+    """A size; of a number of the model's own with its change behind it: `R_0 0.029 [0.028, 0.03], +30 %`."""
+    if finding.cause != BaseCoefficients.id or not model.parameters.get(item.parameter):
+        return size(item)
+    return f"{size(item)}, {_changed(model, item).removeprefix(item.parameter).strip()}"
 
 
 def _changed(model: Model, item: Size) -> str:
@@ -201,7 +204,7 @@ def _changed(model: Model, item: Size) -> str:
     )
 
 
-def _in_line(parts: Sequence[str]) -> str:
+def in_line(parts: Sequence[str]) -> str:
     """`a, b and c`."""
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
@@ -218,7 +221,7 @@ def _listed(findings: Sequence[Finding]) -> str:
     for finding in findings:
         sizes = [item for item in finding.sizes if item.record is None] or finding.sizes
         named.append(f"{tie(finding)} ({'; '.join(map(size, sizes[:3]))})" if sizes else tie(finding))
-    return _in_line(named)
+    return in_line(named)
 
 
 def gain_sentence(found: Diagnosis) -> str:
@@ -245,7 +248,7 @@ def calibrated_sentence(found: Diagnosis) -> str:
     if found.calibrated is None or same:
         return ""
     errors = [f"{number(channel(n)[2] * found.calibrated_gain[n].rmse_after)} {channel(n)[1]}" for n in shown]
-    return f"With all its numbers moved under their priors the errors are {_in_line(errors)} (calibrated model)."
+    return f"With all its numbers moved under their priors the errors are {in_line(errors)} (calibrated model)."
 
 
 def _before_and_after(found: Diagnosis, name: str) -> tuple[str, str]:
@@ -315,8 +318,9 @@ def facts(found: Diagnosis) -> list[tuple[str, str]]:
         ("held-out records", ", ".join(files["held_out"]) or "none: the gain was not measured"),
         ("family-wise level", number(found.alpha)),
         ("seed", str(found.seed)),
-        ("time", f"{found.wall_s:.1f} s ({found.cpu_s:.1f} s of processor time)"),
     ]
+    if found.wall_s > 0.0:
+        rows.append(("time", f"{found.wall_s:.1f} s ({found.cpu_s:.1f} s of processor time)"))
     return [*rows, *noise_rows(found)]
 
 

@@ -15,7 +15,7 @@ from ...models.errors import BadInput
 from .. import tables
 from ..charts import rate_curves
 from ..numbers import MISSING, interval, number, percent
-from ..report import Report, environment_rows, listed, reservations, write_files
+from ..report import Report, environment_rows, reservations, write_files
 from ..tables import Column, Table, field, make_table
 from ..templating import render
 from . import rates
@@ -97,7 +97,7 @@ def markdown(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
     for table in [*shown, failure_table(board)]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
-    return "\n\n".join([*parts, "## How to read it", READING, "## Made with", listed(facts(manifest))]) + "\n"
+    return "\n\n".join([*parts, "## How to read it", READING, "## Made with", tables.listed(facts(manifest))]) + "\n"
 
 
 def html(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:

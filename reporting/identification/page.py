@@ -1,51 +1,277 @@
-"""The page of an identification: verdict, free runs, residuals, parameters, what the records tell, advice."""
+"""What an identification says: whether to believe the model, its parameters, residuals, what the records tell."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..templating import render
-from ..validation.page import key_of, panels
+import numpy as np
+
+from ...datasets.display import shown_name, shown_unit
+from ...estimation.judgement.assessment import APPROXIMATES, EXPLAINS, FAILS, POOR
+from ...estimation.likelihood.search import ADEQUATE
+from ..diagnosis.words import in_line, size
+from ..numbers import number, r_squared
+from ..page import BAD, FAIR, GOOD, Items, Note, Overlays, Section, Verdict, items, overlays, result_page
+from ..runs import of_validation
 from ..validation.tables import free_table, horizon_table, left_out_table, trusted_lines
-from ..validation.text import count
-from . import text as words
-from .charts import SIDES, residual_charts
-from .tables import assessed_table, comparison_note, comparison_table, next_table, residual_table, told_table
+from .charts import residual_drawings
+from .comparison import comparison_note, comparison_table
+from .tables import assessed_table, next_table, residual_table, told_table
 
 if TYPE_CHECKING:
+    from ...estimation.information.identifiability import ParameterGroup
     from ...estimation.judgement.assessment import Assessment
+    from ...estimation.judgement.comparison import Comparison
+    from ...estimation.judgement.correlation import ChannelResiduals
+    from ...estimation.validation.result import Validation
+    from ..page import Page
+    from ..tables import Table
+
+BIASES = {"rudder_offset": "a neutral rudder angle of", "yaw_rate_bias": "a yaw rate bias of"}
+"""Bias -> how its size is told."""
+CHANGED, MOST_CHANGED = 0.01, 4
+"""Least relative change of a parameter that is told beside a bias, and how many are."""
+GROWS = 2.0
+"""Factor between errors on held-out and on training records that is told."""
 
 
-def html(found: Assessment) -> str:
-    """The page, self-contained."""
-    sides = [("Held-out records", found.held_out)] if found.held_out is not None else []
-    sides.append(("Training records", found.train))
-    shown = [
-        {"title": title, "records": count(part), "free": free_table(part), "panels": panels(part),
-         "left_out": left_out_table(part)}
-        for title, part in sides
-    ]  # fmt: skip
-    told = found.identifiability
-    return render(
-        "identification.html.j2",
-        found=found,
-        headline=words.headline(found),
-        statement=words.statement(found),
-        sides=shown,
-        horizons=horizon_table(found.judged),
-        horizon_basis=found.judged.horizon_basis,
-        trusted=trusted_lines(found.judged),
-        key=key_of(found.train),
-        residuals=residual_table(found),
-        charts=residual_charts(found),
-        residual_key=[(side, colour) for side, colour in SIDES.items() if side == "training" or found.held_out],
-        parameters=assessed_table(found),
-        told=told_table(found),
-        groups=() if told is None else told.group_lines(),
-        noise={} if told is None else told.noise_sd,
-        next=next_table(found),
-        comparison=None if found.comparison is None else comparison_table(found.comparison),
-        comparison_note="" if found.comparison is None else comparison_note(found.comparison),
-        compared=() if found.compared is None else panels(found.compared),
-        compared_key=() if found.compared is None else key_of(found.compared),
+TONES = {EXPLAINS: GOOD, APPROXIMATES: FAIR, FAILS: BAD}
+TITLES = ("Measured and simulated", "The model", "What remains", "What to sail next")
+RUNS = (
+    "The model is simulated with the recorded rudder and revolutions from the state that the record itself, smoothed, "
+    "has at its first sample, and anew behind a long gap. R² = 1 − SSE/SST, about each run's mean; together: mean over "
+    "heading, yaw rate, surge and sway."
+)
+RESIDUALS = (
+    "Measured − simulated, each run from the initial state that fits it best (a black box from the first sample). "
+    "Sensor noise: from third differences of the records. With the right equations the residuals are the sensors' "
+    "noise: 99 % of the coefficients lie inside the dashed band. Coefficients outside with the rudder: the equations "
+    "lack something that the rudder does. Outside in time only: a disturbance, or a sensor whose noise is not white."
+)
+PARAMETERS = (
+    "Interval: from the standard error or, where the method gives it, by profile likelihood. Smallest possible: "
+    "relative standard deviation that these records allow any unbiased method (Cramér-Rao). Published values are those "
+    "of the vessels that ship with helmbench, in their own rudder sign; those with a unit depend on size and speed of "
+    "the ship."
+)
+NEXT = (
+    "Each manoeuvre is simulated with the model for as long as the longest record and added to the records. "
+    "Information: half the growth of the log determinant (D-optimality) of all parameters together, each known within "
+    "100 % before."
+)
+
+
+def page(found: Assessment) -> Page:
+    """The page of an identification."""
+    tested = "nothing" if found.held_out is None else ", ".join(record.name for record in found.held_out.records)
+    judged = "training" if found.held_out is None else "held-out"
+    runs = of_validation(found.held_out, "held_out") if found.held_out is not None else []
+    first, each = overlays([*runs, *of_validation(found.train, "train")])
+    trained = ", ".join(record.name for record in found.train.records)
+    state = "" if found.estimate.converged else "; not converged"
+    return result_page(
+        f"{found.name} from {trained}",
+        f"{tested} held out{state}",
+        Verdict(TONES[found.verdict], headline(found), tuple(statement(found))),
+        seen=[first, _titled(free_table(found.judged), f"Free runs of {judged} records"), left_out_table(found.judged)],
+        changed=[
+            assessed_table(found) if found.parameters else "A black box has no parameters.",
+            _candidates(found.comparison),
+        ],
+        remains=[residual_table(found), items([f"{line}." for line in trusted_lines(found.judged)])],
+        following=[items(next_lines(found))],
+        details=[
+            Section("Errors ahead", (horizon_table(found.judged), f"Times ahead: {found.judged.horizon_basis}.")),
+            *_of_training(found),
+            Section("Correlation of the residuals", (*residual_drawings(found), Note(RESIDUALS))),
+            Section("What the records tell of the parameters", _told(found)),
+            Section("Every manoeuvre that was tried", (next_table(found), Note(NEXT))),
+            *_compared(found, judged),
+            each,
+            Section("How to read it", (items([RUNS, PARAMETERS]),)),
+        ],
+        titles=TITLES,
     )
+
+
+def _candidates(found: Comparison | None) -> Table | None:
+    """What the model was compared with; None where it was not."""
+    return None if found is None else comparison_table(found, "Compared with others", comparison_note(found))
+
+
+def _of_training(found: Assessment) -> list[Section]:
+    """Errors of training records, where others judge the model."""
+    if found.held_out is None:
+        return []
+    return [Section("Free runs of training records", (free_table(found.train), left_out_table(found.train)))]
+
+
+def _titled(table: Table, title: str) -> Table:
+    return replace(table, title=title)
+
+
+def _told(found: Assessment) -> tuple[Table | Items | Note, ...]:
+    told = found.identifiability
+    if told is None:
+        return ()
+    noise = ", ".join(f"{shown_name(channel)} ({sd:.2g})" for channel, sd in told.noise_sd.items())
+    note = (
+        f"Cramér-Rao bounds of the free run at the estimate, for white noise on {noise}, with unknown initial states."
+    )
+    if found.verdict != EXPLAINS:
+        note += " They count the sensors' noise alone: the model does not explain the records, true errors are larger."
+    return told_table(found), items(told.group_lines()), Note(note)
+
+
+def _compared(found: Assessment, judged: str) -> list[Section]:
+    """Runs of the candidates side by side; nothing where none were compared."""
+    if found.compared is None:
+        return []
+    runs = tuple(of_validation(found.compared))
+    title = f"Free runs along the {judged} records, each fitted to all training records"
+    return [Section(title, (Overlays(runs),))]
+
+
+def headline(found: Assessment) -> str:
+    """The verdict in one sentence, which names the model where it was chosen from several."""
+    chosen = _chosen(found)
+    if found.verdict == FAILS:
+        model = f"this model{f': it is {chosen}' if chosen else ''}"
+        far = f" further ahead than {found.trusted_s:.3g} s" if found.trusted_s > 0.0 and not found.diverged else ""
+        return f"Do not predict{far} with {model}."
+    model = f"{chosen[0].upper()}{chosen[1:]}," if chosen else "The model"
+    told = "explains the records" if found.verdict == EXPLAINS else "approximates the records, it does not explain them"
+    return f"{model} {told}."
+
+
+def _chosen(found: Assessment) -> str:
+    """The name of a model that was chosen from several, and from how many; '' where it was not."""
+    compared, own = found.comparison, (found.estimate.model.id, found.estimate.method)
+    if compared is None:
+        return ""
+    tried = {(one.model.id, one.method) for one in compared.candidates if one.squares} | {own}
+    beaten = [(one.model.id, one.method) for one in compared.candidates if one is not compared.chosen]
+    return "" if own in beaten or len(tried) < 2 else f"the best of {len(tried)} models, {found.name}"
+
+
+def statement(found: Assessment) -> list[str]:
+    """Why, and what else the reader must know, in sentences."""
+    lines = [_misfit(found), *_reach(found), *_held_out(found), *_correlated(found), *_biases(found)]
+    lines += _undetermined(found)
+    lines += [f"{found.estimate.method}: {found.estimate.message}."] if found.estimate.message else []
+    return [line for line in (*lines, *found.doubts) if line]
+
+
+def _misfit(found: Assessment) -> str:
+    if found.diverged:
+        return f"Its free run diverges along {in_line(list(dict.fromkeys(found.diverged)))}."
+    told = f"Free runs of the training records have R² {_together(found.train)}."
+    if found.held_out is not None:
+        told = (
+            f"Free runs have R² {_together(found.held_out)} on held-out, {_together(found.train)} on training records."
+        )
+    if found.exceeding:
+        sizes = ", ".join(_size(one) for one in _worst(found.exceeding))
+        return f"{told} Their residuals exceed the sensors' noise: {sizes}."
+    if not found.train_residuals:
+        return told
+    largest = max((*found.train_residuals, *found.held_out_residuals), key=lambda one: one.ratio)
+    name, ratio = shown_name(largest.channel), number(largest.ratio, 2)
+    limit = f"; up to {ADEQUATE:g} times counts as explained" if found.verdict == EXPLAINS else ""
+    size = f"residuals are at most {ratio} times the sensors' noise ({name}{limit})."
+    return f"{told} {'Their' if found.r2 >= POOR else 'From the starts that fit best, their'} {size}"
+
+
+def _reach(found: Assessment) -> list[str]:
+    """How far a model predicts whose errors along whole records are large."""
+    if found.verdict == FAILS or found.r2 >= POOR:
+        return []
+    return [f"Predict no further ahead than {found.trusted_s:.3g} s: along whole records its errors grow too large."]
+
+
+def _biases(found: Assessment) -> list[str]:
+    """A neutral rudder angle or a yaw rate bias that would lower the errors, and what it changes."""
+    biases = found.biases
+    if biases is None:
+        return []
+    sizes = in_line([size(replace(one, parameter=BIASES[one.parameter])) for one in biases.sizes])
+    errors = []
+    for channel in (c for c in biases.before if c in biases.after):
+        unit, factor = shown_unit(channel)
+        before, after = (number(factor * side[channel]) for side in (biases.before, biases.after))
+        errors.append(f"the free-run error of the {shown_name(channel)} from {before} to {after} {unit}")
+    old, new = found.estimate.parameters, biases.parameters
+    moved = {n: abs(new[n] - x) / abs(x) for n, x in old.items() if n in new and x != 0.0}
+    most = sorted((n for n, share in moved.items() if share > CHANGED), key=lambda n: -moved[n])[:MOST_CHANGED]
+    changes = [f"{n} from {number(old[n])} to {number(new[n])}" for n in old if n in most]
+    told = f"{sizes[0].upper()}{sizes[1:]} would take {in_line([*errors, *changes])}."
+    return [f"{told} The identified numbers are without it."]
+
+
+def _together(found: Validation) -> str:
+    """R^2 of all channels together."""
+    score = found.score(None)
+    return r_squared(np.nan if score is None else score.r2)
+
+
+def _worst(found: Sequence[ChannelResiduals]) -> list[ChannelResiduals]:
+    """The largest residual of every channel."""
+    worst: dict[str, ChannelResiduals] = {}
+    for one in found:
+        if one.channel not in worst or one.ratio > worst[one.channel].ratio:
+            worst[one.channel] = one
+    return list(worst.values())
+
+
+def _size(one: ChannelResiduals) -> str:
+    unit, factor = shown_unit(one.channel)
+    return f"{shown_name(one.channel)} {number(factor * one.rms)} {unit} ({number(one.ratio, 2)} times)"
+
+
+def _held_out(found: Assessment) -> list[str]:
+    if found.held_out is None:
+        return ["No record was held out: nothing shows how the model predicts other runs."]
+    grown = []
+    for channel in dict.fromkeys(score.channel for score in found.held_out.scores if score.channel):
+        here, there = found.held_out.score(channel), found.train.score(channel)
+        if here is not None and there is not None and not found.diverged and here.rmse > GROWS * there.rmse > 0.0:
+            grown.append(f"{shown_name(channel)} {number(here.rmse / there.rmse, 2)} times")
+    lines = [f"Errors on held-out records are larger than on training records: {', '.join(grown)}."] if grown else []
+    if found.comparison is not None and found.comparison.basis == "held out" and len(found.comparison.candidates) > 1:
+        lines.append("The held-out records also compared the candidates: their errors are no independent test.")
+    return lines
+
+
+def _correlated(found: Assessment) -> list[str]:
+    lines = []
+    if found.rudder_left:
+        names = in_line([shown_name(channel) for channel in found.rudder_left])
+        lines.append(f"Residuals of {names} depend on the rudder: the equations lack something that the rudder does.")
+    if found.correlated:
+        names = in_line([shown_name(channel) for channel in found.correlated])
+        lines.append(f"Residuals of {names} are correlated in time: standard errors and intervals are too small.")
+    return lines
+
+
+def _undetermined(found: Assessment) -> list[str]:
+    if found.identifiability is None:
+        return [f"What the records tell of the parameters is not known: {found.not_told}."] if found.not_told else []
+    poor = found.identifiability.names[2]
+    total = len(found.parameters)
+    lines = [f"The records do not determine {len(poor)} of {total} parameters: {in_line(poor)}."] if poor else []
+    return [*lines, *map(_combined, found.identifiability.combinations)]
+
+
+def _combined(group: ParameterGroup) -> str:
+    return f"{in_line(group.names)} are known well only in combination: {group.known}."
+
+
+def next_lines(found: Assessment) -> list[str]:
+    """What to sail next, where the records leave something open."""
+    told = found.identifiability
+    if told is None or not told.candidates:
+        return []
+    best = told.candidates[0]
+    return [f"Most useful next manoeuvre: {best.manoeuvre} ({number(best.information, 2)} nats)."]

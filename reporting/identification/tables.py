@@ -3,47 +3,20 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.judgement.comparison import HELD_OUT, TIME_BLOCKS
-from ..numbers import interval, interval_digits, is_missing, number, r_squared
-from ..tables import Column, Table, field, make_table
+from ..numbers import interval, interval_digits, is_missing, number
+from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ...estimation.estimates.estimate import Estimate
     from ...estimation.judgement.assessment import Assessment, ParameterTold
-    from ...estimation.judgement.comparison import Candidate, Comparison
     from ...estimation.judgement.correlation import ChannelResiduals, Correlation
 
 DIGITS = 5
 SHOWN = 4
 """Published values that are listed one by one; of more the range is shown."""
-
-
-def parameter_table(estimate: Estimate) -> Table:
-    """Value, standard error and unit of every parameter, and its profile-likelihood interval if there is one."""
-    units = dict(zip(estimate.model.parameter_names, estimate.model.parameter_units, strict=True))
-    profiles = estimate.extra.get("profile", {})
-    rows = [
-        {
-            "parameter": name,
-            "value": value,
-            "error": estimate.stderr.get(name, math.nan),
-            "unit": units[name],
-            "interval": profile_interval(profiles.get(name)),
-        }
-        for name, value in estimate.parameters.items()
-    ]
-    columns = [
-        field("parameter"),
-        Column("value", lambda row: number(row["value"], DIGITS), lambda row: row["value"]),
-        Column("standard error", lambda row: standard_error(row["error"])),
-        field("unit"),
-        field("interval", "profile interval"),
-    ]
-    return make_table(columns, rows)
 
 
 def standard_error(value: float) -> str:
@@ -53,19 +26,20 @@ def standard_error(value: float) -> str:
     return "" if math.isnan(value) else f"+- {number(value, 2)}" if value else "fixed"
 
 
-def profile_interval(profile: Mapping[str, Any] | None) -> str:
+def profile_interval(profile: Mapping[str, Any]) -> str:
     """A profile-likelihood interval; a round bracket marks an open-ended interval."""
-    if profile is None:
-        return ""
     left, right = ("(" if profile["low_open"] else "["), (")" if profile["high_open"] else "]")
     return f"{left}{number(profile['low'], DIGITS)}, {number(profile['high'], DIGITS)}{right}"
 
 
 def assessed_table(found: Assessment) -> Table:
     """Every parameter with its interval, what the records allow at best, and published values."""
+    profiles = found.estimate.extra.get("profile", {})
     columns = [
         Column("parameter", lambda one: one.name),
-        Column("estimate, 95 % interval", _with_interval, lambda one: one.value),
+        Column(
+            "estimate, 95 % interval", lambda one: _with_interval(one, profiles.get(one.name)), lambda one: one.value
+        ),
         Column("unit", lambda one: one.unit),
         Column("standard error", lambda one: standard_error(one.stderr)),
         Column("smallest possible", lambda one: share(one.bound), lambda one: one.bound),
@@ -74,7 +48,9 @@ def assessed_table(found: Assessment) -> Table:
     return make_table(columns, found.parameters)
 
 
-def _with_interval(one: ParameterTold) -> str:
+def _with_interval(one: ParameterTold, profile: Mapping[str, Any] | None) -> str:
+    if profile is not None:
+        return f"{number(one.value, DIGITS)} {profile_interval(profile)}"
     if is_missing(one.low) or math.isinf(one.low) or one.low == one.high:
         return number(one.value, DIGITS)
     digits = interval_digits(one.value, one.low, one.high)
@@ -143,61 +119,3 @@ def next_table(found: Assessment) -> Table:
         Column("worst bound after it", lambda one: share(one.worst), lambda one: one.worst),
     ]
     return make_table(columns, told)
-
-
-def comparison_table(found: Comparison) -> Table:
-    """Candidates side by side: errors of free runs, parameters, time; the chosen one is marked."""
-    models = len({one.model.id for one in found.candidates}) > 1
-    methods = len({one.method for one in found.candidates}) > 1
-    columns = [Column("model", lambda one: one.model.id)] if models or not methods else []
-    columns += [Column("method", lambda one: one.method)] if methods else []
-    columns += [
-        Column("coefficients", _coefficients, lambda one: one.n_parameters or None),
-        Column("error", lambda one: number(one.error), lambda one: one.error),
-    ]
-    columns += [column for channel in found.channels for column in _channel_columns(channel)]
-    columns += [
-        Column("parameters", _parameters_text),
-        Column("time, s", lambda one: number(one.wall_s, 2), lambda one: one.wall_s),
-        Column("remark", lambda one: "chosen" if one is found.chosen else one.reason),
-    ]
-    return make_table(columns, found.candidates)
-
-
-def _coefficients(one: Candidate) -> str:
-    return "black box" if one.estimate is not None and one.estimate.predictor is not None else number(one.n_parameters)
-
-
-def _channel_columns(channel: str) -> Sequence[Column]:
-    unit, factor = shown_unit(channel)
-
-    def rmse(one: Candidate) -> float | None:
-        return factor * one.pooled(channel).scores()[0] if one.squares else None
-
-    def r2(one: Candidate) -> float | None:
-        return one.pooled(channel).scores()[1] if one.squares else None
-
-    name = shown_name(channel)
-    return (
-        Column(f"{name}, RMSE, {unit}", lambda one: number(rmse(one)), rmse),
-        Column(f"{name}, R²", lambda one: r_squared(r2(one)), r2),
-    )
-
-
-def _parameters_text(one: Candidate) -> str:
-    values = {} if one.estimate is None else one.estimate.parameters
-    shown = [f"{name} {number(value)}" for name, value in values.items()]
-    return ", ".join(shown if len(shown) <= 5 else [*shown[:4], "..."])
-
-
-def comparison_note(found: Comparison) -> str:
-    """How the candidates were compared, in a few sentences."""
-    count = len(found.tested)
-    how = {
-        HELD_OUT: f"Fitted to the training records, run freely along the held-out records ({', '.join(found.tested)}).",
-        TIME_BLOCKS: f"The record was cut into {count} blocks of time; each was left out of a fit and run freely.",
-    }.get(found.basis, f"Each of the {count} training records was left out of a fit and run freely.")
-    return (
-        f"{how} Error: mean over {', '.join(map(shown_name, found.channels))} of sqrt(SSE/SST). Chosen is the least "
-        "error, or a model with fewer coefficients that is not worse by more than the standard error of the difference."
-    )

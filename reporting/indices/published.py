@@ -28,7 +28,7 @@ from ...models.folders import make_folder, write_atomic
 from ...models.model import Model, resolve
 from ..numbers import number, percent
 from ..tables import Column, make_table, markdown
-from .text import named_key, statement
+from .page import named_key, statement
 
 VESSELS = ("mariner", "s175", "kvlcc2-l7", "esso-osaka-l3")
 GIVEN, LEFT_OUT = ("turn:35", "zigzag:10/10"), ("turn:20", "zigzag:20/20")
@@ -49,7 +49,7 @@ Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
-class Ship:
+class TriedShip:
     """A ship: what she is, length, m, approach speed, m/s, rudder, and what gives her record of a manoeuvre's sides."""
 
     title: str
@@ -61,14 +61,14 @@ class Ship:
     manoeuvres: tuple[str, ...]
 
 
-def published_ship(name: str) -> Ship:
+def published_ship(name: str) -> TriedShip:
     """A vessel of the package, which sails by herself; at the speed that she keeps on a straight course."""
     model = replace(resolve(name), suite={})
     clock = model.particulars["L"] / model.speed_m_s
     steady = record_run(model, parse_manoeuvre("straight"), duration_s=20.0 * LENGTHS * clock, dt_s=clock)
     model = replace(model, speed_m_s=float(steady.column("surge_m_s")[-1]))
     rate = model.rudder.rate_rad_s / DEGREE
-    return Ship(
+    return TriedShip(
         f"{model.title}, simulated",
         model.particulars["L"],
         model.speed_m_s,
@@ -86,12 +86,12 @@ def sailed(model: Model, text: str) -> list[Record]:
     return [record_run(model, one, duration_s=LENGTHS * clock, dt_s=clock / STEPS) for one in both]
 
 
-def measured_ship() -> Ship:
+def measured_ship() -> TriedShip:
     """MARIN's free-running model of KVLCC2."""
     first = measured.load(MARIN, MARIN_RUNS["turn:35"][0])
     speeds = np.hypot(first.column("surge_m_s"), first.column("sway_m_s"))
     speed = float(np.mean(speeds[: round(1.0 / first.dt)]))
-    return Ship(
+    return TriedShip(
         "KVLCC2 tanker, 7 m model, measured by MARIN",
         MARIN_LENGTH_M,
         speed,
@@ -109,19 +109,19 @@ def cut(record: Record) -> Record:
     return record.slice(0, int(beyond[0])) if beyond.size else record
 
 
-def indices_of(records: Sequence[Record], text: str, ship: Ship) -> dict[str, float]:
+def indices_of(records: Sequence[Record], text: str, ship: TriedShip) -> dict[str, float]:
     """Indices as a file has them, the means of both sides."""
     sides = [_turn(one, ship) if text.startswith("turn") else _zigzag(one, text, ship) for one in records]
     return {key: float(np.mean([side[key] for side in sides])) for key in sides[0]}
 
 
-def _turn(record: Record, ship: Ship) -> dict[str, float]:
+def _turn(record: Record, ship: TriedShip) -> dict[str, float]:
     found = turning_indices(record)
     distances = {f"{name}_lengths": found[name] / ship.length_m for name in TURNING}
     return distances | {"speed_ratio": found["steady_speed"] / ship.speed_m_s}
 
 
-def _zigzag(record: Record, text: str, ship: Ship) -> dict[str, float]:
+def _zigzag(record: Record, text: str, ship: TriedShip) -> dict[str, float]:
     first, second = (angle / DEGREE for angle in overshoots(record)[:2])
     found = {"first_overshoot_deg": first, "second_overshoot_deg": second}
     if text != GIVEN[1]:
@@ -130,7 +130,7 @@ def _zigzag(record: Record, text: str, ship: Ship) -> dict[str, float]:
 
 
 @dataclass(frozen=True)
-class Row:
+class TriedIndex:
     """An index of a ship, her own and of the model."""
 
     manoeuvre: str
@@ -144,7 +144,7 @@ class Row:
         return self.model / self.own - 1.0
 
 
-def compared(ship: Ship) -> tuple[ModelFromIndices, list[Row]]:
+def compared(ship: TriedShip) -> tuple[ModelFromIndices, list[TriedIndex]]:
     """The model from the given manoeuvres, and indices of all manoeuvres beside those of the ship."""
     own = {text: indices_of(ship.records(text), text, ship) for text in ship.manoeuvres}
     content = {
@@ -157,10 +157,10 @@ def compared(ship: Ship) -> tuple[ModelFromIndices, list[Row]]:
     }
     found = fit(read_indices(content))
     of_model = {text: indices_of(sailed(found.model, text), text, ship) for text in ship.manoeuvres}
-    return found, [Row(text, key, own[text][key], of_model[text][key]) for text in own for key in own[text]]
+    return found, [TriedIndex(text, key, own[text][key], of_model[text][key]) for text in own for key in own[text]]
 
 
-def page(ships: Sequence[Ship]) -> str:
+def page(ships: Sequence[TriedShip]) -> str:
     """The report."""
     lines = [
         "# Models from manoeuvring indices, on published and measured ships",
@@ -170,7 +170,7 @@ def page(ships: Sequence[Ship]) -> str:
         f"Given were the indices of {' and '.join(GIVEN)}, the means of both sides, with the accuracies that",
         "`helmbench from-indices` assumes. The other manoeuvres are left out: the model has not seen them.",
     ]
-    every: list[Row] = []
+    every: list[TriedIndex] = []
     for ship in ships:
         found, rows = compared(ship)
         every += rows
@@ -179,7 +179,7 @@ def page(ships: Sequence[Ship]) -> str:
     return "\n".join([*lines, "", "## Root mean square errors over these ships", "", markdown(_summary(every)), ""])
 
 
-def _held(found: ModelFromIndices, rows: Sequence[Row]) -> Iterator[str]:
+def _held(found: ModelFromIndices, rows: Sequence[TriedIndex]) -> Iterator[str]:
     """Whether the intervals of predicted indices hold those of the ship."""
     own = {(row.manoeuvre, row.key): row.own for row in rows}
     for index in found.indices:
@@ -191,7 +191,7 @@ def _held(found: ModelFromIndices, rows: Sequence[Row]) -> Iterator[str]:
             yield f"The 95 % interval of the {name} of {index.manoeuvre}, {ends}, {held} the ship's {number(true)}."
 
 
-def _table(rows: Sequence[Row]):
+def _table(rows: Sequence[TriedIndex]):
     return make_table(
         (
             Column("manoeuvre", lambda row: row.manoeuvre),
@@ -205,7 +205,7 @@ def _table(rows: Sequence[Row]):
     )
 
 
-def _summary(rows: Sequence[Row]):
+def _summary(rows: Sequence[TriedIndex]):
     return make_table(
         (
             Column("manoeuvre", lambda row: row[0]),
@@ -217,7 +217,7 @@ def _summary(rows: Sequence[Row]):
     )
 
 
-def _pooled(rows: Sequence[Row]) -> Iterator[tuple[str, str, float]]:
+def _pooled(rows: Sequence[TriedIndex]) -> Iterator[tuple[str, str, float]]:
     for manoeuvre, key in dict.fromkeys((row.manoeuvre, row.key) for row in rows):
         errors = [row.error for row in rows if (row.manoeuvre, row.key) == (manoeuvre, key)]
         yield manoeuvre, key, float(np.sqrt(np.mean(np.square(errors))))

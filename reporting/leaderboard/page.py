@@ -10,7 +10,7 @@ from ...bench.store import TIMING, read_manifest
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
-from ..report import Report, environment_rows, listed, reservations, write_files
+from ..report import Report, environment_rows, reservations, write_files
 from ..templating import render
 from . import standings
 from .ahead import ahead_table
@@ -100,7 +100,7 @@ def markdown(
     for table in [*first, *matrices(board.overall, board.by), *details, *tail]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
-    made_with = listed(environment_rows(manifest))
+    made_with = tables.listed(environment_rows(manifest))
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with]) + "\n"
 
 

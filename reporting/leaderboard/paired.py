@@ -54,7 +54,7 @@ def holm(p: Sequence[float] | np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class PairedComparison:
     """All methods of a block against each other.
 
     Attributes
@@ -75,7 +75,7 @@ class Comparison:
     critical_difference: float
 
 
-def compare(errors: np.ndarray, methods: Sequence[str]) -> Comparison:
+def compare(errors: np.ndarray, methods: Sequence[str]) -> PairedComparison:
     """Friedman's test, and every pair by signed ranks with Holm's correction."""
     from scipy.stats import rankdata
 
@@ -88,7 +88,7 @@ def compare(errors: np.ndarray, methods: Sequence[str]) -> Comparison:
     p = np.ones((m, m))
     for (i, j), value in zip(pairs, raw, strict=True):
         p[i, j] = p[j, i] = value
-    return Comparison(names, mean, n, friedman(errors), p, _groups(p), critical_difference(n, m))
+    return PairedComparison(names, mean, n, friedman(errors), p, _groups(p), critical_difference(n, m))
 
 
 def friedman(errors: np.ndarray) -> float:

@@ -16,7 +16,7 @@ from .answer import begin
 from .contest import Contest
 from .equivalence import LEAST
 from .grey_black import GreyBlack, grey_against_black
-from .paired import LEVEL, Comparison, compare
+from .paired import LEVEL, PairedComparison, compare
 from .stability import stability
 from .standings import CASES, Frame, in_order
 
@@ -38,7 +38,7 @@ class Statistics:
     estimates: Frame
 
     @cached_property
-    def comparison(self) -> Comparison:
+    def comparison(self) -> PairedComparison:
         """The methods that were compared in nearly every problem, on the problems that they share."""
         return compare(*self.board.block())
 
@@ -204,7 +204,7 @@ def _profiles(errors: np.ndarray, methods: Sequence[str]) -> str:
     return chart(draw, (7.0, 3.6), "performance profiles")
 
 
-def _difference_diagram(own: Comparison) -> str:
+def _difference_diagram(own: PairedComparison) -> str:
     m = len(own.methods)
     if m < 2 or own.n < 2:
         return ""

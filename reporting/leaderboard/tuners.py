@@ -17,7 +17,7 @@ from ..numbers import duration, number, p_value
 from ..tables import Column, Table, make_table
 from .contest import Contest
 from .grey_black import FEWEST
-from .paired import LEVEL, Comparison, compare, log_ratios
+from .paired import LEVEL, PairedComparison, compare, log_ratios
 from .standings import median
 
 SUITE = "tuners"
@@ -47,7 +47,7 @@ class Budget:
 
     trials: int
     methods: tuple[str, ...]
-    tests: Comparison
+    tests: PairedComparison
     errors: Mapping[str, np.ndarray]
     times: Mapping[str, float]
 

@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ..media import html
 from ..numbers import DEG, number
+from ..page import FAIR, Page, Verdict, items, section
 from ..tables import Column, Table, make_table
-from ..templating import render
 from .tables import free_table, horizon_table, index_table, left_out_table, trusted_lines
 
 if TYPE_CHECKING:
@@ -38,6 +39,12 @@ REACHES: Mapping[str, tuple[str, str, float]] = {
 }
 """Field of `Reach` -> what it is called, its unit, and the factor to it."""
 
+LIMITS = (
+    "Nothing is said of a motion outside these ranges, of another loading, depth, wind or sea than that of the "
+    "records, or of channels that are not in the tables. Records that took part in the fit of the model are no test of "
+    "it."
+)
+
 
 def certificate(found: Validation) -> str:
     """The page of the first model, self-contained, for one sheet of paper."""
@@ -49,21 +56,31 @@ def certificate(found: Validation) -> str:
         indices=tuple(index for index in found.indices if index.model == name),
         trusted_s={key: time for key, time in found.trusted_s.items() if key == name},
     )
-    return render(
-        "certificate.html.j2",
-        name=name,
-        model=model,
-        digest=digest(model),
-        version=version("helmbench"),
-        statement=trusted_lines(own) or ["no time ahead was tried: the records are too short"],
-        records=record_table(own),
-        free=free_table(own),
-        horizons=horizon_table(own),
-        indices=index_table(own),
-        limits=limits(own),
-        left_out=left_out_table(own),
-        doubts=own.doubts,
+    first, *told = trusted_lines(own) or ["no time ahead was tried: the records are too short"]
+    parts = (
+        section("Tried on", [record_table(own)]),
+        section("Errors of free runs", [free_table(own), left_out_table(own)]),
+        section("Errors by the time ahead", [horizon_table(own)]),
+        section("Manoeuvring indices", [index_table(own)]),
+        section("Limits", [LIMITS, items(limits(own))]),
     )
+    verdict = Verdict(FAIR, f"{first}.", tuple(f"{line}." for line in told))
+    shown = Page(
+        f"Adequacy of the model {name}", _about(model), verdict, own.doubts, tuple(one for one in parts if one.blocks)
+    )
+    return html(shown, sheet=True)
+
+
+def _about(model: Model) -> str:
+    facts = (
+        model.title,
+        f"family {model.family}, positive rudder to {model.positive_rudder}",
+        model.source,
+        f"numbers {digest(model)}",
+        f"helmbench {version('helmbench')}",
+        "nothing was fitted",
+    )
+    return "; ".join(filter(None, facts))
 
 
 def digest(model: Model) -> str:

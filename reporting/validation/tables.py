@@ -103,7 +103,7 @@ def left_out_table(found: Validation) -> Table:
         Column("why", lambda row: row[0][2]),
         Column("records", lambda row: _listed(row[1], len(found.records))),
     ]
-    return make_table(columns, list(groups.items()))
+    return make_table(columns, list(groups.items()), "Left out")
 
 
 def _listed(names: Sequence[str], count: int) -> str:

@@ -8,18 +8,9 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from helmbench.reporting.charts import rate_curves
-from helmbench.reporting.diagnosis.charts import (
-    AFTER,
-    Curve,
-    bars,
-    channel_chart,
-    error_range,
-    spectra,
-    track_chart,
-    value_range,
-)
+from helmbench.reporting.charts import bars, rate_curves, spectra
 from helmbench.reporting.plots import Sheet, embedded, svg
+from helmbench.reporting.runs import AFTER, DrawnCurve, channel_chart, error_range, track_chart, value_range
 
 
 def test_rates_are_drawn_with_their_names():
@@ -70,17 +61,16 @@ def test_ranges_follow_the_measured_values():
 
 def test_what_is_not_finite_is_not_drawn():
     nothing = np.full(5, np.nan)
-    assert (
-        channel_chart(np.arange(5.0), [Curve("a", nothing, AFTER)], [Curve("a", nothing, AFTER)], "x", "m", 1.0) == ""
-    )
-    assert track_chart([(nothing, nothing, Curve("a", nothing, AFTER))], "track") == ""
-    assert spectra(np.array([0.1, 0.2]), [Curve("a", np.zeros(2), AFTER)], "m") == ""
+    curve = DrawnCurve("a", nothing, AFTER)
+    assert channel_chart(np.arange(5.0), [curve], [curve], "x", "m", 1.0) == ""
+    assert track_chart([(nothing, nothing, curve)], "track") == ""
+    assert spectra(np.array([0.1, 0.2]), [DrawnCurve("a", np.zeros(2), AFTER)], "m") == ""
     assert bars({"one": {"before": math.nan}}, {"before": AFTER}, "m") == ""
 
 
 def test_a_long_series_does_not_make_a_long_file(rng):
     time = np.arange(60_000.0)
-    curves = [Curve("a", rng.normal(size=time.size), AFTER)]
+    curves = [DrawnCurve("a", rng.normal(size=time.size), AFTER)]
     assert len(channel_chart(time, curves, curves, "x", "m", 5.0)) < 300_000
 
 

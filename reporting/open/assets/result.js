@@ -129,21 +129,23 @@ function render(state, own, view) {
   fill(place, tabs, el("div", { className: `verdict ${view.tone}`, id: "verdict" },
     view.label ? el("span", { className: "label" }, view.label) : null, el("p", { className: "first" }, view.sentence),
     view.told.length ? el("ul", {}, view.told.map((text) => el("li", {}, text))) : null),
-  causes(view), following(view), downloads(own), runs(view), equations(view),
-  view.tables.map((one, i) => el("details", { id: `table-${i}`, open: i < 2 }, el("summary", {}, one.title || "Table"), table(one))));
+  view.parts.filter((part) => !part.folded).map((part) => [el("h3", {}, part.title), part.blocks.map((block) => shown(block, view))]),
+  downloads(own),
+  view.parts.filter((part) => part.folded).map((part, i) =>
+    el("details", { id: `part-${i}` }, el("summary", {}, part.title), part.blocks.map((block) => shown(block, view)))));
 }
 
-function causes(view) {
-  if (!view.causes.length) return null;
-  return [el("h3", {}, view.kind === "check" ? "Findings" : "Causes"), el("ul", { className: "causes" }, view.causes.map((cause) => el("li", {},
-    el("b", {}, cause.title), cause.sizes ? el("span", {}, ` ${cause.sizes}`) : null,
-    cause.said ? el("p", {}, cause.said) : null, cause.next ? el("p", { className: "sub" }, cause.next) : null)))];
-}
+// A block of a part, by its kind.
+const SHOWN = {
+  text: (block) => el("p", { className: block.note ? "sub" : "" }, block.text),
+  table: (block) => [block.title ? el("h4", {}, block.title) : null, table(block), block.note ? el("p", { className: "sub" }, block.note) : null],
+  items: (block) => el("ul", { className: "items" }, block.rows.map(([title, ...texts]) =>
+    el("li", {}, texts.length ? el("b", {}, title) : title, texts.map((text) => el("p", {}, text))))),
+  equations: (block) => block.lines.map((line) => el("div", { className: `eq${line.new ? " fresh" : ""}`, tabIndex: 0 }, equation(line.html))),
+  runs: (block, view) => runs(view),
+};
 
-function following(view) {
-  if (!view.next.length) return null;
-  return [el("h3", {}, "What to sail next"), view.next.map((text) => el("p", {}, text))];
-}
+function shown(block, view) { return SHOWN[block.kind](block, view); }
 
 async function show(path) { window.open(await once(path), "_blank", "noopener"); }
 
@@ -176,7 +178,7 @@ function runs(view) {
   const draw = (i) => fill(box, ...trace(view, i, draw));
   const first = view.traces.findIndex((one) => one.role !== "train");
   draw(Math.max(first, 0));
-  return [el("h3", {}, "Measured and simulated"), box];
+  return box;
 }
 
 function trace(view, i, draw) {
@@ -202,11 +204,4 @@ function trace(view, i, draw) {
       own.tracks.length ? el("figure", {}, el("figcaption", {}, "track"),
         trackPlot({ label: "track", time: own.time, group: shared, tracks: styled(own.tracks).map((one) => ({ ...one, dash: one.dash ? "6 3" : "" })) })) : null),
   ];
-}
-
-function equations(view) {
-  if (!view.equations.length) return null;
-  const marked = view.equations.some((line) => line.new);
-  return [el("h3", {}, marked ? "The extended model" : "The model"), marked ? el("p", { className: "sub" }, "New terms are marked.") : null,
-    view.equations.map((line) => el("div", { className: `eq${line.new ? " fresh" : ""}`, tabIndex: 0 }, equation(line.html)))];
 }

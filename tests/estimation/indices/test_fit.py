@@ -97,7 +97,7 @@ def test_what_the_indices_leave_open_has_no_interval(ships):
     assert {"race", "surge", "speed_loss", "damping"} <= set(found.undetermined)
     assert all(row.interval is None or row.interval[0] < row.value < row.interval[1] for row in found.parameters)
     text = found.summary()
-    assert "not determined by these indices, usual values are taken" in text and "race" in text
+    assert "Not determined by these indices, usual values are taken" in text and "race" in text
     assert {row.key for row in found.indices if row.given is None} >= {"first_overshoot_deg", "speed_ratio"}
     wide, narrow = (
         next(row.high - row.low for row in one.indices if row.manoeuvre == "zigzag:20/20")

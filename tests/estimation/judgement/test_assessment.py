@@ -11,7 +11,8 @@ from helmbench.estimation.validation.validate import validate
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
 from helmbench.models.published import published_values
-from helmbench.reporting.identification.text import headline, statement, terminal
+from helmbench.reporting import media
+from helmbench.reporting.identification.page import headline, page, statement
 
 from ...simulators.response import STEP_S, second_order
 
@@ -68,7 +69,7 @@ def test_numbers_that_one_frequency_does_not_tell_apart_are_no_reason_not_to_pre
     record = second_order(rudder, (12.0, 2.0, 4.0), gain=0.1, seed=5, noise=3.0)
     found = assess(fitted([record], "nomoto-2"), [record])
     assert found.r2 < 0.5 and found.verdict == EXPLAINS and found.trusted_s == max(found.train.horizons_s)
-    said = terminal(found)
+    said = media.terminal(page(found))
     assert "Do not predict" not in said and "T2, T3 and K are known well only in combination: T2 - " in said
     assert f"Predict no further ahead than {found.trusted_s:.3g} s" in said and "From the starts that fit best" in said
 
@@ -78,11 +79,11 @@ def test_a_model_that_is_nowhere_better_than_none_fails(records):
     beaten = tuple(replace(s, rmse=0.0) for s in found.train.simple)
     beaten = replace(found, train=replace(found.train, simple=beaten, trusted_s={found.name: 0.0}))
     assert found.verdict == EXPLAINS and beaten.r2 > 0.9 and beaten.verdict == FAILS
-    assert "at no time ahead better" in terminal(beaten)
+    assert "at no time ahead better" in media.terminal(page(beaten))
     first = found.train.horizons_s[0]
     simple = tuple(replace(s, rmse=0.0 if s.horizon_s == first else s.rmse) for s in found.train.simple)
     later = replace(found, train=replace(found.train, simple=simple, trusted_s={found.name: 0.0}))
-    assert later.verdict == EXPLAINS and f"only later than {first:.3g} s ahead better" in terminal(later)
+    assert later.verdict == EXPLAINS and f"only later than {first:.3g} s ahead better" in media.terminal(page(later))
 
 
 def test_a_model_with_a_negative_r2_on_held_out_records_fails(records):

@@ -57,7 +57,7 @@ def test_an_estimate_needs_its_records(found, records, tmp_path):
     told = estimate.assess(path).to_json()["validation"]
     expected = found.to_json()["validation"]
     assert told["r2_free_together"] == pytest.approx(expected["r2_free_together"], rel=1e-6)
-    assert "<h2>1. Free runs</h2>" in estimate.to_html()
+    assert "<h2>Measured and simulated</h2>" in estimate.to_html()
     with pytest.raises(helmbench.BadInput, match="held out"):
         estimate.assess(records[0])
     bare = helmbench.Estimate.of(estimate, [])

@@ -21,6 +21,8 @@ def test_it_shows_itself(found):
     page, told = found.to_html(), found.summary()
     for number in found.moved:
         assert number.name in page and number.name in told
+    first = told.splitlines()[0]
+    assert all(number.name in first for number in found.moved) and "held-out error of the heading from" in first
     assert "<table" in found._repr_html_() and "<img" in found._repr_html_()
 
 
@@ -40,7 +42,9 @@ def test_the_command_writes_what_python_finds(found, calibrated, tmp_path, capsy
     train = [str(path) for path in paths[:-1]]
     words = ["calibrate", "--model", "kvlcc2-l7", "--train", *train, "--held-out", str(paths[-1])]
     assert status_of([*words, "-o", str(tmp_path / "out")]) == 0
-    assert found.verdict.replace("_", " ") in capsys.readouterr().out
+    assert capsys.readouterr().out.startswith(
+        f"Calibration of kvlcc2-l7: {found.verdict.replace('_', ' ').capitalize()}. "
+    )
     document = json.loads((tmp_path / "out" / "calibration.json").read_text())
     assert [m["after"] for m in document["moved"]] == pytest.approx([m.after for m in found.moved])
     for name, model in (("extended", found.extended), ("calibrated", found.calibrated)):

@@ -21,7 +21,7 @@ def found(record):
 def test_the_outcome_shows_itself(found, record):
     score = found.score(None)
     assert repr(found).startswith(f"<Validation on 1 records, free runs: response-1 R2 {score.r2:.3f}, response-2 R2 ")
-    assert found._repr_html_().startswith("<p>free runs along")
+    assert found._repr_html_().startswith("<p><b>Validation of response-1, response-2: ")
     frame = found.to_dataframe()
     assert list(frame.columns) == ["model", "record", "channel", "horizon", "horizon_s", "n", "rmse", "r2"]
     own = frame[(frame.model == "response-2") & (frame.channel == "heading_rad") & frame.record.isna()]

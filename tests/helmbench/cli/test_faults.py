@@ -5,10 +5,12 @@ import signal
 import subprocess
 import sys
 import time
+from functools import wraps
 from pathlib import Path
 
 import pytest
 
+import helmbench
 from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.io import write_record
@@ -76,10 +78,12 @@ def test_a_fault_of_the_machine_without_a_file_is_one_line(folder, told, monkeyp
     ],
 )
 def test_only_what_can_be_resumed_says_so(command, said, folder, capsys, monkeypatch):
-    def interrupted(*_, **__):
-        raise KeyboardInterrupt
-
     for name in ("resolve", "run_suite", "reproduce"):
+
+        @wraps(getattr(helmbench, name))
+        def interrupted(*_, **__):
+            raise KeyboardInterrupt
+
         monkeypatch.setattr(f"helmbench.{name}", interrupted)
     arguments = {"identify": identify(folder), "run": ("run", "-o", folder / "out"), "reproduce": ("reproduce",)}
     assert status_of([str(argument) for argument in arguments[command]]) == 130

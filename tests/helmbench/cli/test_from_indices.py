@@ -28,7 +28,7 @@ def test_it_prints_and_writes_a_model_that_other_commands_take(ship, tmp_path, c
     model = tmp_path / "model.json"
     assert status_of(["from-indices", str(ship), "-o", str(model)]) == 0
     out, err = capsys.readouterr()
-    assert out.startswith("tanker: turning-response from 4 indices") and "not determined" in out
+    assert out.startswith("Model tanker: turning-response from 4 indices") and "not determined" in out
     assert "tactical diameter" in out and f"wrote {model}" in err
     record = tmp_path / "record.csv"
     assert status_of(["simulate", str(model), "--manoeuvre", "zigzag:20/20", "--noise", "low", "-o", str(record)]) == 0

@@ -89,7 +89,7 @@ def test_a_page_beside_the_model(call, tmp_path):
     status, out, err = call("ls", "--page", "{}/page.html")
     assert status == 0 and (tmp_path / "m.json").exists()
     assert f"wrote {tmp_path / 'page.html'}" in err and "wrote" not in out
-    assert "<h2>2. Residuals</h2>" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "<h2>What remains</h2>" in (tmp_path / "page.html").read_text(encoding="utf-8")
     assert call("ls", "--page", "{}/no/such/page.html")[0] == 2
 
 

@@ -22,7 +22,11 @@ def test_it_prints_errors_and_writes_two_files(files, tmp_path, capsys):
     compare = ["--compare", "response-2", "mariner"]
     assert status_of(["validate", "response-1", *records, *compare, "-o", str(tmp_path / "out")]) == 0
     out, err = capsys.readouterr()
-    assert out.startswith("free runs of response-1, response-2, mariner along 2 records") and "first overshoot" in out
+    assert (
+        out.startswith("Validation of response-1, response-2, mariner: ")
+        and "\n  on 2 records" in out
+        and "first overshoot" in out
+    )
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == ["validation.html", "validation.json"]
     assert err.count("wrote") == 2
 

@@ -340,7 +340,8 @@ def test_a_check_finds_the_bias_and_gives_its_files(client, read, log, tmp_path,
     (answer,) = after["analyses"]
     assert answer["sentence"].startswith("2 records: ") and "yaw rate bias" in answer["sentence"]
     view = client.get(f"{project}/analyses/{answer['id']}").json()
-    assert "yaw rate bias" in [cause["title"] for cause in view["causes"]] and view["tone"] == "fair"
+    findings = next(part for part in view["parts"] if part["title"] == "What matters")
+    assert "yaw rate bias" in [row[0] for row in findings["blocks"][0]["rows"]] and view["tone"] == "fair"
     place = f"{project}/analyses/{answer['id']}/files"
     page = client.get(f"{place}/check.html")
     assert page.headers["content-security-policy"].startswith("sandbox") and "yaw rate bias" in page.text

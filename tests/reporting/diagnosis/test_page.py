@@ -7,16 +7,17 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from helmbench.reporting import media
 from helmbench.reporting.diagnosis import words
-from helmbench.reporting.diagnosis.errors import residual, rms
-from helmbench.reporting.diagnosis.figures import figures
-from helmbench.reporting.diagnosis.markdown import write_markdown
-from helmbench.reporting.diagnosis.page import html
+from helmbench.reporting.diagnosis.page import page as page_of
 from helmbench.reporting.diagnosis.tables import bank_table, error_table, gain_table
-from helmbench.reporting.diagnosis.text import terminal
+from helmbench.reporting.errors import residual, rms
 from helmbench.reporting.numbers import DEG, number
+from helmbench.reporting.open.views import view_of
+from helmbench.reporting.page import Drawing
 
 from ...made_up.diagnosis import made_up
+from ...support.page_tables import page_tables
 
 
 @pytest.fixture(scope="module")
@@ -26,13 +27,29 @@ def found():
 
 @pytest.fixture(scope="module")
 def page(found):
-    return html(found)
+    return media.html(page_of(found))
 
 
-def test_the_page_has_five_numbered_parts_in_order(page, found):
+def test_the_page_has_the_order_of_a_readers_questions(page, found):
     heads = re.findall(r"<h2>(.*?)</h2>", page)
-    assert [head[:2] for head in heads[:5]] == ["1.", "2.", "3.", "4.", "5."]
+    assert heads == ["Measured and simulated", "What changed", "More"]
+    tied = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}, verdict="tied")
+    heads = re.findall(r"<h2>(.*?)</h2>", media.html(page_of(tied)))
+    assert heads == ["Measured and simulated", "What changed", "What to sail next", "More"]
     assert page.index(words.verdict(found).split(".")[0]) < page.index("<h2>")
+
+
+def test_the_first_figure_has_the_held_out_records_before_and_after(page):
+    first = page[page.index("<h2>Measured and simulated") : page.index("<h3>")]
+    assert re.findall(r"<figcaption>(.*?)</figcaption>", first) == ["run_2", "run_3"] and first.count("<svg") == 2
+    assert "base model" in first and "extended model" in first
+    for colour in ("#1d2733", "#c8553d", "#1b6ca8"):
+        assert f"stroke: {colour}" in first
+
+
+def test_what_was_tested_is_folded(page):
+    opened = re.sub(r"<details.*</details>", "", page, flags=re.DOTALL)
+    assert "explained by" in page and "explained by" not in opened and "<table" in opened
 
 
 def test_the_page_needs_no_other_file(page):
@@ -52,14 +69,14 @@ def test_charts_and_formulas_are_well_formed(page):
 @pytest.mark.parametrize("verdict", ["adequate", "inconclusive", "unexplained", "tied"])
 def test_every_verdict_has_its_page(verdict):
     other = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}, verdict=verdict, held=0)
-    page = html(other)
+    page = media.html(page_of(other))
     assert "the gain was not measured" in page and words.verdict(other).split(":")[0][:40] in page
     assert ("The model stays as it is" in page) == (verdict != "tied")
-    assert terminal(other).startswith(verdict.capitalize())
+    assert media.terminal(page_of(other)).startswith(f"Diagnosis of response-1: {verdict.capitalize()}")
 
 
 def test_names_in_the_page_are_escaped(found):
-    page = html(replace(found, reason="<script>alert(1)</script>", records=(("<b>.csv", "train"),)))
+    page = media.html(page_of(replace(found, reason="<script>alert(1)</script>", records=(("<b>.csv", "train"),))))
     assert "<script>alert" not in page and "&lt;b&gt;.csv" in page
 
 
@@ -73,10 +90,13 @@ def test_the_gain_on_the_page_is_that_of_the_diagnosis(found, page):
         assert all(cell.text in page for cell in row)
 
 
-def test_every_cause_stands_in_the_table(found):
+def test_every_cause_stands_in_a_table(found, page):
     table = bank_table(found)
-    assert {row[0].text for row in table.rows} == {words.cause(entry.cause) for entry in found.bank}
-    assert table.kinds == tuple(entry.status for entry in words.ordered_bank(found))
+    tested = [entry for entry in words.ordered_bank(found) if entry.status != "not_testable"]
+    assert [row[0].text for row in table.rows] == [words.cause(entry.cause) for entry in tested]
+    assert table.kinds == tuple(entry.status for entry in tested)
+    cells = page_tables(page)
+    assert {row[0] for rows in cells for row in rows} >= {words.cause(entry.cause) for entry in found.bank}
 
 
 def test_a_significant_cause_that_is_not_named_is_not_called_insignificant(found):
@@ -97,8 +117,10 @@ def test_errors_are_those_of_the_records(found):
 
 
 def test_markdown_carries_statistics_and_no_series(found, tmp_path):
-    paths = write_markdown(found, tmp_path, "made-up", "Made up")
-    assert {p.name for p in paths} == {"made-up.md", *(f"made-up-{name}.svg" for name in figures(found))}
+    page = page_of(found)
+    paths = media.write_markdown(page, tmp_path, "made-up", "Made up")
+    drawn = {block.name for block in page.blocks() if isinstance(block, Drawing) and block.draw()}
+    assert {p.name for p in paths} == {"made-up.md", *(f"made-up-{name}.svg" for name in drawn)} and len(drawn) == 3
     text = paths[0].read_text()
     assert "| RMSE before" in text and "$$" in text and "![" in text
     shortest = min(trace.time.size for trace in found.traces)
@@ -110,7 +132,7 @@ def test_markdown_carries_statistics_and_no_series(found, tmp_path):
 
 def test_markdown_removes_figures_of_an_earlier_diagnosis(found, tmp_path):
     (tmp_path / "made-up-old.svg").write_text("<svg/>")
-    write_markdown(found, tmp_path, "made-up", "Made up")
+    media.write_markdown(page_of(found), tmp_path, "made-up", "Made up")
     assert not (tmp_path / "made-up-old.svg").exists()
 
 
@@ -118,6 +140,18 @@ def test_a_diverged_run_does_not_hide_the_measured_one(found):
     trace = found.traces[-1]
     wild = np.exp(0.2 * trace.time)
     wild[-10:] = np.inf
-    page = html(replace(found, traces=(replace(trace, before={**trace.before, "yaw_rate_rad_s": wild}),)))
+    wilder = replace(trace, before={**trace.before, "yaw_rate_rad_s": wild})
+    page = media.html(page_of(replace(found, traces=(wilder,))))
     ticks = [float(t.replace("−", "-")) for t in re.findall(r">([−\d.]+)</text>", page)]
     assert ticks and max(map(abs, ticks)) < 1e5
+
+
+@pytest.mark.parametrize("values", [np.inf, np.nan, 1e300, 0.0])
+@pytest.mark.parametrize("side", ["measured", "before"])
+def test_channels_of_any_numbers_have_a_page(found, side, values, tmp_path):
+    """Warnings are errors here."""
+    trace = found.traces[-1]
+    wild = {name: np.where(trace.time > 300.0, values, own) for name, own in getattr(trace, side).items()}
+    page = page_of(replace(found, traces=(replace(trace, **{side: wild}),)))
+    assert trace.record in media.html(page) and media.write_markdown(page, tmp_path, "wild", "Wild")
+    assert view_of(page)["traces"][0]["record"] == trace.record

@@ -8,9 +8,8 @@ import pytest
 from helmbench.checks.result import Size
 from helmbench.diagnosis.result import Curve, Gain, RemainingForce
 from helmbench.reporting.diagnosis import words
-from helmbench.reporting.diagnosis.markdown import write_markdown
-from helmbench.reporting.diagnosis.page import html
-from helmbench.reporting.diagnosis.text import terminal
+from helmbench.reporting.diagnosis.page import page
+from helmbench.reporting.media import html, terminal, write_markdown
 
 from ...made_up.diagnosis import made_up
 
@@ -87,6 +86,9 @@ def test_wrong_coefficients_are_told_by_group_as_changes_in_per_cent():
     told = words.verdict(replace(found, causes=(own,)))
     numbers = f"({name} -25 %, thrust_scale 0.33 [0.32, 0.34])"
     assert told.startswith(f"The simulation has wrong resistance and propeller thrust {numbers}.")
+    beside = [words.size_and_change(found.model, own, item) for item in sizes]
+    assert beside == [f"{words.size(sizes[0])}, -25 %", words.size(sizes[1])]
+    assert f"{beside[0]}; {beside[1]} (90 % interval)" in terminal(page(replace(found, causes=(own,))))
 
 
 def of_records(found, *causes):
@@ -138,7 +140,7 @@ def test_channels_that_change_are_told_first():
 
 def test_the_terminal_shows_the_gain_as_a_table():
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
-    lines = terminal(found).splitlines()
+    lines = terminal(page(found)).splitlines()
     head = next(i for i, line in enumerate(lines) if line.startswith("  channel"))
     rows = lines[head + 1 : head + 1 + len(found.gain)]
     assert [row.split("  ")[1] for row in rows] == [words.channel(name)[0] for name in found.gain]
@@ -220,14 +222,14 @@ def test_what_remains_is_said_with_size_reading_and_what_would_tell(described):
     )
     assert "As likely: a yaw moment that grows through the record." in first and "It may be a current." in first
     assert "It is not a term of the extended model." in second and "not a term" not in first
-    told = terminal(described)
+    told = terminal(page(described))
     assert first in told and second in told
 
 
 def test_the_page_and_the_published_text_show_the_force_as_a_curve(described, tmp_path):
-    page = html(described)
-    assert words.remaining(described.remaining[0]) in page
-    assert page.count("With its 90 % band") == 1
-    paths = write_markdown(described, tmp_path, "moment", "A moment")
+    shown = html(page(described))
+    assert words.remaining(described.remaining[0]) in shown
+    assert shown.count("with its 90 % band, where the records hold data</figcaption>") == 1
+    paths = write_markdown(page(described), tmp_path, "moment", "A moment")
     assert tmp_path / "moment-remaining-1.svg" in paths and tmp_path / "moment-remaining-2.svg" not in paths
     assert "moment-remaining-1.svg" in (tmp_path / "moment.md").read_text("utf-8")

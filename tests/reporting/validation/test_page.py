@@ -12,9 +12,9 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.validation.result import FREE
 from helmbench.estimation.validation.validate import validate
 from helmbench.models.model import resolve
+from helmbench.reporting import media
 from helmbench.reporting.numbers import number, r_squared
-from helmbench.reporting.validation.page import html
-from helmbench.reporting.validation.text import terminal
+from helmbench.reporting.validation.page import page as page_of
 
 from ...support.page_tables import page_tables
 
@@ -30,8 +30,12 @@ def found():
     )
 
 
+def html(found):
+    return media.html(page_of(found))
+
+
 def test_the_figures_of_the_page_are_those_of_the_json(found):
-    free, ahead, indices, records, _ = page_tables(html(found))
+    free, _, ahead, indices, records = page_tables(html(found))
     every = found.to_json()
     scores = {(s["model"], s["record"], s["channel"], s["horizon"]): s for s in every["scores"] + every["simple"]}
     checked = 0
@@ -75,27 +79,28 @@ def test_the_page_is_one_file_with_a_chart_a_channel(found):
     page = html(found)
     assert not re.findall(r"""(?:src|href)\s*=\s*"(?!#)|url\((?!#)|@import""", page)
     drawings = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
-    assert len(drawings) == 2 * 6
+    assert len(drawings) == 2 + 2 * 6
     for drawing in drawings:
         ElementTree.fromstring(drawing)
     assert not any("nan" in path for path in re.findall(r' d="(.*?)"', page))
     assert "<turn>" not in page and "&lt;turn&gt;" in page
-    assert [head[:2] for head in re.findall(r"<h2>(.*?)</h2>", page)] == ["1.", "2.", "3.", "4.", "5."]
+    heads = re.findall(r"<h2>(.*?)</h2>", page)
+    assert heads == ["Measured and simulated", "Errors of free runs", "Errors ahead", "Manoeuvring indices", "More"]
 
 
 def test_a_divergence_is_told_first_and_on_the_terminal():
     model = resolve("response-1")
     wild = model.with_coefficients([0.05, model.coefficients[1], 0.0])
     found = validate({"wild": wild}, {"one": generate(Case("response-1", "zigzag:20/20"))})
-    page, text = html(found), terminal(found)
+    page, text = html(found), media.terminal(page_of(found))
     told = f"wild along one: {found.runs[0].told}"
     assert found.runs[0].told.startswith("diverged after")
     assert page.index(told) < page.index("<h2>") and told in text
 
 
 def test_the_terminal_shows_errors_indices_and_what_is_left_out(found):
-    text = terminal(found)
-    assert "free runs of mariner, other, response-1 along 2 records" in text
+    text = media.terminal(page_of(found))
+    assert text.startswith("Validation of mariner, other, response-1: ") and "\n  on 2 records" in text
     score = found.score("yaw_rate_rad_s", "other")
     line = next(line for line in text.splitlines() if line.startswith("  yaw rate"))
     assert number(np.rad2deg(score.rmse)) in line

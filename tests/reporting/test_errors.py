@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.reporting.diagnosis.errors import banded, correlation, extent, mean, residual, rms
+from helmbench.reporting.errors import banded, correlation, mean, residual, rms
 
-from ...made_up.diagnosis import made_up
+from ..made_up.diagnosis import made_up
 
 
 def test_the_spectrum_finds_a_sine_where_it_is(rng):
@@ -36,6 +36,6 @@ def test_headings_are_compared_within_half_a_turn():
 
 def test_gaps_are_left_out():
     values = np.array([3.0, np.nan, -3.0, np.inf])
-    assert rms(values) == 3.0 and mean(values) == 0.0 and extent(values) == 6.0
-    assert np.isnan(rms(np.array([np.nan]))) and extent(np.ones(3)) == np.inf
+    assert rms(values) == 3.0 and mean(values) == 0.0
+    assert np.isnan(rms(np.array([np.nan])))
     assert rms(np.zeros(2)) == 0.0 and rms(np.array([1e300, -1e300])) == 1e300

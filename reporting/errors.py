@@ -1,4 +1,4 @@
-"""Free-run errors of the records of a diagnosis, and their statistics."""
+"""Free-run errors of records, and their statistics."""
 
 from __future__ import annotations
 
@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from ...diagnosis.trace import Trace
+    from ..diagnosis.trace import Trace
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def residual(trace: Trace, name: str, run: str) -> np.ndarray:
     """Measured minus simulated (T,), SI, of the run `before` or `after`; headings wrapped to +- pi."""
     error = trace.measured[name] - getattr(trace, run)[name]
@@ -26,18 +27,14 @@ def rms(values: np.ndarray) -> float:
     return largest * float(np.sqrt(np.mean((known / largest) ** 2)))  # the square of what is huge is not finite
 
 
+@np.errstate(over="ignore")
 def mean(values: np.ndarray) -> float:
     """Mean of what is finite; nan if nothing is."""
     known = values[np.isfinite(values)]
     return float(known.mean()) if known.size else math.nan
 
 
-def extent(values: np.ndarray) -> float:
-    """Largest less smallest of what is finite; infinite where nothing varies."""
-    known = values[np.isfinite(values)]
-    return float(np.ptp(known)) if known.size and np.ptp(known) > 0.0 else math.inf
-
-
+@np.errstate(over="ignore", invalid="ignore")
 def correlation(time: np.ndarray, error: np.ndarray, lag_s: float) -> float:
     """Correlation of an error (T,) with itself `lag_s` seconds later; nan for records that are too short."""
     lag = max(1, round(lag_s / float(np.median(np.diff(time)))))
@@ -50,6 +47,7 @@ def correlation(time: np.ndarray, error: np.ndarray, lag_s: float) -> float:
     return float(np.corrcoef(early[known], late[known])[0, 1])
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def banded(time: np.ndarray, error: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Power spectral density (bands,) of an error (T,), averaged in frequency bands; nan where a band is empty."""
     from scipy.signal import periodogram

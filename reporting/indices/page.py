@@ -1,21 +1,39 @@
-"""A model from manoeuvring indices for the terminal and for notebooks."""
+"""What a model from manoeuvring indices says: parameters and indices with intervals."""
 
 from __future__ import annotations
 
-from html import escape
 from typing import TYPE_CHECKING
 
 from ..numbers import number
-from ..tables import Column, Table, console, html, make_table
+from ..page import FAIR, GOOD, Verdict, items, result_page
+from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
     from ...estimation.indices.result import ModelFromIndices, ParameterRow
+    from ..page import Page
 
 CONTRADICTORY = 4.0
 """Accuracies by which an index is missed that no usual ship of another kind explains."""
 UNITS = {"deg_s": "deg/s", "deg_min": "deg/min", "m_s": "m/s", "m": "m", "deg": "deg", "kn": "kn"}
 UNITS |= {"lengths": "lengths", "cables": "cables", "ratio": ""}
 """End of a key -> unit, longest first."""
+
+
+TITLES = ("Indices given and of the model", "The model", "What to know", "")
+
+
+def page(found: ModelFromIndices) -> Page:
+    """The page of a model from indices."""
+    first, *told = statement(found)
+    return result_page(
+        f"Model {found.model.id}",
+        found.model.title,
+        Verdict(FAIR if found.undetermined or found.missed else GOOD, f"{first.partition(': ')[2]}."),
+        seen=[index_table(found)],
+        changed=[parameter_table(found)],
+        remains=[items([f"{line[:1].upper()}{line[1:]}." for line in told])],
+        titles=TITLES,
+    )
 
 
 def statement(found: ModelFromIndices) -> list[str]:
@@ -74,15 +92,3 @@ def index_table(found: ModelFromIndices) -> Table:
         ),
         found.indices,
     )
-
-
-def terminal(found: ModelFromIndices) -> str:
-    """Statement, parameters and indices."""
-    tables = [console(parameter_table(found), "  "), console(index_table(found), "  ")]
-    return "\n".join([*statement(found), "parameters", tables[0], "indices", tables[1]])
-
-
-def notebook(found: ModelFromIndices) -> str:
-    """The same as HTML."""
-    told = "".join(f"<p>{escape(line)}</p>" for line in statement(found))
-    return told + html(parameter_table(found)) + html(index_table(found))

@@ -1,0 +1,108 @@
+"""What a comparison says: models or methods side by side, by free runs of records that took no part in the fit."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ...datasets.display import shown_name, shown_unit
+from ...estimation.judgement.comparison import HELD_OUT, TIME_BLOCKS
+from ..numbers import number, r_squared
+from ..page import GOOD, QUESTIONS, Verdict, result_page
+from ..plots import COLOURS, SOFT
+from ..tables import Column, Table, make_table
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ...estimation.judgement.comparison import Candidate, Comparison
+    from ..page import Page
+
+
+def page(found: Comparison) -> Page:
+    """The page of models or methods side by side."""
+    chosen = found.chosen
+    return result_page(
+        f"{len(found.candidates)} candidates",
+        found.basis,
+        Verdict(GOOD, f"Chosen is {chosen.model.id} by {chosen.method}.", (comparison_note(found),)),
+        seen=[comparison_table(found)],
+        titles=("Candidates", *QUESTIONS[1:]),
+    )
+
+
+def comparison_table(found: Comparison, title: str = "", note: str = "") -> Table:
+    """Candidates side by side: errors of free runs, parameters, time; the chosen one is marked."""
+    models = len({one.model.id for one in found.candidates}) > 1
+    methods = len({one.method for one in found.candidates}) > 1
+    columns = [Column("model", lambda one: one.model.id)] if models or not methods else []
+    columns += [Column("method", lambda one: one.method)] if methods else []
+    columns += [
+        Column("coefficients", _coefficients, lambda one: one.n_parameters or None),
+        Column("error", lambda one: number(one.error), lambda one: one.error),
+    ]
+    columns += [column for channel in found.channels for column in _channel_columns(channel)]
+    columns += [
+        Column("parameters", _parameters_text),
+        Column("time, s", lambda one: number(one.wall_s, 2), lambda one: one.wall_s),
+        Column("remark", lambda one: "chosen" if one is found.chosen else one.reason),
+    ]
+    return make_table(columns, found.candidates, title, note)
+
+
+def _coefficients(one: Candidate) -> str:
+    return "black box" if one.estimate is not None and one.estimate.predictor is not None else number(one.n_parameters)
+
+
+def _channel_columns(channel: str) -> Sequence[Column]:
+    unit, factor = shown_unit(channel)
+
+    def rmse(one: Candidate) -> float | None:
+        return factor * one.pooled(channel).scores()[0] if one.squares else None
+
+    def r2(one: Candidate) -> float | None:
+        return one.pooled(channel).scores()[1] if one.squares else None
+
+    name = shown_name(channel)
+    return (
+        Column(f"{name}, RMSE, {unit}", lambda one: number(rmse(one)), rmse),
+        Column(f"{name}, R²", lambda one: r_squared(r2(one)), r2),
+    )
+
+
+def _parameters_text(one: Candidate) -> str:
+    values = {} if one.estimate is None else one.estimate.parameters
+    shown = [f"{name} {number(value)}" for name, value in values.items()]
+    return ", ".join(shown if len(shown) <= 5 else [*shown[:4], "..."])
+
+
+def comparison_note(found: Comparison) -> str:
+    """How the candidates were compared, in a few sentences."""
+    count = len(found.tested)
+    how = {
+        HELD_OUT: f"Fitted to the training records, run freely along the held-out records ({', '.join(found.tested)}).",
+        TIME_BLOCKS: f"The record was cut into {count} blocks of time; each was left out of a fit and run freely.",
+    }.get(found.basis, f"Each of the {count} training records was left out of a fit and run freely.")
+    return (
+        f"{how} Error: mean over {', '.join(map(shown_name, found.channels))} of sqrt(SSE/SST). Chosen is the least "
+        "error, or a model with fewer coefficients that is not worse by more than the standard error of the difference."
+    )
+
+
+def comparison_figure(found: Comparison) -> Figure:
+    """The error of every candidate on each record that tests it, on a logarithmic axis; what failed is left out."""
+    from ...models.figure import ShownFigure
+
+    shown = [one for one in found.candidates if np.isfinite(one.error)]
+    figure = ShownFigure(7.5, 1.2 + 0.32 * len(shown))
+    axes = figure.subplots()
+    for place, one in enumerate(shown):
+        colour = COLOURS[0] if one is found.chosen else SOFT
+        axes.plot(one.errors, [place] * len(one.errors), "|", color=colour, markersize=9)
+        axes.plot(one.error, place, "o", color=colour)
+    axes.set_yticks(range(len(shown)), [f"{one.model.id} by {one.method}" for one in shown])
+    axes.set(xscale="log", ylim=(len(shown) - 0.5, -0.5), xlabel=f"error of free runs, {found.basis}")
+    axes.grid(True, linewidth=0.3)
+    return figure

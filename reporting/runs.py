@@ -1,0 +1,356 @@
+"""Measured channels of a record with the runs along it: lines in the units that are shown, and their charts."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..datasets.display import Curve, continuous, shown_name, shown_unit, time_figure
+from ..models.errors import BadInput
+from .errors import rms
+from .numbers import DEG, number
+from .plots import COLOURS, INK, SOFT, Sheet, chart
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+    from ..diagnosis.trace import Trace
+    from ..estimation.validation.result import Validation
+
+CHANNELS = ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s")
+"""Channels with a chart each, in this order; positions make the track."""
+POSITIONS = ("north_m", "east_m")
+BASE, EXTENDED = "base model", "extended model"
+MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
+RUN_COLOURS = (BEFORE, AFTER, *COLOURS[2:])
+DASHES = ("-", (0, (5, 3)), (0, (2, 1)), (0, (6, 2, 1, 2)))
+"""Line styles of the runs, the last run first."""
+WIDTH, HEIGHT = 6.4, 3.4
+"""Inches."""
+MARGINS = {"left": 0.11, "right": 0.965, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
+"""Fixed margins of the charts of a record: a page has dozens of them, and fitting margins is slow."""
+RUDDER = Sheet(lambda figure: figure.subplots(), (WIDTH, HEIGHT), MARGINS)
+TRACK = Sheet(lambda figure: figure.subplots(), (WIDTH, HEIGHT), MARGINS)
+CHANNEL = Sheet(lambda figure: figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)), (WIDTH, HEIGHT), MARGINS)
+SEEN_WIDTH, SEEN_ROW, SEEN_FOOT = 4.6, 1.05, 0.45
+"""Inches of a record in the first figure: its width, a channel, the time axis."""
+
+
+@dataclass(frozen=True)
+class RecordRuns:
+    """A record and the runs along it.
+
+    role : 'train', 'held_out' or empty.  time, rudder : (T,) s and rad.  measured, and each of the runs by its label:
+    channel -> (T,), SI, nan where nothing was measured or run.  starts : samples at which runs start anew behind a gap.
+    remarks : what else is to be said of the runs.
+    """
+
+    record: str
+    role: str
+    time: np.ndarray
+    rudder: np.ndarray
+    measured: Mapping[str, np.ndarray]
+    runs: Mapping[str, Mapping[str, np.ndarray]]
+    starts: tuple[int, ...] = ()
+    remarks: tuple[str, ...] = ()
+
+    def channels(self) -> list[str]:
+        """Channels of `CHANNELS` that were measured and that a run has."""
+        return [name for name in CHANNELS if name in self.measured and any(name in run for run in self.runs.values())]
+
+
+@dataclass(frozen=True)
+class Lines:
+    """One channel of a record in the unit that is shown: measured (T,), and label -> values and errors (T,) of runs."""
+
+    unit: str
+    measured: np.ndarray
+    runs: Mapping[str, np.ndarray]
+    errors: Mapping[str, np.ndarray]
+
+
+def of_trace(trace: Trace, extends: bool) -> RecordRuns:
+    """A record of a diagnosis or calibration; with the run of the extended model if the model was extended."""
+    runs = {BASE: trace.before} | ({EXTENDED: trace.after} if extends else {})
+    return RecordRuns(trace.record, trace.role, trace.time, trace.rudder, trace.measured, runs)
+
+
+def of_validation(found: Validation, role: str = "") -> list[RecordRuns]:
+    """The records of a validation with the runs of all its models, that of the validated one last and so on top."""
+    out = []
+    for one in found.records:
+        own = [run for run in found.runs if run.record == one.name]
+        starts = {int(s) for run in own for s in np.searchsorted(one.time_s, run.starts_s[1:])}
+        remarks = tuple(f"{run.model}: {run.told}" for run in own if run.told)
+        runs = {run.model: run.predicted for run in reversed(own)}
+        out.append(
+            RecordRuns(one.name, role, one.time_s, one.rudder, one.channels, runs, tuple(sorted(starts)), remarks)
+        )
+    return out
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def lines_of(record: RecordRuns, channel: str) -> Lines:
+    """The lines of a channel; a heading begins within half a turn of the measured one."""
+    unit, factor = shown_unit(channel)
+    measured = factor * continuous(channel, record.measured[channel])
+    runs = {label: factor * continuous(channel, run[channel]) for label, run in record.runs.items() if channel in run}
+    if channel == "heading_rad":
+        runs = {label: values + _turns(measured - values) for label, values in runs.items()}
+    return Lines(unit, measured, runs, {label: measured - values for label, values in runs.items()})
+
+
+def _turns(gap: np.ndarray) -> float:
+    """Full turns, deg, between two headings (N,) where both begin."""
+    known = gap[np.isfinite(gap)]
+    return float(360.0 * np.round(known[0] / 360.0)) if known.size else 0.0
+
+
+def error_line(record: RecordRuns) -> str:
+    """Root mean square errors of a record's runs, in one line."""
+    texts = []
+    for channel in [c for c in (*CHANNELS, *POSITIONS) if c in record.measured]:
+        lines = lines_of(record, channel)
+        values = [
+            number(rms(_wrapped(error) if channel == "heading_rad" else error)) for error in lines.errors.values()
+        ]
+        texts += [f"{shown_name(channel)} {' → '.join(values)} {lines.unit}"] if values else []
+    return ", ".join(texts)
+
+
+@np.errstate(invalid="ignore")
+def _wrapped(error: np.ndarray) -> np.ndarray:
+    """Errors of a heading (N,), deg, within half a turn."""
+    return error - 360.0 * np.round(error / 360.0)
+
+
+# ---- charts
+
+
+def figure_of(records: Sequence[RecordRuns], name: str | None, what: str) -> Figure:
+    """Channels of a record and of the runs along it over time; None: the first held-out record, else the first.
+
+    what : what has the records, for the message.
+
+    Raises
+    ------
+    BadInput : there is no such record.
+    """
+    in_order = sorted(records, key=lambda one: one.role == "train")
+    record = next((one for one in in_order if name in (None, one.record)), None)
+    if record is None:
+        hint = f"it has {', '.join(one.record for one in records) or 'none'}"
+        raise BadInput(f"the {what} has no such record", file=name, hint=hint)
+    every = {"measured": record.measured, **record.runs}
+    panels = {
+        channel: [
+            Curve(label, record.time, continuous(channel, run[channel]))
+            for label, run in every.items()
+            if channel in run
+        ]
+        for channel in record.measured
+    }
+    return time_figure(panels, f"free runs along {record.record}")
+
+
+@dataclass(frozen=True)
+class DrawnCurve:
+    """One line: label, values (N,), colour, style and width in points."""
+
+    label: str
+    values: np.ndarray
+    colour: str
+    style: Any = "-"
+    width: float = 1.0
+
+
+def key_of(records: Iterable[RecordRuns]) -> list[tuple[str, str, bool]]:
+    """Name and colour of every line in the charts, and whether it is dashed."""
+    labels = list(dict.fromkeys(label for record in records for label in record.runs))
+    return [("measured", MEASURED, False), *((label, *_style(labels, label)) for label in labels)]
+
+
+def _style(labels: Sequence[str], label: str) -> tuple[str, bool]:
+    """Colour of a run, and whether it is dashed: all but the last."""
+    place = labels.index(label)
+    return RUN_COLOURS[place % len(RUN_COLOURS)], place + 1 < len(labels)
+
+
+def _curve(record: RecordRuns, label: str, values: np.ndarray) -> DrawnCurve:
+    labels = list(record.runs)
+    place = labels.index(label)
+    dashes = DASHES[(len(labels) - 1 - place) % len(DASHES)]
+    return DrawnCurve(label, values, RUN_COLOURS[place % len(RUN_COLOURS)], dashes)
+
+
+def together(records: Sequence[RecordRuns]) -> list[tuple[str, str]]:
+    """Pairs of record and chart: its channels below each other, without errors; each channel to one scale in all."""
+    channels = [c for c in CHANNELS if any(c in one.channels() for one in records)]
+    lines = [{c: lines_of(one, c) for c in channels if c in one.channels()} for one in records]
+    scales = {c: _scale([own[c] for own in lines if c in own]) for c in channels}
+    return [(one.record, _seen_chart(one, own, scales)) for one, own in zip(records, lines, strict=True) if own]
+
+
+def _scale(lines: Sequence[Lines]) -> tuple[float, float] | None:
+    """Range of a channel over several records; runs are cut off sooner than in its own chart."""
+    ranges = [value_range([one.measured, *one.runs.values()], 0.25 * _reach(one)) for one in lines]
+    known = [one for one in ranges if one is not None]
+    return (min(low for low, _ in known), max(high for _, high in known)) if known else None
+
+
+def _seen_chart(record: RecordRuns, own: Mapping[str, Lines], scales: Mapping[str, tuple[float, float] | None]) -> str:
+    def draw(figure) -> None:
+        axes = figure.subplots(len(own), 1, sharex=True, squeeze=False)[:, 0]
+        for panel, (channel, lines) in zip(axes, own.items(), strict=True):
+            time, curves, _ = _broken(record, lines)
+            _draw(panel, time, curves)
+            panel.set(xlim=(time[0], time[-1]), ylabel=f"{shown_name(channel)}\n{lines.unit}", ylim=scales[channel])
+        axes[-1].set_xlabel("time, s")
+        figure.align_ylabels()
+
+    return chart(draw, (SEEN_WIDTH, SEEN_FOOT + SEEN_ROW * len(own)), f"{record.record}: measured and simulated")
+
+
+def charts_of(record: RecordRuns) -> list[tuple[str, str]]:
+    """Pairs of caption and chart: rudder, every channel above its errors, track; without those of which nothing is
+    finite."""
+    found = [("rudder", rudder_chart(record.time, DEG * record.rudder))]
+    for channel in record.channels():
+        lines = lines_of(record, channel)
+        time, curves, errors = _broken(record, lines)
+        name = shown_name(channel)
+        drawn = channel_chart(time, curves, errors, name, lines.unit, _reach(lines))
+        found.append((f"{name}; below, measured − simulated", drawn))
+    found.append(("track", track_chart(_tracks(record), "track")))
+    return [(caption, drawn) for caption, drawn in found if drawn] if record.channels() else []
+
+
+def _broken(record: RecordRuns, lines: Lines) -> tuple[np.ndarray, list[DrawnCurve], list[DrawnCurve]]:
+    """Times (N,) with the curves and the errors over them, with a gap before each new start."""
+    starts = list(record.starts)
+
+    def broken(values: np.ndarray) -> np.ndarray:
+        return np.insert(values, starts, np.nan)
+
+    curves = [DrawnCurve("measured", broken(lines.measured), MEASURED, width=1.3)]
+    curves += [_curve(record, label, broken(values)) for label, values in lines.runs.items()]
+    errors = [_curve(record, label, broken(values)) for label, values in lines.errors.items()]
+    return np.insert(record.time, starts, record.time[starts]), curves, errors
+
+
+def _reach(lines: Lines) -> float:
+    """How far a run may leave the measured values before it is cut off: twice their range, and a velocity at least half
+    of itself; infinite where nothing varies."""
+    known = lines.measured[np.isfinite(lines.measured)]
+    spread = float(np.ptp(known)) if known.size else 0.0
+    if spread == 0.0:
+        return math.inf
+    return max(2.0 * spread, 0.5 * float(np.abs(known).max()) if lines.unit == "m/s" else 0.0)
+
+
+def tracks_of(record: RecordRuns) -> list[tuple[str, np.ndarray, np.ndarray]]:
+    """Label, north and east (T,), m, of the measured track and of those of the runs; empty where none was measured."""
+    if not set(POSITIONS) <= record.measured.keys():
+        return []
+    every = {"measured": record.measured, **record.runs}
+    north, east = POSITIONS
+    return [(label, run[north], run[east]) for label, run in every.items() if {north, east} <= run.keys()]
+
+
+def _tracks(record: RecordRuns) -> list[tuple[np.ndarray, np.ndarray, DrawnCurve]]:
+    none = np.zeros(0)
+    measured = DrawnCurve("measured", none, MEASURED, width=1.4)
+    return [
+        (north, east, measured if label == "measured" else _curve(record, label, none))
+        for label, north, east in tracks_of(record)
+    ]
+
+
+def rudder_chart(time: np.ndarray, rudder: np.ndarray) -> str:
+    """The rudder angle (N,) in degrees over time in s."""
+
+    def draw(axes) -> None:
+        axes.plot(time, rudder, color=SOFT, linewidth=1.0)
+        axes.set(xlim=(time[0], time[-1]), ylabel="deg", xlabel="time, s")
+
+    return RUDDER.chart(draw, "rudder")
+
+
+def channel_chart(
+    time: np.ndarray, overlay: Sequence[DrawnCurve], residual: Sequence[DrawnCurve], title: str, unit: str, limit: float
+) -> str:
+    """Measured and simulated values over time in s, and below them their differences.
+
+    A simulation is cut off where it leaves the measured range by more than `limit`, a difference at +- `limit`.  Empty
+    where nothing is finite.
+    """
+    if value_range([c.values for c in overlay]) is None:
+        return ""
+
+    def draw(axes) -> None:
+        above, below = axes
+        _draw(above, time, overlay)
+        _draw(below, time, residual)
+        below.axhline(0.0, color=SOFT, linewidth=0.7)
+        above.set(ylim=value_range([c.values for c in overlay], limit), ylabel=unit, xlim=(time[0], time[-1]))
+        below.set(ylim=error_range([c.values for c in residual], limit), ylabel=unit, xlabel="time, s")
+
+    return CHANNEL.chart(draw, title)
+
+
+def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, DrawnCurve]], title: str) -> str:
+    """Positions (north, east) in m to equal scales, north up; empty where nothing is finite."""
+    known = [curve for curve in curves if np.isfinite(curve[0] + curve[1]).any()]
+    if not known:
+        return ""
+
+    def draw(axes) -> None:
+        for north, east, curve in known:
+            x, y = _within(east, [e for _, e, _ in known]), _within(north, [n for n, _, _ in known])
+            axes.plot(x, y, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
+        north, east, _ = known[0]
+        first = int(np.argmax(np.isfinite(north + east)))
+        axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
+        axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
+
+    return TRACK.chart(draw, title)
+
+
+def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tuple[float, float] | None:
+    """Padded range of what is finite, at most `limit` (None: twice its range) beyond the first array; None where
+    nothing is."""
+    known = [a[np.isfinite(a)] for a in arrays]
+    if not any(a.size for a in known):
+        return None
+    values, first = np.concatenate(known), known[0]
+    if first.size and first.max() > first.min():
+        reach = 2.0 * (first.max() - first.min()) if limit is None else limit
+        values = np.clip(values, first.min() - reach, first.max() + reach)
+    return _padded(float(values.min()), float(values.max()))
+
+
+def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, float]:
+    """Padded range of what is finite between +- `limit`, zero within it."""
+    values = np.append(np.concatenate([a[np.isfinite(a)] for a in arrays]), 0.0)
+    values = np.clip(values, -limit, limit)
+    return _padded(float(values.min()), float(values.max()))
+
+
+def _within(values: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """The values with nan where they lie outside the range of what is drawn."""
+    low, high = value_range(arrays) or (-math.inf, math.inf)
+    return np.where((values >= low) & (values <= high), values, np.nan)
+
+
+def _padded(low: float, high: float) -> tuple[float, float]:
+    pad = 0.06 * (high - low) or max(abs(low), 1.0) * 0.1
+    return low - pad, high + pad
+
+
+def _draw(axes, time: np.ndarray, curves: Sequence[DrawnCurve]) -> None:
+    for curve in curves:
+        axes.plot(time, curve.values, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
