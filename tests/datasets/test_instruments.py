@@ -104,7 +104,8 @@ def test_play_ignores_the_sensors_noise(rng):
     noisy = still + noise * rng.normal(size=time.size)
     assert np.std(quietened(noisy, rudder_noise(noisy)) - still) < 0.5 * noise
     felt, true = (felt_rudder(time, series, {"rudder_backlash": 0.02}) for series in (noisy, still))
-    assert np.max(np.abs(felt - true)) < 3.0 * noise
+    error = np.abs(felt - true)
+    assert error[0] < 5.0 * noise and np.max(error[1:]) < noise  # the first sample stands until the first order
     off = noisy.copy()
     off[[200, 400]] += np.array([6.0, -6.0]) * noise  # lone samples would be held until the next order
     assert np.max(np.abs(felt_rudder(time, off, {"rudder_backlash": 0.02}) - felt)) < noise
