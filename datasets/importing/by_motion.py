@@ -50,6 +50,8 @@ ANY_DIRECTION = math.pi**2 / 3.0
 BIAS = 0.35
 """Mean difference of course and heading, rad, beyond which a track is none along the heading."""
 
+HARDLY = 0.2
+"""Difference of the worth of a speed forward and of one over ground that tells nothing."""
 LEAST_WORTH, NEAR, NEAR_UNIT = 1.0, 0.5, 3.0
 """Least worth of an assignment, and by how much others are less that are told beside it: those of the other unit of an
 angle where nothing tells it."""
@@ -67,6 +69,8 @@ class Meaning:
     sign: int
     why: str
     worth: float = 0.0
+    offset: float = 0.0
+    """In the unit, added to the number with its sign."""
 
 
 @dataclass(frozen=True)
@@ -316,12 +320,13 @@ class Relations:
             "speed_over_ground": np.hypot(track.north, track.east),
         }  # fmt: skip
         course = np.unwrap(np.arctan2(track.east, track.north))
-        for name in self.motion.open():
-            if name in taken:
-                continue
-            able = [*self._as_velocity(name, wanted), *self._as_course(name, course)]
-            if able:
-                yield name, max(able, key=lambda meaning: meaning.worth)
+        free = [name for name in self.motion.open() if name not in taken]
+        able = {name: [*self._as_velocity(name, wanted), *self._as_course(name, course)] for name in free}
+        of_receiver = any(m.quantity == "course_over_ground" for own in able.values() for m in own)
+        for name, own in able.items():
+            if own:
+                best = max(own, key=lambda meaning: meaning.worth)
+                yield name, _over_ground(own, best) if of_receiver else best
 
     def _as_velocity(self, name: str, wanted: Mapping[str, np.ndarray]) -> Iterator[Meaning]:
         values = self.smoothed[name]
@@ -377,6 +382,13 @@ class Relations:
     def _may_steer(self, name: str, unit: str) -> bool:
         largest = float(np.abs(self.motion.values[name]).max()) * UNITS[unit].factor
         return LEAST_RUDDER < largest < MOST_RUDDER
+
+
+def _over_ground(able: Sequence[Meaning], best: Meaning) -> Meaning:
+    """The best meaning of a column beside a course over ground: not a speed forward where that over ground is hardly
+    another number."""
+    speeds = (m for m in able if m.quantity == "speed_over_ground" and m.unit == best.unit)
+    return next((m for m in speeds if best.quantity == "surge" and best.worth - m.worth < HARDLY), best)
 
 
 def _beside(base: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -446,10 +458,36 @@ class Assignment:
         """Column, quantity and unit of what the assignment stands on."""
         return frozenset((n, m.quantity, m.unit) for n, m in self.meanings.items() if m.quantity in MAIN)
 
+    @property
+    def mirrored(self) -> Assignment | None:
+        """The same in a frame whose axes are exchanged and whose angles turn the other way, which no motion tells from
+        it; None where a heading or a track on the globe tells."""
+        told = {m.quantity for m in self.meanings.values()}
+        if "heading" not in told or told & {"latitude", "longitude", "course_over_ground"}:
+            return None
+        placed = "north" in told
+        return replace(self, meanings={name: _mirror(m, placed) for name, m in self.meanings.items()})
+
     def contradicts(self, other: Assignment) -> bool:
         """Whether another assignment takes one column for something else, or another column for the same."""
         columns, quantities = {n for n, _, _ in self.main}, {q for _, q, _ in self.main}
         return any(entry not in self.main and (entry[0] in columns or entry[1] in quantities) for entry in other.main)
+
+
+EXCHANGED = {
+    "north": "east", "east": "north", "velocity_north": "velocity_east", "velocity_east": "velocity_north",
+}  # fmt: skip
+"""Quantities that change places in a frame whose axes are exchanged."""
+
+
+def _mirror(meaning: Meaning, placed: bool) -> Meaning:
+    """What a column is in a frame whose axes are exchanged; with positions a heading then counts from east."""
+    if meaning.quantity in EXCHANGED:
+        return replace(meaning, quantity=EXCHANGED[meaning.quantity])
+    if meaning.quantity not in ("heading", "yaw_rate", "sway"):
+        return meaning
+    quarter = math.pi / 2.0 / UNITS[meaning.unit].factor if meaning.quantity == "heading" and placed else 0.0
+    return replace(meaning, sign=-meaning.sign, offset=round(quarter, 9))
 
 
 def assignments(motion: Motion) -> list[Assignment]:
@@ -459,7 +497,10 @@ def assignments(motion: Motion) -> list[Assignment]:
     for heading in relations.headings():
         rates, tracks = relations.yaw_rates(*heading), relations.tracks(*heading)
         for rate, track in itertools.product([*rates, None], [*tracks, None]):
-            for told in _completed(relations, heading, rate, track) if rate or track else ():
+            alone = not (rate or track)
+            for told in _completed(relations, heading, rate, track):
+                if alone and not any(m.quantity == "rudder" and m.worth > LEAST_WORTH for m in told.values()):
+                    continue
                 made = Assignment(told, sum(meaning.worth for meaning in told.values()))
                 if made.main not in best or made.worth > best[made.main].worth:
                     best[made.main] = made

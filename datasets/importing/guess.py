@@ -12,7 +12,7 @@ import numpy as np
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
 from ..record import Side, is_side
-from . import meanings, propellers, roles, shared_questions, signs_told, units_told
+from . import meanings, open_units, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
 from .evidence import nearest, rate_ratio, size_ratio
 from .finding import Finding, ask_sign, ask_unit
@@ -65,6 +65,8 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     _each(log, answers, _not_through_water)
     meanings.without_twins(log, answers, _answered)
     _each(log, answers, lambda f: _checked(log, f))
+    open_units.propose(log, tables, answers)
+    _each(log, answers, lambda f: signs_told.by_channel(log, f))
     _each(log, answers, lambda f: meanings.ask(log, f) if len(f.may_be) > 1 and not f.questions else f)
     _each(log, answers, lambda f: _ask_unit(log, f) if f.quantity and f.unit is None and not f.questions else f)
     for _ in range(2):  # the answer for one column's sign tells another's
@@ -286,6 +288,8 @@ def _ask_unit(log: Log, found: Finding) -> Finding:
     known = found.column.numbers[np.isfinite(found.column.numbers)]
     if known.size and np.ptp(known) == 0.0 and known[0] == 0.0 and found.quantity not in RUDDERS_AND_TURNING:
         return found.unused("0 in every row")
+    if found.quantity == "propeller_thrust":
+        return found.unused("its unit is not stated, and a record needs none; the map can state it")
     rudder = next((f for f in log.findings if f.quantity == "rudder" and f.unit and not f.questions), None)
     if found.quantity == "rudder_command" and rudder is not None and not found.foreign and not found.bounded:
         return found.unused(f"its unit is not stated, and the rudder is column {rudder.column.name}")
