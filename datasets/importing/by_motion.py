@@ -17,6 +17,8 @@ import numpy as np
 
 from ..signals import integral
 from ..yaw_response import YawResponse, yaw_response
+from . import roles
+from .evidence import Series
 from .units import UNITS
 
 GRID, COARSE = 1500, 400
@@ -32,6 +34,8 @@ FAINT, AHEAD = 0.1, 3.0
 """Least share of a rudder's answer, and how much more it must explain beyond another column than that beyond it."""
 MOST_RIVALS = 3
 """Columns of which each may be the rudder where none is ahead."""
+ORDER_SIZE = (0.85, 1.2)
+"""Range of an order over that of the rudder that follows it, in one unit."""
 SAME_UNIT = 0.5
 """What it is worth that rudder and heading are in one unit."""
 LEAST_TURN, MOST_TURN = 0.05, 200.0
@@ -322,7 +326,8 @@ class Relations:
         course = np.unwrap(np.arctan2(track.east, track.north))
         free = [name for name in self.motion.open() if name not in taken]
         able = {name: [*self._as_velocity(name, wanted), *self._as_course(name, course)] for name in free}
-        of_receiver = any(m.quantity == "course_over_ground" for own in able.values() for m in own)
+        kinds = {m.quantity for own in [*able.values(), track.meanings.values()] for m in own}
+        of_receiver = bool(kinds & {"course_over_ground", "latitude"})
         for name, own in able.items():
             if own:
                 best = max(own, key=lambda meaning: meaning.worth)
@@ -385,7 +390,7 @@ class Relations:
 
 
 def _over_ground(able: Sequence[Meaning], best: Meaning) -> Meaning:
-    """The best meaning of a column beside a course over ground: not a speed forward where that over ground is hardly
+    """The best meaning of a column beside what receivers give: not a speed forward where that over ground is hardly
     another number."""
     speeds = (m for m in able if m.quantity == "speed_over_ground" and m.unit == best.unit)
     return next((m for m in speeds if best.quantity == "surge" and best.worth - m.worth < HARDLY), best)
@@ -537,7 +542,26 @@ def _completed(
     taken = set(told) | set(motion.known)
     helms = relations.rudders(column, turning, taken, of.unit) if not motion.of("rudder") else []
     for helm in helms or [None]:
-        yield told | ({helm[0]: helm[1]} if helm else {})
+        yield told | (_with_order(motion, *helm, taken) if helm else {})
+
+
+def _with_order(motion: Motion, name: str, helm: Meaning, taken: set[str]) -> dict[str, Meaning]:
+    """What steers, and its order or its answer, where another column moves alike and one is earlier."""
+    own = _series(motion, name)
+    size = float(np.ptp(own.values))
+    for other in motion.open():
+        alike = ORDER_SIZE[0] < float(np.ptp(motion.values[other])) / size < ORDER_SIZE[1]
+        lead = roles.lead(_series(motion, other), own) if alike and other != name and other not in taken else 0
+        if lead:
+            order, rudder = (other, name) if lead > 0 else (name, other)
+            sign = 1 if float(np.corrcoef(motion.values[order], motion.values[rudder])[0, 1]) > 0.0 else -1
+            why = f"{rudder} follows it"
+            return {order: Meaning("rudder_command", helm.unit, sign, why), rudder: helm}
+    return {name: helm}
+
+
+def _series(motion: Motion, name: str) -> Series:
+    return Series(motion.time, motion.values[name], "", False)
 
 
 def _unique(meanings: Iterator[tuple[str, Meaning]]) -> dict[str, Meaning]:

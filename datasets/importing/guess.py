@@ -12,7 +12,7 @@ import numpy as np
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
 from ..record import Side, is_side
-from . import meanings, open_units, propellers, roles, shared_questions, signs_told, units_told
+from . import meanings, no_rudder, open_units, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
 from .evidence import nearest, rate_ratio, size_ratio
 from .finding import Finding, ask_sign, ask_unit
@@ -93,6 +93,7 @@ def _chosen(log: Log, answers: Dict[str, str]) -> None:
                 signed = quantity in meanings.unsigned()
                 unit = unit_of(found.column.unit, quantities()[quantity].dimension)
                 foreign = found.column.unit if unit is None else ""
+                foreign = foreign or ("us" if quantity == "rudder" and no_rudder.is_pulse(found.column.numbers) else "")
                 log.findings[i] = replace(
                     found,
                     may_be=(quantity,),

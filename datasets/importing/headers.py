@@ -44,6 +44,8 @@ MAGNETIC = re.compile(r"((?i:°|deg|degs|degrees?))[\s(]*(?i:m|mag|magnetic)\)?|
 """The unit of a direction that counts from magnetic north; a small m alone is a metre."""
 TWICE = re.compile(r"^(.{2,}?)\s*:\s*\1(?=\s|[(\[]|$)")
 """A name that stands twice: `Heading Monitor: Heading Monitor (deg)` of programs that simulate flows."""
+LABELS = re.compile(r"""\{\s*\w+\s*=~?\s*["']?[^{}]*\}""")
+"""Labels of a series of measurements, which say of which sensor it is: `{sensor="gyro"}`."""
 TIMES = re.compile(r"(?<![a-zA-Z0-9])[x×*]\s?(10{1,9})(?![\d.])")
 
 
@@ -75,7 +77,7 @@ class Header:
 def read_header(name: str, unit: str = "") -> Header:
     """The parts of a header; `unit` is what a row of units says."""
     name, unit = (unicodedata.normalize("NFKC", text).replace("\u2212", "-") for text in (name, unit))
-    positive, name, unit = _sign(TWICE.sub(r"\1", name), unit)
+    positive, name, unit = _sign(TWICE.sub(r"\1", LABELS.sub(" ", name).strip()), unit)
     if _hemisphere(name, unit):
         name, unit = (HEMISPHERE.sub(" ", text) for text in (name, unit))
     times = TIMES.search(name)

@@ -9,7 +9,17 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import accumulate
 
-from .quantities import date_names, quantities, side_words, time_names, time_parts, vague_names, week_names, word_list
+from .quantities import (
+    date_names,
+    quantities,
+    side_words,
+    time_names,
+    time_parts,
+    vague_names,
+    vertical_names,
+    week_names,
+    word_list,
+)
 
 LETTERS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
@@ -71,12 +81,16 @@ def named(parts: tuple[str, ...]) -> Named:
     whole = _known("".join(parts), short=True)
     if whole:
         return Named(whole, why="name")
+    parts = _spelled(parts)
+    told = "".join(part for part in parts if part not in word_list("harmless"))
+    if "".join(parts) in _vertical() or told in _vertical():
+        return Named(why="vertical: no quantity of a record")
     command, found = set(parts) & word_list("command"), [p for p in parts if p not in word_list("command")]
     refused = set(found) & word_list("not_measured")
     may_be, rest = _longest(found)
-    told = [part for part in found if part not in word_list("harmless")]
-    closer, others = _longest(told)
-    if len(told) - len(others) > len(found) - len(rest):  # a name with harmless words within
+    plain = [part for part in found if part not in word_list("harmless")]
+    closer, others = _longest(plain)
+    if len(plain) - len(others) > len(found) - len(rest):  # a name with harmless words within
         may_be, rest = closer, others
     may_be, rest = _narrowed(may_be, rest)
     if refused and not (may_be and not set(rest) & refused):
@@ -102,6 +116,17 @@ def _longest(parts: list[str]) -> tuple[tuple[str, ...], list[str]]:
         if (len(text) >= FEWEST or alone or re.match(f"[{HAN}]", text)) and (known := _known(text, short=alone)):
             return known, [*parts[:i], *parts[j:]]
     return (), parts
+
+
+def _spelled(parts: tuple[str, ...]) -> tuple[str, ...]:
+    """The words of a name, `pos n` and `pos e` in full: without their space they are other words."""
+    full = {("pos", "n"): ("position", "north"), ("pos", "e"): ("position", "east")}
+    return full.get(parts[:2], parts[:2]) + parts[2:]
+
+
+@cache
+def _vertical() -> frozenset[str]:
+    return frozenset(map(joined, vertical_names()))
 
 
 def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...], list[str]]:

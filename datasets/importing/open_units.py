@@ -86,8 +86,10 @@ def _by_size(log: Log, table: RawTable, found: Finding) -> Unit:
     if found.dimension == "angular rate":
         return UNITS["rad/s" if in_radians else "deg/s" if size <= FASTEST_TURN_DEG_S else "deg/min"]
     if found.dimension == "speed":
-        return UNITS["m/s" if in_radians else "kn"]
-    return UNITS["m"] if found.dimension == "length" else UNITS["rps" if size <= MOST_RPS else "rpm"]
+        return UNITS["m/s" if in_radians or found.may_be[0] not in OF_INSTRUMENTS else "kn"]
+    if found.dimension == "length":
+        return UNITS["mm" if _is_fast(log, table, found) else "m"]
+    return UNITS["rps" if size <= MOST_RPS else "rpm"]
 
 
 def _in_radians(log: Log, table: RawTable) -> bool:
@@ -100,6 +102,18 @@ def _in_radians(log: Log, table: RawTable) -> bool:
     return stated == {"rad"} or (not stated and small)
 
 
+def _is_fast(log: Log, table: RawTable, found: Finding) -> bool:
+    """Whether a position moves faster than any craft if it is in metres."""
+    series = log.series(found, raw=True)
+    if series is None or not np.isfinite(series.time).any():
+        return False
+    lasts = float(np.nanmax(series.time) - np.nanmin(series.time))
+    moved = float(np.nanmax(series.values) - np.nanmin(series.values))
+    return moved > units_told.FASTEST_M_S * lasts
+
+
+OF_INSTRUMENTS = ("speed_over_ground", "speed_through_water", "wind_speed")
+"""Speeds that instruments on board show in knots."""
 ANGLES = ("heading", "heading_magnetic", "course_over_ground", "rudder", "rudder_command")
 
 

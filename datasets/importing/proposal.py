@@ -109,9 +109,9 @@ def _take(log: Log, table: RawTable, able: Sequence[Finding], chosen: Proposal, 
     ]
 
 
-def _id(table: RawTable) -> str:
+def question_of(label: str) -> str:
     """Id of the question what the columns of a table are."""
-    return f"{table.label}/columns"
+    return f"{label}/columns"
 
 
 def _id_of_wrong(table: RawTable) -> str:
@@ -220,7 +220,7 @@ def _question(table: RawTable, able: Sequence[Finding], made: Sequence[Proposal]
     ]
     rest = Answer(NONE, "no", "change the lines of these columns")
     at = next(iter(first.assignment.meanings))
-    return Question(_id(table), "columns", table.label, at, text, (*answers, rest))
+    return Question(question_of(table.label), "columns", table.label, at, text, (*answers, rest))
 
 
 def _question_of_wrong(table: RawTable, first: Proposal) -> Question:

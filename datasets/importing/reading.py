@@ -21,6 +21,8 @@ from .units import UNITS, Unit, unit_of
 
 NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
+WITHOUT_NAME = ("without a name",)
+"""Why a column of a file that names none may be anything."""
 PREFIX = re.compile(r".*[./:]")
 """The group that a name begins with."""
 VALUE = ("value", "values", "data", "val", "signal", "reading")
@@ -95,7 +97,7 @@ def _from_header(base: Finding) -> Finding:
     header = read_header(_called(base.table, column), column.unit)
     if column.numeric and all(NAMELESS.fullmatch(one.name) for one in base.table.columns):
         text, every = f"What is {column.name!r}? The file names no columns.", tuple(quantities())
-        return ask_quantity(replace(base, may_be=every, why=("without a name",)), text, every)
+        return ask_quantity(replace(base, may_be=every, why=WITHOUT_NAME), text, every)
     name, suffix = _name(header)
     if name.extra and column.below:
         below = read_header(column.below, column.unit)
@@ -130,14 +132,19 @@ def _label(column: RawColumn) -> tuple[Header, Named, str] | None:
 
 
 def _called(table: RawTable, column: RawColumn) -> str:
-    """What a column is named by: its name, or, where it is only called `value` or `data`, its group or the one text
-    that another column holds in every row: `Rudder Servo`."""
-    if column.called or column.name.lower() not in VALUE:
+    """What a column is named by: its name, or, where it is only called `value` or `data`, its group, the one text
+    that another column holds in every row, `Rudder Servo`, or the file."""
+    if column.called or re.split(r"[./:]", column.name)[-1].lower() not in VALUE:
         return column.called or column.name
     group = table.label.rpartition("[")[2].rpartition("]")[0]
     texts = (c.texts.unique() for c in table.columns if c.texts is not None and not c.numeric)
-    alone = (found[0] for own in texts if len(found := list(own)) == 1)
-    return group or next((text for text in alone if named(words(text)).may_be), column.name)
+    alone = [found[0] for own in texts if len(found := list(own)) == 1]
+    told = (
+        text
+        for text in (*alone, table.file.rpartition(".")[0])
+        if (name := named(words(text))).may_be and not name.extra
+    )
+    return group or next(told, column.name)
 
 
 def _group_words(table: RawTable, column: RawColumn) -> frozenset[str]:

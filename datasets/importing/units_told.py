@@ -122,6 +122,10 @@ def sizes(log: Log, found: Finding, raw: Series) -> Iterable[tuple[str, float]]:
         yield from _named((f, slope(s, raw)) for f, s in log.all(other, signed=False))
     elif quantity in SPEEDS:
         yield from _moving(log, raw)
+    elif quantity in ("velocity_north", "velocity_east"):
+        for name, north, east in log.tracks():
+            size = slope(north if quantity == "velocity_north" else east, raw)
+            yield from [(name, abs(size))] if size else []
     elif quantity in ("north", "east"):
         yield from _along(log, found)
 
