@@ -75,7 +75,7 @@ def _by_course(log: Log, found: Finding, raw: Series) -> Finding | None:
     """The finding of a course or heading with the one unit in which it goes along a track."""
     if found.quantity not in ("course_over_ground", "heading"):
         return None
-    courses = [(name, (course,)) for name, course in log.turns()]
+    courses: list[tuple[str, tuple[Series, ...]]] = [(name, (course,)) for name, course in log.turns()]
     courses += [(name, (course, _mirrored(course))) for name, course in log.turns(log.axes())]
     for name, senses in courses:
         fits: dict[str, float] = {}
