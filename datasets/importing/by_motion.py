@@ -49,6 +49,8 @@ MOST_RUDDER, LEAST_RUDDER = math.radians(75.0), math.radians(1.5)
 USUAL_TURN, USUAL_RATE = (0.25, 7.0), (0.0, 1.0)
 """Range of a heading, rad, and largest yaw rate, rad/s: outside of these each factor of two makes a meaning less
 likely."""
+LEAST_RATE = math.radians(0.02)
+"""Largest yaw rate, rad/s, of a ship that hardly turns."""
 ANY_DIRECTION = math.pi**2 / 3.0
 """Variance, rad^2, of an angle that may be any."""
 BIAS = 0.35
@@ -468,7 +470,7 @@ class Assignment:
         """The same in a frame whose axes are exchanged and whose angles turn the other way, which no motion tells from
         it; None where a heading or a track on the globe tells."""
         told = {m.quantity for m in self.meanings.values()}
-        if "heading" not in told or told & {"latitude", "longitude", "course_over_ground"}:
+        if not told & {"heading", "yaw_rate"} or told & {"latitude", "longitude", "course_over_ground"}:
             return None
         placed = "north" in told
         return replace(self, meanings={name: _mirror(m, placed) for name, m in self.meanings.items()})
@@ -509,12 +511,29 @@ def assignments(motion: Motion) -> list[Assignment]:
                 made = Assignment(told, sum(meaning.worth for meaning in told.values()))
                 if made.main not in best or made.worth > best[made.main].worth:
                     best[made.main] = made
+    if not best and not motion.known:
+        return _without_heading(relations)
     ranked = sorted(best.values(), key=lambda made: -made.worth)
     if not ranked or ranked[0].worth < LEAST_WORTH:
         return []
     first = ranked[0]
     near = [made for made in ranked[1:] if first.contradicts(made) and _is_near(motion, made, first)]
     return [replace(m, meanings={n: x for n, x in m.meanings.items() if n not in motion.known}) for m in (first, *near)]
+
+
+def _without_heading(relations: Relations) -> list[Assignment]:
+    """Of columns without a heading those that are a yaw rate, in each unit of a usual size, and the rudder that it
+    answers, in one that is not answered itself."""
+    motion, found = relations.motion, list[Assignment]()
+    for name in motion.open():
+        for helm in relations.rudders(name, motion.values[name], {name}, ""):
+            largest = float(np.abs(relations.smoothed[name]).max())
+            units = ("deg/s", "deg/min") if helm[1].unit == "deg" else ("rad/s",)
+            able = [unit for unit in units if USUAL_RATE[1] > largest * UNITS[unit].factor > LEAST_RATE]
+            for unit in able if helm[1].worth > LEAST_WORTH else ():
+                rate = Meaning("yaw_rate", unit, 1, f"it follows {helm[0]}")
+                found.append(Assignment({name: rate, **_with_order(motion, *helm, {name})}, helm[1].worth))
+    return sorted(found, key=lambda made: -made.worth)
 
 
 def _is_near(motion: Motion, made: Assignment, first: Assignment) -> bool:

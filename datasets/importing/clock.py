@@ -86,6 +86,8 @@ COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:
 """Date and time of day of fourteen digits: 20240503080000.1."""
 MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")
 """Minutes and seconds, which decimals tell from hours and minutes."""
+LEAST_SHOWN_S = 0.09
+"""Least step of minutes and seconds, s; a hundredth of a minute is shown by smaller numbers."""
 FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("clock", MINUTES), ("iso", ISO))
 NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
@@ -136,7 +138,7 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     if not texts:
         return None
     for form, pattern in FORM_OF_TEXTS:
-        if _all(pattern, column):
+        if _all(pattern, column) and (pattern is not MINUTES or _are_seconds(texts)):
             return TimeGuess((form,), "form of the texts", True)
     if _all(NAMED_DATE, column):
         return TimeGuess(("day first",), "form of the texts", True)
@@ -148,6 +150,12 @@ def _all(pattern: re.Pattern[str], column: RawColumn) -> bool:
     """Whether the first texts of a column are of a form."""
     texts = column.first(200)
     return bool(texts) and all(pattern.fullmatch(text) for text in texts)
+
+
+def _are_seconds(texts: Sequence[str]) -> bool:
+    """Whether decimals behind a colon are of seconds, in usual steps, not of the minutes of an hour."""
+    steps = np.abs(np.diff([_clock(text) for text in texts]))
+    return bool(np.any(steps > 0.0)) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
 
 
 def _guess_order(dates: Sequence[re.Match[str]]) -> TimeGuess:
