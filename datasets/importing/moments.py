@@ -25,7 +25,7 @@ PIVOT = 69
 
 def moment(text: str, month_first: bool = False) -> float:
     """Seconds since 1970 of a moment, in UTC unless the text states a shift of its zone; nan where the text is none."""
-    found = MOMENT.fullmatch(COMPACT.sub(r"\1 \2", text))
+    found = MOMENT.fullmatch(text) or MOMENT.fullmatch(COMPACT.sub(r"\1 \2", text))
     if found is None:
         return math.nan
     date, hour, minute, second, decimals, half, zone, zone_minutes = found.groups("0")
