@@ -102,6 +102,7 @@ def _chosen(log: Log, answers: Dict[str, str]) -> None:
                     why=("as answered",),
                     bounded=("quantity",),
                     foreign=foreign,
+                    questions=(),
                 )
 
 

@@ -30,6 +30,8 @@ DRIFT = 0.5
 """Most that the direction of velocities along the ship's axes, the drift angle, moves, as a share of the heading."""
 TURNED, WITHOUT_DRIFT = 0.9, 0.999
 """Shares of an angle that the integral of a yaw rate explains: of a heading, and of one that cannot be a course."""
+NEARER = 0.1
+"""Variance of a direction about a track, as a share of that which a yaw rate leaves, of a course over ground."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -118,8 +120,11 @@ def _of_ship(log: Log, found: Finding) -> Finding:
 def _course(log: Log, found: Finding) -> Finding:
     """A course is a heading where the course over ground is another column, or the other way round; or where the
     integral of the yaw rate is all of it, without the drift."""
-    if _turned_by(log, found) > WITHOUT_DRIFT:
+    turned = _turned_by(log, found)
+    if turned > WITHOUT_DRIFT:
         return _decided(found, "heading", "the integral of the yaw rate is all of it")
+    if turned > TURNED and (track := _track_along(log, found, 1.0 - turned)):
+        return _decided(found, "course_over_ground", f"goes along {track}, the integral of the yaw rate less")
     others = [f.quantity for f in log.findings if f is not found and f.table.clock == found.table.clock]
     for quantity, other in (("heading", "course_over_ground"), ("course_over_ground", "heading")):
         if other in others and quantity not in others:
@@ -149,6 +154,21 @@ def _turned_by(log: Log, found: Finding) -> float:
         power, other = float(summed @ summed), float(own @ own)
         return float(own @ summed) ** 2 / (power * other) if power > 0.0 and other > 0.0 else 0.0
     return 0.0
+
+
+def _track_along(log: Log, found: Finding, left: float) -> str:
+    """The track along which a direction goes much nearer than along the integral of a yaw rate, which leaves a share of
+    its variance; '' where there is none."""
+    series = log.series(found) if found.unit is not None else None
+    for name, course in log.turns():
+        shared = together(series, course, angle_first=True) if series is not None else None
+        if shared is None or not np.isfinite(shared[2]).all():
+            continue
+        _, own, along = shared
+        apart = np.angle(np.exp(1j * (own - along)))
+        if float(np.var(apart)) < NEARER * left * float(np.var(own)):
+            return name
+    return ""
 
 
 def _gyro(log: Log, found: Finding) -> Finding:
