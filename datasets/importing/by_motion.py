@@ -466,14 +466,16 @@ class Assignment:
         return frozenset((n, m.quantity, m.unit) for n, m in self.meanings.items() if m.quantity in MAIN)
 
     @property
-    def mirrored(self) -> Assignment | None:
+    def mirrored(self) -> list[Assignment]:
         """The same in a frame whose axes are exchanged and whose angles turn the other way, which no motion tells from
-        it; None where a heading or a track on the globe tells."""
+        it, with a heading from east, or without positions also from north; none where a track on the globe tells."""
         told = {m.quantity for m in self.meanings.values()}
         if not told & {"heading", "yaw_rate"} or told & {"latitude", "longitude", "course_over_ground"}:
-            return None
-        placed = "north" in told
-        return replace(self, meanings={name: _mirror(m, placed) for name, m in self.meanings.items()})
+            return []
+        from_east = (True,) if "north" in told or "heading" not in told else (True, False)
+        return [
+            replace(self, meanings={name: _mirror(m, east) for name, m in self.meanings.items()}) for east in from_east
+        ]
 
     def contradicts(self, other: Assignment) -> bool:
         """Whether another assignment takes one column for something else, or another column for the same."""
@@ -487,13 +489,13 @@ EXCHANGED = {
 """Quantities that change places in a frame whose axes are exchanged."""
 
 
-def _mirror(meaning: Meaning, placed: bool) -> Meaning:
-    """What a column is in a frame whose axes are exchanged; with positions a heading then counts from east."""
+def _mirror(meaning: Meaning, from_east: bool) -> Meaning:
+    """What a column is in a frame whose axes are exchanged, in which a heading counts from east, or from north."""
     if meaning.quantity in EXCHANGED:
         return replace(meaning, quantity=EXCHANGED[meaning.quantity])
     if meaning.quantity not in ("heading", "yaw_rate", "sway"):
         return meaning
-    quarter = math.pi / 2.0 / UNITS[meaning.unit].factor if meaning.quantity == "heading" and placed else 0.0
+    quarter = math.pi / 2.0 / UNITS[meaning.unit].factor if meaning.quantity == "heading" and from_east else 0.0
     return replace(meaning, sign=-meaning.sign, offset=round(quarter, 9))
 
 

@@ -12,12 +12,13 @@ import numpy as np
 
 from ..signals import integral
 from . import units_told
-from .by_motion import straight
+from .by_motion import smooth, straight
 from .draft import NOT_USED, Answer, Question, Sure
-from .evidence import LEAST_TURN_RAD, Series, sense, size_ratio, slope, together, track_velocity
+from .evidence import LEAST_TURN_RAD, Series, body, sense, size_ratio, slope, together, track_velocity
 from .finding import WITH_SIDE, Finding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
 from .log import Log, speeds
+from .names import words
 from .quantities import quantities
 from .reading import UNSIGNED, frame_stated
 from .units import UNITS
@@ -26,8 +27,13 @@ ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed":
 """How far two columns of a quantity may be from each other (root mean square) to be the same."""
 TRACKED = 0.15
 """How near the velocity of a track, which is a mean over some seconds, must be to a component of it, as a share."""
-DRIFT = 0.5
-"""Most that the direction of velocities along the ship's axes, the drift angle, moves, as a share of the heading."""
+LIKELY = 0.5
+"""Correlation of a velocity and that of a track which confirms what its name says."""
+OF_SHIP = "along the ship's axes: the direction goes with the yaw rate, not with the heading"
+"""Why a velocity is one along an axis of the ship."""
+AHEAD, DRIFT = 0.7, 0.5
+"""Least mean cosine of the drift angle of velocities along the ship's axes, and most of its variance that the yaw rate
+leaves."""
 TURNED, WITHOUT_DRIFT = 0.9, 0.999
 """Shares of an angle that the integral of a yaw rate explains: of a heading, and of one that cannot be a course."""
 NEARER = 0.1
@@ -91,30 +97,62 @@ def _velocity(log: Log, found: Finding) -> Finding:
         return found
     for name, north, east in log.tracks():
         ratios = {"velocity_north": slope(north, series), "velocity_east": slope(east, series)}
+        heading = next((s for f, s in log.all("heading") if f.table is found.table), None)
+        parts = body(heading, north, east) if heading is not None else None
+        if parts is not None:
+            side = slope(parts[1], series)
+            ratios |= {"surge": slope(parts[0], series), "sway": side and abs(side)}
         alike = [quantity for quantity, x in ratios.items() if x is not None and abs(x - 1.0) < TRACKED]
         if len(alike) == 1 and alike[0] in found.may_be:
             return _decided(found, alike[0], f"agrees with the velocity of {name}")
-    return _of_ship(log, found)
+    return _of_axis(log, found) or _of_ship(log, found)
+
+
+def _of_axis(log: Log, found: Finding) -> Finding | None:
+    """A velocity along an axis of which the position is known, beside another column that is the one along the ship's
+    own axis: vx beside x and u."""
+    body, place = ("surge", "x") if "surge" in found.may_be else ("sway", "y")
+    own = [f for f in log.findings if f.table is found.table]
+    axis = next((f for f in own if f.quantity in ("north", "east") and words(f.column.name)[:1] == (place,)), None)
+    series = log.series(found)
+    if axis is None or series is None or not any(f.quantity == body for f in own):
+        return None
+    quantity = f"velocity_{axis.quantity}"
+    for name, north, east in log.tracks():
+        shared = together(north if axis.quantity == "north" else east, series)
+        if quantity in found.may_be and shared is not None and np.corrcoef(shared[1], shared[2])[0, 1] > LIKELY:
+            return _decided(found, quantity, f"along the axis of column {axis.column.name}, and goes with {name}")
+    return None
 
 
 def _of_ship(log: Log, found: Finding) -> Finding:
-    """A velocity along an axis of the ship, where it and that along the other axis go ahead all the time although the
-    heading turns; those over ground turn with it."""
+    """A velocity along an axis of the ship, where it and that along the other axis point ahead, but for a drift that
+    goes with the yaw rate; of velocities over ground the difference from the heading, either way, goes with it."""
     own = next((quantity for quantity in ("surge", "sway") if quantity in found.may_be), "")
     wanted = {"surge": "sway", "sway": "surge"}.get(own, "")
-    other = next((f for f in log.findings if f.table is found.table and wanted in f.may_be and f.unit), None)
+    others = [f for f in log.findings if f.table is found.table and f is not found]
+    vague = (f for f in others if wanted in f.may_be and (len(f.may_be) > 1 or OF_SHIP in f.why) and f.unit)
+    other = next(vague, None)
     heading = next((s for f, s in log.all("heading", signed=False) if f.table is found.table), None)
-    if not own or other is None or heading is None:
+    if not own or other is None or heading is None or any(f.quantity == own for f in others):
         return found
     pair = [log.series(f) for f in ((found, other) if own == "surge" else (other, found))]
     ahead, aside = (together(heading, s, angle_first=True) if s is not None else None for s in pair)
     if ahead is None or aside is None or ahead[1].size != aside[1].size or np.ptp(ahead[1]) < LEAST_TURN_RAD:
         return found
     course = np.unwrap(np.arctan2(aside[2], ahead[2]))
-    if float(np.mean(np.cos(course))) > 0.0 and float(np.std(course)) < DRIFT * float(np.std(ahead[1])):
-        why = "along the ship's axes: its direction does not turn with the heading"
-        return found.told("other channel", why, may_be=(own,), signed=own == "surge")
+    psi = smooth(ahead[1], ahead[1].size // 60)
+    rate = np.gradient(psi, ahead[0])
+    along, *over_ground = (_left(drift, rate) for drift in (course, course - psi, course + psi))
+    if float(np.mean(np.cos(course))) > AHEAD and along < DRIFT and along < min(over_ground) / 2.0:
+        return found.told("other channel", OF_SHIP, may_be=(own,), signed=own == "surge")
     return found
+
+
+def _left(drift: np.ndarray, rate: np.ndarray) -> float:
+    """Share of the variance of a drift angle (N,) that a yaw rate (N,) does not explain."""
+    power = float(np.var(drift)) * float(np.var(rate))
+    return 1.0 - float(np.mean((drift - drift.mean()) * (rate - rate.mean()))) ** 2 / power if power > 0.0 else 1.0
 
 
 def _course(log: Log, found: Finding) -> Finding:

@@ -153,8 +153,8 @@ def _proposals(log: Log, table: RawTable, able: Sequence[Finding]) -> list[Propo
         made += [Proposal(one, time) for one in whole if len(one.meanings) > 1]
     made.sort(key=lambda proposal: -proposal.assignment.worth)
     alike = [p for p in made if p.time == made[0].time][:MOST]
-    turned = made[0].assignment.mirrored if made and not senses else None
-    return alike if turned is None else [*alike, replace(made[0], assignment=turned)]
+    turned = made[0].assignment.mirrored if made and not senses else []
+    return [*alike, *(replace(made[0], assignment=assignment) for assignment in turned)]
 
 
 def _times(log: Log, table: RawTable, able: Sequence[Finding]) -> Iterator[TableTime]:
@@ -236,7 +236,7 @@ def _question_of_wrong(table: RawTable, first: Proposal) -> Question:
 def _said(meaning: Meaning) -> str:
     sign = ", with the opposite sign" if meaning.sign < 0 else ""
     if meaning.quantity == "heading" and meaning.sign < 0:
-        sign = f", counterclockwise{' from east' if meaning.offset else ''}"
+        sign = f", counterclockwise from {'east' if meaning.offset else 'north'}"
     return f"{meaning.quantity.replace('_', ' ')} [{meaning.unit}{sign}]"
 
 
