@@ -15,7 +15,7 @@ from ..record import Side, is_side
 from . import meanings, no_rudder, open_units, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
 from .evidence import nearest, rate_ratio, size_ratio
-from .finding import Finding, ask_sign, ask_unit
+from .finding import Finding, ask_quantity, ask_sign, ask_unit, identifier
 from .log import Log, speeds
 from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose
@@ -49,7 +49,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
             if column.name not in times
         ]
     answers = shared_questions.for_equal_doubts(log.findings, answers)
-    log.findings = [_answered(found, answers) for found in log.findings]
+    log.findings = [_answered(_asked_before(found, answers), answers) for found in log.findings]
     _chosen(log, answers)
     for _ in range(PASSES):
         _each(log, answers, lambda f: meanings.settle(log, f))
@@ -72,6 +72,13 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     for _ in range(2):  # the answer for one column's sign tells another's
         _each(log, answers, lambda f: _ask_sign(log, f))
     return log
+
+
+def _asked_before(found: Finding, answers: Dict[str, str]) -> Finding:
+    """The finding with the question for its quantity where that has its answer: what that tells of other columns is
+    told at once."""
+    vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in answers
+    return ask_quantity(found, "", found.may_be) if vague else found
 
 
 def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> dict[str, ColumnMap]:
