@@ -133,6 +133,21 @@ def _electronic_chart(s, run):
             "RUD(ACT)": s["rudder"]}  # fmt: skip
 
 
+def _receiver(s, run):
+    return {"UTC": s["iso"], "Lat [deg]": s["lat"], "Lon [deg]": s["lon"], "Course [deg]": fixed(run.cog * D, 3),
+            "ROT [deg/min]": fixed(60.0 * run.r * D, 3), "Rudder [deg]": s["rudder"]}  # fmt: skip
+
+
+def _state(s, run):
+    return {"time (s)": s["t"], "xg (m)": s["north"], "yg (m)": s["east"], "psi (deg)": fixed(run.psi * D, 3),
+            "vx (m/s)": s["u"], "vy (m/s)": s["v"], "r (deg/s)": s["rot_s"], "del (deg)": s["rudder"]}  # fmt: skip
+
+
+def _over_ground(s, run):
+    speeds = {"vx (m/s)": fixed(run.north_speed, 4), "vy (m/s)": fixed(run.east_speed, 4)}
+    return {name: cells for name, cells in _state(s, run).items() if name not in speeds} | speeds
+
+
 def log(name, make, wanted, questions, knows=(), side="starboard", **options):
     """A case that needs so many questions; `make` writes it, or gives its columns."""
     write = make if make.__code__.co_varnames[:2] == ("run", "folder") else texts(name, make, **options)
@@ -162,6 +177,11 @@ PROGRAM_CASES = {
     "minutes and seconds under a title with a date": log("", _trial, STEER, 0),
     "positions in millimetres": log("zigzag.tsv", _cameras, (*STEER, *TRACK), 1, {
         "Ship X": Is("north", "m", 1, 1e-3), "Ship Y": Is("east", "m", 1, 1e-3)}, sep="\t"),
+    "a course that goes along the track": log("gps.csv", _receiver, ("rudder_rad", "yaw_rate_rad_s", "north_m"), 0),
+    "velocities of the ship's axes": log("tc.out", _state, (*TURN, *TRACK, "surge_m_s", "sway_m_s"), 1, {
+        "xg": Is("north", "m"), "yg": Is("east", "m")}, sep="\t"),
+    "velocities over ground": log("zz.out", _over_ground, (*TURN, *TRACK), 1, {
+        "xg": Is("north", "m"), "yg": Is("east", "m")}, sep="\t"),
     "a chart's names in brackets": log("chart.csv", _electronic_chart, STEER, 1, {
         "RUD(ACT)": Is("rudder", "deg"), "SPD(OG)": Is("speed_over_ground", "kn")}),
 }  # fmt: skip
