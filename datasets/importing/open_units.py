@@ -9,7 +9,7 @@ import numpy as np
 
 from . import meanings, units_told
 from .draft import Answer, Question
-from .finding import Finding
+from .finding import WITH_SIDE, Finding
 from .log import Log
 from .proposal import NONE, key_of
 from .quantities import quantities
@@ -19,8 +19,13 @@ from .units import UNITS, Unit
 YES = "1"
 """Key of the answer that all of it is right."""
 PASSES = 3
+"""How often columns are compared: one that is told may tell the next."""
 FASTEST_TURN_DEG_S = 5.0
 """Largest number of a yaw rate in degrees a second; one beside degrees that is larger counts minutes."""
+OF_INSTRUMENTS = ("speed_over_ground", "speed_through_water", "wind_speed")
+"""Speeds that instruments on board show in knots."""
+ANGLES = ("heading", "heading_magnetic", "course_over_ground", "rudder", "rudder_command")
+"""Angles that a file has in one unit."""
 MOST_RPS = 15.0
 """Largest number of a propeller's revolutions a second."""
 
@@ -47,11 +52,13 @@ def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) ->
 
 
 def is_open(found: Finding) -> bool:
-    """Whether nothing says the unit of a column whose dimension is known, and it is not all zero."""
+    """Whether nothing says the unit of a column whose dimension is known, and it is not all zero; a rudder beyond all
+    angles is in another measure, which is asked alone."""
     dimensions = {quantities()[quantity].dimension for quantity in found.may_be}
     told = found.unit is not None or found.foreign or found.unread or found.questions
     known = found.column.numbers[np.isfinite(found.column.numbers)]
-    return len(dimensions) == 1 and not told and dimensions != {"force"} and bool(np.any(known))
+    beyond = bool(set(found.may_be) & set(WITH_SIDE)) and units_told.size_of(found) > units_told.LARGEST_RUDDER_DEG
+    return len(dimensions) == 1 and not (told or beyond) and dimensions != {"force"} and bool(np.any(known))
 
 
 def _take_likely(log: Log, table: RawTable, places: Sequence[int]) -> None:
@@ -110,11 +117,6 @@ def _is_fast(log: Log, table: RawTable, found: Finding) -> bool:
     lasts = float(np.nanmax(series.time) - np.nanmin(series.time))
     moved = float(np.nanmax(series.values) - np.nanmin(series.values))
     return moved > units_told.FASTEST_M_S * lasts
-
-
-OF_INSTRUMENTS = ("speed_over_ground", "speed_through_water", "wind_speed")
-"""Speeds that instruments on board show in knots."""
-ANGLES = ("heading", "heading_magnetic", "course_over_ground", "rudder", "rudder_command")
 
 
 def _meant(found: Finding, unit: Unit | None, factor: float, sure: bool) -> Finding:
