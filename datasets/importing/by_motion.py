@@ -17,6 +17,8 @@ import numpy as np
 
 from ..signals import integral
 from ..yaw_response import YawResponse, yaw_response
+from . import roles
+from .evidence import Series
 from .units import UNITS
 
 GRID, COARSE = 1500, 400
@@ -32,6 +34,8 @@ FAINT, AHEAD = 0.1, 3.0
 """Least share of a rudder's answer, and how much more it must explain beyond another column than that beyond it."""
 MOST_RIVALS = 3
 """Columns of which each may be the rudder where none is ahead."""
+ORDER_SIZE = (0.85, 1.2)
+"""Range of an order over that of the rudder that follows it, in one unit."""
 SAME_UNIT = 0.5
 """What it is worth that rudder and heading are in one unit."""
 LEAST_TURN, MOST_TURN = 0.05, 200.0
@@ -45,11 +49,15 @@ MOST_RUDDER, LEAST_RUDDER = math.radians(75.0), math.radians(1.5)
 USUAL_TURN, USUAL_RATE = (0.25, 7.0), (0.0, 1.0)
 """Range of a heading, rad, and largest yaw rate, rad/s: outside of these each factor of two makes a meaning less
 likely."""
+LEAST_RATE = math.radians(0.02)
+"""Largest yaw rate, rad/s, of a ship that hardly turns."""
 ANY_DIRECTION = math.pi**2 / 3.0
 """Variance, rad^2, of an angle that may be any."""
 BIAS = 0.35
 """Mean difference of course and heading, rad, beyond which a track is none along the heading."""
 
+HARDLY = 0.2
+"""Difference of the worth of a speed forward and of one over ground that tells nothing."""
 LEAST_WORTH, NEAR, NEAR_UNIT = 1.0, 0.5, 3.0
 """Least worth of an assignment, and by how much others are less that are told beside it: those of the other unit of an
 angle where nothing tells it."""
@@ -67,6 +75,8 @@ class Meaning:
     sign: int
     why: str
     worth: float = 0.0
+    offset: float = 0.0
+    """In the unit, added to the number with its sign."""
 
 
 @dataclass(frozen=True)
@@ -316,12 +326,14 @@ class Relations:
             "speed_over_ground": np.hypot(track.north, track.east),
         }  # fmt: skip
         course = np.unwrap(np.arctan2(track.east, track.north))
-        for name in self.motion.open():
-            if name in taken:
-                continue
-            able = [*self._as_velocity(name, wanted), *self._as_course(name, course)]
-            if able:
-                yield name, max(able, key=lambda meaning: meaning.worth)
+        free = [name for name in self.motion.open() if name not in taken]
+        able = {name: [*self._as_velocity(name, wanted), *self._as_course(name, course)] for name in free}
+        kinds = {m.quantity for own in [*able.values(), track.meanings.values()] for m in own}
+        of_receiver = bool(kinds & {"course_over_ground", "latitude"})
+        for name, own in able.items():
+            if own:
+                best = max(own, key=lambda meaning: meaning.worth)
+                yield name, _over_ground(own, best) if of_receiver else best
 
     def _as_velocity(self, name: str, wanted: Mapping[str, np.ndarray]) -> Iterator[Meaning]:
         values = self.smoothed[name]
@@ -377,6 +389,13 @@ class Relations:
     def _may_steer(self, name: str, unit: str) -> bool:
         largest = float(np.abs(self.motion.values[name]).max()) * UNITS[unit].factor
         return LEAST_RUDDER < largest < MOST_RUDDER
+
+
+def _over_ground(able: Sequence[Meaning], best: Meaning) -> Meaning:
+    """The best meaning of a column beside what receivers give: not a speed forward where that over ground is hardly
+    another number."""
+    speeds = (m for m in able if m.quantity == "speed_over_ground" and m.unit == best.unit)
+    return next((m for m in speeds if best.quantity == "surge" and best.worth - m.worth < HARDLY), best)
 
 
 def _beside(base: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -446,10 +465,38 @@ class Assignment:
         """Column, quantity and unit of what the assignment stands on."""
         return frozenset((n, m.quantity, m.unit) for n, m in self.meanings.items() if m.quantity in MAIN)
 
+    @property
+    def mirrored(self) -> list[Assignment]:
+        """The same in a frame whose axes are exchanged and whose angles turn the other way, which no motion tells from
+        it, with a heading from east, or without positions also from north; none where a track on the globe tells."""
+        told = {m.quantity for m in self.meanings.values()}
+        if not told & {"heading", "yaw_rate"} or told & {"latitude", "longitude", "course_over_ground"}:
+            return []
+        from_east = (True,) if "north" in told or "heading" not in told else (True, False)
+        return [
+            replace(self, meanings={name: _mirror(m, east) for name, m in self.meanings.items()}) for east in from_east
+        ]
+
     def contradicts(self, other: Assignment) -> bool:
         """Whether another assignment takes one column for something else, or another column for the same."""
         columns, quantities = {n for n, _, _ in self.main}, {q for _, q, _ in self.main}
         return any(entry not in self.main and (entry[0] in columns or entry[1] in quantities) for entry in other.main)
+
+
+EXCHANGED = {
+    "north": "east", "east": "north", "velocity_north": "velocity_east", "velocity_east": "velocity_north",
+}  # fmt: skip
+"""Quantities that change places in a frame whose axes are exchanged."""
+
+
+def _mirror(meaning: Meaning, from_east: bool) -> Meaning:
+    """What a column is in a frame whose axes are exchanged, in which a heading counts from east, or from north."""
+    if meaning.quantity in EXCHANGED:
+        return replace(meaning, quantity=EXCHANGED[meaning.quantity])
+    if meaning.quantity not in ("heading", "yaw_rate", "sway"):
+        return meaning
+    quarter = math.pi / 2.0 / UNITS[meaning.unit].factor if meaning.quantity == "heading" and from_east else 0.0
+    return replace(meaning, sign=-meaning.sign, offset=round(quarter, 9))
 
 
 def assignments(motion: Motion) -> list[Assignment]:
@@ -459,16 +506,36 @@ def assignments(motion: Motion) -> list[Assignment]:
     for heading in relations.headings():
         rates, tracks = relations.yaw_rates(*heading), relations.tracks(*heading)
         for rate, track in itertools.product([*rates, None], [*tracks, None]):
-            for told in _completed(relations, heading, rate, track) if rate or track else ():
+            alone = not (rate or track)
+            for told in _completed(relations, heading, rate, track):
+                if alone and not any(m.quantity == "rudder" and m.worth > LEAST_WORTH for m in told.values()):
+                    continue
                 made = Assignment(told, sum(meaning.worth for meaning in told.values()))
                 if made.main not in best or made.worth > best[made.main].worth:
                     best[made.main] = made
+    if not best and not motion.known:
+        return _without_heading(relations)
     ranked = sorted(best.values(), key=lambda made: -made.worth)
     if not ranked or ranked[0].worth < LEAST_WORTH:
         return []
     first = ranked[0]
     near = [made for made in ranked[1:] if first.contradicts(made) and _is_near(motion, made, first)]
     return [replace(m, meanings={n: x for n, x in m.meanings.items() if n not in motion.known}) for m in (first, *near)]
+
+
+def _without_heading(relations: Relations) -> list[Assignment]:
+    """Of columns without a heading those that are a yaw rate, in each unit of a usual size, and the rudder that it
+    answers, in one that is not answered itself."""
+    motion, found = relations.motion, list[Assignment]()
+    for name in motion.open():
+        for helm in relations.rudders(name, motion.values[name], {name}, ""):
+            largest = float(np.abs(relations.smoothed[name]).max())
+            units = ("deg/s", "deg/min") if helm[1].unit == "deg" else ("rad/s",)
+            able = [unit for unit in units if USUAL_RATE[1] > largest * UNITS[unit].factor > LEAST_RATE]
+            for unit in able if helm[1].worth > LEAST_WORTH else ():
+                rate = Meaning("yaw_rate", unit, 1, f"it follows {helm[0]}")
+                found.append(Assignment({name: rate, **_with_order(motion, *helm, {name})}, helm[1].worth))
+    return sorted(found, key=lambda made: -made.worth)
 
 
 def _is_near(motion: Motion, made: Assignment, first: Assignment) -> bool:
@@ -496,7 +563,26 @@ def _completed(
     taken = set(told) | set(motion.known)
     helms = relations.rudders(column, turning, taken, of.unit) if not motion.of("rudder") else []
     for helm in helms or [None]:
-        yield told | ({helm[0]: helm[1]} if helm else {})
+        yield told | (_with_order(motion, *helm, taken) if helm else {})
+
+
+def _with_order(motion: Motion, name: str, helm: Meaning, taken: set[str]) -> dict[str, Meaning]:
+    """What steers, and its order or its answer, where another column moves alike and one is earlier."""
+    own = _series(motion, name)
+    size = float(np.ptp(own.values))
+    for other in motion.open():
+        alike = ORDER_SIZE[0] < float(np.ptp(motion.values[other])) / size < ORDER_SIZE[1]
+        lead = roles.lead(_series(motion, other), own) if alike and other != name and other not in taken else 0
+        if lead:
+            order, rudder = (other, name) if lead > 0 else (name, other)
+            sign = 1 if float(np.corrcoef(motion.values[order], motion.values[rudder])[0, 1]) > 0.0 else -1
+            why = f"{rudder} follows it"
+            return {order: Meaning("rudder_command", helm.unit, sign, why), rudder: helm}
+    return {name: helm}
+
+
+def _series(motion: Motion, name: str) -> Series:
+    return Series(motion.time, motion.values[name], "", False)
 
 
 def _unique(meanings: Iterator[tuple[str, Meaning]]) -> dict[str, Meaning]:

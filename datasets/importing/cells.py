@@ -12,7 +12,7 @@ import numpy as np
 
 from ...models.number_texts import DECIMAL
 from .cell_texts import Texts
-from .units import unit_of, words_of
+from .units import TIME_WORDS, tidy, unit_of, words_of
 
 Style: TypeAlias = Literal["point", "comma", "open"]
 """The decimal sign of a table; open where nothing tells whether 612,345 has decimals or thousands."""
@@ -220,7 +220,11 @@ def decorated(texts: Texts, name: str, style: Style) -> Decorated | None:
     kinds = {kind for kind, t in zip(letters, told, strict=True) if t and kind}
     sides = {kind: side for kind in kinds if (side := side_of(kind, name))}
     units = {kind for kind in kinds if kind not in sides}
-    if len(units) > 1 or not kinds or any(unit_of(kind) is None and kind != "%" for kind in units):
+    if (
+        len(units) > 1
+        or not kinds
+        or any(unit_of(kind) is None and kind != "%" and tidy(kind) not in TIME_WORDS for kind in units)
+    ):
         return None
     plain = numbers_of(Texts([match["number"] if match else "" for match in matches]), style)
     signs = np.array([-1.0 if sides.get(kind) and sides[kind] not in POSITIVE_SIDES else 1.0 for kind in letters])

@@ -16,6 +16,7 @@ from .cell_texts import Texts
 from .even_stamps import even_stamps
 from .gps_time import EPOCH_S, WEEK_S
 from .moments import moment
+from .names import words
 from .raw import RawColumn
 
 Form = Literal[
@@ -81,7 +82,13 @@ FEWEST_STAMPS = 10
 """Different stamps from which on rows with equal ones are spread."""
 CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp][Mm])?\s*(?:UTC|Z|GMT|LT)?")
 ISO = re.compile(r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}([T ].*)?|\d{8}[T ]\d{4,6}.*")
-FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("iso", ISO))
+COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:[01]\d|2[0-3])(?:[0-5]\d){2}(?:\.\d+)?")
+"""Date and time of day of fourteen digits: 20240503080000.1."""
+MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")
+"""Minutes and seconds, which decimals tell from hours and minutes."""
+LEAST_SHOWN_S = 0.09
+"""Least step of minutes and seconds, s; a hundredth of a minute is shown by smaller numbers."""
+FORM_OF_TEXTS: tuple[tuple[Form, re.Pattern[str]], ...] = (("clock", CLOCK), ("clock", MINUTES), ("iso", ISO))
 NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
 
@@ -123,18 +130,32 @@ class TimeGuess:
 
 def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     """The form of a column as a time; None where it can be none."""
+    if column.texts is not None and _all(COMPACT, column):
+        return TimeGuess(("iso",), "form of the texts", True)
     if column.numeric and not (column.lettered and column.lettered.positive):
         return _guess_number(column.numbers, unit.lower())
     texts = column.first(200)
     if not texts:
         return None
     for form, pattern in FORM_OF_TEXTS:
-        if all(pattern.fullmatch(text) for text in texts):
+        if _all(pattern, column) and (pattern is not MINUTES or _are_seconds(texts)):
             return TimeGuess((form,), "form of the texts", True)
-    if all(NAMED_DATE.fullmatch(text) for text in texts):
+    if _all(NAMED_DATE, column):
         return TimeGuess(("day first",), "form of the texts", True)
     dates = [NUMERIC_DATE.fullmatch(text) for text in texts]
     return _guess_order([match for match in dates if match]) if all(dates) else None
+
+
+def _all(pattern: re.Pattern[str], column: RawColumn) -> bool:
+    """Whether the first texts of a column are of a form."""
+    texts = column.first(200)
+    return bool(texts) and all(pattern.fullmatch(text) for text in texts)
+
+
+def _are_seconds(texts: Sequence[str]) -> bool:
+    """Whether decimals behind a colon are of seconds, in usual steps, not of the minutes of an hour."""
+    steps = np.abs(np.diff([_clock(text) for text in texts]))
+    return bool(np.any(steps > 0.0)) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
 
 
 def _guess_order(dates: Sequence[re.Match[str]]) -> TimeGuess:
@@ -284,10 +305,8 @@ def _of_parts(parts: Sequence[np.ndarray]) -> np.ndarray:
 
 def _fraction(column: RawColumn) -> np.ndarray:
     """Seconds (N,) of a column of nano-, micro- or milliseconds; not known ones are none."""
-    letter = column.name.strip().lower()[:2]
-    size = {"na": 1e-9, "ns": 1e-9, "mi": 1e-6 if "micro" in column.name.lower() else 1e-3, "us": 1e-6}.get(
-        letter, 1e-3
-    )
+    own = words(column.name)[-1]
+    size = 1e-9 if own.startswith("n") else 1e-6 if own.startswith(("micro", "us")) else 1e-3
     return size * np.nan_to_num(column.numbers)
 
 
@@ -308,6 +327,9 @@ def _time_of_day(column: RawColumn) -> np.ndarray:
 
 def _clock(text: str) -> float:
     text = text.rsplit(" ", 1)[-1] if re.match(r"\d{4}-", text) else text
+    elapsed = MINUTES.fullmatch(text)
+    if elapsed:
+        return 60.0 * int(elapsed[1]) + float(elapsed[2].replace(",", "."))
     match = CLOCK.fullmatch(text)
     if not match:
         return math.nan

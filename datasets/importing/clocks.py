@@ -20,6 +20,8 @@ ZONE_STEP_S, LONGEST_ZONE_S = 900.0, 14.0 * 3600.0
 """Steps of the zones of the world, and the largest of them."""
 MISSED_S, SURE_S = 5.0, 20.0
 """Seconds by which the motion may miss a zone, and within which an offset that is none must be known."""
+SAME_STEPS = 2.0
+"""Steps within which two tables begin and end together that one program wrote."""
 STARTS_S = 60.0
 """Seconds below which a first time says that the clock was started with the log."""
 
@@ -167,11 +169,19 @@ def _undated(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
     if lag is not None and lag.sharp:
         return _by_motion(label, lag)
     alike = not any(stream.dated for stream in (*base, *own)) and base[0].period_s == own[0].period_s
-    if alike and min(base[0].time[0], own[0].time[0]) > STARTS_S and _overlap(base, own):
+    late = min(base[0].time[0], own[0].time[0]) > STARTS_S and _overlap(base, own)
+    if alike and (late or _same_ends(base[0], own[0])):
         return Setting(
             0.0, f"clock taken as that of {label}, whose times have the same size: nothing else tells it", True
         )
     return None
+
+
+def _same_ends(one: Stream, other: Stream) -> bool:
+    """Whether two tables begin and end together, within some steps, and not at zero, where every clock may begin."""
+    step = max(float(np.median(np.diff(s.time))) if s.time.size > 1 else 0.0 for s in (one, other))
+    apart = np.abs(one.time[[0, -1]] - other.time[[0, -1]])
+    return bool(np.all(apart <= SAME_STEPS * step)) and min(one.time[0], other.time[0]) > SAME_STEPS * step
 
 
 def _by_motion(label: str, lag: Lag) -> Setting:

@@ -13,6 +13,7 @@ NUMBER = r"\d*\.\d+(?:[EeDd][-+]?\d{2,3})?"
 TOUCHING = re.compile(rf"((?:(?<![\d.A-Za-z])|(?=-))[-+]?{NUMBER})(?=-{NUMBER}(?![\d.]))")
 """A number that ends where the sign of the next one stands."""
 TOKEN = re.compile(r"\S+")
+QUOTED = re.compile(r'"[^"]*"')
 ALIGNED = 0.4
 """Share of the lines in which a number ends where the others of its column do; those that were cut apart are longer."""
 
@@ -47,6 +48,9 @@ def header_cells(line: str, width: int, ends: Sequence[int] | None) -> tuple[str
     Names are apart by two spaces or more, or end where the columns do.
     """
     plain = line.strip()
+    quoted = QUOTED.findall(plain)
+    if len(quoted) == width and not QUOTED.sub("", plain).strip("() \t"):
+        return tuple(text.strip('"') for text in quoted)
     if len(plain.split()) <= width or any(map(is_number, plain.split())):
         return None
     wide = re.split(r"\s{2,}|\t", plain)

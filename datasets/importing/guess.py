@@ -12,10 +12,10 @@ import numpy as np
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
 from ..record import Side, is_side
-from . import meanings, propellers, roles, shared_questions, signs_told, units_told
+from . import meanings, no_rudder, open_units, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
 from .evidence import nearest, rate_ratio, size_ratio
-from .finding import Finding, ask_sign, ask_unit
+from .finding import Finding, ask_quantity, ask_sign, ask_unit, identifier
 from .log import Log, speeds
 from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose
@@ -49,7 +49,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
             if column.name not in times
         ]
     answers = shared_questions.for_equal_doubts(log.findings, answers)
-    log.findings = [_answered(found, answers) for found in log.findings]
+    log.findings = [_answered(_asked_before(found, answers), answers) for found in log.findings]
     _chosen(log, answers)
     for _ in range(PASSES):
         _each(log, answers, lambda f: meanings.settle(log, f))
@@ -65,11 +65,20 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     _each(log, answers, _not_through_water)
     meanings.without_twins(log, answers, _answered)
     _each(log, answers, lambda f: _checked(log, f))
+    open_units.propose(log, tables, answers)
+    _each(log, answers, lambda f: signs_told.by_channel(log, f))
     _each(log, answers, lambda f: meanings.ask(log, f) if len(f.may_be) > 1 and not f.questions else f)
     _each(log, answers, lambda f: _ask_unit(log, f) if f.quantity and f.unit is None and not f.questions else f)
     for _ in range(2):  # the answer for one column's sign tells another's
         _each(log, answers, lambda f: _ask_sign(log, f))
     return log
+
+
+def _asked_before(found: Finding, answers: Dict[str, str]) -> Finding:
+    """The finding with the question for its quantity where that has its answer: what that tells of other columns is
+    told at once."""
+    vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in answers
+    return ask_quantity(found, "", found.may_be) if vague else found
 
 
 def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> dict[str, ColumnMap]:
@@ -91,6 +100,7 @@ def _chosen(log: Log, answers: Dict[str, str]) -> None:
                 signed = quantity in meanings.unsigned()
                 unit = unit_of(found.column.unit, quantities()[quantity].dimension)
                 foreign = found.column.unit if unit is None else ""
+                foreign = foreign or ("us" if quantity == "rudder" and no_rudder.is_pulse(found.column.numbers) else "")
                 log.findings[i] = replace(
                     found,
                     may_be=(quantity,),
@@ -99,6 +109,7 @@ def _chosen(log: Log, answers: Dict[str, str]) -> None:
                     why=("as answered",),
                     bounded=("quantity",),
                     foreign=foreign,
+                    questions=(),
                 )
 
 
@@ -286,6 +297,8 @@ def _ask_unit(log: Log, found: Finding) -> Finding:
     known = found.column.numbers[np.isfinite(found.column.numbers)]
     if known.size and np.ptp(known) == 0.0 and known[0] == 0.0 and found.quantity not in RUDDERS_AND_TURNING:
         return found.unused("0 in every row")
+    if found.quantity == "propeller_thrust":
+        return found.unused("its unit is not stated, and a record needs none; the map can state it")
     rudder = next((f for f in log.findings if f.quantity == "rudder" and f.unit and not f.questions), None)
     if found.quantity == "rudder_command" and rudder is not None and not found.foreign and not found.bounded:
         return found.unused(f"its unit is not stated, and the rudder is column {rudder.column.name}")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from .names import named, words
-from .quantities import side_words, word_list
+from .quantities import quantities, side_words, word_list
 from .units import NO_UNIT, TIME_WORDS, Unit, tidy, unit_of
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
@@ -40,10 +40,14 @@ REFERENCE = re.compile(r"(?<![a-z])(?:from\s+(?:the\s+)?(?:true\s+)?(?:north|eas
 
 HEMISPHERE = re.compile(r"(?<![a-z])[nsew](?![a-z])", re.IGNORECASE)
 """A letter alone in the header of a latitude or longitude."""
+TRUE = re.compile(r"((?i:°|deg|degs|degrees?))?[\s(]*(?:T|(?i:true))\)?")
+"""What says of a direction that it counts from true north, alone or behind its unit."""
 MAGNETIC = re.compile(r"((?i:°|deg|degs|degrees?))[\s(]*(?i:m|mag|magnetic)\)?|M|(?i:mag|magnetic)")
 """The unit of a direction that counts from magnetic north; a small m alone is a metre."""
 TWICE = re.compile(r"^(.{2,}?)\s*:\s*\1(?=\s|[(\[]|$)")
 """A name that stands twice: `Heading Monitor: Heading Monitor (deg)` of programs that simulate flows."""
+LABELS = re.compile(r"""\{\s*\w+\s*=~?\s*["']?[^{}]*\}""")
+"""Labels of a series of measurements, which say of which sensor it is: `{sensor="gyro"}`."""
 TIMES = re.compile(r"(?<![a-zA-Z0-9])[x×*]\s?(10{1,9})(?![\d.])")
 
 
@@ -75,7 +79,7 @@ class Header:
 def read_header(name: str, unit: str = "") -> Header:
     """The parts of a header; `unit` is what a row of units says."""
     name, unit = (unicodedata.normalize("NFKC", text).replace("\u2212", "-") for text in (name, unit))
-    positive, name, unit = _sign(TWICE.sub(r"\1", name), unit)
+    positive, name, unit = _sign(TWICE.sub(r"\1", LABELS.sub(" ", name).strip()), unit)
     if _hemisphere(name, unit):
         name, unit = (HEMISPHERE.sub(" ", text) for text in (name, unit))
     times = TIMES.search(name)
@@ -90,21 +94,27 @@ def read_header(name: str, unit: str = "") -> Header:
     alone = REFERENCE.sub(" ", rest)
     if _means(alone, "heading", "heading_magnetic", "course_over_ground"):
         rest, pieces = alone, [REFERENCE.sub(" ", piece).strip() for piece in pieces]
+        true = [TRUE.fullmatch(piece) for piece in pieces]
+        pieces = [piece if match is None else match[1] or "" for piece, match in zip(pieces, true, strict=True)]
         magnetic = [MAGNETIC.fullmatch(piece) for piece in pieces]
         pieces = [piece if match is None else match[1] or "" for piece, match in zip(pieces, magnetic, strict=True)]
         rest = f"{rest} mag" if any(magnetic) and "mag" not in words(rest) else rest
     units = tuple(piece for piece in pieces if piece and says_unit(piece))
     other = [piece for piece in pieces if piece and not says_unit(piece)]
     sized = [text for text in units if _sized(text)]
-    unread = "" if units else next((piece for piece in other if _is_unread(piece)), "")
+    unread = "" if units else next((piece for piece in other if _is_unread(piece, rest)), "")
     known = words(" ".join([rest, *(piece for piece in other if piece != unread)]))
     foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
     return Header(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign,
                   unread, float(times[1]) if times else 1.0)  # fmt: skip
 
 
-def _is_unread(piece: str) -> bool:
-    """Whether a text in brackets is a unit that is not known: it has a known unit in it, or no known word."""
+def _is_unread(piece: str, name: str) -> bool:
+    """Whether a text in brackets is a unit that is not known: it has a known unit in it, or no known word, also not as
+    the end of a name such as `SPD(OG)`."""
+    whole = named(words(f"{name} {piece}"))
+    if whole.may_be and not whole.extra and set(whole.may_be) < set(named(words(name)).may_be or quantities()):
+        return False
     parts = words(piece)
     known = word_list("harmless").union(word_list("command"), word_list("not_measured"), *side_words().values())
     strange = [part for part in parts if part not in known and not part.isdigit()]

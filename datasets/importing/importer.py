@@ -19,7 +19,7 @@ from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side
 from ..rudder_sign import rudder_sign_doubt, steering_side
-from . import no_rudder, scales, shared_questions, vessels
+from . import no_rudder, proposal, scales, shared_questions, vessels
 from .clock import FORMS, seconds, spread
 from .clocks import on_dates
 from .convert import Stream, streams_of
@@ -33,6 +33,7 @@ from .merge import Merged, merge
 from .provenance import channel_sources
 from .quantities import quantities
 from .raw import RawColumn, RawTable
+from .reading import WITHOUT_NAME
 from .report import Fault, ImportFault, ImportReport, refuse_fatal, span
 from .sources import read_raw
 from .times import TableTime
@@ -285,7 +286,11 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     timed = [time.question for time in log.times.values() if time.question is not None]
     used = {f.table.label for f in log.findings if f.may_be}
     timed = [question for question in timed if question.table in used]
-    questions = [*timed, *log.proposals, *(question for f in _first(log.findings) for question in f.questions)]
+    questions = [
+        *timed,
+        *log.proposals,
+        *(question for f in _first(log, answers) for question in f.questions),
+    ]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
     entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
     idle = [table for table in tables if table.label not in used and not faults and _in_map(table, entries)]
@@ -304,10 +309,15 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
 
 
-def _first(findings: Sequence[Finding]) -> Iterator[Finding]:
-    """The findings without those of headings and sways whose way the track tells once its own axes are answered."""
-    tracks = {f.table.label for f in findings if f.questions and set(f.may_be) == {"north", "east"}}
-    for found in findings:
+def _first(log: Log, answers: Dict[str, str]) -> Iterator[Finding]:
+    """The findings without those of headings and sways whose way the track tells once its own axes are answered, and
+    without columns that have no names, which their motion tells once their time is answered."""
+    untimed = {label for label, time in log.times.items() if time.question is not None and not time.columns}
+    untimed -= {label for label in untimed if proposal.question_of(label) in answers}
+    tracks = {f.table.label for f in log.findings if f.questions and set(f.may_be) == {"north", "east"}}
+    for found in log.findings:
+        if found.table.label in untimed and found.why == WITHOUT_NAME:
+            continue
         waits = found.table.label in tracks and found.quantity in ("heading", "sway")
         if not (waits and all(question.about == "sign" for question in found.questions)):
             yield found

@@ -98,13 +98,20 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     if not widths:
         return None
     width = widths.most_common(1)[0][0]
-    same = (i for i, x in enumerate(lines) if not x.comment and len(x.cells) == width and is_data(x.cells))
-    start = next(same, None)
+    start = _first_of_data(lines, width)
     if start is None:
         return None
     head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells)]
     header = _header(head, [line for line in lines[start:] if not line.comment], width)
     return Layout(header, start, width)
+
+
+def _first_of_data(lines: Sequence[Line], width: int) -> int | None:
+    """Index of the first line of data: one that more data follow, not a line with a number above a header."""
+    filled = [i for i, line in enumerate(lines) if not line.comment and any(cell.strip() for cell in line.cells)]
+    data = [len(lines[i].cells) == width and is_data(lines[i].cells) for i in filled]
+    first = next((i for i, own, then in zip(filled, data, data[1:], strict=False) if own and then), None)
+    return first if first is not None else next((i for i, own in zip(filled, data, strict=True) if own), None)
 
 
 def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:

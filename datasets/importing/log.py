@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -72,6 +72,19 @@ class Log:
                 yield f"{first.column.name}, {second.column.name}", *velocity
         yield from self._courses()
 
+    def axes(self) -> Iterator[tuple[str, Series, Series]]:
+        """(name, velocity along the first axis, along the second) of positions in a plane of which it is open which one
+        is that to north: their speed, and their course but for its sense, are those of a track."""
+        for first in self.findings:
+            pair = first.quantity is None and first.may_be == ("north", "east") and first.unit is not None
+            second = next((f for f in self.findings if f.table is first.table and f.may_be == ("east", "north")), None)
+            if not pair or second is None or second.unit is None:
+                continue
+            x, y = self.series(first), self.series(second)
+            velocity = track_velocity(x, y) if x is not None and y is not None else None
+            if velocity is not None:
+                yield f"{first.column.name}, {second.column.name}", *velocity
+
     def _velocity_of_degrees(
         self, first: Finding, second: Finding, latitude: Series, longitude: Series
     ) -> tuple[Series, Series] | None:
@@ -108,9 +121,9 @@ class Log:
             if second is not None:
                 yield first, second
 
-    def turns(self) -> Iterator[tuple[str, Series]]:
-        """(name, course of a track, rad, without jumps) of all tracks."""
-        for name, north, east in self.tracks():
+    def turns(self, tracks: Iterable[tuple[str, Series, Series]] | None = None) -> Iterator[tuple[str, Series]]:
+        """(name, course of a track, rad, without jumps) of all tracks, or of some."""
+        for name, north, east in self.tracks() if tracks is None else tracks:
             shared = together(north, east)
             if shared is not None:
                 time, n, e = shared

@@ -10,19 +10,34 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..signals import integral
+from . import units_told
+from .by_motion import smooth, straight
 from .draft import NOT_USED, Answer, Question, Sure
-from .evidence import Series, sense, size_ratio, slope, together, track_velocity
+from .evidence import LEAST_TURN_RAD, Series, body, sense, size_ratio, slope, together, track_velocity
 from .finding import WITH_SIDE, Finding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
 from .log import Log, speeds
+from .names import words
 from .quantities import quantities
-from .reading import UNSIGNED
+from .reading import UNSIGNED, frame_stated
 from .units import UNITS
 
 ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed": 0.25, "length": 5.0, "rotation": 0.1}
 """How far two columns of a quantity may be from each other (root mean square) to be the same."""
 TRACKED = 0.15
 """How near the velocity of a track, which is a mean over some seconds, must be to a component of it, as a share."""
+LIKELY = 0.5
+"""Correlation of a velocity and that of a track which confirms what its name says."""
+OF_SHIP = "along the ship's axes: the direction goes with the yaw rate, not with the heading"
+"""Why a velocity is one along an axis of the ship."""
+AHEAD, DRIFT = 0.7, 0.5
+"""Least mean cosine of the drift angle of velocities along the ship's axes, and most of its variance that the yaw rate
+leaves."""
+TURNED, WITHOUT_DRIFT = 0.9, 0.999
+"""Shares of an angle that the integral of a yaw rate explains: of a heading, and of one that cannot be a course."""
+NEARER = 0.1
+"""Variance of a direction about a track, as a share of that which a yaw rate leaves, of a course over ground."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -45,7 +60,7 @@ def settle(log: Log, found: Finding) -> Finding:
     if set(found.may_be) == {"heading", "course_over_ground"}:
         return _course(log, found)
     if set(found.may_be) == {"heading", "yaw_rate"}:
-        return _gyro(found)
+        return _gyro(log, found)
     return found
 
 
@@ -60,7 +75,7 @@ def _speed(log: Log, found: Finding) -> Finding:
     )
     if raw is None or taken is not None:
         return found
-    tracks = [t for t in log.tracks()]
+    tracks = [*log.tracks(), *log.axes()]
     for name, speed in speeds(tracks):
         size = size_ratio(speed, raw)
         units = [found.unit] if found.unit is not None else [UNITS[name] for name in ("kn", "m/s", "km/h")]
@@ -76,20 +91,78 @@ def _speed(log: Log, found: Finding) -> Finding:
 
 
 def _velocity(log: Log, found: Finding) -> Finding:
-    """A velocity that is that of a track to north or to east, and not both."""
+    """A velocity that is that of a track to north or to east, and not both; or one along the ship's own axes."""
     series = None if found.unit is None else log.series(found)
     if series is None:
         return found
     for name, north, east in log.tracks():
         ratios = {"velocity_north": slope(north, series), "velocity_east": slope(east, series)}
+        heading = next((s for f, s in log.all("heading") if f.table is found.table), None)
+        parts = body(heading, north, east) if heading is not None else None
+        if parts is not None:
+            side = slope(parts[1], series)
+            ratios |= {"surge": slope(parts[0], series), "sway": side and abs(side)}
         alike = [quantity for quantity, x in ratios.items() if x is not None and abs(x - 1.0) < TRACKED]
         if len(alike) == 1 and alike[0] in found.may_be:
             return _decided(found, alike[0], f"agrees with the velocity of {name}")
+    return _of_axis(log, found) or _of_ship(log, found)
+
+
+def _of_axis(log: Log, found: Finding) -> Finding | None:
+    """A velocity along an axis of which the position is known, beside another column that is the one along the ship's
+    own axis: vx beside x and u."""
+    body, place = ("surge", "x") if "surge" in found.may_be else ("sway", "y")
+    own = [f for f in log.findings if f.table is found.table]
+    axis = next((f for f in own if f.quantity in ("north", "east") and words(f.column.name)[:1] == (place,)), None)
+    series = log.series(found)
+    if axis is None or series is None or not any(f.quantity == body for f in own):
+        return None
+    quantity = f"velocity_{axis.quantity}"
+    for name, north, east in log.tracks():
+        shared = together(north if axis.quantity == "north" else east, series)
+        if quantity in found.may_be and shared is not None and np.corrcoef(shared[1], shared[2])[0, 1] > LIKELY:
+            return _decided(found, quantity, f"along the axis of column {axis.column.name}, and goes with {name}")
+    return None
+
+
+def _of_ship(log: Log, found: Finding) -> Finding:
+    """A velocity along an axis of the ship, where it and that along the other axis point ahead, but for a drift that
+    goes with the yaw rate; of velocities over ground the difference from the heading, either way, goes with it."""
+    own = next((quantity for quantity in ("surge", "sway") if quantity in found.may_be), "")
+    wanted = {"surge": "sway", "sway": "surge"}.get(own, "")
+    others = [f for f in log.findings if f.table is found.table and f is not found]
+    vague = (f for f in others if wanted in f.may_be and (len(f.may_be) > 1 or OF_SHIP in f.why) and f.unit)
+    other = next(vague, None)
+    heading = next((s for f, s in log.all("heading", signed=False) if f.table is found.table), None)
+    if not own or other is None or heading is None or any(f.quantity == own for f in others):
+        return found
+    pair = [log.series(f) for f in ((found, other) if own == "surge" else (other, found))]
+    ahead, aside = (together(heading, s, angle_first=True) if s is not None else None for s in pair)
+    if ahead is None or aside is None or ahead[1].size != aside[1].size or np.ptp(ahead[1]) < LEAST_TURN_RAD:
+        return found
+    course = np.unwrap(np.arctan2(aside[2], ahead[2]))
+    psi = smooth(ahead[1], ahead[1].size // 60)
+    rate = np.gradient(psi, ahead[0])
+    along, *over_ground = (_left(drift, rate) for drift in (course, course - psi, course + psi))
+    if float(np.mean(np.cos(course))) > AHEAD and along < DRIFT and along < min(over_ground) / 2.0:
+        return found.told("other channel", OF_SHIP, may_be=(own,), signed=own == "surge")
     return found
 
 
+def _left(drift: np.ndarray, rate: np.ndarray) -> float:
+    """Share of the variance of a drift angle (N,) that a yaw rate (N,) does not explain."""
+    power = float(np.var(drift)) * float(np.var(rate))
+    return 1.0 - float(np.mean((drift - drift.mean()) * (rate - rate.mean()))) ** 2 / power if power > 0.0 else 1.0
+
+
 def _course(log: Log, found: Finding) -> Finding:
-    """A course is a heading where the course over ground is another column, or the other way round."""
+    """A course is a heading where the course over ground is another column, or the other way round; or where the
+    integral of the yaw rate is all of it, without the drift."""
+    turned = _turned_by(log, found)
+    if turned > WITHOUT_DRIFT:
+        return _decided(found, "heading", "the integral of the yaw rate is all of it")
+    if turned > TURNED and (track := _track_along(log, found, 1.0 - turned)):
+        return _decided(found, "course_over_ground", f"goes along {track}, the integral of the yaw rate less")
     others = [f.quantity for f in log.findings if f is not found and f.table.clock == found.table.clock]
     for quantity, other in (("heading", "course_over_ground"), ("course_over_ground", "heading")):
         if other in others and quantity not in others:
@@ -97,7 +170,48 @@ def _course(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _gyro(found: Finding) -> Finding:
+def _turned_by(log: Log, found: Finding) -> float:
+    """Share of a direction, beyond its straight line, that the integral of a yaw rate of the same table explains; 0
+    where there is none."""
+    rates = [f for f in log.findings if f.quantity == "yaw_rate" and f.table is found.table]
+    turn = (
+        2.0 * math.pi
+        if (found.unit is not None and found.unit.name == "rad") or units_told.size_of(found) < 7.0
+        else 360.0
+    )
+    angle = log.series(found, raw=True)
+    for rate in rates:
+        series = log.series(rate, raw=True)
+        if angle is None or series is None:
+            continue
+        shared = together(replace(angle, values=angle.values * 2.0 * math.pi / turn), series, angle_first=True)
+        if shared is None:
+            continue
+        time, turned, turning = shared
+        summed, own = straight(time, integral(turning, time)), straight(time, turned)
+        power, other = float(summed @ summed), float(own @ own)
+        return float(own @ summed) ** 2 / (power * other) if power > 0.0 and other > 0.0 else 0.0
+    return 0.0
+
+
+def _track_along(log: Log, found: Finding, left: float) -> str:
+    """The track along which a direction goes much nearer than along the integral of a yaw rate, which leaves a share of
+    its variance; '' where there is none."""
+    series = log.series(found) if found.unit is not None else None
+    for name, course in log.turns():
+        shared = together(series, course, angle_first=True) if series is not None else None
+        if shared is None or not np.isfinite(shared[2]).all():
+            continue
+        _, own, along = shared
+        apart = np.angle(np.exp(1j * (own - along)))
+        if float(np.var(apart)) < NEARER * left * float(np.var(own)):
+            return name
+    return ""
+
+
+def _gyro(log: Log, found: Finding) -> Finding:
+    if _turned_by(log, found) > TURNED:
+        return _decided(found, "heading", "it is the integral of the yaw rate")
     numbers = found.column.numbers[np.isfinite(found.column.numbers)]
     if numbers.size and numbers.min() >= 0.0 and numbers.max() > 100.0:
         return _decided(
@@ -114,6 +228,10 @@ def _axis(log: Log, found: Finding) -> Finding:
     if other.quantity is not None:
         quantity = "east" if other.quantity == "north" else "north"
         return _decided(found, quantity, f"column {other.column.name} is the other one")
+    frame = frame_stated(found.table)
+    if frame:
+        quantity = found.may_be[1 if frame == "enu" else 0]
+        return _decided(found, quantity, f"the file states axes {frame.upper()}", "stated")
     if found.may_be[0] == "east":
         return found
     x, y = log.series(found, raw=True), log.series(other, raw=True)

@@ -14,6 +14,8 @@ MOMENT = re.compile(
 )
 """Date, hour, minute, second, decimals, half of the day, hours and minutes of the zone: 2024-05-03T08:00:00.1+02:00,
 20240503 0800, 03.05.2024 08:00:00,1, 5/3/24 8:00 PM, 03-May-2024 08:00."""
+COMPACT = re.compile(r"^(\d{8})(\d{6}(?:\.\d+)?)$")
+"""Date and time of day of fourteen digits."""
 MONTHS = "jan feb mar apr may jun jul aug sep oct nov dec"
 SEPARATORS = re.compile("[-/. ]")
 EPOCH, DAY = datetime.date(1970, 1, 1).toordinal(), 86400
@@ -23,7 +25,7 @@ PIVOT = 69
 
 def moment(text: str, month_first: bool = False) -> float:
     """Seconds since 1970 of a moment, in UTC unless the text states a shift of its zone; nan where the text is none."""
-    found = MOMENT.fullmatch(text)
+    found = MOMENT.fullmatch(text) or MOMENT.fullmatch(COMPACT.sub(r"\1 \2", text))
     if found is None:
         return math.nan
     date, hour, minute, second, decimals, half, zone, zone_minutes = found.groups("0")

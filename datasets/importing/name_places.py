@@ -48,7 +48,8 @@ def place_names(names: Sequence[str], rows: Sequence[Sequence[str]], explicit: i
     width = len(rows[0]) if rows else len(names)
     missing = width - len(names)
     if missing <= 0 or explicit == width:
-        fits = len(names) in (width, width - 1)
+        empty = next((i for i in range(width) if any(row[width - 1 - i].strip() for row in rows)), 0)
+        fits = width - max(empty, 1) <= len(names) <= width
         return Names((*names, *[""] * width)[:width], tuple(range(width))) if fits else None
     counted = len(names) < width and _counts([row[0].strip() for row in rows])
     for front in (0, 1) if counted else (0,):

@@ -9,7 +9,17 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import accumulate
 
-from .quantities import date_names, quantities, side_words, time_names, time_parts, vague_names, week_names, word_list
+from .quantities import (
+    date_names,
+    quantities,
+    side_words,
+    time_names,
+    time_parts,
+    vague_names,
+    vertical_names,
+    week_names,
+    word_list,
+)
 
 LETTERS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
@@ -21,6 +31,8 @@ HAN = "\u3040-\u30ff\u3400-\u9fff\uac00-\ud7a3"
 ALPHABETS = "\u0370-\u03ff\u0400-\u04ff"
 """Greek and Cyrillic letters."""
 WORD = re.compile(rf"[a-z]+\d?(?![a-z])|[a-z]+|\d+|[{HAN}]+|[{ALPHABETS}]+")
+ZONES = ("utc", "gps", "gnss", "local")
+"""Words before the part of a time: `UTC_Hour`."""
 FEWEST = 3
 """Letters of a name that may stand among other words."""
 
@@ -69,9 +81,18 @@ def named(parts: tuple[str, ...]) -> Named:
     whole = _known("".join(parts), short=True)
     if whole:
         return Named(whole, why="name")
+    parts = _spelled(parts)
+    told = "".join(part for part in parts if part not in word_list("harmless"))
+    if "".join(parts) in _vertical() or told in _vertical():
+        return Named(why="vertical: no quantity of a record")
     command, found = set(parts) & word_list("command"), [p for p in parts if p not in word_list("command")]
     refused = set(found) & word_list("not_measured")
     may_be, rest = _longest(found)
+    plain = [part for part in found if part not in word_list("harmless")]
+    closer, others = _longest(plain)
+    if len(plain) - len(others) > len(found) - len(rest):  # a name with harmless words within
+        may_be, rest = closer, others
+    may_be, rest = _narrowed(may_be, rest)
     if refused and not (may_be and not set(rest) & refused):
         return Named(why=f"{sorted(refused)[0]!r}: no measured quantity of a record")
     symbols = {symbol for symbol, known in _short().items() if known == may_be}
@@ -95,6 +116,32 @@ def _longest(parts: list[str]) -> tuple[tuple[str, ...], list[str]]:
         if (len(text) >= FEWEST or alone or re.match(f"[{HAN}]", text)) and (known := _known(text, short=alone)):
             return known, [*parts[:i], *parts[j:]]
     return (), parts
+
+
+def _spelled(parts: tuple[str, ...]) -> tuple[str, ...]:
+    """The words of a name, `pos n` and `pos e` in full: without their space they are other words."""
+    full = {("pos", "n"): ("position", "north"), ("pos", "e"): ("position", "east")}
+    return full.get(parts[:2], parts[:2]) + parts[2:]
+
+
+@cache
+def _vertical() -> frozenset[str]:
+    return frozenset(map(joined, vertical_names()))
+
+
+def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...], list[str]]:
+    """(what a name may mean, the other words) without words that are names of the same: the narrowest of all counts, as
+    of `gyro hdt` and `rudder rsa`."""
+    others = []
+    for part in rest:
+        own = set(_known(part, short=False))
+        if own and set(may_be) == own:
+            continue
+        if own and own < set(may_be):
+            may_be = tuple(quantity for quantity in may_be if quantity in own)
+            continue
+        others.append(part)
+    return may_be, others
 
 
 def _known_spans(parts: list[str]) -> Iterator[tuple[int, int, str]]:
@@ -152,7 +199,9 @@ def is_week(name: str) -> bool:
 
 def part_of_time(name: str) -> str:
     """The part of a time, year to second, that a column of this name holds; '' where it is none."""
-    return next((part for part, names in time_parts().items() if joined(name) in map(joined, names)), "")
+    parts = words(name)
+    own = "".join(parts[1:] if len(parts) > 1 and parts[0] in ZONES else parts)
+    return next((part for part, names in time_parts().items() if own in map(joined, names)), "")
 
 
 def _is_one(name: str, known: frozenset[str]) -> bool:

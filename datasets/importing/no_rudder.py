@@ -111,9 +111,15 @@ def _is_servo_like(found: Finding) -> bool:
     low, high = (float(x) for x in np.quantile(known, [0.01, 0.99]))
     if low == high or np.unique(known).size < 3:
         return False
-    pulse = PULSE_US[0] <= low and high <= PULSE_US[1] and low < 1500.0 < high
     either_side = low < 0.0 < high and -low < 10.0 * high and high < -10.0 * low
-    return pulse or (either_side and max(-low, high) <= max(LARGEST_DEG, PER_CENT))
+    return is_pulse(known) or (either_side and max(-low, high) <= max(LARGEST_DEG, PER_CENT))
+
+
+def is_pulse(numbers: np.ndarray) -> bool:
+    """Whether numbers (N,) may be the pulses of a servo, in us, to both sides of its middle."""
+    known = numbers[np.isfinite(numbers)]
+    low, high = (float(x) for x in np.quantile(known, [0.01, 0.99])) if known.size else (0.0, 0.0)
+    return PULSE_US[0] <= low < 1500.0 < high <= PULSE_US[1]
 
 
 def _answered_by(log: Log, found: Finding, turning: Sequence[Series]) -> bool:

@@ -41,6 +41,10 @@ class Proposal:
     time: TableTime
 
 
+TELL_SENSE = {"heading", "yaw_rate", "sway", "north", "east", "velocity_north", "velocity_east", "course_over_ground"}
+"""Quantities of which one that is known tells to which side the others are positive."""
+
+
 def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
     """Take the columns that no name tells for what they are by their motion, with a question for each table that says
     all of it; those of an answer surely.  Where none is right one more question says which column is wrong: the others
@@ -70,14 +74,14 @@ def _is_open(found: Finding) -> bool:
 
 def _propose(log: Log, table: RawTable, able: Sequence[Finding], answers: Mapping[str, str]) -> None:
     wrong = answers.get(_id_of_wrong(table))
-    made = _proposals(log, table, able)[:MOST] if len(able) <= MOST_COLUMNS and wrong != SEVERAL else []
+    made = _proposals(log, table, able) if len(able) <= MOST_COLUMNS and wrong != SEVERAL else []
     if not made:
         return
     question = _question(table, able, made)
-    key = said = _key(question, answers)
+    key = said = key_of(question, answers)
     if key == NONE:
         question, known = _question_of_wrong(table, made[0]), wrong in {f.column.name for f in able}
-        said = _key(question, answers) if known or not table.column(wrong or "") else wrong
+        said = key_of(question, answers) if known or not table.column(wrong or "") else wrong
         able = [f for f in able if f.column.name != wrong]
     if not said:
         log.proposals.append(question)
@@ -85,7 +89,7 @@ def _propose(log: Log, table: RawTable, able: Sequence[Finding], answers: Mappin
     _take(log, table, able, chosen, bool(said))
 
 
-def _key(question: Question, answers: Mapping[str, str]) -> str | None:
+def key_of(question: Question, answers: Mapping[str, str]) -> str | None:
     """The key that was answered; BadInput where it is none of the question's."""
     key = answers.get(question.id)
     if key is not None and question.answer(key) is None:
@@ -105,9 +109,9 @@ def _take(log: Log, table: RawTable, able: Sequence[Finding], chosen: Proposal, 
     ]
 
 
-def _id(table: RawTable) -> str:
+def question_of(label: str) -> str:
     """Id of the question what the columns of a table are."""
-    return f"{table.label}/columns"
+    return f"{label}/columns"
 
 
 def _id_of_wrong(table: RawTable) -> str:
@@ -124,8 +128,8 @@ def _meant(found: Finding, meaning: Meaning | None, sure: bool) -> Finding:
     if meaning is None:
         return found.unused("no other column tells what it is")
     return replace(
-        found, may_be=(meaning.quantity,), unit=UNITS[meaning.unit], factor=1.0, offset=0.0, sign=meaning.sign,
-        signed=True, sure="other channel" if sure else "guess", why=(meaning.why,), questions=(),
+        found, may_be=(meaning.quantity,), unit=UNITS[meaning.unit], factor=1.0, offset=meaning.offset,
+        sign=meaning.sign, signed=True, sure="other channel" if sure else "guess", why=(meaning.why,), questions=(),
         bounded=("quantity", "unit", "sign"),
     )  # fmt: skip
 
@@ -136,17 +140,21 @@ def _meant(found: Finding, meaning: Meaning | None, sure: bool) -> Finding:
 def _proposals(log: Log, table: RawTable, able: Sequence[Finding]) -> list[Proposal]:
     """What the columns may be, with the time that it needs: the likeliest first."""
     made: list[Proposal] = []
+    senses = set[str]()
     for time in _times(log, table, able):
         found = time.seconds(table)
         if found is None:
             continue
         values, known = _known(log, table, found[0])
+        senses |= {meaning.quantity for meaning in known.values()} & TELL_SENSE
         values |= {f.column.name: f.column.numbers for f in able if f.column.name not in time.columns}
         motion = motion_of(found[0], values, known)
         whole = assignments(motion) if motion is not None else []
         made += [Proposal(one, time) for one in whole if len(one.meanings) > 1]
     made.sort(key=lambda proposal: -proposal.assignment.worth)
-    return [made[0], *(p for p in made[1:] if p.time == made[0].time)] if made else []
+    alike = [p for p in made if p.time == made[0].time][:MOST]
+    turned = made[0].assignment.mirrored if made and not senses else []
+    return [*alike, *(replace(made[0], assignment=assignment) for assignment in turned)]
 
 
 def _times(log: Log, table: RawTable, able: Sequence[Finding]) -> Iterator[TableTime]:
@@ -212,7 +220,7 @@ def _question(table: RawTable, able: Sequence[Finding], made: Sequence[Proposal]
     ]
     rest = Answer(NONE, "no", "change the lines of these columns")
     at = next(iter(first.assignment.meanings))
-    return Question(_id(table), "columns", table.label, at, text, (*answers, rest))
+    return Question(question_of(table.label), "columns", table.label, at, text, (*answers, rest))
 
 
 def _question_of_wrong(table: RawTable, first: Proposal) -> Question:
@@ -227,6 +235,8 @@ def _question_of_wrong(table: RawTable, first: Proposal) -> Question:
 
 def _said(meaning: Meaning) -> str:
     sign = ", with the opposite sign" if meaning.sign < 0 else ""
+    if meaning.quantity == "heading" and meaning.sign < 0:
+        sign = f", counterclockwise from {'east' if meaning.offset else 'north'}"
     return f"{meaning.quantity.replace('_', ' ')} [{meaning.unit}{sign}]"
 
 

@@ -79,6 +79,12 @@ def time_parts() -> dict[str, tuple[str, ...]]:
 
 
 @cache
+def vertical_names() -> tuple[str, ...]:
+    """Names of positions and velocities along a vertical axis, which are none of a record's."""
+    return _names(_words()["vertical"])
+
+
+@cache
 def word_list(kind: str) -> frozenset[str]:
     """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative."""
     return frozenset(_words()[kind].split())

@@ -21,6 +21,8 @@ from .units import UNITS, Unit, unit_of
 
 NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
+WITHOUT_NAME = ("without a name",)
+"""Why a column of a file that names none may be anything."""
 PREFIX = re.compile(r".*[./:]")
 """The group that a name begins with."""
 VALUE = ("value", "values", "data", "val", "signal", "reading")
@@ -95,12 +97,14 @@ def _from_header(base: Finding) -> Finding:
     header = read_header(_called(base.table, column), column.unit)
     if column.numeric and all(NAMELESS.fullmatch(one.name) for one in base.table.columns):
         text, every = f"What is {column.name!r}? The file names no columns.", tuple(quantities())
-        return ask_quantity(replace(base, may_be=every, why=("without a name",)), text, every)
+        return ask_quantity(replace(base, may_be=every, why=WITHOUT_NAME), text, every)
     name, suffix = _name(header)
     if name.extra and column.below:
         below = read_header(column.below, column.unit)
         own, text = _name(below)
         header, name, suffix = (below, own, text) if own.may_be and not own.extra else (header, name, suffix)
+    if not name.may_be:
+        header, name, suffix = _label(column) or (header, name, suffix)
     base = replace(base, unread=header.unread)
     name = replace(name, extra=tuple(word for word in name.extra if word not in _group_words(base.table, column)))
     if not name.may_be:
@@ -120,10 +124,27 @@ def _from_header(base: Finding) -> Finding:
     return ask_numbers(found) if column.style == "open" and _either(column) else found
 
 
+def _label(column: RawColumn) -> tuple[Header, Named, str] | None:
+    """What a line above the header calls a column whose name says nothing: `CH1: rudder angle`; None for nothing."""
+    headers = [header for text in column.said if (header := read_header(text, column.unit)).words]
+    labels = [(header, *_name(header)) for header in headers]
+    return next((label for label in labels if label[1].may_be and not label[1].extra), None)
+
+
 def _called(table: RawTable, column: RawColumn) -> str:
-    """What a column is named by: its name, or that of its group where it is only called `value` or `data`."""
+    """What a column is named by: its name, or, where it is only called `value` or `data`, its group, the one text
+    that another column holds in every row, `Rudder Servo`, or the file."""
+    if column.called or re.split(r"[./:]", column.name)[-1].lower() not in VALUE:
+        return column.called or column.name
     group = table.label.rpartition("[")[2].rpartition("]")[0]
-    return column.called or (group if group and column.name.lower() in VALUE else column.name)
+    texts = (c.texts.unique() for c in table.columns if c.texts is not None and not c.numeric)
+    alone = [found[0] for own in texts if len(found := list(own)) == 1]
+    told = (
+        text
+        for text in (*alone, table.file.rpartition(".")[0])
+        if (name := named(words(text))).may_be and not name.extra
+    )
+    return group or next(told, column.name)
 
 
 def _group_words(table: RawTable, column: RawColumn) -> frozenset[str]:
@@ -236,6 +257,8 @@ def _rests_aside(numbers: np.ndarray) -> bool:
 
 ONE_SIDED = 0.1
 """Share of the largest value to one side that the other must reach for 0 to be the middle."""
+FRAME = re.compile(r"\b(?:coordinate|reference|frame|axes|orientation)\b[^\n]{0,30}?\b(enu|ned)\b", re.IGNORECASE)
+"""A line that states to where the axes of a file point: `Coordinate system: ENU`."""
 EAST = re.compile(r"\beast\b|\bmath|\benu\b|\bned\b", re.IGNORECASE)
 """What a header says of a heading that does not count from north."""
 
@@ -279,7 +302,8 @@ def as_in_a_record(found: Finding) -> bool:
 
 def _with_sense(found: Finding) -> Finding:
     """A heading with the way that it counts, where its name or what is said of it states that."""
-    text = " ".join((_called(found.table, found.column), *found.column.said)).lower()
+    frame = frame_stated(found.table)
+    text = " ".join((_called(found.table, found.column), *found.column.said, frame)).lower()
     turns = re.search(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise", text)
     mathematical = re.search(r"\benu\b|\bmath", text) or (turns and re.search(r"\beast\b", text))
     if mathematical and found.unit is not None:
@@ -288,6 +312,12 @@ def _with_sense(found: Finding) -> Finding:
     if re.search(r"(?<!counter)(?<!counter-)clockwise from north|\bned\b", text):
         return found.told("stated", "clockwise from north stated", signed=True)
     return found
+
+
+def frame_stated(table: RawTable) -> str:
+    """The frame of all axes, `enu` or `ned`, that a line above the table states; '' where none does."""
+    stated = {match[1].lower() for note in table.notes for match in FRAME.finditer(note)}
+    return stated.pop() if len(stated) == 1 else ""
 
 
 def goes_ahead(found: Finding) -> bool:

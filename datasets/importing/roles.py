@@ -97,8 +97,11 @@ def _asked(
 def leader(log: Log, one: Finding, two: Finding) -> int:
     """1 where the first column is the order of the second, -1 the other way round, 0 where nothing tells it."""
     first, second = log.series(one, raw=True), log.series(two, raw=True)
-    if first is None or second is None:
-        return 0
+    return lead(first, second) if first is not None and second is not None else 0
+
+
+def lead(first: Series, second: Series) -> int:
+    """1 where the first of two series is the order of the second, -1 the other way round, 0 where nothing tells it."""
     return steps(first, second) or (leads(first, second) if first.clock == second.clock else 0)
 
 

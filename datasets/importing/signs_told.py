@@ -7,14 +7,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import as_of_one_clock, body, follows, rate_ratio, sense, slope
+from .evidence import as_of_one_clock, body, follows, rate_ratio, sense, slope, together
 from .finding import Finding, ask_sign
 from .log import Log
+from .reading import frame_stated
 
 NEAR = 0.6
 """How far a course may be from the heading in the mean, rad."""
 STRENGTHS = (0.3, 3.0)
 """Ratio of two sway speeds, or speeds forward, between which one tells of the other's sign."""
+OUTWARD = 0.7
+"""Correlation of a sway and a yaw rate from which on the drift is outward."""
 QUARTER = math.pi / 2.0
 
 
@@ -28,6 +31,11 @@ def by_channel(log: Log, found: Finding) -> Finding:
 
 
 def _heading(log: Log, found: Finding) -> Finding:
+    frame = frame_stated(found.table)
+    if frame and found.unit is not None:
+        quarter = round(QUARTER / found.unit.factor, 9)
+        turned = {"sign": -1, "offset": quarter} if frame == "enu" else {}
+        return found.told("stated", f"the file states axes {frame.upper()}", signed=True, **turned)
     series = log.series(found)
     if series is None:
         return found
@@ -103,7 +111,29 @@ def _along(log: Log, found: Finding) -> Finding:
             if ratio is not None and STRENGTHS[0] < abs(ratio) < STRENGTHS[1]:
                 why = f"agrees with {name} and the heading"
                 return found.told("other channel", why, signed=True, sign=1 if ratio > 0 else -1)
+    rate = _turned_outward(log, found) if found.quantity == "sway" else None
+    if rate is not None and rate.signed:
+        why = f"to the side to which column {rate.column.name} is positive: the ship drifts outward"
+        return found.told("other channel", why, signed=True, sign=rate.sign)
     return found
+
+
+def _turned_outward(log: Log, found: Finding) -> Finding | None:
+    """The yaw rate of the same table that is positive to the same side as a sway: in right-handed axes both are, and a
+    ship that turns drifts outward; None where the numbers do not say both."""
+    sway = log.series(found, raw=True)
+    rates = (f for f in log.findings if f.quantity == "yaw_rate" and f.table is found.table and f.unit is not None)
+    for rate in rates:
+        series = log.series(rate, raw=True)
+        shared = together(sway, series) if sway is not None and series is not None else None
+        if shared is not None and found.sign == 1 and _correlated(shared[1], shared[2]) < -OUTWARD:
+            return rate
+    return None
+
+
+def _correlated(one: np.ndarray, other: np.ndarray) -> float:
+    power = math.sqrt(float(one @ one) * float(other @ other))
+    return float(one @ other) / power if power > 0.0 else 0.0
 
 
 def command_sign(log: Log, found: Finding) -> Finding:
@@ -125,6 +155,9 @@ def command_sign(log: Log, found: Finding) -> Finding:
 
 def waits(log: Log, found: Finding) -> str:
     """The column whose sign is asked and will tell this one's; '' where there is none."""
+    if found.quantity == "sway":
+        rate = _turned_outward(log, found)
+        return rate.column.name if rate is not None else ""
     if found.quantity != "yaw_rate":
         return ""
     series = log.series(found)

@@ -244,7 +244,7 @@ def _first(place: int, column: RawColumn, guess: TimeGuess) -> bool:
 
 
 def _unit(column: RawColumn) -> str:
-    unit = column.unit.strip("[]() ").lower()
+    unit = column.unit.strip("[]() ").lower() or (column.lettered.unit if column.lettered else "")
     if unit:
         return unit
     bracketed = next((text for text in BRACKETS.findall(column.name) if re.search(r"\d", text)), "")

@@ -362,7 +362,7 @@ CANDIDATES = {
     "angle": ("deg", "rad"),
     "angular rate": ("deg/s", "deg/min", "rad/s"),
     "speed": ("kn", "m/s", "km/h"),
-    "length": ("m", "km", "ft"),
+    "length": ("m", "km", "ft", "mm"),
     "rotation": ("rpm", "rps"),
     "force": ("N", "kN"),
 }

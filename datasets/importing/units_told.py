@@ -75,18 +75,24 @@ def _by_course(log: Log, found: Finding, raw: Series) -> Finding | None:
     """The finding of a course or heading with the one unit in which it goes along a track."""
     if found.quantity not in ("course_over_ground", "heading"):
         return None
-    for name, course in log.turns():
-        shared = together(course, raw)
-        if shared is None or not np.isfinite(shared[1]).any():
-            continue
-        fits = {}
-        for unit in (UNITS["deg"], UNITS["rad"]):
-            apart = np.exp(1j * (shared[1] - unit.factor * shared[2]))
-            fits[unit.name] = float(np.nanmean(apart).real)
-        best, other = sorted(fits, key=lambda unit: -fits[unit])
-        if fits[best] > ALONG and 1.0 - fits[best] < NEARER * (1.0 - fits[other]):
+    courses: list[tuple[str, tuple[Series, ...]]] = [(name, (course,)) for name, course in log.turns()]
+    courses += [(name, (course, _mirrored(course))) for name, course in log.turns(log.axes())]
+    for name, senses in courses:
+        fits: dict[str, float] = {}
+        for course, unit in itertools.product(senses, (UNITS["deg"], UNITS["rad"])):
+            shared = together(course, raw)
+            if shared is not None and np.isfinite(shared[1]).any():
+                along = float(np.nanmean(np.exp(1j * (shared[1] - unit.factor * shared[2]))).real)
+                fits[unit.name] = max(along, fits.get(unit.name, -1.0))
+        best, other = sorted(fits, key=lambda unit: -fits[unit]) if fits else ("", "")
+        if fits and fits[best] > ALONG and 1.0 - fits[best] < NEARER * (1.0 - fits[other]):
             return found.told("other channel", f"{best}: goes along the track of {name}", unit=UNITS[best])
     return None
+
+
+def _mirrored(course: Series) -> Series:
+    """The course of a track whose axes are exchanged."""
+    return replace(course, values=math.pi / 2.0 - course.values)
 
 
 def copy_factor(one: Series, other: Series) -> float | None:
@@ -116,6 +122,10 @@ def sizes(log: Log, found: Finding, raw: Series) -> Iterable[tuple[str, float]]:
         yield from _named((f, slope(s, raw)) for f, s in log.all(other, signed=False))
     elif quantity in SPEEDS:
         yield from _moving(log, raw)
+    elif quantity in ("velocity_north", "velocity_east"):
+        for name, north, east in log.tracks():
+            size = slope(north if quantity == "velocity_north" else east, raw)
+            yield from [(name, abs(size))] if size else []
     elif quantity in ("north", "east"):
         yield from _along(log, found)
 
@@ -133,7 +143,7 @@ def _turning(log: Log, raw: Series) -> Iterable[tuple[str, float]]:
 
 
 def _moving(log: Log, raw: Series) -> Iterable[tuple[str, float]]:
-    for name, speed in speeds(list(log.tracks())):
+    for name, speed in speeds([*log.tracks(), *log.axes()]):
         size = size_ratio(speed, raw)
         if size:
             yield f"the speed of {name}", abs(size)

@@ -21,13 +21,19 @@ FEWEST, LONGEST = 2, 5000
 
 
 def looks_like_named_values(text: str) -> bool:
-    """Whether most of the first lines hold numbers, each behind its name and a sign of equality."""
+    """Whether most of the first lines hold numbers, each behind its name and a sign of equality, or behind a colon,
+    the same names in all."""
     lines = [line for line in text[:20000].splitlines()[:60] if line.strip()][:-1]
-    return len(lines) > 2 and sum(_numbers(line) >= FEWEST for line in lines) > 0.8 * len(lines)
+    named = [_names(line) for line in lines]
+    equal = [sum(sign == "=" for _, sign in own) >= FEWEST for own in named]
+    alike = [len(own) >= FEWEST and own == named[0] for own in named]
+    return len(lines) > 2 and any(sum(fits) > 0.8 * len(lines) for fits in (equal, alike))
 
 
-def _numbers(line: str) -> int:
-    return sum("=" in match[0] and NUMBER.fullmatch(match[2]) is not None for match in PAIR.finditer(line[:LONGEST]))
+def _names(line: str) -> list[tuple[str, str]]:
+    """(name, sign) of the numbers of a line."""
+    pairs = (match for match in PAIR.finditer(line[:LONGEST]) if NUMBER.fullmatch(match[2]))
+    return [(match[1], "=" if "=" in match[0] else ":") for match in pairs]
 
 
 def read_named_values(text: str, path: Path) -> list[RawTable]:

@@ -108,10 +108,11 @@ def test_a_file_without_a_header_is_asked_once_and_its_draft_is_the_answer(ship,
 def test_the_question_is_answered_with_a_number_or_with_none(ship, tmp_path):
     draft = helmbench.draft_import([nameless(ship, tmp_path)])
     (question,) = draft.questions
-    assert [answer.key for answer in question.answers] == ["1", "none"]
+    assert [answer.key for answer in question.answers] == ["1", "2", "none"]
+    assert "heading [deg, counterclockwise from east]" in question.answers[1].text  # no motion tells the mirror image
     assert draft.answer({question.id: "1"}).questions == ()
-    with pytest.raises(helmbench.BadInput, match=r"'2' is no answer to 'tank.dat/columns'; give one of: 1, none"):
-        draft.answer({question.id: "2"})
+    with pytest.raises(helmbench.BadInput, match=r"'3' is no answer to 'tank.dat/columns'; give one of: 1, 2, none"):
+        draft.answer({question.id: "3"})
 
 
 def test_where_one_column_is_wrong_it_alone_is_asked_and_all_are_where_several_are(ship, tmp_path):

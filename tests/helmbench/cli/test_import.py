@@ -170,11 +170,12 @@ def test_a_log_that_is_not_understood_leaves_a_mapping_to_change(log, capsys):
     out, mapping = log.with_name("out.csv"), log.with_name("map.yaml")
     command = ["import", str(log), "--map", str(mapping), "--positive-rudder", "port", "-o", str(out)]
     assert status_of(command) == 2 and not out.exists()
-    assert "What is the unit of 'delta'" in capsys.readouterr().err
+    assert "psi is heading [rad], delta is rudder [rad]. Is this right?" in capsys.readouterr().err
     text = mapping.read_text("utf-8")
-    assert 'to: rudder, unit: "?"' in text and "# ASKED: What is the unit of 'psi'" in text
+    assert "to: rudder, unit: rad" in text and "# ASKED: The file does not state these units" in text
+    assert "# ASKED: Which way does 'psi' count?" in text and 'sign: "?"' in text
     assert status_of(command) == 2 and not out.exists()
-    mapping.write_text(text.replace('"?"', "rad").replace("sign: rad", "sign: 1"), "utf-8")
+    mapping.write_text(text.replace('"?"', "1"), "utf-8")
     assert status_of(command) == 0, capsys.readouterr().err
     assert read_record(out).rudder().max() == pytest.approx(0.3)
 

@@ -1,5 +1,6 @@
 """A raw log of the bank, what its owner knows of it, and how he answers the questions of the import."""
 
+import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -13,7 +14,7 @@ ROUNDS = 12
 """Questions in a row after which a log counts as not imported."""
 FACTORS = {
     "rad": 1.0, "deg": np.pi / 180.0, "rad/s": 1.0, "deg/s": np.pi / 180.0, "deg/min": np.pi / 10800.0, "m/s": 1.0,
-    "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6, "m": 1.0, "km": 1000.0, "rps": 1.0, "rpm": 1.0 / 60.0,
+    "kn": 1852.0 / 3600.0, "km/h": 1.0 / 3.6, "m": 1.0, "km": 1000.0, "mm": 1e-3, "rps": 1.0, "rpm": 1.0 / 60.0,
 }  # fmt: skip
 
 
@@ -75,19 +76,44 @@ def answer(question, case: Case) -> str | None:
         return case.side
     if question.id.endswith("/clock"):
         return case.knows["clock"].quantity if "clock" in case.knows else None
+    if question.about == "time" and question.number and case.time.replace(".", "", 1).isdigit():
+        return case.time
     if question.about == "time":
         return next((a.key for a in question.answers if case.time and a.key.startswith(case.time)), None)
     if question.id == "variation":
         return case.variation or None
     if question.about == "columns":
-        meant = [f"{name} is {own.quantity.replace('_', ' ')} [{own.unit}" for name, own in case.knows.items()]
-        return "1" if all(text in question.text for text in meant) else "none"
+        return _about_columns(question, case)
     if question.id in case.whole:
         return case.whole[question.id]
     if question.id not in ("rudder", "turning"):
         return _about_column(question, case)
     lines = [(a.key, line[0]) for a in question.answers if isinstance(line := yaml.safe_load(a.line), list)]
     return next((key for key, e in lines if _known(case, e["column"]).quantity == e["to"]), None)
+
+
+SAID = re.compile(r"(?:^|, )(?P<name>(?:(?! is ).)+) is (?P<kinds>[a-z ]+) \[(?P<unit>[^],]+)(?P<sign>, [^]]+)?\]")
+"""A column, what it may be, its unit and sign, as a question about several columns says them."""
+
+
+def _about_columns(question, case: Case) -> str:
+    """The first answer of which all is right, each the first one with changes; the last where there is none."""
+    text = question.text.rpartition("together ")[2]
+    said = {m["name"]: m for m in SAID.finditer(text.partition("), ")[2] if " is the time (" in text else text)}
+    for option in question.answers:
+        own = said | {m["name"]: m for m in SAID.finditer(option.text.removeprefix("no, but "))}
+        if option.key.isdigit() and all(_is_meant(match, case, "units" in question.id) for match in own.values()):
+            return option.key
+    return question.answers[-1].key
+
+
+def _is_meant(match: re.Match[str], case: Case, any_sign: bool) -> bool:
+    known = _known(case, match["name"])
+    factor, _, unit = match["unit"].rpartition(" ")
+    same = known.quantity.replace("_", " ") in match["kinds"].split(" or ")
+    turned = (known.sign < 0) == bool(match["sign"]) or known.quantity in ("rudder", "rudder_command")
+    entry = {"unit": unit, "factor": float(factor or 1.0)}
+    return same and _same_size(entry, known) and (any_sign or turned)
 
 
 def _known(case: Case, column: str) -> Is:

@@ -17,13 +17,14 @@ from .format_cases import FORMAT_CASES
 from .hostile_cases import HOSTILE_CASES
 from .nameless_cases import NAMELESS_CASES
 from .other_cases import OTHER_CASES
+from .program_cases import PROGRAM_CASES
 from .sentence_cases import SENTENCE_CASES
 from .text_cases import TEXT_CASES
 from .truth import START, sail
 
 CASES = {
     **TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES, **CLOCK_CASES, **CHOICE_CASES, **FORMAT_CASES,
-    **NAMELESS_CASES,
+    **NAMELESS_CASES, **PROGRAM_CASES,
 }  # fmt: skip
 
 
@@ -173,7 +174,9 @@ def test_clocks_runs_and_names_over_several_cells(outcomes, name):
 
 def test_no_more_is_asked_than_is_needed(outcomes):
     most = {
-        name: case.questions for name, case in (CHOICE_CASES | NAMELESS_CASES).items() if case.questions is not None
+        name: case.questions
+        for name, case in (CHOICE_CASES | NAMELESS_CASES | PROGRAM_CASES).items()
+        if case.questions is not None
     }
     assert {name: outcomes[name].asked for name in most} == most
     assert {name: outcomes[name].note for name in most if not outcomes[name].imported} == {}

@@ -31,15 +31,16 @@ def series(run: Run) -> dict[str, list[str]]:
 
 
 def table(
-    path: Path, columns: dict[str, list[str]], sep=",", head=(), encoding="utf-8", comma=False, units=()
+    path: Path, columns: dict[str, list[str]], sep=",", head=(), encoding="utf-8", comma=False, units=(), quote=False
 ) -> list[Path]:
-    """Write a table; `comma`: decimal commas in all columns that are numbers."""
+    """Write a table; `comma`: decimal commas in all columns that are numbers; `quote`: names in quotes."""
     rows = [list(row) for row in zip(*columns.values(), strict=True)]
     if comma:
         rows = [
             [x.replace(".", ",") if x.lstrip("-").replace(".", "", 1).isdigit() else x for x in row] for row in rows
         ]
-    lines = [*head, sep.join(columns), *([sep.join(units)] if units else []), *(sep.join(row) for row in rows)]
+    names = [f'"{name.replace(chr(34), 2 * chr(34))}"' if quote else name for name in columns]
+    lines = [*head, sep.join(names), *([sep.join(units)] if units else []), *(sep.join(row) for row in rows)]
     path.write_bytes(("\r\n".join(lines) + "\r\n").encode(encoding))
     return [path]
 
