@@ -51,17 +51,17 @@ class Examined:
     faults: list[ColumnFault] = field(default_factory=list)
 
 
-def check(records: Sequence[Record], given: Iterable[CheckFinding] = ()) -> CheckResult:
+def check(records: Sequence[Record], findings: Iterable[CheckFinding] = ()) -> CheckResult:
     """Check records without a model.
 
-    given : findings that were made on reading the files.
+    findings : those that were made on reading the files.
     """
     records = distinct(records)
     with np.errstate(all="ignore"), blas_limited():
         done = examine(records)
         sensors, why = check_sensors(*_trusted(done), done.derived)
     names = tuple(r.name for r in records)
-    return CheckResult(names, (*merged([*given, *done.findings]), *sensors), (*done.reasons, *why))
+    return CheckResult(names, (*merged([*findings, *done.findings]), *sensors), (*done.reasons, *why))
 
 
 def _trusted(done: Examined) -> tuple[list[Record], list[str]]:

@@ -45,10 +45,10 @@ def of_fault(entry: Check, fault: Fault, record: Record) -> CheckFinding:
     )
 
 
-def merged(found: Sequence[CheckFinding]) -> list[CheckFinding]:
+def merged(findings: Sequence[CheckFinding]) -> list[CheckFinding]:
     """Findings of the same cause in the same columns of several records as one, those that matter first."""
     groups: dict[tuple, list[CheckFinding]] = {}
-    for f in found:
+    for f in findings:
         groups.setdefault((f.cause, f.channels), []).append(f)
     out = [_together(group) for group in groups.values()]
     return sorted(out, key=lambda f: not f.material)

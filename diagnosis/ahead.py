@@ -18,16 +18,16 @@ if TYPE_CHECKING:
 EXTENDED = "extended model"
 
 
-def with_errors_ahead(found: Diagnosis, records: Sequence[Record]) -> Diagnosis:
+def with_errors_ahead(diagnosis: Diagnosis, records: Sequence[Record]) -> Diagnosis:
     """The diagnosis with errors ahead along records: those held out, or else those of training.
 
     The extended model stands first.  Without a model that can be run along the records it stays as it is.
     """
-    models = {EXTENDED: found.extended} if found.extends else {}
-    models |= {found.model.id: found.model}
+    models = {EXTENDED: diagnosis.extended} if diagnosis.extends else {}
+    models |= {diagnosis.model.id: diagnosis.model}
     known = {name: model for name, model in models.items() if model.known}
     try:
         with arithmetic_guard():
-            return replace(found, ahead=validate(known, named(records))) if known else found
+            return replace(diagnosis, ahead=validate(known, named(records))) if known else diagnosis
     except (BadInput, FitFailed):
-        return found
+        return diagnosis

@@ -54,12 +54,12 @@ class Selected:
     rng: np.random.Generator
 
 
-def selected(model: Model, given: Prepared, options: Options) -> Selected:
+def selected(model: Model, records: Prepared, options: Options) -> Selected:
     """Causes by forward selection, and what they leave unexplained."""
     rng = np.random.default_rng(options.seed)
-    train = thinned(given.train, model)
+    train = thinned(records.train, model)
     est = estimator(model, train, threads=options.threads, terms=terms_for(model))
-    state, cannot = starting_state(est, options, given.decided)
+    state, cannot = starting_state(est, options, records.decided)
     poor = verdict.undecidable(est, state.start)
     state = select(state, options.max_effects, rng) if poor is None else state
     left = unexplained(state, rng) if poor is None else None
@@ -69,16 +69,16 @@ def selected(model: Model, given: Prepared, options: Options) -> Selected:
     return Selected(state, left, poor, cannot, small, rng)
 
 
-def by_innovations(model: Model, given: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
+def by_innovations(model: Model, records: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
     """The diagnosis; what worsens whole records is withdrawn, the last that entered first.
 
-    given : records as they were corrected.  held_out : as they were read.
+    records : as they were corrected.  held_out : as they were read.
     """
-    shown = selected(model, given, options)
+    shown = selected(model, records, options)
     barred: list[Cause] = []
     while True:
-        outcome = concluded(model, given, options, shown, barred)
-        diagnosis = with_runs(outcome, given.train, given.instruments, held_out, options.channels)
+        outcome = concluded(model, records, options, shown, barred)
+        diagnosis = with_runs(outcome, records.train, records.instruments, held_out, options.channels)
         kept = [cause for cause in shown.state.causes if cause not in barred]
         if not kept or not worsens(diagnosis):
             return diagnosis
@@ -86,34 +86,34 @@ def by_innovations(model: Model, given: Prepared, held_out: Sequence[Record], op
 
 
 def concluded(
-    model: Model, given: Prepared, options: Options, shown: Selected, barred: Collection[Cause] = ()
+    model: Model, records: Prepared, options: Options, selected: Selected, barred: Collection[Cause] = ()
 ) -> Diagnosis:
     """The diagnosis with its extended model, without its gain.
 
     barred : causes that the extended model may not hold, as whole records are predicted worse with them.
     """
-    state, rng, held_out = shown.state, shown.rng, thinned(given.held_out, model)
+    state, rng, held_out = selected.state, selected.rng, thinned(records.held_out, model)
     exact = options.coefficient_sd == 0.0
-    memory = noise_with_memory(state.est, state.now) if exact and shown.left is not None else []
+    memory = noise_with_memory(state.est, state.now) if exact and selected.left is not None else []
     weak = _weak(state, memory)
     state = _without(state, weak)
     kept = _without(state, [cause for cause in state.causes if cause in barred])
     refused = _why(barred, PREDICTS_WORSE)
-    left = shown.left if shown.left is not None else _what_looks_like(refused, state)
-    immaterial = _why(shown.small, findings.SMALL) | _why(weak, IN_NOISE)
+    left = selected.left if selected.left is not None else _what_looks_like(refused, state)
+    immaterial = _why(selected.small, findings.SMALL) | _why(weak, IN_NOISE)
     own = [f for f in findings.of_residuals(state, refused, rng) if f.cause not in immaterial]
-    every = [*(findings.of_fault(f) for f in given.faults), *given.shown.findings, *own]
+    every = [*(findings.of_fault(f) for f in records.faults), *records.shown.findings, *own]
     named = any(f.stage == findings.BY_RESIDUALS for f in every)
     instead = named and left is not None and left is state.rival
     est = state.est
     outcome = diagnosis_of(
-        (model, extended_model(est, kept.setting, kept.causes, given.instruments)),
+        (model, extended_model(est, kept.setting, kept.causes, records.instruments)),
         options,
-        verdict.decide(shown.poor, left, instead, every),
+        verdict.decide(selected.poor, left, instead, every),
         every,
-        bank.of_residuals(state, shown.cannot, given.shown.statistics, immaterial, every),
+        bank.of_residuals(state, selected.cannot, records.shown.statistics, immaterial, every),
         noise=noise_of(est, state.setting),
-        poor=shown.poor,
+        poor=selected.poor,
         hypothesis=hypothesis_of(state, left, held_out),
         doubts=_doubts_of(memory),
     )
@@ -126,8 +126,8 @@ def _weak(state: State, memory: Sequence[Memory]) -> list[Cause]:
         return []
     share = float(np.mean([channel.independent for channel in memory]))
 
-    def significant(found: Candidate) -> bool:
-        return adjusted(log_tail(share * found.statistic, len(found.variant)), state.n_effective) <= state.alpha
+    def significant(candidate: Candidate) -> bool:
+        return adjusted(log_tail(share * candidate.statistic, len(candidate.variant)), state.n_effective) <= state.alpha
 
     return [cause for cause, found in zip(state.causes, state.accepted, strict=True) if not significant(found)]
 

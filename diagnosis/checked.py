@@ -65,41 +65,41 @@ def put_back(records: Sequence[Record], faults: Sequence[ColumnFault], model: Mo
     return done
 
 
-def _judged(found: CheckFinding, model: Model) -> CheckFinding:
+def _judged(finding: CheckFinding, model: Model) -> CheckFinding:
     """The finding; that of a speed which never changes stands in the way of a model whose forces follow the speed."""
-    dead = found.cause == ConstantChannel.id and found.biases and SPEED in found.channels
-    return replace(found, standing=True) if dead and model.is_3dof else found
+    dead = finding.cause == ConstantChannel.id and finding.biases and SPEED in finding.channels
+    return replace(finding, standing=True) if dead and model.is_3dof else finding
 
 
-def with_checks(found: Diagnosis, checks: tuple[CheckFinding, ...], records: Sequence[Record]) -> Diagnosis:
+def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records: Sequence[Record]) -> Diagnosis:
     """The diagnosis with what the files of all records showed: named where it is a cause of the bank; and without a
     word of the model while records stand in doubt, or where free runs do not follow the motion."""
-    found, lost = replace(found, checks=checks), without_motion(found.traces)
-    if lost is not None and found.verdict in ("named", "tied", "described"):
-        found = replace(found, verdict="unexplained", reason=lost)
+    diagnosis, lost = replace(diagnosis, checks=checks), without_motion(diagnosis.traces)
+    if lost is not None and diagnosis.verdict in ("named", "tied", "described"):
+        diagnosis = replace(diagnosis, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).named and f.blanked):
-        found = _named(found, of_left_out_samples(name, checks, records))
-    found, standing = _refuted(found, [f for f in checks if f.standing])
+        diagnosis = _named(diagnosis, of_left_out_samples(name, checks, records))
+    diagnosis, standing = _refuted(diagnosis, [f for f in checks if f.standing])
     if standing:
         first = f"{', '.join(standing[0].records)}: {standing[0].evidence}"
         reason = f"nothing can be said of the model while the records are in doubt: {first}"
         if any(check_of(f.cause).where != "rudder" for f in standing):  # no channel can be compared then
             sensors = {error.id for error in sensor_errors()}
-            found = replace(found, causes=tuple(f for f in found.causes if f.cause not in sensors))
-        return _withheld(found, "inconclusive", reason, "the records are in doubt")
-    if lost is not None and (found.remaining or any(f.stage != BY_CHANNELS for f in found.causes)):
+            diagnosis = replace(diagnosis, causes=tuple(f for f in diagnosis.causes if f.cause not in sensors))
+        return _withheld(diagnosis, "inconclusive", reason, "the records are in doubt")
+    if lost is not None and (diagnosis.remaining or any(f.stage != BY_CHANNELS for f in diagnosis.causes)):
         said = "free runs with all that fits do not follow even half of the yaw motion"
-        return _withheld(found, "unexplained", f"{said}: no number of the hull is named", said)
-    return found
+        return _withheld(diagnosis, "unexplained", f"{said}: no number of the hull is named", said)
+    return diagnosis
 
 
-def _refuted(found: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Diagnosis, list[CheckFinding]]:
+def _refuted(diagnosis: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Diagnosis, list[CheckFinding]]:
     """The diagnosis with doubts about the rudder taken back where free runs with it follow the training records that
     they are of, and the doubts that stand: those of the size of its angles do, as a model's own gain takes up any
     factor."""
     of_rudder = [f for f in standing if check_of(f.cause).where == "rudder" or f.stage == BY_FREE_RUNS]
     of_rudder = [f for f in of_rudder if all(size.unit != "rad" for size in f.sizes)]
-    train = [t for t in found.traces if t.role == "train"]
+    train = [t for t in diagnosis.traces if t.role == "train"]
     shares = [motion_explained([t for t in train if t.record in f.records]) or 0.0 for f in of_rudder]
     refuted = [f for f, share in zip(of_rudder, shares, strict=True) if share >= REFUTED]
     said = tuple(
@@ -107,35 +107,37 @@ def _refuted(found: Diagnosis, standing: Sequence[CheckFinding]) -> tuple[Diagno
         for f, share in zip(of_rudder, shares, strict=True)
         if f in refuted
     )
-    checks = tuple(replace(f, standing=False) if f in refuted else f for f in found.checks)
-    return replace(found, checks=checks, doubts=(*found.doubts, *said)), [f for f in standing if f not in refuted]
+    checks = tuple(replace(f, standing=False) if f in refuted else f for f in diagnosis.checks)
+    return replace(diagnosis, checks=checks, doubts=(*diagnosis.doubts, *said)), [
+        f for f in standing if f not in refuted
+    ]
 
 
-def _named(found: Diagnosis, finding: Finding) -> Diagnosis:
+def _named(diagnosis: Diagnosis, finding: Finding) -> Diagnosis:
     """The diagnosis with one cause more, first of all."""
-    causes = (finding, *(f for f in found.causes if f.cause != finding.cause))
-    if found.verdict == "adequate":
-        found = replace(found, verdict="named", reason=f"{finding.cause}: {finding.evidence}")
-    return replace(found, causes=causes, bank=updated(found.bank, causes))
+    causes = (finding, *(f for f in diagnosis.causes if f.cause != finding.cause))
+    if diagnosis.verdict == "adequate":
+        diagnosis = replace(diagnosis, verdict="named", reason=f"{finding.cause}: {finding.evidence}")
+    return replace(diagnosis, causes=causes, bank=updated(diagnosis.bank, causes))
 
 
-def _withheld(found: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:
+def _withheld(diagnosis: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:
     """The diagnosis without what it takes the records' word for: no cause of the model, no numbers, no extension."""
-    kept = tuple(f for f in found.causes if f.stage == BY_CHANNELS)
-    bank = updated(demoted(found.bank, ("named", "tied", "explained_by"), "not_testable", why), kept)
+    kept = tuple(f for f in diagnosis.causes if f.stage == BY_CHANNELS)
+    bank = updated(demoted(diagnosis.bank, ("named", "tied", "explained_by"), "not_testable", why), kept)
     return replace(
-        found,
+        diagnosis,
         verdict=verdict,
         reason=reason,
         causes=kept,
         bank=bank,
-        extended=found.model,
+        extended=diagnosis.model,
         gain={},
         hypothesis=None,
         remaining=(),
         where=(),
-        next_manoeuvre=found.next_manoeuvre or (next_manoeuvre(reason, ()) if verdict == "inconclusive" else None),
-        traces=tuple(replace(t, after=t.before) for t in found.traces),
+        next_manoeuvre=diagnosis.next_manoeuvre or (next_manoeuvre(reason, ()) if verdict == "inconclusive" else None),
+        traces=tuple(replace(t, after=t.before) for t in diagnosis.traces),
         calibrated=None,
         calibrated_gain={},
     )

@@ -84,22 +84,22 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
     return Prepared(own, others, faults, shown, checked, derived=derived, recorded=held_out)
 
 
-def without_doubtful(given: Prepared) -> tuple[Prepared, tuple[str, ...]]:
+def without_doubtful(records: Prepared) -> tuple[Prepared, tuple[str, ...]]:
     """The records without those that stand in doubt, and a sentence for each that is set aside.
 
     A doubt is about the record that it was found in: the others are diagnosed.  What is found in half of the training
     records or more is no matter of single records: it sets none aside, and stands.
     """
-    own = {r.name for r in given.train}
-    single = [f for f in given.checked if f.standing and 2 * len(own & {*f.records}) < len(own)]
+    own = {r.name for r in records.train}
+    single = [f for f in records.checked if f.standing and 2 * len(own & {*f.records}) < len(own)]
     doubts = {name: f.evidence for f in reversed(single) for name in f.records}
-    train = [r for r in given.train if r.name not in doubts] or given.train
-    held_out = [r for r in given.held_out if r.name not in doubts]
-    recorded = [r for r, own in zip(given.recorded, given.held_out, strict=True) if own.name not in doubts]
+    train = [r for r in records.train if r.name not in doubts] or records.train
+    held_out = [r for r in records.held_out if r.name not in doubts]
+    recorded = [r for r, own in zip(records.recorded, records.held_out, strict=True) if own.name not in doubts]
     left = {r.name for r in (*train, *held_out)}
     aside = tuple(f"{name} is set aside: {said}" for name, said in doubts.items() if name not in left)
-    checked = tuple(replace(f, standing=f.standing and bool(left & {*f.records})) for f in given.checked)
-    return replace(given, train=train, held_out=held_out, recorded=recorded, checked=checked), aside
+    checked = tuple(replace(f, standing=f.standing and bool(left & {*f.records})) for f in records.checked)
+    return replace(records, train=train, held_out=held_out, recorded=recorded, checked=checked), aside
 
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:

@@ -144,9 +144,9 @@ class State:
                 return still, calm
         return found, now
 
-    def _could_be_calm(self, found: Setting, now: Innovations) -> bool:
+    def _could_be_calm(self, setting: Setting, now: Innovations) -> bool:
         """Whether the forces left absorb little, or less than half of what they would at the present causes."""
-        calm = self.est.evaluate(replace(found, noise=self.start.noise))
+        calm = self.est.evaluate(replace(setting, noise=self.start.noise))
         left = now.log_likelihood - calm.log_likelihood
         taken = now.log_likelihood - self.point.calm_now.log_likelihood
         return left < HIDING or left < 0.5 * taken
@@ -214,28 +214,28 @@ def channel_shares(state: State, named: Candidate) -> np.ndarray:
     return energy / energy.sum() if energy.sum() > 0.0 else state.est.channels / state.est.channels.sum()
 
 
-def matters(state: State, found: Candidate) -> bool:
+def matters(state: State, candidate: Candidate) -> bool:
     """Whether a candidate is above its cause's floor; that counts where the base model's coefficients are fitted to the
     records, which is never exact: very small sizes are what it lacks elsewhere.  The reference speed is none of them:
     every response model whose surge is measured has it fitted."""
     speed = state.est.index.get("reference_speed")
     fitted = any(entry != speed for p in state.nuisance for entry, _ in p.slots)
-    if not fitted or isinstance(found.cause, Unmodelled):
+    if not fitted or isinstance(candidate.cause, Unmodelled):
         return True
-    values = np.array([state.est.value(found.setting, p) for p in found.variant])
-    return found.cause.matters(state.est, found.variant, values)
+    values = np.array([state.est.value(candidate.setting, p) for p in candidate.variant])
+    return candidate.cause.matters(state.est, candidate.variant, values)
 
 
-def exceeds_misfit(state: State, found: Candidate) -> bool:
+def exceeds_misfit(state: State, candidate: Candidate) -> bool:
     """Whether a candidate is stronger, in the channel where it shows most, than what the accepted causes may leave."""
     if not state.accepted:
         return True
     left = misfit_allowance(state)
-    if not found.variant:
-        return found.statistic > left.sum()
-    beside = state.at(found.setting, found.now, (*state.accepted, found))
-    where = channel_shares(beside, found)
-    own = found.statistic if found.variant[0].series is not None else strengths(beside)[-1]
+    if not candidate.variant:
+        return candidate.statistic > left.sum()
+    beside = state.at(candidate.setting, candidate.now, (*state.accepted, candidate))
+    where = channel_shares(beside, candidate)
+    own = candidate.statistic if candidate.variant[0].series is not None else strengths(beside)[-1]
     most = int(np.argmax(where))
     return own * where[most] > left[most]
 

@@ -79,11 +79,11 @@ def of_trace(trace: Trace, extends: bool) -> RecordRuns:
     return RecordRuns(trace.record, trace.role, trace.time, trace.rudder, trace.measured, runs)
 
 
-def of_validation(found: Validation, role: str = "") -> list[RecordRuns]:
+def of_validation(validation: Validation, role: str = "") -> list[RecordRuns]:
     """The records of a validation with the runs of all its models, that of the validated one last and so on top."""
     out = []
-    for one in found.records:
-        own = [run for run in found.runs if run.record == one.name]
+    for one in validation.records:
+        own = [run for run in validation.runs if run.record == one.name]
         starts = {int(s) for run in own for s in np.searchsorted(one.time_s, run.starts_s[1:])}
         remarks = tuple(f"{run.model}: {run.told}" for run in own if run.told)
         runs = {run.model: run.predicted for run in reversed(own)}

@@ -91,14 +91,14 @@ def fit(parts: Sequence[Sums], active: Sequence[int]) -> BlockFit:
     return BlockFit(values, robust * np.outer(grow, grow), blocks, np.maximum(inflation, 1.0))
 
 
-def p_value(found: BlockFit, places: Sequence[int]) -> float:
+def p_value(fit: BlockFit, places: Sequence[int]) -> float:
     """Probability of estimates at `places` as large as these where all are zero: an F test on the blocks' scatter."""
     at = list(places)
-    k, dof = len(at), found.blocks - found.values.size
-    spread = found.covariance[np.ix_(at, at)]
+    k, dof = len(at), fit.blocks - fit.values.size
+    spread = fit.covariance[np.ix_(at, at)]
     if dof < 1 or not np.isfinite(spread).all() or matrix_rank(spread) < k:
         return 1.0
-    x = found.values[at]
+    x = fit.values[at]
     wald = float(x @ np.linalg.solve(spread, x))
     if dof <= k:
         return 1.0

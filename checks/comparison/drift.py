@@ -43,9 +43,9 @@ def _with_drift(chain: Chain, record: Record, options: Sequence[Option]) -> Sums
     return sums_of(Rows(rows.y, np.hstack([rows.x, rows.z]), np.zeros((rows.y.size, 0))), place)
 
 
-def is_there(found: Sequence[Drift]) -> bool:
+def is_there(drifts: Sequence[Drift]) -> bool:
     """Whether a record drifts beyond chance."""
-    return bool(found) and min(d.p for d in found) < LEVEL / len(found)
+    return bool(drifts) and min(d.p for d in drifts) < LEVEL / len(drifts)
 
 
 def rivals(chain: Chain, records: Sequence[Record], options: Sequence[Option]) -> list[tuple[Option, float]]:

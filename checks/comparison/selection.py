@@ -213,9 +213,9 @@ def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Op
     return min(ps), z, inflation
 
 
-def _possible(option: Option, found: BlockFit, places: Sequence[int]) -> bool:
+def _possible(option: Option, fit: BlockFit, places: Sequence[int]) -> bool:
     """Whether a size is one that can be: no delay is negative."""
-    return not option.effects[0].delay or bool(found.values[places[0]] > 0.0)
+    return not option.effects[0].delay or bool(fit.values[places[0]] > 0.0)
 
 
 def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Option], facts) -> tuple[Sizes, ...]:

@@ -109,9 +109,9 @@ class _Sides(NamedTuple):
     held_out: HeldOut
 
     @classmethod
-    def without_causes(cls, given: Prepared, recorded: Sequence[Record]) -> _Sides:
+    def without_causes(cls, records: Prepared, recorded: Sequence[Record]) -> _Sides:
         """Records that no known cause is taken off; recorded : held-out ones as they were read."""
-        return cls(given, given, HeldOut(recorded, recorded))
+        return cls(records, records, HeldOut(recorded, recorded))
 
 
 def _named_groups(
@@ -323,9 +323,9 @@ def _keeps_ratio(runs: FreeRuns, fitted: Fitted, one: str, other: str) -> bool:
     return abs(a / b - base[one] / base[other]) <= NORMAL_90 * max(float(sd), float(jackknife(ratios)))
 
 
-def _shares(runs: FreeRuns, given: GroupFit, selection: GroupSteps) -> dict[str, Share]:
+def _shares(runs: FreeRuns, fit: GroupFit, selection: GroupSteps) -> dict[str, Share]:
     """Shares of the base model's squared free-run error, by column; given : the base model without known causes."""
-    base, beside, after = (mean_squares(runs, a.blind) for a in (given, selection.base, selection.final))
+    base, beside, after = (mean_squares(runs, a.blind) for a in (fit, selection.base, selection.final))
     adapted = np.minimum(mean_squares(runs, selection.final.fitted.left_out), after)
     noise = np.minimum(runs.noise, adapted)
     out = {}
@@ -335,9 +335,9 @@ def _shares(runs: FreeRuns, given: GroupFit, selection: GroupSteps) -> dict[str,
     return out
 
 
-def _verdict(runs: FreeRuns, given: GroupFit, selection: GroupSteps, shares: Mapping[str, Share]) -> tuple[str, str]:
+def _verdict(runs: FreeRuns, fit: GroupFit, selection: GroupSteps, shares: Mapping[str, Share]) -> tuple[str, str]:
     """The verdict, and the sentence that supports it (eq. 4 of docs/mathematics/calibration.md)."""
-    beyond_noise = np.maximum(mean_squares(runs, given.fitted.left_out) - runs.noise, 0.0)
+    beyond_noise = np.maximum(mean_squares(runs, fit.fitted.left_out) - runs.noise, 0.0)
     large = states_of(runs, np.sqrt(beyond_noise) > ADEQUATE * runs.motion)
     matter = [column for column, is_large in zip(columns_of_states(runs), large, strict=True) if is_large]
     if not matter and not selection.steps:

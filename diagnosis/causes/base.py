@@ -122,7 +122,7 @@ class Cause(Check):
         halves = (NORMAL_90 * spread).tolist()
         return tuple(plain_size(est, p, v, half) for p, v, half in zip(variant, values.tolist(), halves, strict=True))
 
-    def simpler(self, state: State, found: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
+    def simpler(self, state: State, candidate: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
         """A simpler cause that describes the same motion, refitted; None where there is none.
 
         before : log likelihood without either.

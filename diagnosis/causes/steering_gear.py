@@ -137,16 +137,16 @@ class RudderFault(Cause):
         slots = ((est.index["rudder_fault_time"], 1.0),)
         return [(e, Parameter("t0", "s", slots, low=0.0, high=longest(est), scale=1.0))]
 
-    def simpler(self, state: State, found: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
+    def simpler(self, state: State, candidate: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
         """The rudder's effectiveness, where the fault has come to act before the rudder moves."""
         steady = RudderEffectiveness()
-        est, (e, t0) = state.est, found.variant
+        est, (e, t0) = state.est, candidate.variant
         firsts = [d for i, d in enumerate(est.segments) if i == 0 or d.record != est.segments[i - 1].record]
         moved = [d.time[np.argmax(np.abs(d.rudder - d.rudder[0]) > 0.5 * np.ptp(d.rudder))] for d in firsts]
         untried = steady in state.bank and steady not in state.causes
-        if not untried or e.record is not None or est.value(found.setting, t0) > min(moved):
+        if not untried or e.record is not None or est.value(candidate.setting, t0) > min(moved):
             return None
         (variant,) = state.bank[steady]
-        s = replace(state.setting, noise=found.setting.noise)
-        s = est.at(s, variant[0], est.value(found.setting, e))
+        s = replace(state.setting, noise=candidate.setting.noise)
+        s = est.at(s, variant[0], est.value(candidate.setting, e))
         return refitted(steady, state, variant, s, 1, 1.0, before)

@@ -167,15 +167,15 @@ def _judged(
     return kept, model, ahead, notes
 
 
-def _guarded(ladder: Ladder, found: Climb, records: Sequence[Record]) -> list[Step]:
+def _guarded(ladder: Ladder, climb: Climb, records: Sequence[Record]) -> list[Step]:
     """The steps up to the last that predicts left-out records no worse than any before, and whose free runs of all
     records stay within bounds."""
-    scores = [_left_out_records(ladder, step.attempt) for step in found.steps]
-    for last in reversed(range(len(found.steps))):
+    scores = [_left_out_records(ladder, step.attempt) for step in climb.steps]
+    for last in reversed(range(len(climb.steps))):
         steady = all(_rise_of(scores[last], before) <= SLACK for before in scores[:last])
-        if last == 0 or (steady and _bounded(model_of(ladder, found.steps[last].attempt), records)):
-            return list(found.steps[: last + 1])
-    return list(found.steps[:1])
+        if last == 0 or (steady and _bounded(model_of(ladder, climb.steps[last].attempt), records)):
+            return list(climb.steps[: last + 1])
+    return list(climb.steps[:1])
 
 
 def _rise_of(new: np.ndarray, old: np.ndarray) -> float:
@@ -215,12 +215,12 @@ def _values(model: Model) -> dict[str, float]:
     return dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
 
 
-def _laws(found: Climb, first: Attempt) -> tuple[LawTold, ...]:
+def _laws(climb: Climb, first: Attempt) -> tuple[LawTold, ...]:
     return tuple(
         LawTold(
             a.law.id, a.law.title, gain, error, *r2(a), a.law is first.law, a.law is not first.law and -gain <= error
         )
-        for a, gain, error in found.laws
+        for a, gain, error in climb.laws
     )
 
 
@@ -275,9 +275,9 @@ def _notes(train: Sequence[Record], held_out: Sequence[Record], shortened: bool)
     return notes
 
 
-def _next(found: Climb, kept: Sequence[Step], given: frozenset[str]) -> str:
+def _next(climb: Climb, kept: Sequence[Step], given: frozenset[str]) -> str:
     """What to record next."""
-    tied = [a.law.id for a, gain, error in found.laws if gain < 0.0 and -gain <= error]
+    tied = [a.law.id for a, gain, error in climb.laws if gain < 0.0 and -gain <= error]
     wanted = (
         ["runs at two speeds that differ by half, which tell what steers the craft"]
         if tied and "speed" in given

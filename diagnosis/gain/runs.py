@@ -57,7 +57,7 @@ class Pair(NamedTuple):
 
 
 def with_runs(
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     train: Sequence[Record],
     corrected: Collection[str],
     held_out: Sequence[Record],
@@ -68,25 +68,29 @@ def with_runs(
     train : as they were corrected, of the instruments `corrected` and of faults of their files.  held_out :
     as they were read.  channels : the only ones that are told; None: all.
     """
-    base, extended = (_without(one, {*found.model.instruments, *corrected}) for one in (found.model, found.extended))
-    held = pairs_of(found.model, found.extended, held_out, found.of_held_out, channels)
+    base, extended = (
+        _without(one, {*diagnosis.model.instruments, *corrected}) for one in (diagnosis.model, diagnosis.extended)
+    )
+    held = pairs_of(diagnosis.model, diagnosis.extended, held_out, diagnosis.of_held_out, channels)
     shown = [
         trace_of(pair.before, pair.after, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)
     ]
     return replace(
-        found,
-        gain=gain_of(held, np.random.default_rng(found.seed)),
+        diagnosis,
+        gain=gain_of(held, np.random.default_rng(diagnosis.seed)),
         traces=(*shown, *(trace_of(pair.before, pair.after, "held_out") for pair in held)),
         where=tuple(where(shown)),
     )
 
 
 def with_calibrated(
-    found: Diagnosis, calibrated: Model, held_out: Sequence[Record], channels: Sequence[str] | None = None
+    diagnosis: Diagnosis, calibrated: Model, held_out: Sequence[Record], channels: Sequence[str] | None = None
 ) -> Diagnosis:
     """The diagnosis with a calibrated model and its gain on held-out records, as `with_runs` has them."""
-    pairs = pairs_of(found.model, calibrated, held_out, found.of_held_out, channels)
-    return replace(found, calibrated=calibrated, calibrated_gain=gain_of(pairs, np.random.default_rng(found.seed)))
+    pairs = pairs_of(diagnosis.model, calibrated, held_out, diagnosis.of_held_out, channels)
+    return replace(
+        diagnosis, calibrated=calibrated, calibrated_gain=gain_of(pairs, np.random.default_rng(diagnosis.seed))
+    )
 
 
 def pairs_of(

@@ -114,20 +114,20 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
     return runs
 
 
-def _concluded(model: Model, given: Prepared, choice: Choice, options: Options) -> Diagnosis:
+def _concluded(model: Model, records: Prepared, choice: Choice, options: Options) -> Diagnosis:
     """The diagnosis without its gain."""
     by_runs = findings(choice, options.base_parameters == "identify")
-    known = {f.cause for f in given.shown.findings}
-    of_faults = [of_fault(fault) for fault in given.faults]
-    every = [*of_faults, *given.shown.findings, *(f for f in by_runs if f.cause not in known)]
-    extended = replace(model, instruments=combined(model.instruments, given.instruments))
+    known = {f.cause for f in records.shown.findings}
+    of_faults = [of_fault(fault) for fault in records.faults]
+    every = [*of_faults, *records.shown.findings, *(f for f in by_runs if f.cause not in known)]
+    extended = replace(model, instruments=combined(model.instruments, records.instruments))
     if by_runs:
-        extended = extended_model(model, choice, given.instruments)
+        extended = extended_model(model, choice, records.instruments)
     said = verdict(choice, every, options.coefficient_sd == 0.0)
-    lines = bank_lines(choice, every, given.shown.statistics)
-    noise = noise_of(given.train, choice)
+    lines = bank_lines(choice, every, records.shown.statistics)
+    noise = noise_of(records.train, choice)
     outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
-    return replace(outcome, of_held_out=of_held_out(model, choice, given))
+    return replace(outcome, of_held_out=of_held_out(model, choice, records))
 
 
 def noise_of(records: Sequence[Record], choice: Choice) -> dict[str, Any]:
@@ -138,13 +138,13 @@ def noise_of(records: Sequence[Record], choice: Choice) -> dict[str, Any]:
     return {"sensor_sd": sensors, "force_sd": [], "correlation_time_s": None, "rudder_sd": None}
 
 
-def of_held_out(model: Model, choice: Choice, given: Prepared) -> dict[str, dict[str, float]]:
+def of_held_out(model: Model, choice: Choice, records: Prepared) -> dict[str, dict[str, float]]:
     """Held-out record -> the flow of its own, estimated on its first half; none where no record has its own."""
     out: dict[str, dict[str, float]] = {}
     for candidate in choice.selection.candidates:
         places = [choice.runs.bank.places[n] for n in candidate.names]
         flows = [n for n, p in zip(candidate.names, places, strict=True) if p.kind == "flow" and p.record is not None]
-        for record in given.held_out if flows else ():
+        for record in records.held_out if flows else ():
             half = record.slice(0, record.n // 2)
             runs = choice.runs.along([whole_unit(choice.bank.model, half, choice.runs.length_s)])
             fixed = {n: x for n, x in choice.selection.final.point.values.items() if n not in flows}

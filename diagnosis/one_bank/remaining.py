@@ -78,43 +78,43 @@ class Remainder(NamedTuple):
     fitted: Fitted
 
 
-def with_remaining(found: Diagnosis, given: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
+def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
     """The diagnosis with forces that describe what it leaves of left-out pieces, and a model extended by them.
 
-    given : the records as they were corrected.  held_out : as they were read.
+    records : as they were corrected.  held_out : as they were read.
 
     Raises
     ------
     CannotFit : the records lack what free runs need.
     FitFailed : the arithmetic fails.
     """
-    of_records = {*found.model.instruments, *given.instruments}
-    instruments = {name: x for name, x in found.extended.instruments.items() if name not in of_records}
-    train = [corrected(record, instruments) for record in given.train]
-    base, model = (replace(m, instruments={}) for m in (found.model, found.extended))
-    if found.verdict not in ("named", "tied", "partly_named"):
+    of_records = {*diagnosis.model.instruments, *records.instruments}
+    instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in of_records}
+    train = [corrected(record, instruments) for record in records.train]
+    base, model = (replace(m, instruments={}) for m in (diagnosis.model, diagnosis.extended))
+    if diagnosis.verdict not in ("named", "tied", "partly_named"):
         model = base
-    flows = {f.cause for f in found.causes if f.cause in FLOWS and any(s.record for s in f.sizes)}
+    flows = {f.cause for f in diagnosis.causes if f.cause in FLOWS and any(s.record for s in f.sizes)}
     now = _Beside.of(model, train, options, flows)
     if not now.leaves(now.plain):
-        return found
-    hull = any(_of_hull(f.cause) for f in found.causes) and model is not base
+        return diagnosis
+    hull = any(_of_hull(f.cause) for f in diagnosis.causes) and model is not base
 
     @cache
     def of_base() -> _Beside:
         return now if model is base else _Beside.of(base, train, options, flows)
 
-    answer = found
+    answer = diagnosis
     for of_model, rest in _explanations(now, of_base, hull):
-        rival, start = (found, model) if of_model else (_without_hull(found), base)
-        answer = _told(found, rival, start, rest, given, held_out, options)
-        if answer is not found:
+        rival, start = (diagnosis, model) if of_model else (_without_hull(diagnosis), base)
+        answer = _told(diagnosis, rival, start, rest, records, held_out, options)
+        if answer is not diagnosis:
             break
     if _share_of(answer) > MOST_OF_IT:
         return answer
     of_pieces = _events(now, events(now.runs, now.plain))
     if sum(event.share or 0.0 for event in of_pieces) > MOST_OF_IT:
-        return replace(found, remaining=of_pieces, hypothesis=None)
+        return replace(diagnosis, remaining=of_pieces, hypothesis=None)
     return answer
 
 
@@ -132,9 +132,9 @@ def _explanations(now: _Beside, of_base: Callable[[], _Beside], hull: bool) -> I
         yield False, few
 
 
-def _share_of(found: Diagnosis) -> float:
+def _share_of(diagnosis: Diagnosis) -> float:
     """Share of the error that forces take off together; 1 where only several together do."""
-    return max((1.0 if force.share is None else force.share for force in found.remaining), default=0.0)
+    return max((1.0 if force.share is None else force.share for force in diagnosis.remaining), default=0.0)
 
 
 def _of_hull(name: str) -> bool:
@@ -142,24 +142,24 @@ def _of_hull(name: str) -> bool:
     return isinstance(entry, Cause) and entry.describes_hull
 
 
-def _without_hull(found: Diagnosis) -> Diagnosis:
+def _without_hull(diagnosis: Diagnosis) -> Diagnosis:
     """The diagnosis without causes of the hull, and without what the model's own numbers explain."""
-    return without_causes(found, {f.cause for f in found.causes if _of_hull(f.cause)})
+    return without_causes(diagnosis, {f.cause for f in diagnosis.causes if _of_hull(f.cause)})
 
 
-def without_causes(found: Diagnosis, ids: Collection[str]) -> Diagnosis:
+def without_causes(diagnosis: Diagnosis, ids: Collection[str]) -> Diagnosis:
     """The diagnosis without some causes, in the bank, too."""
-    kept = tuple(f for f in found.causes if f.cause not in ids)
+    kept = tuple(f for f in diagnosis.causes if f.cause not in ids)
     of = ("named", "tied", "explained_by")
-    bank = (e if e.cause not in ids else demoted([e], of, "not_significant", INSTEAD)[0] for e in found.bank)
-    return replace(found, causes=kept, bank=tuple(bank))
+    bank = (e if e.cause not in ids else demoted([e], of, "not_significant", INSTEAD)[0] for e in diagnosis.bank)
+    return replace(diagnosis, causes=kept, bank=tuple(bank))
 
 
-def _without_biases(found: Diagnosis, axes: Collection[str]) -> Diagnosis:
+def _without_biases(diagnosis: Diagnosis, axes: Collection[str]) -> Diagnosis:
     """The diagnosis without steady errors of sensors that drift."""
     ids, names = ({pair[i] for axis, pair in BIASES.items() if axis in axes} for i in (0, 1))
-    kept = {name: x for name, x in found.extended.instruments.items() if name not in names}
-    return replace(without_causes(found, ids), extended=replace(found.extended, instruments=kept))
+    kept = {name: x for name, x in diagnosis.extended.instruments.items() if name not in names}
+    return replace(without_causes(diagnosis, ids), extended=replace(diagnosis.extended, instruments=kept))
 
 
 # ---- the selection
@@ -305,29 +305,29 @@ def _share(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
 # ---- what is told
 def _told(
     before: Diagnosis,
-    found: Diagnosis,
+    diagnosis: Diagnosis,
     start: Model,
     rest: Remainder,
-    given: Prepared,
+    records: Prepared,
     held_out: Sequence[Record],
     options: Options,
 ) -> Diagnosis:
     """The diagnosis with forces that were selected; the one before where these worsen held-out records."""
     remaining = tuple(_force(rest, one) for one in rest.selection.entered)
-    found = _without_biases(found, {force.axis for force in remaining})
+    diagnosis = _without_biases(diagnosis, {force.axis for force in remaining})
     model = _extended(start, rest) if any(force.extended for force in remaining) else start
-    model = replace(model, instruments=found.extended.instruments)
+    model = replace(model, instruments=diagnosis.extended.instruments)
     plain = with_runs(
-        replace(found, extended=model, traces=(), remaining=remaining, hypothesis=None),
-        given.train, given.instruments, held_out, options.channels,
+        replace(diagnosis, extended=model, traces=(), remaining=remaining, hypothesis=None),
+        records.train, records.instruments, held_out, options.channels,
     )  # fmt: skip
     share = _share(rest.runs, rest.selection.base, rest.selection.final)
     in_time = any("time" in force.depends_on for force in remaining)
     if share < (MOST_OF_IT if in_time else TAKEN_OFF) or _errs_more(before, plain):
         return before
-    if not found.causes or found.verdict in ("unexplained", "partly_named"):
+    if not diagnosis.causes or diagnosis.verdict in ("unexplained", "partly_named"):
         said = f"no known cause explains what remains, but it is described: {remaining[0].text}"
-        named = found.verdict == "partly_named" and found.causes
+        named = diagnosis.verdict == "partly_named" and diagnosis.causes
         without = plain if named else _without_hull(plain)
         return replace(without, verdict="partly_named" if named else "described", reason=said)
     return plain

@@ -159,7 +159,7 @@ def _flow_sizes(choice: Choice, flow: PairCause, one: Entered, half: Mapping[str
 
 
 # ---- bank and verdict
-def bank_lines(choice: Choice, found: Sequence[Finding], sensors: Mapping[Check, float]) -> tuple[Entry, ...]:
+def bank_lines(choice: Choice, findings: Sequence[Finding], sensors: Mapping[Check, float]) -> tuple[Entry, ...]:
     """One line for every cause of the taxonomy; sensors : statistics of those that the channels have decided on."""
     tried = {choice.bank.cause_of(c) for c in choice.bank.candidates}
 
@@ -172,10 +172,10 @@ def bank_lines(choice: Choice, found: Sequence[Finding], sensors: Mapping[Check,
         why = check.stage if not isinstance(check, Cause) else "no candidate for this model and these channels"
         return Entry(check.id, "not_testable", None, None, None, why)
 
-    return lines(found, otherwise)
+    return lines(findings, otherwise)
 
 
-def verdict(choice: Choice, found: Sequence[Finding], exact: bool) -> tuple[str, str]:
+def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[str, str]:
     """The verdict by what is named and by the errors of left-out pieces, and the sentence that supports it.
 
     Eq. 13 of docs/mathematics/pieces.md.
@@ -184,14 +184,14 @@ def verdict(choice: Choice, found: Sequence[Finding], exact: bool) -> tuple[str,
     before, after = (mean_squares(choice.runs, f.left_out) for f in (choice.selection.base, choice.selection.final))
     worst = float(np.max(np.sqrt(after) / runs.motion))
     said = f"free runs of left-out pieces err by {100.0 * worst:.2g} % of the motion in the worst channel"
-    if not found:
+    if not findings:
         return ("unexplained", f"{said}, and nothing in the bank explains it") if worst > LARGE else ("adequate", said)
     taken = float(np.sum((before - after) / runs.motion**2))
     share = taken / max(float(np.sum(np.maximum(before - runs.floor**2, 0.0) / runs.motion**2)), 1e-12)
     said = f"what is named takes {100.0 * min(max(share, 0.0), 1.0):.0f} % off the squared error of free runs"
     if not exact and worst > LARGE and share < NAMED:
         return ("partly_named" if share > PARTLY else "unexplained"), said
-    ties = [f for f in found if f.tied_with or "would do as well" in f.details]
+    ties = [f for f in findings if f.tied_with or "would do as well" in f.details]
     return ("tied" if ties else "named"), said
 
 

@@ -117,9 +117,9 @@ def _candidates(state: State, step: int, before: float, rng: np.random.Generator
     return state, under_gusts(state, refined(state, found, before), before)
 
 
-def simplified(state: State, found: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
+def simplified(state: State, candidate: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
     """A simpler cause that describes what a candidate does; None where there is none, or its fit fails."""
-    simpler = attempted(lambda c: _cause(c).simpler(state, c, before, rng), _cause)(found)
+    simpler = attempted(lambda c: _cause(c).simpler(state, c, before, rng), _cause)(candidate)
     return None if isinstance(simpler, Failed) else simpler
 
 
@@ -156,9 +156,9 @@ def _leaders(items: Sequence[Screened], level: float, most: int, share: float) -
     return [i for i in items[:most] if i.log_p < min(level, share * items[0].log_p)]
 
 
-def refined(state: State, found: Sequence[Candidate], before: float) -> list[Candidate]:
+def refined(state: State, candidates: Sequence[Candidate], before: float) -> list[Candidate]:
     """The leaders among candidates refitted to the end; what is far behind after the first steps stays as it is."""
-    best = max((c.statistic for c in found), default=0.0)
+    best = max((c.statistic for c in candidates), default=0.0)
     least = best - max(2.0 * RACE_NATS, RACE_SHARE * best)
 
     def to_the_end(c: Candidate) -> Candidate:
@@ -166,13 +166,13 @@ def refined(state: State, found: Sequence[Candidate], before: float) -> list[Can
         setting, now = refit(state.est, c.setting, moved, 8, state.precisions(len(c.variant)))
         return candidate(c.cause, c.variant, c.k, c.tests, before, setting, now)
 
-    leaders = [c for c in found if c.statistic > least]
+    leaders = [c for c in candidates if c.statistic > least]
     ends = state.in_threads(attempted(to_the_end, _cause), leaders)
     done = [first if isinstance(end, Failed) else end for first, end in zip(leaders, ends, strict=True)]
-    return [*done, *(c for c in found if c.statistic <= least)]
+    return [*done, *(c for c in candidates if c.statistic <= least)]
 
 
-def under_gusts(state: State, found: Sequence[Candidate], before: float) -> list[Candidate]:
+def under_gusts(state: State, candidates: Sequence[Candidate], before: float) -> list[Candidate]:
     """Candidates by what they gain over gusts, and by whether they leave any to be assumed."""
     taken = before - state.point.gusts.penalised
 
@@ -180,13 +180,13 @@ def under_gusts(state: State, found: Sequence[Candidate], before: float) -> list
         left = c.now.log_likelihood - penalised_likelihood(state.est, c.setting, c.now)
         return c.with_statistic(c.statistic + 2.0 * (taken - left))
 
-    return state.in_threads(judged, found)
+    return state.in_threads(judged, candidates)
 
 
-def accepted(state: State, best: Candidate, found: Sequence[Candidate], rng: np.random.Generator) -> State:
+def accepted(state: State, best: Candidate, candidates: Sequence[Candidate], rng: np.random.Generator) -> State:
     """The state with the best candidate and its ties, everything refitted, without earlier causes that lost their
     evidence."""
-    near = [c for c in found if c is not best and c.log_p - best.log_p < TIE_NATS]
+    near = [c for c in candidates if c is not best and c.log_p - best.log_p < TIE_NATS]
     ties = tuple(_cause(c) for c in near if alike(state, best, c))[:MOST_TIED]
     best = replace(best, tied=ties)
     state = noise_fitted(state.at(best.setting, best.now, (*state.accepted, best)))

@@ -51,15 +51,15 @@ def unexplained(state: State, rng: np.random.Generator) -> Candidate | None:
     return _without_form(state, label, log_p) if log_p < allowed else None
 
 
-def _is_small_delay(state: State, found: Candidate) -> bool:
+def _is_small_delay(state: State, candidate: Candidate) -> bool:
     """Whether an unmodelled effect is a heading that is late, or early, by less than the cause of that name counts,
     where the sensors' channels have decided on that cause."""
     tested = any(isinstance(cause, HeadingDelay) for cause in state.bank)
-    if tested or [p.name.split(":")[0] for p in found.variant] != [YAW_RATE_IN_HEADING]:
+    if tested or [p.name.split(":")[0] for p in candidate.variant] != [YAW_RATE_IN_HEADING]:
         return False
     est = state.est
     rate = state.now.states[:, est.kernels.STATES.index("r")]
-    late_s = est.value(found.setting, found.variant[0]) / float(np.sqrt(np.mean(rate**2)))
+    late_s = est.value(candidate.setting, candidate.variant[0]) / float(np.sqrt(np.mean(rate**2)))
     delay = HeadingDelay()
     return not delay.matters(est, delay.variants(est)[0], np.array([late_s]))
 

@@ -68,21 +68,21 @@ class Linearised:
         """Columns (m, N*6) of added series; into : zeros that are filled, instead of new ones."""
         return responses(self.est, self.runs, axes, series, into)
 
-    def projected(self, state: State, found: Sequence[Feature]) -> tuple[np.ndarray, np.ndarray]:
+    def projected(self, state: State, features: Sequence[Feature]) -> tuple[np.ndarray, np.ndarray]:
         """Projected columns (m, N*6) of features, and (m,) whether enough of each is left to be seen."""
 
-        left = np.zeros((len(found), self.est.edges[-1] * CHANNELS))
-        seen = np.empty(len(found), bool)
+        left = np.zeros((len(features), self.est.edges[-1] * CHANNELS))
+        seen = np.empty(len(features), bool)
 
         def work(first: int) -> None:
-            block = slice(first, min(first + BLOCK, len(found)))
-            columns = self.columns([f.axis for f in found[block]], [f.series for f in found[block]], left[block])
+            block = slice(first, min(first + BLOCK, len(features)))
+            columns = self.columns([f.axis for f in features[block]], [f.series for f in features[block]], left[block])
             whole = np.einsum("ij,ij->i", columns, columns)
             left[block] = self.projector.project(columns)
             kept = np.einsum("ij,ij->i", left[block], left[block])
             seen[block] = kept > IN_SPAN * np.maximum(whole, 1e-300)
 
-        state.in_threads(work, range(0, len(found), BLOCK))
+        state.in_threads(work, range(0, len(features), BLOCK))
         return left, seen
 
 
@@ -118,12 +118,12 @@ def try_features(state: State, before: float, rng: np.random.Generator) -> list[
 
 
 def _of_sets(
-    state: State, found: Sequence[Feature], here: Linearised, with_terms: bool
+    state: State, features: Sequence[Feature], here: Linearised, with_terms: bool
 ) -> tuple[list[Tried], np.ndarray | None]:
     """Features and sets of them, and what each sample adds (m, N) to the scores of those that are seen, if asked for;
     the columns of all features are held meanwhile."""
-    left, seen = here.projected(state, found)
-    sets = _sets(found, left, here.projector.residual, seen)
+    left, seen = here.projected(state, features)
+    sets = _sets(features, left, here.projector.residual, seen)
     if not with_terms:
         return sets, None
     terms = np.empty((np.count_nonzero(seen), left.shape[1] // CHANNELS))
@@ -137,12 +137,12 @@ def _blocks(items: Sequence[T]) -> list[Sequence[T]]:
 
 
 def _sets(
-    found: Sequence[Feature], left: np.ndarray, residual: np.ndarray, seen: np.ndarray, most: int = 3
+    features: Sequence[Feature], left: np.ndarray, residual: np.ndarray, seen: np.ndarray, most: int = 3
 ) -> list[Tried]:
     """Every feature alone, and greedy sets of two and three of them."""
     information = np.einsum("ij,ij->i", left, left)
     gain = np.where(seen, (left @ residual) ** 2 / np.maximum(information, 1e-300), 0.0)
-    out = [Tried((found[j],), float(gain[j]), 1.0) for j in np.flatnonzero(seen).tolist()]
+    out = [Tried((features[j],), float(gain[j]), 1.0) for j in np.flatnonzero(seen).tolist()]
     slope, size = left @ residual, information.copy()
     chosen, units, total = [], np.zeros((0, residual.size)), 0.0
     for _ in range(most):
@@ -152,7 +152,7 @@ def _sets(
         if gain[j] <= 0.0:
             break
         total += float(gain[j])
-        chosen.append(found[j])
+        chosen.append(features[j])
         unit = left[j] - (units @ left[j]) @ units
         unit /= np.linalg.norm(unit)
         units = np.vstack([units, unit])

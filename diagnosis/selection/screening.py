@@ -65,11 +65,11 @@ def screen(state: State, s: Setting, now: Innovations, rng: np.random.Generator)
     return Screen(sorted(out, key=lambda c: c.log_p), frozenset(in_span), families, here, failed)
 
 
-def counted(state: State, found: Screen, rng: np.random.Generator) -> State:
+def counted(state: State, screen: Screen, rng: np.random.Generator) -> State:
     """The state with the first screen and the number of independent tests that the bank amounts to."""
-    n = effective_number(found.here.projector, found.families, rng) if found.families else 0.0
+    n = effective_number(screen.here.projector, screen.families, rng) if screen.families else 0.0
     return replace(
-        state, n_effective=1.0 + n, screened={i.cause: i for i in found.items}, in_span=state.in_span | found.in_span
+        state, n_effective=1.0 + n, screened={i.cause: i for i in screen.items}, in_span=state.in_span | screen.in_span
     )
 
 

@@ -214,16 +214,16 @@ def _fitted(one: Entrant, records: Sequence[Record]) -> Estimate:
     return one.fitter.fit([hull_record(record, one.model) for record in records], one.model)
 
 
-def _common(found: Sequence[Candidate]) -> tuple[str, ...]:
+def _common(candidates: Sequence[Candidate]) -> tuple[str, ...]:
     """Channels that every candidate predicts in every record that tests it."""
-    sets = [set(channels) for one in found for channels in (one.squares or {}).values()]
+    sets = [set(channels) for one in candidates for channels in (one.squares or {}).values()]
     shared = set.intersection(*sets) if sets else set()
     return tuple(channel for channel in TOGETHER if channel in shared)
 
 
-def _spread(found: Sequence[Candidate], channel: str) -> float:
+def _spread(candidates: Sequence[Candidate], channel: str) -> float:
     """Mean square deviation of the measured samples: the same for all candidates."""
-    total = next(one for one in found if one.squares).pooled(channel)
+    total = next(one for one in candidates if one.squares).pooled(channel)
     return total.spread / max(total.n, 1)
 
 

@@ -33,13 +33,13 @@ def doubts_of(findings: Sequence[CheckFinding], model: Model) -> tuple[str, ...]
     return tuple(f"{', '.join(f.records)}: {f.evidence}" for f in findings if f.standing or _biases(f, model))
 
 
-def _biases(found: CheckFinding, model: Model) -> bool:
+def _biases(finding: CheckFinding, model: Model) -> bool:
     """Whether a model's fit to the records as they are would be wrong by a fault: what only a correction removes, in
     columns that the model follows."""
     from ..models.model import CHANNELS
 
     followed = {CHANNELS[s] for s in model.states if s in CHANNELS}
-    return found.biases and (found.cause == "time_stamps" or not followed.isdisjoint(found.channels))
+    return finding.biases and (finding.cause == "time_stamps" or not followed.isdisjoint(finding.channels))
 
 
 def refuse_copies(records: Sequence[Record], others: Sequence[Record]) -> None:

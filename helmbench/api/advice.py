@@ -130,11 +130,11 @@ def _contest(folder: Path) -> Contest:
     return contest(standings.cell_table(runs), runs)
 
 
-def _written(folder: Path, text: str, found: Sequence[Tested]) -> AdviceTest:
+def _written(folder: Path, text: str, tested: Sequence[Tested]) -> AdviceTest:
     from ..models.folders import write_atomic
     from ..reporting.leaderboard.advice import as_rows
 
-    rows = tuple(as_rows(found))
+    rows = tuple(as_rows(tested))
     plain = [{name: _plain(value) for name, value in row.items()} for row in rows]
     write_atomic(folder / PAGE, text.encode())
     write_atomic(folder / ROWS, (json.dumps(plain, indent=1) + "\n").encode())

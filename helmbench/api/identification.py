@@ -289,7 +289,7 @@ def _better_ahead(built: Estimate, best: Estimate, judged: Sequence[Record]) -> 
     return mean_ratio(found.scores, "built", "best") < 1.0 - LEAST and not (follows and own.r2 < other.r2)
 
 
-def estimate_of(found: Comparison, records: Sequence[Record]) -> Estimate:
+def estimate_of(comparison: Comparison, records: Sequence[Record]) -> Estimate:
     """The chosen estimate of a comparison, with its training records."""
-    assert found.chosen.estimate is not None, "the chosen candidate has an error, so it was fitted"
-    return Estimate.of(found.chosen.estimate, records, found)
+    assert comparison.chosen.estimate is not None, "the chosen candidate has an error, so it was fitted"
+    return Estimate.of(comparison.chosen.estimate, records, comparison)

@@ -174,14 +174,14 @@ def _identified(asked: Request) -> Assessment:
         return chosen_estimate(train, asked.methods, others, asked.particulars).assess(others)
 
 
-def _written(found: Assessment, output: Path, into_file: bool, page: Path | None) -> list[Path]:
+def _written(assessment: Assessment, output: Path, into_file: bool, page: Path | None) -> list[Path]:
     """Write model and page; the paths."""
     paths: list[Path] = []
     if not into_file:
-        paths += found.write(output)
-    elif found.estimate.predictor is None:
-        found.estimate.save(output)
+        paths += assessment.write(output)
+    elif assessment.estimate.predictor is None:
+        assessment.estimate.save(output)
         paths.append(output)
     if page is not None:
-        paths.append(found.write_page(page))
+        paths.append(assessment.write_page(page))
     return paths

@@ -34,43 +34,43 @@ STEPS = (
 )
 
 
-def page(found: Calibration) -> Page:
+def page(calibration: Calibration) -> Page:
     """The page of a calibration."""
-    told = [sentence(found.reason), worse(found.worse, "extended") if found.worse else ""]
-    first, each = overlays([of_trace(trace, bool(found.moved)) for trace in found.traces])
-    new, every = equation_parts(found.extended, found.model)
+    told = [sentence(calibration.reason), worse(calibration.worse, "extended") if calibration.worse else ""]
+    first, each = overlays([of_trace(trace, bool(calibration.moved)) for trace in calibration.traces])
+    new, every = equation_parts(calibration.extended, calibration.model)
     return result_page(
-        f"Calibration of {found.model.id}",
-        f"{found.model.title or found.model.family}; {sides(found.records)}",
+        f"Calibration of {calibration.model.id}",
+        f"{calibration.model.title or calibration.model.family}; {sides(calibration.records)}",
         Verdict(
-            VERDICTS[found.verdict][0],
-            first_sentence(found),
+            VERDICTS[calibration.verdict][0],
+            first_sentence(calibration),
             tuple(filter(None, told)),
-            found.verdict.replace("_", " "),
+            calibration.verdict.replace("_", " "),
         ),
-        seen=[first, models_table(found)],
-        changed=[moved_table(found), new] if found.moved else ["No number of the model moved."],
-        remains=[shares_table(found), remaining_table(found)],
-        following=[next_sentence(found) if found.next_runs else None],
+        seen=[first, models_table(calibration)],
+        changed=[moved_table(calibration), new] if calibration.moved else ["No number of the model moved."],
+        remains=[shares_table(calibration), remaining_table(calibration)],
+        following=[next_sentence(calibration) if calibration.next_runs else None],
         details=[
-            Section("Step by step", (steps_table(found),)),
-            Section("What every ingredient removes of the squared error", (ingredients_table(found),)),
-            Section("Neutral rudder angle of every training record", (runs_table(found),)),
+            Section("Step by step", (steps_table(calibration),)),
+            Section("What every ingredient removes of the squared error", (ingredients_table(calibration),)),
+            Section("Neutral rudder angle of every training record", (runs_table(calibration),)),
             each,
-            *([every] if found.moved else []),
+            *([every] if calibration.moved else []),
         ],
-        doubts=found.doubts,
+        doubts=calibration.doubts,
     )
 
 
-def first_sentence(found: Calibration) -> str:
+def first_sentence(calibration: Calibration) -> str:
     """The verdict with the numbers that moved, and what they do to the error of the heading, or of a first channel."""
-    said = VERDICTS[found.verdict][1]
-    if said.endswith(".") or not found.moved:
+    said = VERDICTS[calibration.verdict][1]
+    if said.endswith(".") or not calibration.moved:
         return f"{said.rstrip('.').removesuffix(' by')}."
-    named = [_in_a_word(moved) for moved in found.moved]
+    named = [_in_a_word(moved) for moved in calibration.moved]
     named = [*named[:MOST_NAMED], f"{len(named) - MOST_NAMED} more"] if len(named) > MOST_NAMED + 1 else named
-    return f"{said} {in_line(named)}{_errors(found)}."
+    return f"{said} {in_line(named)}{_errors(calibration)}."
 
 
 def _in_a_word(moved: Moved) -> str:
@@ -81,25 +81,29 @@ def _in_a_word(moved: Moved) -> str:
     return f"{moved.name} {change}{f' {moved.where}' if moved.where else ''}"
 
 
-def _errors(found: Calibration) -> str:
-    column = "heading_rad" if "heading_rad" in found.before else next(iter(found.before), "")
-    if column not in found.after:
+def _errors(calibration: Calibration) -> str:
+    column = "heading_rad" if "heading_rad" in calibration.before else next(iter(calibration.before), "")
+    if column not in calibration.after:
         return ""
-    place = 1 if found.before[column][1] is not None else 0
-    before, after, (word, unit, factor) = found.before[column][place], found.after[column][place], channel(column)
+    place = 1 if calibration.before[column][1] is not None else 0
+    before, after, (word, unit, factor) = (
+        calibration.before[column][place],
+        calibration.after[column][place],
+        channel(column),
+    )
     if before is None or after is None:
         return ""
     change = f"from {number(factor * before)} to {number(factor * after)} {unit}"
     return f"; {('left-out', 'held-out')[place]} error of the {word} {change}"
 
 
-def next_sentence(found: Calibration) -> str:
+def next_sentence(calibration: Calibration) -> str:
     """What to sail or measure next."""
-    runs = ", ".join(f"{run.manoeuvre} ({number(run.information, 2)} nats)" for run in found.next_runs)
+    runs = ", ".join(f"{run.manoeuvre} ({number(run.information, 2)} nats)" for run in calibration.next_runs)
     return f"Manoeuvres that would tell most about the numbers that are open: {runs}."
 
 
-def moved_table(found: Calibration) -> Table:
+def moved_table(calibration: Calibration) -> Table:
     """The numbers that moved."""
     columns = [
         Column("number", lambda m: m.name),
@@ -111,7 +115,7 @@ def moved_table(found: Calibration) -> Table:
         Column("where", lambda m: m.where or "everywhere"),
         Column("in prior standard deviations", lambda m: f"{m.prior_sds:+.1f}", lambda m: m.prior_sds),
     ]
-    return make_table(columns, found.moved)
+    return make_table(columns, calibration.moved)
 
 
 def _scale(m: Moved) -> float:
@@ -131,13 +135,13 @@ def _after(m: Moved) -> str:
     return interval(factor * m.after, factor * m.low, factor * m.high)
 
 
-def steps_table(found: Calibration) -> Table:
+def steps_table(calibration: Calibration) -> Table:
     """Errors of records that were left out, and of held-out records, from the base model through every step."""
     rows: list[tuple[str, Mapping[str, float], Mapping[str, float], str, str]]
-    rows = [(BASE, {c: old for c, (old, _) in found.before.items()}, _held(found), "", "")]
-    rows += [(f"+ {s.title}", s.left_out, s.held_out, _gain(s), ", ".join(s.tied_with)) for s in found.steps]
+    rows = [(BASE, {c: old for c, (old, _) in calibration.before.items()}, _held(calibration), "", "")]
+    rows += [(f"+ {s.title}", s.left_out, s.held_out, _gain(s), ", ".join(s.tied_with)) for s in calibration.steps]
     columns = [Column("model", lambda row: row[0])]
-    for column in found.before:
+    for column in calibration.before:
         columns += [_error_column(column, 1, "left out"), _error_column(column, 2, "held out")]
     columns += [
         Column("fall of the score", lambda row: row[3]),
@@ -146,8 +150,8 @@ def steps_table(found: Calibration) -> Table:
     return make_table(columns, rows, note=STEPS)
 
 
-def _held(found: Calibration) -> dict[str, float]:
-    return {c: new for c, (_, new) in found.before.items() if new is not None}
+def _held(calibration: Calibration) -> dict[str, float]:
+    return {c: new for c, (_, new) in calibration.before.items() if new is not None}
 
 
 def _gain(step: StepTold) -> str:
@@ -163,7 +167,7 @@ def _error_column(column: str, place: int, side: str) -> Column:
     )
 
 
-def shares_table(found: Calibration) -> Table:
+def shares_table(calibration: Calibration) -> Table:
     """What each channel's squared free-run error of the base model consists of."""
     names = (
         ("numbers that moved", "coefficients"),
@@ -178,26 +182,28 @@ def shares_table(found: Calibration) -> Table:
         )
         for title, name in names
     ]
-    return make_table(columns, list(found.shares.items()), "What the error of the base model consists of")
+    return make_table(columns, list(calibration.shares.items()), "What the error of the base model consists of")
 
 
-def models_table(found: Calibration) -> Table:
+def models_table(calibration: Calibration) -> Table:
     """Errors of held-out records, of left-out training records where none are held out, by every model; with each
     held-out record's own neutral rudder angle and start; and the floor: the error of a fit to these records themselves.
     """
-    place = 1 if any(new is not None for _, new in found.before.values()) else 0
+    place = 1 if any(new is not None for _, new in calibration.before.values()) else 0
     models = (
-        (BASE, found.before),
-        ("numbers that moved", found.after),
-        ("all numbers, under their priors", found.predicted or found.after),
+        (BASE, calibration.before),
+        ("numbers that moved", calibration.after),
+        ("all numbers, under their priors", calibration.predicted or calibration.after),
     )
     columns = [Column("channel", lambda c: channel(c)[0]), Column("unit", lambda c: channel(c)[1])]
     columns += [_model_column(title, {c: pair[place] for c, pair in errors.items()}) for title, errors in models]
-    for place, title in enumerate(("base model", "all numbers") if found.own else ()):
-        own = {c: pair[place] for c, pair in found.own.items()}
+    for place, title in enumerate(("base model", "all numbers") if calibration.own else ()):
+        own = {c: pair[place] for c, pair in calibration.own.items()}
         columns.append(_model_column(f"{title}, own neutral angle and start", own))
-    columns += [_model_column("floor of the structure", found.floor)] if found.floor else []
-    return make_table(columns, list(found.before), f"Errors of {'held-out' if place else 'left-out training'} records")
+    columns += [_model_column("floor of the structure", calibration.floor)] if calibration.floor else []
+    return make_table(
+        columns, list(calibration.before), f"Errors of {'held-out' if place else 'left-out training'} records"
+    )
 
 
 def _model_column(title: str, errors: Mapping[str, float | None]) -> Column:
@@ -208,12 +214,12 @@ def _model_column(title: str, errors: Mapping[str, float | None]) -> Column:
     return Column(title, lambda c: "" if shown(c) is None else number(shown(c)), shown)
 
 
-def ingredients_table(found: Calibration) -> Table:
+def ingredients_table(calibration: Calibration) -> Table:
     """Share of the squared error of these records that every ingredient removes: it comes back where all numbers are
     fitted again without it."""
     columns = [Column("ingredient", lambda one: one.what)]
-    columns += [_removed_column(column) for column in found.before]
-    return make_table(columns, found.ingredients, note="All numbers are fitted again without it.")
+    columns += [_removed_column(column) for column in calibration.before]
+    return make_table(columns, calibration.ingredients, note="All numbers are fitted again without it.")
 
 
 def _removed_column(column: str) -> Column:
@@ -224,7 +230,7 @@ def _removed_column(column: str) -> Column:
     )
 
 
-def remaining_table(found: Calibration) -> Table:
+def remaining_table(calibration: Calibration) -> Table:
     """Conditions in which the remaining error is larger than elsewhere."""
     columns = [
         Column("channel", lambda entry: channel(entry.channel)[0]),
@@ -232,10 +238,10 @@ def remaining_table(found: Calibration) -> Table:
         Column("share of the squared error", lambda e: percent(e.share_of_error), lambda e: e.share_of_error),
         Column("share of the time", lambda e: percent(e.share_of_time), lambda e: e.share_of_time),
     ]
-    return make_table(columns, found.remaining, "Where the remaining error lies")
+    return make_table(columns, calibration.remaining, "Where the remaining error lies")
 
 
-def runs_table(found: Calibration) -> Table:
+def runs_table(calibration: Calibration) -> Table:
     """Every training record's own neutral rudder angle."""
     columns = [
         Column("record", lambda run: run.record),
@@ -245,4 +251,4 @@ def runs_table(found: Calibration) -> Table:
             lambda run: DEG * run.neutral_angle_rad,
         ),
     ]
-    return make_table(columns, found.runs)
+    return make_table(columns, calibration.runs)

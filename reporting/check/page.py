@@ -34,58 +34,58 @@ READING = (
 )
 
 
-def page(found: CheckResult) -> Page:
+def page(result: CheckResult) -> Page:
     """The page of a check."""
-    material, small = ([one for one in found.findings if one.material is wanted] for wanted in (True, False))
-    panels = _panels(found)
+    material, small = ([one for one in result.findings if one.material is wanted] for wanted in (True, False))
+    panels = _panels(result)
     return result_page(
         "Check of records",
-        f"{len(found.records)} record{'s' if len(found.records) != 1 else ''}; no model is used",
-        Verdict(FAIR if material else GOOD, *_sentences(found, material)),
-        seen=[_findings(found), Drawing("sizes", INTERVALS, lambda: _drawn(panels)) if panels else None],
+        f"{len(result.records)} record{'s' if len(result.records) != 1 else ''}; no model is used",
+        Verdict(FAIR if material else GOOD, *_sentences(result, material)),
+        seen=[_findings(result), Drawing("sizes", INTERVALS, lambda: _drawn(panels)) if panels else None],
         changed=[items([(name(one), one.evidence) for one in material])],
-        remains=[items(found.not_checked)],
+        remains=[items(result.not_checked)],
         following=[items([(name(one), one.separate_by) for one in material if one.separate_by])],
         details=[
-            Section("Sizes by record", (_by_record(found),)),
+            Section("Sizes by record", (_by_record(result),)),
             Section("Findings that do not matter", (items([(name(one), one.evidence) for one in small]),)),
-            Section("Records", (items(found.records),)),
+            Section("Records", (items(result.records),)),
             Section("How to read it", (READING,)),
         ],
         titles=TITLES,
     )
 
 
-def _sentences(found: CheckResult, material: Sequence[CheckFinding]) -> tuple[str, tuple[str, ...]]:
+def _sentences(result: CheckResult, material: Sequence[CheckFinding]) -> tuple[str, tuple[str, ...]]:
     """How many findings there are and which, and what supports it."""
-    if not found.findings and found.not_checked:
+    if not result.findings and result.not_checked:
         return "No finding in what could be checked. What could not is named below.", ()
-    n, m = len(found.records), len(material)
-    rest = len(found.findings) - m
+    n, m = len(result.records), len(material)
+    rest = len(result.findings) - m
     told = f"{m} finding{'s' if m != 1 else ''}" if m else "nothing that matters"
     small = f", {rest} detectable but too small to matter" if rest else ""
     named = f": {', '.join(dict.fromkeys(map(name, material)))}" if m else ""
     said = f"{n} record{'s' if n != 1 else ''}: {told}{named}{small}."
-    return said, () if found.findings else (NOTHING,)
+    return said, () if result.findings else (NOTHING,)
 
 
 # ---- tables
 
 
-def _findings(found: CheckResult) -> Table:
+def _findings(result: CheckResult) -> Table:
     """One row a finding: cause, whether it matters, size over all records, records."""
     columns = [
         Column("finding", name),
         Column("matters", lambda f: "yes" if f.material else "no"),
         Column("size [90 %]", whole_sizes),
-        Column("records", lambda f: _records(f, len(found.records))),
+        Column("records", lambda f: _records(f, len(result.records))),
     ]
-    return make_table(columns, found.findings)
+    return make_table(columns, result.findings)
 
 
-def _by_record(found: CheckResult) -> Table:
+def _by_record(result: CheckResult) -> Table:
     """One row a record and size."""
-    rows = [(f, s) for f in found.findings for s in f.sizes if s.record is not None and f.stage == "sensors"]
+    rows = [(f, s) for f in result.findings for s in f.sizes if s.record is not None and f.stage == "sensors"]
     columns = [
         Column("finding", lambda row: cause(row[0].cause)),
         Column("record", lambda row: row[1].record),
@@ -126,12 +126,12 @@ def _records(f: CheckFinding, total: int) -> str:
 Panels = list[tuple[str, str, list["Size"]]]
 
 
-def figure_of(found: CheckResult) -> Figure:
+def figure_of(result: CheckResult) -> Figure:
     """A panel a size of a finding: its value over all records and in each, with the 90 % intervals; BadInput where no
     finding has a size."""
     from ...models.figure import ShownFigure
 
-    panels = _panels(found)
+    panels = _panels(result)
     if not panels:
         raise BadInput("no finding of the check has a size to draw", hint="`findings` holds what was found")
     figure = ShownFigure(*_extent(panels))
@@ -139,11 +139,11 @@ def figure_of(found: CheckResult) -> Figure:
     return figure
 
 
-def _panels(found: CheckResult) -> Panels:
+def _panels(result: CheckResult) -> Panels:
     """Cause, parameter and sizes of each panel."""
     return [
         (one.cause, parameter, [size for size in one.sizes if size.parameter == parameter])
-        for one in found.findings
+        for one in result.findings
         for parameter in dict.fromkeys(size.parameter for size in one.sizes)
     ]
 

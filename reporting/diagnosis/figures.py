@@ -23,51 +23,51 @@ BANDS = 14
 COLOURS = {"before": BEFORE, "after": AFTER}
 
 
-def error_drawings(found: Diagnosis) -> list[Drawing]:
+def error_drawings(diagnosis: Diagnosis) -> list[Drawing]:
     """Errors by record, and a spectrum of the errors of each channel."""
-    drawn = [Drawing("errors", "Root mean square errors of the free runs", lambda: error_bars(found))]
+    drawn = [Drawing("errors", "Root mean square errors of the free runs", lambda: error_bars(diagnosis))]
     for name in CHANNELS:
         caption = f"Spectrum of the {words.channel(name)[0]} errors"
-        drawn.append(Drawing(f"spectrum-{name}", caption, partial(spectrum_figure, found, name)))
+        drawn.append(Drawing(f"spectrum-{name}", caption, partial(spectrum_figure, diagnosis, name)))
     return drawn
 
 
-def force_drawings(found: Diagnosis) -> list[Drawing]:
+def force_drawings(diagnosis: Diagnosis) -> list[Drawing]:
     """A curve of each force that remains."""
     caption = "The force with its 90 % band, where the records hold data"
     return [
         Drawing(f"remaining-{place}", caption, partial(curve_chart, force))
-        for place, force in enumerate(found.remaining, 1)
+        for place, force in enumerate(diagnosis.remaining, 1)
         if force.curve is not None
     ]
 
 
-def error_bars(found: Diagnosis) -> str:
+def error_bars(diagnosis: Diagnosis) -> str:
     """RMS error of the first channel that was measured by record, before and after."""
-    name = next((c for c in CHANNELS if any(c in trace.measured for trace in found.traces)), None)
+    name = next((c for c in CHANNELS if any(c in trace.measured for trace in diagnosis.traces)), None)
     if name is None:
         return ""
     word, unit, factor = words.channel(name)
     groups = {
         f"{trace.record} ({trace.role.replace('_', ' ')})": {
-            run: factor * rms(residual(trace, name, run)) for run in _runs(found)
+            run: factor * rms(residual(trace, name, run)) for run in _runs(diagnosis)
         }
-        for trace in found.traces
+        for trace in diagnosis.traces
         if name in trace.measured
     }
     return bars(groups, COLOURS, f"RMS error of the {word}, {unit}")
 
 
-def spectrum_figure(found: Diagnosis, name: str) -> str:
+def spectrum_figure(diagnosis: Diagnosis, name: str) -> str:
     """Amplitude spectrum of a channel's errors on the held-out records (or all), before and after, in bands."""
-    traces = [t for t in found.traces if name in t.measured]
+    traces = [t for t in diagnosis.traces if name in t.measured]
     traces = [t for t in traces if t.role != "train"] or traces
     edges = _bands(traces) if traces else None
     if edges is None:
         return ""
     _, unit, factor = words.channel(name)
     curves = []
-    for run in _runs(found):
+    for run in _runs(diagnosis):
         power = np.stack([banded(t.time, residual(t, name, run), edges) for t in traces])
         known = np.isfinite(power)
         mean = np.where(known, power, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
@@ -85,8 +85,8 @@ def curve_chart(force: RemainingForce) -> str:
     return band(factor * np.array(curve.values), curve.force, (curve.low, curve.high), label, curve.force_unit)
 
 
-def _runs(found: Diagnosis) -> tuple[str, ...]:
-    return ("before", "after")[: 1 + found.extends]
+def _runs(diagnosis: Diagnosis) -> tuple[str, ...]:
+    return ("before", "after")[: 1 + diagnosis.extends]
 
 
 def _bands(traces: Sequence[Trace]) -> np.ndarray | None:

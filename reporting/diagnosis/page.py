@@ -33,52 +33,52 @@ TONES = {"adequate": GOOD, "unexplained": BAD}
 """Verdict -> how it is set off; others are fair."""
 
 
-def page(found: Diagnosis) -> Page:
+def page(diagnosis: Diagnosis) -> Page:
     """The page of a diagnosis."""
-    overview, each = overlays([of_trace(trace, found.extends) for trace in found.traces])
+    overview, each = overlays([of_trace(trace, diagnosis.extends) for trace in diagnosis.traces])
     return result_page(
-        f"Diagnosis of {found.model.id}",
-        f"{found.model.title or found.model.family}; {sides(found.records)}",
-        Verdict(TONES.get(found.verdict, FAIR), words.headline(found), _told(found)),
-        seen=[overview, *_gain(found)],
-        changed=_changed(found),
-        remains=_remains(found),
-        following=_following(found),
+        f"Diagnosis of {diagnosis.model.id}",
+        f"{diagnosis.model.title or diagnosis.model.family}; {sides(diagnosis.records)}",
+        Verdict(TONES.get(diagnosis.verdict, FAIR), words.headline(diagnosis), _told(diagnosis)),
+        seen=[overview, *_gain(diagnosis)],
+        changed=_changed(diagnosis),
+        remains=_remains(diagnosis),
+        following=_following(diagnosis),
         details=[
-            *_equations(found),
-            Section("The causes that were tested", (bank_table(found),)),
-            Section("Causes that cannot be tested with this model and these records", (not_testable_table(found),)),
-            Section("Where the errors of the base model arise", (where_table(found),)),
-            Section("Errors of every record", (error_table(found), *error_drawings(found))),
-            *_ahead(found),
+            *_equations(diagnosis),
+            Section("The causes that were tested", (bank_table(diagnosis),)),
+            Section("Causes that cannot be tested with this model and these records", (not_testable_table(diagnosis),)),
+            Section("Where the errors of the base model arise", (where_table(diagnosis),)),
+            Section("Errors of every record", (error_table(diagnosis), *error_drawings(diagnosis))),
+            *_ahead(diagnosis),
             each,
-            Section("Made with", (Pairs(tuple(words.facts(found))),)),
+            Section("Made with", (Pairs(tuple(words.facts(diagnosis))),)),
         ],
-        doubts=found.doubts,
+        doubts=diagnosis.doubts,
     )
 
 
-def _told(found: Diagnosis) -> tuple[str, ...]:
-    return tuple(filter(None, (words.verdict(found), words.sentence(found.reason))))
+def _told(diagnosis: Diagnosis) -> tuple[str, ...]:
+    return tuple(filter(None, (words.verdict(diagnosis), words.sentence(diagnosis.reason))))
 
 
-def _gain(found: Diagnosis) -> list[Block]:
-    if found.gain:
-        return [gain_table(found)]
-    tested = any(role == "held_out" for _, role in found.records)
+def _gain(diagnosis: Diagnosis) -> list[Block]:
+    if diagnosis.gain:
+        return [gain_table(diagnosis)]
+    tested = any(role == "held_out" for _, role in diagnosis.records)
     return ["No gain was measured." if tested else "There were no held-out records: the gain was not measured."]
 
 
-def _changed(found: Diagnosis) -> list[Block]:
+def _changed(diagnosis: Diagnosis) -> list[Block]:
     """Causes with sizes, and the new terms of the equations with their numbers."""
-    if not found.extends:
+    if not diagnosis.extends:
         return ["The model stays as it is."]
-    causes = items([_finding(found, finding) for finding in found.causes])
-    return [causes, equation_parts(found.extended, found.model)[0], Pairs(tuple(instrument_rows(found)))]
+    causes = items([_finding(diagnosis, finding) for finding in diagnosis.causes])
+    return [causes, equation_parts(diagnosis.extended, diagnosis.model)[0], Pairs(tuple(instrument_rows(diagnosis)))]
 
 
-def _finding(found: Diagnosis, finding: Finding) -> tuple[str, ...]:
-    sizes = "; ".join(words.size_and_change(found.model, finding, item) for item in finding.sizes)
+def _finding(diagnosis: Diagnosis, finding: Finding) -> tuple[str, ...]:
+    sizes = "; ".join(words.size_and_change(diagnosis.model, finding, item) for item in finding.sizes)
     details = "; ".join(f"{name}: {words.detail(value)}" for name, value in finding.details.items())
     texts = (
         f"{sizes} ({percent(finding.level)} interval)" if sizes else "",
@@ -89,31 +89,31 @@ def _finding(found: Diagnosis, finding: Finding) -> tuple[str, ...]:
     return (words.tie(finding), *filter(None, texts))
 
 
-def _remains(found: Diagnosis) -> list[Block]:
+def _remains(diagnosis: Diagnosis) -> list[Block]:
     """Forces that no cause explains with their curves, the hypothesis about what is unexplained, and how far ahead the
     model can be trusted."""
-    trusted = [] if found.ahead is None else [f"{line}." for line in trusted_lines(found.ahead)]
+    trusted = [] if diagnosis.ahead is None else [f"{line}." for line in trusted_lines(diagnosis.ahead)]
     hint = "None of the known causes: the sparse term that fits best. Use it as a hint only."
-    hypothesis = [hint, Pairs(tuple(words.hypothesis(found)))] if found.hypothesis else []
-    forces = items([words.remaining(force) for force in found.remaining])
-    return [forces, *force_drawings(found), *hypothesis, items(trusted)]
+    hypothesis = [hint, Pairs(tuple(words.hypothesis(diagnosis)))] if diagnosis.hypothesis else []
+    forces = items([words.remaining(force) for force in diagnosis.remaining])
+    return [forces, *force_drawings(diagnosis), *hypothesis, items(trusted)]
 
 
-def _following(found: Diagnosis) -> list[Block]:
+def _following(diagnosis: Diagnosis) -> list[Block]:
     """The recommended manoeuvre, and what would tell tied causes apart."""
-    said = [found.next_manoeuvre] if found.next_manoeuvre else []
-    separations = [words.separation(finding) for finding in found.causes]
+    said = [diagnosis.next_manoeuvre] if diagnosis.next_manoeuvre else []
+    separations = [words.separation(finding) for finding in diagnosis.causes]
     return [items([words.sentence(text) for text in (*said, *separations) if text])]
 
 
-def _equations(found: Diagnosis) -> list[Section]:
-    return [equation_parts(found.extended, found.model)[1]] if found.extends else []
+def _equations(diagnosis: Diagnosis) -> list[Section]:
+    return [equation_parts(diagnosis.extended, diagnosis.model)[1]] if diagnosis.extends else []
 
 
-def _ahead(found: Diagnosis) -> list[Section]:
+def _ahead(diagnosis: Diagnosis) -> list[Section]:
     """Errors some time ahead beside predictions without a model; nothing where none were computed."""
-    if found.ahead is None:
+    if diagnosis.ahead is None:
         return []
     note = "Behind the models stand two predictions without one, and the noise of the sensors, which no model can beat."
-    basis = f"Root mean square errors ahead; {found.ahead.horizon_basis}."
-    return [Section("How far ahead", (basis, horizon_table(found.ahead), note))]
+    basis = f"Root mean square errors ahead; {diagnosis.ahead.horizon_basis}."
+    return [Section("How far ahead", (basis, horizon_table(diagnosis.ahead), note))]

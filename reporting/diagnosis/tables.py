@@ -39,14 +39,14 @@ STATISTICS = (
 # ---- where the errors arise
 
 
-def where_table(found: Diagnosis) -> Table:
+def where_table(diagnosis: Diagnosis) -> Table:
     """Conditions (large rudder, slow speed, ...) with their shares of the squared error and of the time."""
     columns = [
         Column("condition", lambda row: f"{words.channel(str(row.get('channel', '')))[0]}: {row.get('condition', '')}"),
         Column("share of the squared error", _share_text, lambda row: _share(row), _share_bar, _share_text),
         Column("share of the time", lambda row: percent(_share(row, "time")), lambda row: _share(row, "time")),
     ]
-    return make_table(columns, found.where, note=WHERE)
+    return make_table(columns, diagnosis.where, note=WHERE)
 
 
 def _share(row: Mapping[str, Any], of: str = "error") -> float:
@@ -70,25 +70,25 @@ def bar(width: float, mark: float, text: str) -> str:
 # ---- causes
 
 
-def bank_table(found: Diagnosis) -> Table:
+def bank_table(diagnosis: Diagnosis) -> Table:
     """Every cause that could be tested with its status, evidence and power."""
-    mark = bar_width(found.alpha)
+    mark = bar_width(diagnosis.alpha)
 
     def evidence(entry: Entry) -> str:
         return bar(bar_width(entry.p_adjusted), mark, p_value(entry.p_adjusted).replace("<", "&lt;"))
 
     columns = [
         Column("cause", lambda entry: words.cause(entry.cause)),
-        Column("status", lambda entry: _status(entry, found.alpha)),
+        Column("status", lambda entry: _status(entry, diagnosis.alpha)),
         Column("adjusted p", lambda entry: p_value(entry.p_adjusted), lambda entry: entry.p_adjusted, evidence),
         Column("statistic", lambda entry: number(entry.statistic), lambda entry: entry.statistic),
         Column("power", lambda entry: percent(entry.power), lambda entry: entry.power),
-        Column("tied with", lambda entry: ", ".join(map(words.cause, _rivals(entry, found)))),
+        Column("tied with", lambda entry: ", ".join(map(words.cause, _rivals(entry, diagnosis)))),
         Column("why", lambda entry: words.said(entry.why)),
     ]
-    entries = [entry for entry in words.ordered_bank(found) if entry.status != "not_testable"]
+    entries = [entry for entry in words.ordered_bank(diagnosis) if entry.status != "not_testable"]
     return make_table(
-        columns, entries, note=f"{EVIDENCE} The level is {number(found.alpha)}.", kind=lambda entry: entry.status
+        columns, entries, note=f"{EVIDENCE} The level is {number(diagnosis.alpha)}.", kind=lambda entry: entry.status
     )
 
 
@@ -98,13 +98,13 @@ def _status(entry: Entry, alpha: float) -> str:
     return "not named" if significant and entry.status == "not_significant" else entry.status.replace("_", " ")
 
 
-def not_testable_table(found: Diagnosis) -> Table:
+def not_testable_table(diagnosis: Diagnosis) -> Table:
     """Causes that cannot be tested with this model and these records, and why."""
     columns = [
         Column("cause", lambda entry: words.cause(entry.cause)),
         Column("why", lambda entry: words.said(entry.why)),
     ]
-    return make_table(columns, [entry for entry in found.bank if entry.status == "not_testable"])
+    return make_table(columns, [entry for entry in diagnosis.bank if entry.status == "not_testable"])
 
 
 def bar_width(p: float | None) -> float:
@@ -114,19 +114,19 @@ def bar_width(p: float | None) -> float:
     return 100.0 * min(-math.log10(max(p, 1e-300)), LONGEST_BAR) / LONGEST_BAR
 
 
-def _rivals(entry: Entry, found: Diagnosis) -> list[str]:
-    finding = next((f for f in found.causes if entry.cause in (f.cause, *f.tied_with)), None)
+def _rivals(entry: Entry, diagnosis: Diagnosis) -> list[str]:
+    finding = next((f for f in diagnosis.causes if entry.cause in (f.cause, *f.tied_with)), None)
     return [] if finding is None else [c for c in (finding.cause, *finding.tied_with) if c != entry.cause]
 
 
 # ---- the extended model
 
 
-def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
+def instrument_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """Values of the extension for rudder linkage and sensors: name, value with unit."""
     from ...models.instruments import INSTRUMENTS, SWAPS
 
-    own = {k: v for k, v in found.extended.instruments.items() if found.model.instruments.get(k) != v}
+    own = {k: v for k, v in diagnosis.extended.instruments.items() if diagnosis.model.instruments.get(k) != v}
     rows = []
     for name, value in own.items():
         unit = IN_DEGREES.get(INSTRUMENTS[name], INSTRUMENTS[name])
@@ -139,7 +139,7 @@ def instrument_rows(found: Diagnosis) -> list[tuple[str, str]]:
 # ---- errors and gain
 
 
-def gain_table(found: Diagnosis) -> Table:
+def gain_table(diagnosis: Diagnosis) -> Table:
     """Channel, RMSE before and after, their ratio with interval, R^2 before and after, share of the gap closed, and
     RMSE with each record's own neutral rudder angle and start."""
     columns = [
@@ -153,7 +153,7 @@ def gain_table(found: Diagnosis) -> Table:
         Column("own neutral angle and start: RMSE before", lambda row: _rmse(row, "own_before")),
         Column("after", lambda row: _rmse(row, "own_after")),
     ]
-    return make_table(columns, list(found.gain.items()), "Free-run errors on held-out records", GAIN)
+    return make_table(columns, list(diagnosis.gain.items()), "Free-run errors on held-out records", GAIN)
 
 
 def _rmse(row: tuple[str, Gain], name: str) -> str:
@@ -168,7 +168,7 @@ def ratio(gain: Gain) -> str:
     return interval(middle, gain.ratio_low, gain.ratio_high)
 
 
-def error_table(found: Diagnosis) -> Table:
+def error_table(diagnosis: Diagnosis) -> Table:
     """RMS, mean and correlation of the errors of every record and channel, before and after."""
     columns = [
         field("record"),
@@ -181,10 +181,10 @@ def error_table(found: Diagnosis) -> Table:
     ]
     rows = [
         _error_row(trace, name, run)
-        for trace in found.traces
+        for trace in diagnosis.traces
         for name in CHANNELS
         if name in trace.measured
-        for run in ("before", "after")[: 1 + bool(found.causes)]
+        for run in ("before", "after")[: 1 + bool(diagnosis.causes)]
     ]
     return make_table(columns, rows, note=STATISTICS)
 

@@ -90,7 +90,7 @@ def detail(value: object) -> str:
     return number(value) if isinstance(value, float) else said(str(value))
 
 
-def headline(found: Diagnosis) -> str:
+def headline(diagnosis: Diagnosis) -> str:
     """The verdict in at most LONGEST words: what is named, and what including it does to the heading (or the next known
     channel) of held-out records; the heading with each record's own neutral angle and start, which are not the model's,
     unless one neutral angle of all records is what is named."""
@@ -99,15 +99,15 @@ def headline(found: Diagnosis) -> str:
         "inconclusive": "the records do not allow a conclusion",
         "unexplained": "the simulation is wrong in a way that no known cause explains",
     }
-    told = f"{cause(found.verdict).capitalize()}: "
-    if found.verdict == "described":
-        return f"{told}{found.remaining[0].text.partition(';')[0]}, of no known cause{_ending(found)}"
-    if found.verdict in alone or not found.causes:
-        return f"{told}{alone.get(found.verdict, 'a part of the error is explained')}."
-    of_records, of_model = _by_stage(found)
+    told = f"{cause(diagnosis.verdict).capitalize()}: "
+    if diagnosis.verdict == "described":
+        return f"{told}{diagnosis.remaining[0].text.partition(';')[0]}, of no known cause{_ending(diagnosis)}"
+    if diagnosis.verdict in alone or not diagnosis.causes:
+        return f"{told}{alone.get(diagnosis.verdict, 'a part of the error is explained')}."
+    of_records, of_model = _by_stage(diagnosis)
     wrong = [f for f in of_model if f.cause == BaseCoefficients.id and not f.tied_with]
     names = [*_wrong_groups(wrong), *(tie(f) for f in (*of_model, *of_records) if f not in wrong)]
-    ending = _ending(found)
+    ending = _ending(diagnosis)
     for count in range(len(names), 0, -1):
         more = [f"{len(names) - count} more"] if count < len(names) else []
         line = f"{told}{in_line([*names[:count], *more])}{ending}"
@@ -116,10 +116,10 @@ def headline(found: Diagnosis) -> str:
     return f"{told}{len(names)} causes{ending}"
 
 
-def _ending(found: Diagnosis) -> str:
+def _ending(diagnosis: Diagnosis) -> str:
     """What the extended model does to the error of held-out records, at the end of a headline."""
-    gained = next((n for n in HEADLINED if n in found.gain and len(set(_before_and_after(found, n))) > 1), None)
-    return f"; held-out error {_without_trim(found) or _change(found, gained)}." if gained else "."
+    gained = next((n for n in HEADLINED if n in diagnosis.gain and len(set(_before_and_after(diagnosis, n))) > 1), None)
+    return f"; held-out error {_without_trim(diagnosis) or _change(diagnosis, gained)}." if gained else "."
 
 
 def remaining(force: RemainingForce) -> str:
@@ -137,17 +137,19 @@ def _wrong_groups(findings: Sequence[Finding]) -> list[str]:
     return titles or (["numbers of its own"] if findings else [])
 
 
-def verdict(found: Diagnosis) -> str:
+def verdict(diagnosis: Diagnosis) -> str:
     """The first sentences: what the records show by themselves, what the simulation lacks, and what including it does
     to the free-run error."""
-    return " ".join(part for part in (*_findings(found), gain_sentence(found), calibrated_sentence(found)) if part)
+    return " ".join(
+        part for part in (*_findings(diagnosis), gain_sentence(diagnosis), calibrated_sentence(diagnosis)) if part
+    )
 
 
-def _findings(found: Diagnosis) -> tuple[str, str]:
+def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     """What the records show without a model, and the verdict on the simulation."""
-    of_records, of_model = _by_stage(found)
+    of_records, of_model = _by_stage(diagnosis)
     shown = f"Found in the records themselves, and corrected: {_listed(of_records)}." if of_records else ""
-    lacking = _lacking(found, of_model) if of_model else "The simulation agrees with the records"
+    lacking = _lacking(diagnosis, of_model) if of_model else "The simulation agrees with the records"
     unexplained = "The simulation is wrong in a way that none of the known causes explains"
     best = f"; of these, {_listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
     return shown, {
@@ -158,22 +160,22 @@ def _findings(found: Diagnosis) -> tuple[str, str]:
         "named": f"{lacking}.",
         "partly_named": f"{lacking}; a part of its error remains." if of_model else "A part of its error remains.",
         "tied": f"{lacking}; the records cannot distinguish between the tied causes.",
-    }[found.verdict]
+    }[diagnosis.verdict]
 
 
-def _lacking(found: Diagnosis, findings: Sequence[Finding]) -> str:
+def _lacking(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     """What the simulation lacks; coefficients it has, and they are wrong."""
     wrong = [f for f in findings if f.cause == BaseCoefficients.id and not f.tied_with]
     lacked = [f for f in findings if f not in wrong]
-    parts = [f"has wrong {_groups(found, wrong) or _listed(wrong)}"] if wrong else []
+    parts = [f"has wrong {_groups(diagnosis, wrong) or _listed(wrong)}"] if wrong else []
     parts += [f"lacks {_listed(lacked)}"] if lacked else []
     return f"The simulation {' and '.join(parts)}"
 
 
-def _groups(found: Diagnosis, findings: Sequence[Finding]) -> str:
+def _groups(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     """Groups of coefficients with their numbers as changes: `propeller thrust (thrust_scale +33 %)`; empty where all
     are uncertain."""
-    numbers = [_changed(found.model, item) for finding in findings for item in finding.sizes]
+    numbers = [_changed(diagnosis.model, item) for finding in findings for item in finding.sizes]
     groups = in_line(_wrong_groups(findings))
     return f"{groups} ({', '.join(numbers)})" if numbers else ""
 
@@ -209,10 +211,10 @@ def in_line(parts: Sequence[str]) -> str:
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
-def _by_stage(found: Diagnosis) -> tuple[list[Finding], list[Finding]]:
+def _by_stage(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding]]:
     """Findings that the records show by themselves, for which they were corrected, and those of the simulation."""
-    of_records = [f for f in found.causes if f.stage == "kinematics"]
-    return of_records, [f for f in found.causes if f.stage != "kinematics"]
+    of_records = [f for f in diagnosis.causes if f.stage == "kinematics"]
+    return of_records, [f for f in diagnosis.causes if f.stage != "kinematics"]
 
 
 def _listed(findings: Sequence[Finding]) -> str:
@@ -224,49 +226,49 @@ def _listed(findings: Sequence[Finding]) -> str:
     return in_line(named)
 
 
-def gain_sentence(found: Diagnosis) -> str:
+def gain_sentence(diagnosis: Diagnosis) -> str:
     """How the extension changes the error on held-out records; empty where no gain was measured."""
-    shown = [name for name in ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s") if name in found.gain]
-    if not shown or not found.causes:
+    shown = [name for name in ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s") if name in diagnosis.gain]
+    if not shown or not diagnosis.causes:
         return ""
-    changed = [name for name in shown if len(set(_before_and_after(found, name))) > 1]
-    of_model = _by_stage(found)[1]
+    changed = [name for name in shown if len(set(_before_and_after(diagnosis, name))) > 1]
+    of_model = _by_stage(diagnosis)[1]
     error, what = "the free-run error on held-out records", "it" if len(of_model) == 1 else "them"
     if changed:
-        told = f"Including {what} changes {error}: {', '.join(_change(found, name) for name in changed[:2])}."
+        told = f"Including {what} changes {error}: {', '.join(_change(diagnosis, name) for name in changed[:2])}."
     else:
         opening = f"Including {what} leaves {error} as it is:" if of_model else f"{error.capitalize()} is"
-        told = f"{opening} {', '.join(_error(found, name) for name in shown[:2])}."
-    lost = [name for name in shown if found.gain[name].rmse_after > WORSE * found.gain[name].rmse_before]
+        told = f"{opening} {', '.join(_error(diagnosis, name) for name in shown[:2])}."
+    lost = [name for name in shown if diagnosis.gain[name].rmse_after > WORSE * diagnosis.gain[name].rmse_before]
     return f"{told} {worse(lost, 'extended')}" if lost else told
 
 
-def calibrated_sentence(found: Diagnosis) -> str:
+def calibrated_sentence(diagnosis: Diagnosis) -> str:
     """What moving all numbers of the base model under their priors would reach; empty where none was uncertain."""
-    shown = [n for n in ("yaw_rate_rad_s", "heading_rad") if n in found.calibrated_gain and n in found.gain]
-    same = all(found.calibrated_gain[n].rmse_after == found.gain[n].rmse_after for n in shown)
-    if found.calibrated is None or same:
+    shown = [n for n in ("yaw_rate_rad_s", "heading_rad") if n in diagnosis.calibrated_gain and n in diagnosis.gain]
+    same = all(diagnosis.calibrated_gain[n].rmse_after == diagnosis.gain[n].rmse_after for n in shown)
+    if diagnosis.calibrated is None or same:
         return ""
-    errors = [f"{number(channel(n)[2] * found.calibrated_gain[n].rmse_after)} {channel(n)[1]}" for n in shown]
+    errors = [f"{number(channel(n)[2] * diagnosis.calibrated_gain[n].rmse_after)} {channel(n)[1]}" for n in shown]
     return f"With all its numbers moved under their priors the errors are {in_line(errors)} (calibrated model)."
 
 
-def _before_and_after(found: Diagnosis, name: str) -> tuple[str, str]:
+def _before_and_after(diagnosis: Diagnosis, name: str) -> tuple[str, str]:
     """Errors of a channel as they are shown."""
-    gain, factor = found.gain[name], channel(name)[2]
+    gain, factor = diagnosis.gain[name], channel(name)[2]
     return number(factor * gain.rmse_before), number(factor * gain.rmse_after)
 
 
-def _change(found: Diagnosis, name: str) -> str:
-    (before, after), (word, unit, _) = _before_and_after(found, name), channel(name)
+def _change(diagnosis: Diagnosis, name: str) -> str:
+    (before, after), (word, unit, _) = _before_and_after(diagnosis, name), channel(name)
     return f"of the {word} from {before} to {after} {unit}"
 
 
-def _without_trim(found: Diagnosis) -> str:
+def _without_trim(diagnosis: Diagnosis) -> str:
     """The change of the heading's error with own neutral angles and starts; empty where it is not known, or where a
     neutral angle is named that is not each record's own."""
-    gain = found.gain.get("heading_rad")
-    shared = [f for f in found.causes if not f.sizes or any(size.record is None for size in f.sizes)]
+    gain = diagnosis.gain.get("heading_rad")
+    shared = [f for f in diagnosis.causes if not f.sizes or any(size.record is None for size in f.sizes)]
     named = {name for f in shared for name in (f.cause, *f.tied_with)}
     if gain is None or RudderOffset.id in named or not math.isfinite(gain.own_before + gain.own_after):
         return ""
@@ -275,9 +277,9 @@ def _without_trim(found: Diagnosis) -> str:
     return f"of the {word} without trim from {before} to {after} {unit}"
 
 
-def _error(found: Diagnosis, name: str) -> str:
+def _error(diagnosis: Diagnosis, name: str) -> str:
     word, unit, _ = channel(name)
-    return f"{_before_and_after(found, name)[0]} {unit} of the {word}"
+    return f"{_before_and_after(diagnosis, name)[0]} {unit} of the {word}"
 
 
 def worse(columns: Sequence[str], model: str) -> str:
@@ -286,7 +288,7 @@ def worse(columns: Sequence[str], model: str) -> str:
     return f"Held-out records are predicted worse than by the base model in {names}: use the {model} model with care."
 
 
-def ordered_bank(found: Diagnosis) -> list[Entry]:
+def ordered_bank(diagnosis: Diagnosis) -> list[Entry]:
     """All causes: those named first, then by evidence."""
 
     def key(entry: Entry) -> tuple:
@@ -294,12 +296,12 @@ def ordered_bank(found: Diagnosis) -> list[Entry]:
         p = 2.0 if entry.p_adjusted is None else entry.p_adjusted
         return place, p, -(entry.statistic or 0.0), entry.cause
 
-    return sorted(found.bank, key=key)
+    return sorted(diagnosis.bank, key=key)
 
 
-def hypothesis(found: Diagnosis) -> list[tuple[str, str]]:
+def hypothesis(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """The term that fits an unexplained effect best, as pairs of name and text."""
-    facts = found.hypothesis or {}
+    facts = diagnosis.hypothesis or {}
     rows = [("kind", cause(str(facts.get("hypothesis", ""))))]
     rows += [(f"{term['term']} on {term['acts_on']}", number(float(term["size"]))) for term in facts.get("terms", ())]
     outcomes = {True: "confirmed", False: "rejected", None: "not tested"}
@@ -307,26 +309,26 @@ def hypothesis(found: Diagnosis) -> list[tuple[str, str]]:
     return [*rows, ("on held-out records", outcomes[None if confirmed is None else bool(confirmed)])]
 
 
-def facts(found: Diagnosis) -> list[tuple[str, str]]:
+def facts(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """What the diagnosis was made with, as pairs of name and text."""
     given = {True: "known, from the model file", False: "identified together with the causes"}
-    files = {role: [name for name, own in found.records if own == role] for role in ("train", "held_out")}
+    files = {role: [name for name, own in diagnosis.records if own == role] for role in ("train", "held_out")}
     rows = [
-        ("model", f"{found.model.id} ({found.model.family})"),
-        ("base parameters", given[found.base_parameters == "file"]),
+        ("model", f"{diagnosis.model.id} ({diagnosis.model.family})"),
+        ("base parameters", given[diagnosis.base_parameters == "file"]),
         ("training records", ", ".join(files["train"])),
         ("held-out records", ", ".join(files["held_out"]) or "none: the gain was not measured"),
-        ("family-wise level", number(found.alpha)),
-        ("seed", str(found.seed)),
+        ("family-wise level", number(diagnosis.alpha)),
+        ("seed", str(diagnosis.seed)),
     ]
-    if found.wall_s > 0.0:
-        rows.append(("time", f"{found.wall_s:.1f} s ({found.cpu_s:.1f} s of processor time)"))
-    return [*rows, *noise_rows(found)]
+    if diagnosis.wall_s > 0.0:
+        rows.append(("time", f"{diagnosis.wall_s:.1f} s ({diagnosis.cpu_s:.1f} s of processor time)"))
+    return [*rows, *noise_rows(diagnosis)]
 
 
-def noise_rows(found: Diagnosis) -> list[tuple[str, str]]:
+def noise_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
     """The estimated noise model, as pairs of name and text."""
-    noise, rows = found.noise, []
+    noise, rows = diagnosis.noise, []
     sd = [_standard_deviation(name, value) for name, value in noise.get("sensor_sd", {}).items()]
     if noise.get("rudder_sd") is not None:
         sd.append(f"rudder {number(DEG * noise['rudder_sd'])} deg")

@@ -21,9 +21,9 @@ SIDES = {"training": COLOURS[0], "held out": COLOURS[1]}
 """Records -> colour of their coefficients."""
 
 
-def residual_drawings(found: Assessment) -> list[Drawing]:
+def residual_drawings(assessment: Assessment) -> list[Drawing]:
     """Of every channel the correlation of its residuals in time, and with the rudder."""
-    sides = {"training": found.train_residuals, "held out": found.held_out_residuals}
+    sides = {"training": assessment.train_residuals, "held out": assessment.held_out_residuals}
     channels = dict.fromkeys(one.channel for own in sides.values() for one in own)
     out = []
     for channel in channels:

@@ -21,35 +21,35 @@ if TYPE_CHECKING:
     from ..page import Page
 
 
-def page(found: Comparison) -> Page:
+def page(comparison: Comparison) -> Page:
     """The page of models or methods side by side."""
-    chosen = found.chosen
+    chosen = comparison.chosen
     return result_page(
-        f"{len(found.candidates)} candidates",
-        found.basis,
-        Verdict(GOOD, f"Chosen is {chosen.model.id} by {chosen.method}.", (comparison_note(found),)),
-        seen=[comparison_table(found)],
+        f"{len(comparison.candidates)} candidates",
+        comparison.basis,
+        Verdict(GOOD, f"Chosen is {chosen.model.id} by {chosen.method}.", (comparison_note(comparison),)),
+        seen=[comparison_table(comparison)],
         titles=("Candidates", *QUESTIONS[1:]),
     )
 
 
-def comparison_table(found: Comparison, title: str = "", note: str = "") -> Table:
+def comparison_table(comparison: Comparison, title: str = "", note: str = "") -> Table:
     """Candidates side by side: errors of free runs, parameters, time; the chosen one is marked."""
-    models = len({one.model.id for one in found.candidates}) > 1
-    methods = len({one.method for one in found.candidates}) > 1
+    models = len({one.model.id for one in comparison.candidates}) > 1
+    methods = len({one.method for one in comparison.candidates}) > 1
     columns = [Column("model", lambda one: one.model.id)] if models or not methods else []
     columns += [Column("method", lambda one: one.method)] if methods else []
     columns += [
         Column("coefficients", _coefficients, lambda one: one.n_parameters or None),
         Column("error", lambda one: number(one.error), lambda one: one.error),
     ]
-    columns += [column for channel in found.channels for column in _channel_columns(channel)]
+    columns += [column for channel in comparison.channels for column in _channel_columns(channel)]
     columns += [
         Column("parameters", _parameters_text),
         Column("time, s", lambda one: number(one.wall_s, 2), lambda one: one.wall_s),
-        Column("remark", lambda one: "chosen" if one is found.chosen else one.reason),
+        Column("remark", lambda one: "chosen" if one is comparison.chosen else one.reason),
     ]
-    return make_table(columns, found.candidates, title, note)
+    return make_table(columns, comparison.candidates, title, note)
 
 
 def _coefficients(one: Candidate) -> str:
@@ -78,31 +78,33 @@ def _parameters_text(one: Candidate) -> str:
     return ", ".join(shown if len(shown) <= 5 else [*shown[:4], "..."])
 
 
-def comparison_note(found: Comparison) -> str:
+def comparison_note(comparison: Comparison) -> str:
     """How the candidates were compared, in a few sentences."""
-    count = len(found.tested)
+    count = len(comparison.tested)
+    held_out = ", ".join(comparison.tested)
     how = {
-        HELD_OUT: f"Fitted to the training records, run freely along the held-out records ({', '.join(found.tested)}).",
+        HELD_OUT: f"Fitted to the training records, run freely along the held-out records ({held_out}).",
         TIME_BLOCKS: f"The record was cut into {count} blocks of time; each was left out of a fit and run freely.",
-    }.get(found.basis, f"Each of the {count} training records was left out of a fit and run freely.")
+    }.get(comparison.basis, f"Each of the {count} training records was left out of a fit and run freely.")
+    channels = ", ".join(map(shown_name, comparison.channels))
     return (
-        f"{how} Error: mean over {', '.join(map(shown_name, found.channels))} of sqrt(SSE/SST). Chosen is the least "
+        f"{how} Error: mean over {channels} of sqrt(SSE/SST). Chosen is the least "
         "error, or a model with fewer coefficients that is not worse by more than the standard error of the difference."
     )
 
 
-def comparison_figure(found: Comparison) -> Figure:
+def comparison_figure(comparison: Comparison) -> Figure:
     """The error of every candidate on each record that tests it, on a logarithmic axis; what failed is left out."""
     from ...models.figure import ShownFigure
 
-    shown = [one for one in found.candidates if np.isfinite(one.error)]
+    shown = [one for one in comparison.candidates if np.isfinite(one.error)]
     figure = ShownFigure(7.5, 1.2 + 0.32 * len(shown))
     axes = figure.subplots()
     for place, one in enumerate(shown):
-        colour = COLOURS[0] if one is found.chosen else SOFT
+        colour = COLOURS[0] if one is comparison.chosen else SOFT
         axes.plot(one.errors, [place] * len(one.errors), "|", color=colour, markersize=9)
         axes.plot(one.error, place, "o", color=colour)
     axes.set_yticks(range(len(shown)), [f"{one.model.id} by {one.method}" for one in shown])
-    axes.set(xscale="log", ylim=(len(shown) - 0.5, -0.5), xlabel=f"error of free runs, {found.basis}")
+    axes.set(xscale="log", ylim=(len(shown) - 0.5, -0.5), xlabel=f"error of free runs, {comparison.basis}")
     axes.grid(True, linewidth=0.3)
     return figure

@@ -63,32 +63,40 @@ NEXT = (
 )
 
 
-def page(found: Assessment) -> Page:
+def page(assessment: Assessment) -> Page:
     """The page of an identification."""
-    tested = "nothing" if found.held_out is None else ", ".join(record.name for record in found.held_out.records)
-    judged = "training" if found.held_out is None else "held-out"
-    runs = of_validation(found.held_out, "held_out") if found.held_out is not None else []
-    first, each = overlays([*runs, *of_validation(found.train, "train")])
-    trained = ", ".join(record.name for record in found.train.records)
-    state = "" if found.estimate.converged else "; not converged"
+    tested = (
+        "nothing" if assessment.held_out is None else ", ".join(record.name for record in assessment.held_out.records)
+    )
+    judged = "training" if assessment.held_out is None else "held-out"
+    runs = of_validation(assessment.held_out, "held_out") if assessment.held_out is not None else []
+    first, each = overlays([*runs, *of_validation(assessment.train, "train")])
+    trained = ", ".join(record.name for record in assessment.train.records)
+    state = "" if assessment.estimate.converged else "; not converged"
     return result_page(
-        f"{found.name} from {trained}",
+        f"{assessment.name} from {trained}",
         f"{tested} held out{state}",
-        Verdict(TONES[found.verdict], headline(found), tuple(statement(found))),
-        seen=[first, _titled(free_table(found.judged), f"Free runs of {judged} records"), left_out_table(found.judged)],
-        changed=[
-            assessed_table(found) if found.parameters else "A black box has no parameters.",
-            _candidates(found.comparison),
+        Verdict(TONES[assessment.verdict], headline(assessment), tuple(statement(assessment))),
+        seen=[
+            first,
+            _titled(free_table(assessment.judged), f"Free runs of {judged} records"),
+            left_out_table(assessment.judged),
         ],
-        remains=[residual_table(found), items([f"{line}." for line in trusted_lines(found.judged)])],
-        following=[items(next_lines(found))],
+        changed=[
+            assessed_table(assessment) if assessment.parameters else "A black box has no parameters.",
+            _candidates(assessment.comparison),
+        ],
+        remains=[residual_table(assessment), items([f"{line}." for line in trusted_lines(assessment.judged)])],
+        following=[items(next_lines(assessment))],
         details=[
-            Section("Errors ahead", (horizon_table(found.judged), f"Times ahead: {found.judged.horizon_basis}.")),
-            *_of_training(found),
-            Section("Correlation of the residuals", (*residual_drawings(found), Note(RESIDUALS))),
-            Section("What the records tell of the parameters", _told(found)),
-            Section("Every manoeuvre that was tried", (next_table(found), Note(NEXT))),
-            *_compared(found, judged),
+            Section(
+                "Errors ahead", (horizon_table(assessment.judged), f"Times ahead: {assessment.judged.horizon_basis}.")
+            ),
+            *_of_training(assessment),
+            Section("Correlation of the residuals", (*residual_drawings(assessment), Note(RESIDUALS))),
+            Section("What the records tell of the parameters", _told(assessment)),
+            Section("Every manoeuvre that was tried", (next_table(assessment), Note(NEXT))),
+            *_compared(assessment, judged),
             each,
             Section("How to read it", (items([RUNS, PARAMETERS]),)),
         ],
@@ -96,104 +104,123 @@ def page(found: Assessment) -> Page:
     )
 
 
-def _candidates(found: Comparison | None) -> Table | None:
+def _candidates(comparison: Comparison | None) -> Table | None:
     """What the model was compared with; None where it was not."""
-    return None if found is None else comparison_table(found, "Compared with others", comparison_note(found))
+    return (
+        None
+        if comparison is None
+        else comparison_table(comparison, "Compared with others", comparison_note(comparison))
+    )
 
 
-def _of_training(found: Assessment) -> list[Section]:
+def _of_training(assessment: Assessment) -> list[Section]:
     """Errors of training records, where others judge the model."""
-    if found.held_out is None:
+    if assessment.held_out is None:
         return []
-    return [Section("Free runs of training records", (free_table(found.train), left_out_table(found.train)))]
+    return [Section("Free runs of training records", (free_table(assessment.train), left_out_table(assessment.train)))]
 
 
 def _titled(table: Table, title: str) -> Table:
     return replace(table, title=title)
 
 
-def _told(found: Assessment) -> tuple[Table | Items | Note, ...]:
-    told = found.identifiability
+def _told(assessment: Assessment) -> tuple[Table | Items | Note, ...]:
+    told = assessment.identifiability
     if told is None:
         return ()
     noise = ", ".join(f"{shown_name(channel)} ({sd:.2g})" for channel, sd in told.noise_sd.items())
     note = (
         f"Cramér-Rao bounds of the free run at the estimate, for white noise on {noise}, with unknown initial states."
     )
-    if found.verdict != EXPLAINS:
+    if assessment.verdict != EXPLAINS:
         note += " They count the sensors' noise alone: the model does not explain the records, true errors are larger."
-    return told_table(found), items(told.group_lines()), Note(note)
+    return told_table(assessment), items(told.group_lines()), Note(note)
 
 
-def _compared(found: Assessment, judged: str) -> list[Section]:
+def _compared(assessment: Assessment, judged: str) -> list[Section]:
     """Runs of the candidates side by side; nothing where none were compared."""
-    if found.compared is None:
+    if assessment.compared is None:
         return []
-    runs = tuple(of_validation(found.compared))
+    runs = tuple(of_validation(assessment.compared))
     title = f"Free runs along the {judged} records, each fitted to all training records"
     return [Section(title, (Overlays(runs),))]
 
 
-def headline(found: Assessment) -> str:
+def headline(assessment: Assessment) -> str:
     """The verdict in one sentence, which names the model where it was chosen from several."""
-    chosen = _chosen(found)
-    if found.verdict == FAILS:
+    chosen = _chosen(assessment)
+    if assessment.verdict == FAILS:
         model = f"this model{f': it is {chosen}' if chosen else ''}"
-        far = f" further ahead than {found.trusted_s:.3g} s" if found.trusted_s > 0.0 and not found.diverged else ""
+        far = (
+            f" further ahead than {assessment.trusted_s:.3g} s"
+            if assessment.trusted_s > 0.0 and not assessment.diverged
+            else ""
+        )
         return f"Do not predict{far} with {model}."
     model = f"{chosen[0].upper()}{chosen[1:]}," if chosen else "The model"
-    told = "explains the records" if found.verdict == EXPLAINS else "approximates the records, it does not explain them"
+    told = (
+        "explains the records"
+        if assessment.verdict == EXPLAINS
+        else "approximates the records, it does not explain them"
+    )
     return f"{model} {told}."
 
 
-def _chosen(found: Assessment) -> str:
+def _chosen(assessment: Assessment) -> str:
     """The name of a model that was chosen from several, and from how many; '' where it was not."""
-    compared, own = found.comparison, (found.estimate.model.id, found.estimate.method)
+    compared, own = assessment.comparison, (assessment.estimate.model.id, assessment.estimate.method)
     if compared is None:
         return ""
     tried = {(one.model.id, one.method) for one in compared.candidates if one.squares} | {own}
     beaten = [(one.model.id, one.method) for one in compared.candidates if one is not compared.chosen]
-    return "" if own in beaten or len(tried) < 2 else f"the best of {len(tried)} models, {found.name}"
+    return "" if own in beaten or len(tried) < 2 else f"the best of {len(tried)} models, {assessment.name}"
 
 
-def statement(found: Assessment) -> list[str]:
+def statement(assessment: Assessment) -> list[str]:
     """Why, and what else the reader must know, in sentences."""
-    lines = [_misfit(found), *_reach(found), *_held_out(found), *_correlated(found), *_biases(found)]
-    lines += _undetermined(found)
-    lines += [f"{found.estimate.method}: {found.estimate.message}."] if found.estimate.message else []
-    return [line for line in (*lines, *found.doubts) if line]
+    lines = [
+        _misfit(assessment),
+        *_reach(assessment),
+        *_held_out(assessment),
+        *_correlated(assessment),
+        *_biases(assessment),
+    ]
+    lines += _undetermined(assessment)
+    lines += [f"{assessment.estimate.method}: {assessment.estimate.message}."] if assessment.estimate.message else []
+    return [line for line in (*lines, *assessment.doubts) if line]
 
 
-def _misfit(found: Assessment) -> str:
-    if found.diverged:
-        return f"Its free run diverges along {in_line(list(dict.fromkeys(found.diverged)))}."
-    told = f"Free runs of the training records have R² {_together(found.train)}."
-    if found.held_out is not None:
-        told = (
-            f"Free runs have R² {_together(found.held_out)} on held-out, {_together(found.train)} on training records."
-        )
-    if found.exceeding:
-        sizes = ", ".join(_size(one) for one in _worst(found.exceeding))
+def _misfit(assessment: Assessment) -> str:
+    if assessment.diverged:
+        return f"Its free run diverges along {in_line(list(dict.fromkeys(assessment.diverged)))}."
+    train = _together(assessment.train)
+    told = f"Free runs of the training records have R² {train}."
+    if assessment.held_out is not None:
+        told = f"Free runs have R² {_together(assessment.held_out)} on held-out, {train} on training records."
+    if assessment.exceeding:
+        sizes = ", ".join(_size(one) for one in _worst(assessment.exceeding))
         return f"{told} Their residuals exceed the sensors' noise: {sizes}."
-    if not found.train_residuals:
+    if not assessment.train_residuals:
         return told
-    largest = max((*found.train_residuals, *found.held_out_residuals), key=lambda one: one.ratio)
+    largest = max((*assessment.train_residuals, *assessment.held_out_residuals), key=lambda one: one.ratio)
     name, ratio = shown_name(largest.channel), number(largest.ratio, 2)
-    limit = f"; up to {ADEQUATE:g} times counts as explained" if found.verdict == EXPLAINS else ""
+    limit = f"; up to {ADEQUATE:g} times counts as explained" if assessment.verdict == EXPLAINS else ""
     size = f"residuals are at most {ratio} times the sensors' noise ({name}{limit})."
-    return f"{told} {'Their' if found.r2 >= POOR else 'From the starts that fit best, their'} {size}"
+    return f"{told} {'Their' if assessment.r2 >= POOR else 'From the starts that fit best, their'} {size}"
 
 
-def _reach(found: Assessment) -> list[str]:
+def _reach(assessment: Assessment) -> list[str]:
     """How far a model predicts whose errors along whole records are large."""
-    if found.verdict == FAILS or found.r2 >= POOR:
+    if assessment.verdict == FAILS or assessment.r2 >= POOR:
         return []
-    return [f"Predict no further ahead than {found.trusted_s:.3g} s: along whole records its errors grow too large."]
+    return [
+        f"Predict no further ahead than {assessment.trusted_s:.3g} s: along whole records its errors grow too large."
+    ]
 
 
-def _biases(found: Assessment) -> list[str]:
+def _biases(assessment: Assessment) -> list[str]:
     """A neutral rudder angle or a yaw rate bias that would lower the errors, and what it changes."""
-    biases = found.biases
+    biases = assessment.biases
     if biases is None:
         return []
     sizes = in_line([size(replace(one, parameter=BIASES[one.parameter])) for one in biases.sizes])
@@ -202,7 +229,7 @@ def _biases(found: Assessment) -> list[str]:
         unit, factor = shown_unit(channel)
         before, after = (number(factor * side[channel]) for side in (biases.before, biases.after))
         errors.append(f"the free-run error of the {shown_name(channel)} from {before} to {after} {unit}")
-    old, new = found.estimate.parameters, biases.parameters
+    old, new = assessment.estimate.parameters, biases.parameters
     moved = {n: abs(new[n] - x) / abs(x) for n, x in old.items() if n in new and x != 0.0}
     most = sorted((n for n, share in moved.items() if share > CHANGED), key=lambda n: -moved[n])[:MOST_CHANGED]
     changes = [f"{n} from {number(old[n])} to {number(new[n])}" for n in old if n in most]
@@ -210,9 +237,9 @@ def _biases(found: Assessment) -> list[str]:
     return [f"{told} The identified numbers are without it."]
 
 
-def _together(found: Validation) -> str:
+def _together(validation: Validation) -> str:
     """R^2 of all channels together."""
-    score = found.score(None)
+    score = validation.score(None)
     return r_squared(np.nan if score is None else score.r2)
 
 
@@ -230,47 +257,55 @@ def _size(one: ChannelResiduals) -> str:
     return f"{shown_name(one.channel)} {number(factor * one.rms)} {unit} ({number(one.ratio, 2)} times)"
 
 
-def _held_out(found: Assessment) -> list[str]:
-    if found.held_out is None:
+def _held_out(assessment: Assessment) -> list[str]:
+    if assessment.held_out is None:
         return ["No record was held out: nothing shows how the model predicts other runs."]
     grown = []
-    for channel in dict.fromkeys(score.channel for score in found.held_out.scores if score.channel):
-        here, there = found.held_out.score(channel), found.train.score(channel)
-        if here is not None and there is not None and not found.diverged and here.rmse > GROWS * there.rmse > 0.0:
+    for channel in dict.fromkeys(score.channel for score in assessment.held_out.scores if score.channel):
+        here, there = assessment.held_out.score(channel), assessment.train.score(channel)
+        if here is not None and there is not None and not assessment.diverged and here.rmse > GROWS * there.rmse > 0.0:
             grown.append(f"{shown_name(channel)} {number(here.rmse / there.rmse, 2)} times")
     lines = [f"Errors on held-out records are larger than on training records: {', '.join(grown)}."] if grown else []
-    if found.comparison is not None and found.comparison.basis == "held out" and len(found.comparison.candidates) > 1:
+    if (
+        assessment.comparison is not None
+        and assessment.comparison.basis == "held out"
+        and len(assessment.comparison.candidates) > 1
+    ):
         lines.append("The held-out records also compared the candidates: their errors are no independent test.")
     return lines
 
 
-def _correlated(found: Assessment) -> list[str]:
+def _correlated(assessment: Assessment) -> list[str]:
     lines = []
-    if found.rudder_left:
-        names = in_line([shown_name(channel) for channel in found.rudder_left])
+    if assessment.rudder_left:
+        names = in_line([shown_name(channel) for channel in assessment.rudder_left])
         lines.append(f"Residuals of {names} depend on the rudder: the equations lack something that the rudder does.")
-    if found.correlated:
-        names = in_line([shown_name(channel) for channel in found.correlated])
+    if assessment.correlated:
+        names = in_line([shown_name(channel) for channel in assessment.correlated])
         lines.append(f"Residuals of {names} are correlated in time: standard errors and intervals are too small.")
     return lines
 
 
-def _undetermined(found: Assessment) -> list[str]:
-    if found.identifiability is None:
-        return [f"What the records tell of the parameters is not known: {found.not_told}."] if found.not_told else []
-    poor = found.identifiability.names[2]
-    total = len(found.parameters)
+def _undetermined(assessment: Assessment) -> list[str]:
+    if assessment.identifiability is None:
+        return (
+            [f"What the records tell of the parameters is not known: {assessment.not_told}."]
+            if assessment.not_told
+            else []
+        )
+    poor = assessment.identifiability.names[2]
+    total = len(assessment.parameters)
     lines = [f"The records do not determine {len(poor)} of {total} parameters: {in_line(poor)}."] if poor else []
-    return [*lines, *map(_combined, found.identifiability.combinations)]
+    return [*lines, *map(_combined, assessment.identifiability.combinations)]
 
 
 def _combined(group: ParameterGroup) -> str:
     return f"{in_line(group.names)} are known well only in combination: {group.known}."
 
 
-def next_lines(found: Assessment) -> list[str]:
+def next_lines(assessment: Assessment) -> list[str]:
     """What to sail next, where the records leave something open."""
-    told = found.identifiability
+    told = assessment.identifiability
     if told is None or not told.candidates:
         return []
     best = told.candidates[0]

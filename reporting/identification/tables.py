@@ -32,9 +32,9 @@ def profile_interval(profile: Mapping[str, Any]) -> str:
     return f"{left}{number(profile['low'], DIGITS)}, {number(profile['high'], DIGITS)}{right}"
 
 
-def assessed_table(found: Assessment) -> Table:
+def assessed_table(assessment: Assessment) -> Table:
     """Every parameter with its interval, what the records allow at best, and published values."""
-    profiles = found.estimate.extra.get("profile", {})
+    profiles = assessment.estimate.extra.get("profile", {})
     columns = [
         Column("parameter", lambda one: one.name),
         Column(
@@ -45,7 +45,7 @@ def assessed_table(found: Assessment) -> Table:
         Column("smallest possible", lambda one: share(one.bound), lambda one: one.bound),
         Column("published for ships of the kind", _published),
     ]
-    return make_table(columns, found.parameters)
+    return make_table(columns, assessment.parameters)
 
 
 def _with_interval(one: ParameterTold, profile: Mapping[str, Any] | None) -> str:
@@ -72,10 +72,10 @@ def _published(one: ParameterTold) -> str:
     return f"{low} to {high} ({len(values)} vessels)"
 
 
-def residual_table(found: Assessment) -> Table:
+def residual_table(assessment: Assessment) -> Table:
     """Residuals of free runs: a row a channel of each side."""
-    rows = [("training", one) for one in found.train_residuals]
-    rows += [("held out", one) for one in found.held_out_residuals]
+    rows = [("training", one) for one in assessment.train_residuals]
+    rows += [("held out", one) for one in assessment.held_out_residuals]
     columns = [
         Column("records", lambda row: row[0]),
         Column("channel", lambda row: shown_name(row[1].channel)),
@@ -97,9 +97,9 @@ def _outside(one: Correlation) -> str:
     return f"{one.outside} of {one.values.size}"
 
 
-def told_table(found: Assessment) -> Table:
+def told_table(assessment: Assessment) -> Table:
     """How well the records determine each parameter."""
-    told = () if found.identifiability is None else found.identifiability.parameters
+    told = () if assessment.identifiability is None else assessment.identifiability.parameters
     columns = [
         Column("parameter", lambda one: one.name),
         Column("value", lambda one: number(one.value, DIGITS), lambda one: one.value),
@@ -109,9 +109,9 @@ def told_table(found: Assessment) -> Table:
     return make_table(columns, told)
 
 
-def next_table(found: Assessment) -> Table:
+def next_table(assessment: Assessment) -> Table:
     """Further manoeuvres by what they would tell."""
-    told = () if found.identifiability is None else found.identifiability.candidates
+    told = () if assessment.identifiability is None else assessment.identifiability.candidates
     columns = [
         Column("manoeuvre", lambda one: one.manoeuvre),
         Column("information, nats", lambda one: number(one.information, 2), lambda one: one.information),

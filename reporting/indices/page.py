@@ -22,33 +22,33 @@ UNITS |= {"lengths": "lengths", "cables": "cables", "ratio": ""}
 TITLES = ("Indices given and of the model", "The model", "What to know", "")
 
 
-def page(found: ModelFromIndices) -> Page:
+def page(result: ModelFromIndices) -> Page:
     """The page of a model from indices."""
-    first, *told = statement(found)
+    first, *told = statement(result)
     return result_page(
-        f"Model {found.model.id}",
-        found.model.title,
-        Verdict(FAIR if found.undetermined or found.missed else GOOD, f"{first.partition(': ')[2]}."),
-        seen=[index_table(found)],
-        changed=[parameter_table(found)],
+        f"Model {result.model.id}",
+        result.model.title,
+        Verdict(FAIR if result.undetermined or result.missed else GOOD, f"{first.partition(': ')[2]}."),
+        seen=[index_table(result)],
+        changed=[parameter_table(result)],
         remains=[items([f"{line[:1].upper()}{line[1:]}." for line in told])],
         titles=TITLES,
     )
 
 
-def statement(found: ModelFromIndices) -> list[str]:
+def statement(result: ModelFromIndices) -> list[str]:
     """What the indices determine, what the model cannot give, and what the intervals hold for."""
-    given = [row for row in found.indices if row.given is not None]
-    lines = [f"{found.model.id}: {found.model.family} from {len(given)} indices"]
-    if found.undetermined:
-        lines.append(f"not determined by these indices, usual values are taken: {', '.join(found.undetermined)}")
-    for row in found.missed:
+    given = [row for row in result.indices if row.given is not None]
+    lines = [f"{result.model.id}: {result.model.family} from {len(given)} indices"]
+    if result.undetermined:
+        lines.append(f"not determined by these indices, usual values are taken: {', '.join(result.undetermined)}")
+    for row in result.missed:
         name, unit = named_key(row.key)
         values = f"{number(row.predicted)} {unit}".strip() + f" where {number(row.given)} is given"
         lines.append(f"the model does not give the {name} of {row.manoeuvre}: {values}")
-    if found.excess > 1.0:
-        lines.append(f"intervals are wider by {number(found.excess)}, as the model misses the indices by so much more")
-    if any(abs(row.misfit) > CONTRADICTORY for row in found.missed):
+    if result.excess > 1.0:
+        lines.append(f"intervals are wider by {number(result.excess)}, as the model misses the indices by so much more")
+    if any(abs(row.misfit) > CONTRADICTORY for row in result.missed):
         lines.append("the indices contradict each other, or the ship moves unlike this family: check numbers and units")
     lines.append("intervals are for 95 % and for a ship that moves as this family does, alike to both sides")
     return [*lines, "real ships do not quite: docs/how-to/from-indices.md tells by how much predictions were wrong"]
@@ -61,7 +61,7 @@ def named_key(key: str) -> tuple[str, str]:
     return short.replace("_", " "), UNITS.get(ending, "")
 
 
-def parameter_table(found: ModelFromIndices) -> Table:
+def parameter_table(result: ModelFromIndices) -> Table:
     """Parameters with their intervals."""
     return make_table(
         (
@@ -69,7 +69,7 @@ def parameter_table(found: ModelFromIndices) -> Table:
             Column("value", lambda row: number(row.value), lambda row: row.value),
             Column("95 % interval", _interval),
         ),
-        found.parameters,
+        result.parameters,
     )
 
 
@@ -77,7 +77,7 @@ def _interval(row: ParameterRow) -> str:
     return f"{number(row.interval[0])} to {number(row.interval[1])}" if row.interval else "not determined"
 
 
-def index_table(found: ModelFromIndices) -> Table:
+def index_table(result: ModelFromIndices) -> Table:
     """Indices given and of the model."""
     return make_table(
         (
@@ -90,5 +90,5 @@ def index_table(found: ModelFromIndices) -> Table:
             Column("difference", lambda row: number(row.difference), lambda row: row.difference),
             Column("95 % interval", lambda row: f"{number(row.low)} to {number(row.high)}"),
         ),
-        found.indices,
+        result.indices,
     )

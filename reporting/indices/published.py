@@ -179,10 +179,10 @@ def page(ships: Sequence[TriedShip]) -> str:
     return "\n".join([*lines, "", "## Root mean square errors over these ships", "", markdown(_summary(every)), ""])
 
 
-def _held(found: ModelFromIndices, rows: Sequence[TriedIndex]) -> Iterator[str]:
+def _held(result: ModelFromIndices, rows: Sequence[TriedIndex]) -> Iterator[str]:
     """Whether the intervals of predicted indices hold those of the ship."""
     own = {(row.manoeuvre, row.key): row.own for row in rows}
-    for index in found.indices:
+    for index in result.indices:
         true = own.get((index.manoeuvre, index.key))
         if index.given is None and true is not None and index.low is not None and index.high is not None:
             name, unit = named_key(index.key)

@@ -158,24 +158,24 @@ def _chosen(
     return median(own[best, np.arange(runs.shape[1])])
 
 
-def summary(found: Sequence[Tested]) -> str:
+def summary(tested: Sequence[Tested]) -> str:
     """The shares of good advice, with 95 % intervals (Wilson), and the plain rules beside it."""
-    if not found:
+    if not tested:
         return "No situation could be judged."
     return (
-        f"In {len(found)} fresh situations the method that is advised errs less than {GOOD:g} times the least "
-        f"error of all methods in {_good([one.regret for one in found])}. Without the floor, below "
-        f"which errors count as {FLOOR:g}, it does so in {_good([one.regret_without_floor for one in found])}. "
+        f"In {len(tested)} fresh situations the method that is advised errs less than {GOOD:g} times the least "
+        f"error of all methods in {_good([one.regret for one in tested])}. Without the floor, below "
+        f"which errors count as {FLOOR:g}, it does so in {_good([one.regret_without_floor for one in tested])}. "
         f"The best on one more record of the methods that it lists does so in "
-        f"{_good([one.chosen_regret for one in found])}. {_plain_rules(found)}"
+        f"{_good([one.chosen_regret for one in tested])}. {_plain_rules(tested)}"
     )
 
 
-def _plain_rules(found: Sequence[Tested]) -> str:
+def _plain_rules(tested: Sequence[Tested]) -> str:
     """The plain rules beside the advice, for each kind of equations."""
     parts = []
     for kind in ("own equations", "other equations"):
-        if own := [one for one in found if one.situation.kind.startswith(kind)]:
+        if own := [one for one in tested if one.situation.kind.startswith(kind)]:
             rules = [("the advice", [one.regret for one in own])]
             rules += [(f"always {name}", [one.plain_regret(name) for one in own]) for name in PLAIN_RULES]
             told = "; ".join(f"{name} {_good(regrets)}" for name, regrets in rules)
@@ -197,13 +197,13 @@ def _good(regrets: Sequence[float]) -> str:
     return f"{share} [{percent(low)}, {percent(high)}], median regret {number(median(regrets))}"
 
 
-def report(found: Sequence[Tested], drawn: int, seed: int) -> str:
+def report(tested: Sequence[Tested], drawn: int, seed: int) -> str:
     """The page of the test as Markdown; drawn : number of situations, also of those that could not be judged."""
-    kinds = sorted({one.situation.kind for one in found})
-    by_kind = [(kind, [one for one in found if one.situation.kind == kind]) for kind in kinds]
-    parts = ["# The advice tested", summary(found), EXPLAINED]
-    parts += ["## By kind of situation", markdown(_kinds(by_kind)), "## Situations", markdown(_situations(found))]
-    left = drawn - len(found)
+    kinds = sorted({one.situation.kind for one in tested})
+    by_kind = [(kind, [one for one in tested if one.situation.kind == kind]) for kind in kinds]
+    parts = ["# The advice tested", summary(tested), EXPLAINED]
+    parts += ["## By kind of situation", markdown(_kinds(by_kind)), "## Situations", markdown(_situations(tested))]
+    left = drawn - len(tested)
     told = (
         f"; in {left} no method applies to the channels that are measured, or the board has no answer" if left else ""
     )
@@ -231,7 +231,7 @@ def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:
     return make_table(columns, [row(kind, own) for kind, own in by_kind])
 
 
-def _situations(found: Sequence[Tested]) -> Table:
+def _situations(tested: Sequence[Tested]) -> Table:
     rows = [
         {
             "ship": one.situation.vessel,
@@ -246,7 +246,7 @@ def _situations(found: Sequence[Tested]) -> Table:
             "best": f"{one.best} ({number(one.least)})",
             "regret": one.regret,
         }
-        for one in sorted(found, key=lambda one: -one.regret)
+        for one in sorted(tested, key=lambda one: -one.regret)
     ]
     names = ("ship", "model", "train", "predict", "noise", "disturbance", "asked", "advice", "list", "best")
     columns = [*map(column, names), Column("regret", lambda row: _told(row["regret"]), lambda row: row["regret"])]
@@ -315,10 +315,10 @@ def _places(board: Contest, one: Situation, **more: str) -> np.ndarray:
     return np.flatnonzero(keep)
 
 
-def as_rows(found: Sequence[Tested]) -> list[dict[str, Any]]:
+def as_rows(tested: Sequence[Tested]) -> list[dict[str, Any]]:
     """Plain values, one row a situation, for machines."""
     return [
         {**vars(one.situation), "advised": one.advice.method, "error": one.error, "best": one.best, "least": one.least}
         | {"regret": one.regret, "listed": one.advice.listed, "chosen_error": one.chosen_error}
-        for one in found
+        for one in tested
     ]

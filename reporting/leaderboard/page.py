@@ -88,15 +88,15 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
 
 
 def markdown(
-    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict], found: Statistics
+    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict], statistics: Statistics
 ) -> str:
     """The report as Markdown text; cells are listed where no true parameters are known, as in measured sets."""
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
-    parts += [*answer_lines(found), *map(tables.in_markdown, statements(found))]
+    parts += [*answer_lines(statistics), *map(tables.in_markdown, statements(statistics))]
     unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
     details = detail_tables(standings.details(board.cells[unknown], board.estimates))
     tail = [uncertainty_table(results), failure_table(board.failures), timing_table(timings)]
-    first = [overall_table(board.overall), choice_table(board.by), tuner_table(found.board), ahead_table(results)]
+    first = [overall_table(board.overall), choice_table(board.by), tuner_table(statistics.board), ahead_table(results)]
     for table in [*first, *matrices(board.overall, board.by), *details, *tail]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
@@ -109,7 +109,7 @@ def html(
     results: Frame,
     board: Leaderboard,
     timings: Sequence[dict],
-    found: Statistics,
+    statistics: Statistics,
     data: str,
     main: str = "",
     advice: str = "",
@@ -131,12 +131,12 @@ def html(
         data=data,
         main=main,
         advice=advice,
-        charts=found.charts(),
-        statements=statements(found),
-        sensitivity=found.sensitivity_table(),
+        charts=statistics.charts(),
+        statements=statements(statistics),
+        sensitivity=statistics.sensitivity_table(),
         overall=overall_table(board.overall),
         choice=choice_table(board.by),
-        tuners=tuner_table(found.board),
+        tuners=tuner_table(statistics.board),
         ahead=ahead_table(results),
         by_record=record_table(results),
         matrices=matrices(board.overall, board.by),
@@ -148,15 +148,15 @@ def html(
     )
 
 
-def answer_lines(found: Statistics) -> list[str]:
+def answer_lines(statistics: Statistics) -> list[str]:
     """The headlines in bold type, a paragraph each."""
-    return [f"**{tables.in_markdown(line)}**" for line in answer(found.board).splitlines()]
+    return [f"**{tables.in_markdown(line)}**" for line in answer(statistics.board).splitlines()]
 
 
-def statements(found: Statistics) -> list[str]:
+def statements(statistics: Statistics) -> list[str]:
     """Grey against black boxes, tuners at equal budgets, and what the tests say, in sentences."""
-    boxes = [found.grey_black.sentence()] if found.grey_black else []
-    return [*boxes, *(budget.sentence() for budget in budgets(found.board)), *found.statements()]
+    boxes = [statistics.grey_black.sentence()] if statistics.grey_black else []
+    return [*boxes, *(budget.sentence() for budget in budgets(statistics.board)), *statistics.statements()]
 
 
 def headline(manifest: Mapping[str, Any], results: Frame) -> str:

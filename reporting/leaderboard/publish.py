@@ -247,7 +247,7 @@ def readme(
     results: Frame,
     board: Leaderboard,
     lines: Sequence[str],
-    found: Statistics,
+    statistics: Statistics,
     findings: Sequence[Finding],
     tuning: Contest | None = None,
     advice: str = "",
@@ -282,7 +282,7 @@ def readme(
             "\n".join(listed),
             *(_section(tuner_table(tuning)) if tuning else []),
             "## Statistics",
-            *map(tables.in_markdown, found.statements()),
+            *map(tables.in_markdown, statistics.statements()),
         ]
     ) + "\n"  # fmt: skip
 

@@ -46,15 +46,15 @@ LIMITS = (
 )
 
 
-def certificate(found: Validation) -> str:
+def certificate(validation: Validation) -> str:
     """The page of the first model, self-contained, for one sheet of paper."""
-    name, model = next(iter(found.models.items()))
+    name, model = next(iter(validation.models.items()))
     own = replace(
-        found,
+        validation,
         models={name: model},
-        scores=tuple(score for score in found.scores if score.model == name),
-        indices=tuple(index for index in found.indices if index.model == name),
-        trusted_s={key: time for key, time in found.trusted_s.items() if key == name},
+        scores=tuple(score for score in validation.scores if score.model == name),
+        indices=tuple(index for index in validation.indices if index.model == name),
+        trusted_s={key: time for key, time in validation.trusted_s.items() if key == name},
     )
     first, *told = trusted_lines(own) or ["no time ahead was tried: the records are too short"]
     parts = (
@@ -103,24 +103,24 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
     return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
 
-def whole_reach(found: Validation) -> Reach:
+def whole_reach(validation: Validation) -> Reach:
     """The ranges of all records together."""
-    each = [reach_of(record) for record in found.records]
+    each = [reach_of(record) for record in validation.records]
     return Reach(*(_ends(np.array([getattr(one, field) for one in each]).ravel()) for field in Reach._fields))
 
 
-def limits(found: Validation) -> list[str]:
+def limits(validation: Validation) -> list[str]:
     """Sentences: beyond what the certificate says nothing."""
-    reach, lines = whole_reach(found), []
+    reach, lines = whole_reach(validation), []
     for field, (title, unit, factor) in REACHES.items():
         low, high = (factor * end for end in getattr(reach, field))
         known = np.isfinite(low)
         lines.append(f"{title} {number(low)} to {number(high)} {unit}" if known else f"{title}: not measured")
-    diverged = [f"{run.record}: {run.told}" for run in found.runs if run.told and run.model in found.models]
+    diverged = [f"{run.record}: {run.told}" for run in validation.runs if run.told and run.model in validation.models]
     return [*lines, *diverged]
 
 
-def record_table(found: Validation) -> Table:
+def record_table(validation: Validation) -> Table:
     """A row a record: duration, samples and ranges."""
     columns = [
         Column("record", lambda record: record.name),
@@ -129,7 +129,7 @@ def record_table(found: Validation) -> Table:
     ]
     for field, (title, unit, factor) in REACHES.items():
         columns.append(Column(f"{title}, {unit}", lambda r, f=field, k=factor: _range(getattr(reach_of(r), f), k)))
-    return make_table(columns, found.records)
+    return make_table(columns, validation.records)
 
 
 def _range(ends: tuple[float, float], factor: float) -> str:

@@ -32,32 +32,32 @@ INDICES = (
 NO_INDICES = "The records hold neither a zigzag nor a turning circle from which indices can be read."
 
 
-def page(found: Validation) -> Page:
+def page(validation: Validation) -> Page:
     """The page of a validation."""
-    trusted = [f"{line}." for line in trusted_lines(found)]
-    diverged = [f"{run.model} along {run.record}: {run.told}" for run in found.runs if run.told]
+    trusted = [f"{line}." for line in trusted_lines(validation)]
+    diverged = [f"{run.model} along {run.record}: {run.told}" for run in validation.runs if run.told]
     first, *others = trusted or ["No time ahead was tried: the records are too short."]
-    overview, each = overlays(of_validation(found))
-    good = not diverged and any(time > 0.0 for time in found.trusted_s.values())
+    overview, each = overlays(of_validation(validation))
+    good = not diverged and any(time > 0.0 for time in validation.trusted_s.values())
     return result_page(
-        f"Validation of {', '.join(found.models)}",
-        f"on {count(found)}; nothing was fitted",
+        f"Validation of {', '.join(validation.models)}",
+        f"on {count(validation)}; nothing was fitted",
         Verdict(GOOD if good else FAIR, first, (*others, *diverged)),
         seen=[overview],
-        changed=[free_table(found), left_out_table(found)],
-        remains=[horizon_table(found), Note(f"Times ahead: {found.horizon_basis}.")],
-        following=[index_table(found) if found.indices else NO_INDICES],
+        changed=[free_table(validation), left_out_table(validation)],
+        remains=[horizon_table(validation), Note(f"Times ahead: {validation.horizon_basis}.")],
+        following=[index_table(validation) if validation.indices else NO_INDICES],
         details=[
-            Section("Errors by record", (record_table(found),)),
+            Section("Errors by record", (record_table(validation),)),
             each,
             Section("How to read it", (items([RUNS, AHEAD, INDICES]),)),
         ],
-        doubts=found.doubts,
+        doubts=validation.doubts,
         titles=TITLES,
     )
 
 
-def count(found: Validation) -> str:
+def count(validation: Validation) -> str:
     """`3 records`, or the name of the only one."""
-    names = [record.name for record in found.records]
+    names = [record.name for record in validation.records]
     return names[0] if len(names) == 1 else f"{len(names)} records"

@@ -22,28 +22,30 @@ TOGETHER = "together"
 NOISE = "sensor noise"
 
 
-def free_table(found: Validation) -> Table:
+def free_table(validation: Validation) -> Table:
     """Errors of free runs over all records: a row a channel, columns for each model."""
     columns = [Column("channel", _channel_name), Column("unit", _unit)]
-    for name in found.models:
+    for name in validation.models:
         columns += [
-            _score_column(f"RMSE{_of(found, name)}", found, name, _rmse),
-            _score_column(f"R²{_of(found, name)}", found, name, _r2),
+            _score_column(f"RMSE{_of(validation, name)}", validation, name, _rmse),
+            _score_column(f"R²{_of(validation, name)}", validation, name, _r2),
         ]
-    return make_table(columns, [*_channels(found), None])
+    return make_table(columns, [*_channels(validation), None])
 
 
-def horizon_table(found: Validation) -> Table:
+def horizon_table(validation: Validation) -> Table:
     """Root mean square errors some time ahead, over all records: a row a channel and model, a column a horizon.
 
     Behind the models stand the two predictions without one, and the sensor's noise.
     """
-    horizons = list(dict.fromkeys(score.horizon for score in found.scores))
+    horizons = list(dict.fromkeys(score.horizon for score in validation.scores))
     horizons = [*(h for h in horizons if h != FREE), FREE]
-    pairs = [(channel, name) for channel in _channels(found) for name in found.models]
-    rows = [pair for pair in pairs if found.score(*pair)]
+    pairs = [(channel, name) for channel in _channels(validation) for name in validation.models]
+    rows = [pair for pair in pairs if validation.score(*pair)]
     rows = [
-        row for channel in _channels(found) for row in [*(p for p in rows if p[0] == channel), *_simple(found, channel)]
+        row
+        for channel in _channels(validation)
+        for row in [*(p for p in rows if p[0] == channel), *_simple(validation, channel)]
     ]
     columns = [
         Column("channel", lambda row: _channel_name(row[0])),
@@ -51,29 +53,30 @@ def horizon_table(found: Validation) -> Table:
         Column("model", lambda row: row[1]),
     ]
     columns += [
-        _scored(f"{'' if h in (FREE, horizons[0]) else 'after '}{h}", _at_horizon(found, h), _rmse) for h in horizons
+        _scored(f"{'' if h in (FREE, horizons[0]) else 'after '}{h}", _at_horizon(validation, h), _rmse)
+        for h in horizons
     ]
     return make_table(columns, rows)
 
 
-def record_table(found: Validation) -> Table:
+def record_table(validation: Validation) -> Table:
     """Errors of the free run of every record: a row a record and model."""
-    rows = [(run.record, run.model) for run in sorted(found.runs, key=lambda run: _place(found, run.record))]
+    rows = [(run.record, run.model) for run in sorted(validation.runs, key=lambda run: _place(validation, run.record))]
     columns = [Column("record", lambda row: row[0]), Column("model", lambda row: row[1])]
-    columns += [_record_column(found, channel) for channel in _channels(found)]
+    columns += [_record_column(validation, channel) for channel in _channels(validation)]
     columns += [
-        _scored("R² together", lambda row: found.score(None, row[1], row[0]), _r2),
-        Column("remark", lambda row: _remark(found, *row)),
+        _scored("R² together", lambda row: validation.score(None, row[1], row[0]), _r2),
+        Column("remark", lambda row: _remark(validation, *row)),
     ]
     return make_table(columns, rows)
 
 
-def index_table(found: Validation) -> Table:
+def index_table(validation: Validation) -> Table:
     """Manoeuvring indices: a row an index of a record, columns for each model."""
     by_row: dict[tuple[str, str, str], dict[str, Index]] = {}
-    for index in found.indices:
+    for index in validation.indices:
         by_row.setdefault((index.record, index.manoeuvre, index.name), {})[index.model] = index
-    order = [one.name for one in found.records]
+    order = [one.name for one in validation.records]
     rows = sorted(by_row.values(), key=lambda row: order.index(_any(row).record))
     columns = [
         Column("record", lambda row: _any(row).record),
@@ -82,9 +85,11 @@ def index_table(found: Validation) -> Table:
         Column("unit", lambda row: _shown_unit(_any(row))),
         Column("measured", lambda row: number(_measured(row)), _measured),
     ]
-    columns += [_index_column(f"simulated{_of(found, n)}", n, lambda index: index.simulated) for n in found.models]
-    if len(found.models) == 1:
-        columns.append(_index_column("difference", next(iter(found.models)), lambda index: index.difference))
+    columns += [
+        _index_column(f"simulated{_of(validation, n)}", n, lambda index: index.simulated) for n in validation.models
+    ]
+    if len(validation.models) == 1:
+        columns.append(_index_column("difference", next(iter(validation.models)), lambda index: index.difference))
     columns += [
         Column("measured, in ship lengths", lambda row: number(_lengths(row)), _lengths),
         Column("remark", _reasons),
@@ -92,16 +97,16 @@ def index_table(found: Validation) -> Table:
     return make_table(columns, rows)
 
 
-def left_out_table(found: Validation) -> Table:
+def left_out_table(validation: Validation) -> Table:
     """What was left out, and why; records with the same reason share a row."""
     groups: dict[tuple[str, str, str], list[str]] = {}
-    for one in found.left_out:
+    for one in validation.left_out:
         groups.setdefault((one.model, one.what, one.reason), []).append(one.record)
     columns = [
         Column("model", lambda row: row[0][0]),
         Column("left out", lambda row: shown_name(row[0][1]) if row[0][1] in CANONICAL else row[0][1]),
         Column("why", lambda row: row[0][2]),
-        Column("records", lambda row: _listed(row[1], len(found.records))),
+        Column("records", lambda row: _listed(row[1], len(validation.records))),
     ]
     return make_table(columns, list(groups.items()), "Left out")
 
@@ -110,9 +115,9 @@ def _listed(names: Sequence[str], count: int) -> str:
     return "all" if len(names) == count and count > 1 else ", ".join(names)
 
 
-def _channels(found: Validation) -> list[str]:
+def _channels(validation: Validation) -> list[str]:
     """Channels that have a score, in the order of the header."""
-    return list(dict.fromkeys(score.channel for score in found.scores if score.channel is not None))
+    return list(dict.fromkeys(score.channel for score in validation.scores if score.channel is not None))
 
 
 def _channel_name(channel: str | None) -> str:
@@ -123,8 +128,8 @@ def _unit(channel: str | None) -> str:
     return "" if channel is None else shown_unit(channel)[0]
 
 
-def _of(found: Validation, name: str) -> str:
-    return f" {name}" if len(found.models) > 1 else ""
+def _of(validation: Validation, name: str) -> str:
+    return f" {name}" if len(validation.models) > 1 else ""
 
 
 def _rmse(score: Score | None) -> float | None:
@@ -138,39 +143,44 @@ def _r2(score: Score | None) -> float | None:
     return None if score is None else score.r2
 
 
-def _score_column(title: str, found: Validation, model: str, value: Callable[[Score | None], float | None]) -> Column:
-    return _scored(title, lambda channel: found.score(channel, model), value)
+def _score_column(
+    title: str, validation: Validation, model: str, value: Callable[[Score | None], float | None]
+) -> Column:
+    return _scored(title, lambda channel: validation.score(channel, model), value)
 
 
-def _simple(found: Validation, channel: str) -> list[tuple[str, str]]:
+def _simple(validation: Validation, channel: str) -> list[tuple[str, str]]:
     """Rows of what a model must beat in a channel, and of the noise that it cannot."""
-    names = dict.fromkeys(score.model for score in found.simple if score.channel == channel)
-    return [*((channel, name) for name in names), *([(channel, NOISE)] if names and channel in found.noise else [])]
+    names = dict.fromkeys(score.model for score in validation.simple if score.channel == channel)
+    return [
+        *((channel, name) for name in names),
+        *([(channel, NOISE)] if names and channel in validation.noise else []),
+    ]
 
 
-def _at_horizon(found: Validation, horizon: str) -> Callable[[Any], Score | None]:
+def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], Score | None]:
     def score(row: tuple[str, str]) -> Score | None:
         channel, name = row
         if name == NOISE:
-            timed = next((s for s in found.simple if s.horizon == horizon), None)
-            return None if timed is None else replace(timed, channel=channel, rmse=found.noise[channel])
-        simple = (s for s in found.simple if (s.model, s.channel, s.horizon) == (name, channel, horizon))
-        return next(simple, None) or found.score(channel, name, horizon=horizon)
+            timed = next((s for s in validation.simple if s.horizon == horizon), None)
+            return None if timed is None else replace(timed, channel=channel, rmse=validation.noise[channel])
+        simple = (s for s in validation.simple if (s.model, s.channel, s.horizon) == (name, channel, horizon))
+        return next(simple, None) or validation.score(channel, name, horizon=horizon)
 
     return score
 
 
-def trusted_lines(found: Validation) -> list[str]:
+def trusted_lines(validation: Validation) -> list[str]:
     """A sentence a model: how far ahead it is better than both predictions without a model."""
     rivals = "a ship that goes on turning as now, and than one that goes straight"
-    known = {name: time for name, time in found.trusted_s.items() if math.isfinite(time)}
-    return [f"{name}: {_trusted(found, name, time)} better than {rivals}" for name, time in known.items()]
+    known = {name: time for name, time in validation.trusted_s.items() if math.isfinite(time)}
+    return [f"{name}: {_trusted(validation, name, time)} better than {rivals}" for name, time in known.items()]
 
 
-def _trusted(found: Validation, name: str, time_s: float) -> str:
+def _trusted(validation: Validation, name: str, time_s: float) -> str:
     if time_s > 0.0:
         return f"trust it for {time_s:.3g} s, up to which it is"
-    better = better_at(found.scores, found.simple, name)
+    better = better_at(validation.scores, validation.simple, name)
     return f"only later than {min(better):.3g} s ahead" if any(better.values()) else "at no time ahead"
 
 
@@ -179,19 +189,19 @@ def _scored(title: str, score: Callable[[Any], Score | None], value: Callable[[S
     return Column(title, lambda row: text(value(score(row))), lambda row: value(score(row)))
 
 
-def _record_column(found: Validation, channel: str) -> Column:
+def _record_column(validation: Validation, channel: str) -> Column:
     title = f"{shown_name(channel)}, {shown_unit(channel)[0]}"
-    return _scored(title, lambda row: found.score(channel, row[1], row[0]), _rmse)
+    return _scored(title, lambda row: validation.score(channel, row[1], row[0]), _rmse)
 
 
-def _remark(found: Validation, record: str, model: str) -> str:
-    run = next(run for run in found.runs if (run.record, run.model) == (record, model))
+def _remark(validation: Validation, record: str, model: str) -> str:
+    run = next(run for run in validation.runs if (run.record, run.model) == (record, model))
     parts = [f"{len(run.starts_s)} runs between long gaps"] if len(run.starts_s) > 1 else []
     return "; ".join([*parts, run.told] if run.told else parts)
 
 
-def _place(found: Validation, record: str) -> int:
-    return [one.name for one in found.records].index(record)
+def _place(validation: Validation, record: str) -> int:
+    return [one.name for one in validation.records].index(record)
 
 
 def _any(row: dict[str, Index]) -> Index:
