@@ -13,6 +13,7 @@ from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.memory import require_memory
 from .by_residuals import by_innovations
 from .checked import put_back, with_checks
+from .gain.guard import worsens
 from .one_bank.diagnose import by_pieces
 from .one_bank.remaining import with_remaining, without_causes
 from .options import Options
@@ -119,7 +120,8 @@ def _described(
     with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
         diagnosis = with_remaining(diagnosis, records.behind_sensors(options.causes()), held_out, options)
     # a sensor that drifts looks between channels like steady errors of several
-    if diagnosis.verdict == "unexplained" and any(f.stage == BY_CHANNELS for f in diagnosis.causes):
+    doubtful = diagnosis.verdict == "unexplained" or worsens(diagnosis)
+    if doubtful and any(f.stage == BY_CHANNELS for f in diagnosis.causes):
         with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
             bare = without_causes(diagnosis, {f.cause for f in diagnosis.causes if f.stage == BY_CHANNELS})
             drifting = with_remaining(replace(bare, extended=diagnosis.model), records, held_out, options)

@@ -242,9 +242,10 @@ def _once(entered: Sequence[Entered], forces: Forces) -> tuple[Entered, ...]:
 
 
 def _is_sure(runs: FreeRuns, fitted: Fitted, candidate: Candidate) -> bool:
-    """Whether some number of a force differs from zero by more than its 90 % interval."""
+    """Whether some number of a force differs from zero by more than its 90 % interval, beside what it is at the start
+    of a record: that alone is steady, and known causes are."""
     halves = half_intervals(runs, fitted)
-    return any(abs(fitted.value(name)) > halves[name] for name in candidate.names)
+    return any(abs(fitted.value(name)) > halves[name] for name in candidate.names if "_first" not in name)
 
 
 def _instead(now: _Beside, base: _Beside) -> Remainder | None:
@@ -253,6 +254,8 @@ def _instead(now: _Beside, base: _Beside) -> Remainder | None:
     few = replace(base.rules, most=2)
     selection = _exchanged(base, select(base.runs, base.forces.candidates, few, base.plain, base.flows))
     worse = partial(clearly_worse, base.runs, least=RULES.least)
+    if not all(_is_sure(base.runs, selection.final, one.candidate) for one in selection.entered):
+        return None
     if not selection.entered or worse(selection.final, base.whole) or not worse(now.plain, selection.final):
         return None
     return Remainder(base.runs, base.forces, selection, selection.final)
@@ -270,8 +273,11 @@ def _exchanged(base: _Beside, selection: Selection) -> Selection:
     return Selection(selection.base, (Entered(best, between[best], one.tied_with),), fits[best])
 
 
-def _refitted(base: _Beside, rest: Remainder) -> Remainder:
-    """The forces that were selected, fitted beside another model."""
+def _refitted(base: _Beside, rest: Remainder) -> Remainder | None:
+    """The forces that were selected, fitted beside another model; None where its time scale, and so its periods and
+    lags, are others."""
+    if not {n for c in rest.selection.candidates for n in c.names} <= base.runs.places.keys():
+        return None
     return Remainder(base.runs, base.forces, rest.selection, base.fit(rest.selection.candidates))
 
 

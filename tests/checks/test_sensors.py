@@ -104,9 +104,11 @@ def test_positions_of_another_point_are_named(rng):
 
 
 def late_by(tau, record, names):
-    return record.with_channels(
+    """The record, from where it has them, with channels that are tau, s, late."""
+    late = record.with_channels(
         **{n: np.interp(record.time_s - tau, record.time_s, record.column(n)) for n in names if record.has(n)}
     )
+    return late.slice(int(np.searchsorted(late.time_s, late.time_s[0] + tau)), None)
 
 
 def test_late_positions_are_named(rng):

@@ -5,8 +5,7 @@ import pytest
 
 from helmbench.models.model import resolve
 from helmbench.reproduction.claims import files
-from helmbench.reproduction.papers import paper_001
-from helmbench.reproduction.papers.paper_001 import studies
+from helmbench.reproduction.papers.paper_001 import figures, studies
 from helmbench.reproduction.verdicts.spread import spread
 from helmbench.reproduction.verdicts.verdict import within
 
@@ -77,7 +76,7 @@ def test_a_diverged_prediction_is_worse_than_any(found):
 @pytest.mark.parametrize("name", ["data", "headings", "tracks", "table2", "accuracy", "explanation"])
 def test_figures_are_drawn(name, paper, found):
     figure = next(figure for figure in paper.figures if figure.id == name)
-    drawn = draw(getattr(paper_001, figure.draw), [found[figure.study]])
+    drawn = draw(getattr(figures, figure.draw), [found[figure.study]])
     assert drawn.startswith("<?xml") and len(drawn) < 200_000
 
 

@@ -11,8 +11,7 @@ from helmbench.models.model import resolve
 from helmbench.models.simulate import initial_state, simulate
 from helmbench.reproduction import runner
 from helmbench.reproduction.claims import files
-from helmbench.reproduction.papers import paper_002
-from helmbench.reproduction.papers.paper_002 import studies
+from helmbench.reproduction.papers.paper_002 import figures, studies
 from helmbench.reproduction.verdicts.spread import spread
 from helmbench.reproduction.verdicts.verdict import within
 
@@ -94,7 +93,7 @@ def test_the_tank_test_keeps_no_measured_series(found):
 def test_figures_are_drawn(paper, found):
     for figure in paper.figures:
         if figure.study in found:
-            drawn = draw(getattr(paper_002, figure.draw), [found[figure.study]])
+            drawn = draw(getattr(figures, figure.draw), [found[figure.study]])
             assert drawn.startswith("<?xml") and len(drawn) < 200_000, figure.id
 
 
