@@ -127,7 +127,7 @@ compiler:
 	$(call debian,cc,gcc libc6-dev)
 
 # In a new environment the first collection compiles what the tests import: once, not once by each worker.
-TEST = test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
+TEST = mkdir -p build; test build/collected.log -nt $(STAMP) || $(BIN)/pytest --collect-only -qq > build/collected.log; \
 	MAKEFLAGS= MAKELEVEL= $(BIN)/pytest -n $(WORKERS) --dist worksteal $(1)
 
 test: lint browser compiler
