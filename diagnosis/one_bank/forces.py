@@ -285,7 +285,9 @@ def forces_along(runs: FreeRuns) -> Forces:
     series: dict[str, Series] = {}
     steady = forces_of(model)
     periods = _periods(length_s, longest_s, MOST_PERIODS // len(steady))
-    for shape in (*shapes(length_s, longest_s, _places(motions), followed, model.is_3dof), *map(_periodic, periods)):
+    every = (*shapes(length_s, longest_s, _places(motions), followed, model.is_3dof), *map(_periodic, periods))
+    unknown = {_by_heading(k).how for k in range(1, len(COUNTS) + 1) if k * _turned(motions) < np.pi}
+    for shape in (s for s in every if s.how not in unknown):
         for name, column, sd in steady:
             axis = name[-1]
             force = Force(axis, shape)
@@ -303,6 +305,11 @@ def forces_along(runs: FreeRuns) -> Forces:
             candidates.append(_candidate(force, sds))
             places |= own_places
     return Forces(forces, tuple(candidates), places, series)
+
+
+def _turned(motions: Sequence[Motion]) -> float:
+    """Range of the headings of all records, rad: of less than half a wave the records show a steady force."""
+    return float(np.ptp(np.concatenate([m.heading for m in motions])))
 
 
 def _places(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:

@@ -185,7 +185,7 @@ def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):
     assert finding.cause == "base_coefficients" and finding.details["groups"] == ["linear yaw moment of the hull"]
     assert [s.parameter for s in finding.sizes] == ["Nr"]
     assert finding.sizes[0].value == pytest.approx(wrong, rel=0.03)
-    assert found.gain["heading_rad"].rmse_after < 0.2 * found.gain["heading_rad"].rmse_before
+    assert found.gain["heading_rad"].own_after < 0.2 * found.gain["heading_rad"].own_before
 
 
 @pytest.mark.nightly

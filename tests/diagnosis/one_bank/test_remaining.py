@@ -23,7 +23,7 @@ from helmbench.models.families.extensions import extension_of
 from helmbench.models.model import CHANNELS, resolve
 from helmbench.models.simulate import simulate
 
-SIZES = {"N_heading_3": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 5e-4, "Y_past_d": 0.01,
+SIZES = {"N_heading_4": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 5e-4, "Y_past_d": 0.01,
          "N_place_east": 3e6}  # fmt: skip
 """Extension of the Mariner -> size of its first force parameter."""
 
@@ -67,7 +67,7 @@ def over_forces(model, records):
     return bare.with_numbers(forces.places, forces.series), forces
 
 
-RESPONSE_SIZES = {"R_heading_2": 2e-3, "R_r_d": -0.3, "R_past_r": -0.02, "R_past_d": 0.003}
+RESPONSE_SIZES = {"R_heading_4": 2e-3, "R_r_d": -0.3, "R_past_r": -0.02, "R_past_d": 0.003}
 """Extension of a response model -> size of its first parameter."""
 
 
