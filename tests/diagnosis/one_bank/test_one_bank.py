@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Effect, FaultCase, inject
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.datasets.generator import Case as Manoeuvre
 from helmbench.datasets.generator import generate
 from helmbench.datasets.instruments import felt_rudder
@@ -185,17 +185,4 @@ def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):
     assert finding.cause == "base_coefficients" and finding.details["groups"] == ["linear yaw moment of the hull"]
     assert [s.parameter for s in finding.sizes] == ["Nr"]
     assert finding.sizes[0].value == pytest.approx(wrong, rel=0.03)
-    assert found.gain["heading_rad"].own_after < 0.2 * found.gain["heading_rad"].own_before
-
-
-@pytest.mark.nightly
-def test_a_delay_beside_wrong_numbers_is_named_with_its_size(rng):
-    ship = resolve("mariner")
-    model = ship.with_coefficients(ship.coefficients * (1.0 + 0.1 * rng.standard_normal(ship.coefficients.size)))
-    late = Effect("rudder_delay", {"tau": 2.5})
-    case = inject(FaultCase("mariner", effects=(late,)), rng)
-    found = diagnose(model, case.train)
-    sizes = {f.cause: f.sizes for f in found.causes}
-    (delay,) = sizes["rudder_delay"]
-    half = (delay.high - delay.low) / 2.0  # 90 %: 2.5 halves are 4.1 standard errors
-    assert abs(delay.value - 2.5) < 2.5 * half and delay.low > 0.0
+    assert found.gain["heading_rad"].own_after < 0.1 * found.gain["heading_rad"].own_before

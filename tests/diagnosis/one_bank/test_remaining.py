@@ -14,7 +14,7 @@ from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.free_runs.motion import lagged
 from helmbench.diagnosis.free_runs.problem import Lane
 from helmbench.diagnosis.one_bank.diagnose import runs_of
-from helmbench.diagnosis.one_bank.forces import MOTIONS, Force, forces_along, shapes
+from helmbench.diagnosis.one_bank.forces import Force, forces_along, shapes
 from helmbench.diagnosis.one_bank.remaining import with_remaining
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared
@@ -104,7 +104,7 @@ def test_a_yaw_moment_along_the_motion_is_that_of_an_extended_response_model(nam
 
 def test_every_force_of_the_motion_is_a_term_of_an_extended_model():
     names = set()
-    for shape in shapes(20.0, 600.0, {"north": (0.0, 900.0), "east": (-100.0, 200.0)}, MOTIONS, speed=True):
+    for shape in shapes("XYN", 20.0, 600.0, {"north": (0.0, 900.0), "east": (-100.0, 200.0)}, 2.0 * np.pi):
         for axis in "XYN":
             force = Force(axis, shape)
             numbers = {term.format(axis): 1.0 for term in shape.terms}
@@ -113,7 +113,7 @@ def test_every_force_of_the_motion_is_a_term_of_an_extended_model():
             assert bool(force.extensions) == ("time" not in shape.depends_on)
             assert force.id not in names
             names.add(force.id)
-    assert len(names) > 100
+    assert len(names) > 300
 
 
 def test_what_lags_follows_a_step_with_its_time_constant():

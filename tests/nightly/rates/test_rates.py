@@ -9,12 +9,13 @@ import pytest
 
 from ...expectations.calibrations import CALIBRATED
 from ...expectations.injections import ALONE, COMMON, SPECIAL, fewest
+from .late_rudder import LATE_RUDDER
 from .two_numbers import TWO_NUMBERS
 
 DRAWS = int(os.environ.get("HELMBENCH_RATE_DRAWS", "5"))
 EXPECTATIONS = {
     **{f"alone-{cause}": expected for cause, expected in ALONE.items()},
-    **{expected.name: expected for expected in (*SPECIAL, *COMMON, *CALIBRATED, TWO_NUMBERS)},
+    **{expected.name: expected for expected in (*SPECIAL, *COMMON, *CALIBRATED, LATE_RUDDER, TWO_NUMBERS)},
 }
 
 
