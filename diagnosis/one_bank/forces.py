@@ -26,6 +26,8 @@ if TYPE_CHECKING:
 AXES = {"X": "surge force", "Y": "sway force", "N": "yaw moment", "R": "yaw moment"}
 UNITS = {"X": "N", "Y": "N", "N": "N m", "R": "rad/s^k"}
 """Units of forces: R is the yaw moment of a response model, in the units of its highest derivative."""
+BODY = {"R": "N"}
+"""Axis of a response model -> that of the body, by which a force is told."""
 WIDE = 5.0
 """Prior standard deviation of a force as a factor on that of a steady force of no cause."""
 COUNTS = ("once", "twice", "three times", "four times")
@@ -144,20 +146,23 @@ def reading_of(force: Force) -> tuple[str, str]:
 
 
 def shapes(
-    length_s: float, longest_s: float, places: Mapping[str, tuple[float, float]], motions: Collection[str], speed: bool
+    axes: Collection[str], length_s: float, longest_s: float, places: Mapping[str, tuple[float, float]], turned: float
 ) -> list[Shape]:
-    """Every shape but periods, for a ship that sails her length in length_s and records of at most longest_s.
+    """Every shape on the axes of a model, for a ship that sails her length in length_s and records of at most
+    longest_s.
 
-    places : north, east -> the first place that is reached, m, and the span of all of them, m.  motions : those of
-    MOTIONS that the model has.  speed : whether it has a speed.
+    places : north, east -> the first place that is reached, m, and the span of all of them, m.  turned : range of the
+    headings, rad: of less than half a wave the records show a steady force.
     """
+    motions, speed = [x for x in MOTIONS if x != "v" or "Y" in axes], "X" in axes
     return [
-        *map(_by_heading, range(1, len(COUNTS) + 1)),
+        *(_by_heading(count) for count in range(1, len(COUNTS) + 1) if count * turned >= np.pi),
         *_by_motion(motions),
         *([_by_speed()] if speed else []),
         *(shape for x in motions for share in LAGS for shape in _by_past(x, share * length_s)),
         *(_by_place(side, first_m, span_m) for side, (first_m, span_m) in places.items()),
         *_in_time(longest_s, motions),
+        *map(_periodic, _periods(length_s, longest_s, MOST_PERIODS // len(axes))),
     ]
 
 
@@ -278,24 +283,20 @@ def forces_along(runs: FreeRuns) -> Forces:
     """Forces along the motions of the records, and drifts of the sensors that show them."""
     model, motions, length_s = runs.model, list(runs.motions.values()), runs.length_s
     units, longest_s = force_units(model, length_s), max(float(m.past_s[-1]) for m in motions)
-    followed = [x for x in MOTIONS if x != "v" or model.is_3dof]
+    turned = float(np.ptp(np.concatenate([m.heading for m in motions])))
+    steady = {name[-1]: (column, sd) for name, column, sd in forces_of(model)}
     forces: dict[str, Force] = {}
     candidates: list[Candidate] = []
     places: dict[str, Place] = {}
     series: dict[str, Series] = {}
-    steady = forces_of(model)
-    periods = _periods(length_s, longest_s, MOST_PERIODS // len(steady))
-    every = (*shapes(length_s, longest_s, _places(motions), followed, model.is_3dof), *map(_periodic, periods))
-    unknown = {_by_heading(k).how for k in range(1, len(COUNTS) + 1) if k * _turned(motions) < np.pi}
-    for shape in (s for s in every if s.how not in unknown):
-        for name, column, sd in steady:
-            axis = name[-1]
+    for shape in shapes(steady, length_s, longest_s, _places(motions), turned):
+        for axis, (column, sd) in steady.items():
             force = Force(axis, shape)
-            own = {n.format(axis): _on(axis, term) for n, term in shape.terms.items()}
+            own = {name.format(axis): _on(axis, term) for name, term in shape.terms.items()}
             wide = WIDE * sd * units[axis]
             candidates.append(_candidate(force, {n: wide / _size(along, motions) for n, along in own.items()}))
             forces[force.id], series = force, series | own
-            places |= {n: Place("term", (n,), column) for n in own}
+            places |= {name: Place("term", (name,), column) for name in own}
     for symbol in (s for s in DRIFTS if s in runs.symbols):
         force = Force(symbol, Shape(("time",), "drifts through the record", {}))
         forces[force.id] = force
@@ -305,11 +306,6 @@ def forces_along(runs: FreeRuns) -> Forces:
             candidates.append(_candidate(force, sds))
             places |= own_places
     return Forces(forces, tuple(candidates), places, series)
-
-
-def _turned(motions: Sequence[Motion]) -> float:
-    """Range of the headings of all records, rad: of less than half a wave the records show a steady force."""
-    return float(np.ptp(np.concatenate([m.heading for m in motions])))
 
 
 def _places(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:

@@ -24,6 +24,7 @@ from ...estimation.selection.selection import (
     Selection,
     clearly_worse,
     floor_squares,
+    is_enough,
     mean_squares,
     select,
     with_only,
@@ -39,7 +40,7 @@ from .catalogue import FLOWS
 from .curve import curve_of
 from .diagnose import runs_of, worsens
 from .events import events
-from .forces import AXES, READINGS, UNITS, Forces, forces_along, reading_of
+from .forces import AXES, BODY, READINGS, UNITS, Forces, forces_along, reading_of
 from .search import Choice, half_intervals, interval_factor
 from .told import extended_model
 
@@ -62,8 +63,6 @@ matter."""
 BIASES = {"r": ("yaw_rate_bias", "yaw_rate_bias"), "v": ("sway_offset", "sway_bias")}
 """State that a drifting sensor shows -> cause and instrument of its steady error, whose place the drift takes."""
 INSTEAD = "what remains is described without it"
-BODY = {"R": "N"}
-"""Axis of a response model -> that of the body."""
 TAKEN_OFF, MOST_OF_IT = 0.5, 0.8
 """Share of what remains of the squared error that forces have to take off: less is no description of it;
 share that forces in time and events have to take off, as gusts are none, and from which events are not looked for."""
@@ -123,13 +122,19 @@ def _explanations(now: _Beside, of_base: Callable[[], _Beside], hull: bool) -> I
     where names of the hull (hull) are needless then, beside the model, and few forces in the place of these names."""
     rest = _beside_numbers(now)
     if rest is not None:
-        for alone in (_beside_numbers(of_base()), _refitted(of_base(), rest)) if hull else ():
+        for alone in _alone(of_base(), rest) if hull else ():
             if alone is not None and not clearly_worse(now.runs, alone.fitted, rest.fitted, RULES.least):
                 yield False, alone
         yield True, rest
     few = _instead(now, of_base())
     if few is not None:
         yield False, few
+
+
+def _alone(base: _Beside, rest: Remainder) -> Iterator[Remainder | None]:
+    """Forces beside the base alone: those that are selected there, and those that were beside another model."""
+    yield _beside_numbers(base)
+    yield _refitted(base, rest)
 
 
 def _share_of(diagnosis: Diagnosis) -> float:
@@ -204,14 +209,22 @@ class _Beside:
         numbers = {n.name: n for n in (*self.flows, *(n for c in candidates for n in c.numbers))}
         return minimise(self.runs, tuple(numbers.values()), self.plain.point.values, self.plain.point.own)
 
-    def leaves(self, fitted: Fitted) -> bool:
-        """Whether a fit leaves errors that matter."""
-        return bool(np.any(_excess(self.runs, fitted) > LITTLE * self.runs.motion))
+    @property
+    def enough(self) -> np.ndarray:
+        """Root mean square errors (C,) of left-out pieces below which none matters.
+
+        Eq. 14 of docs/mathematics/pieces.md.
+        """
+        return np.sqrt((LITTLE * self.runs.motion) ** 2 + _no_matter(self.runs))
 
     @property
     def rules(self) -> Rules:
         """Those of the selection: no force is looked for where no errors are left that matter."""
-        return replace(RULES, enough=np.sqrt((LITTLE * self.runs.motion) ** 2 + _no_matter(self.runs)))
+        return replace(RULES, enough=self.enough)
+
+    def leaves(self, fitted: Fitted) -> bool:
+        """Whether a fit leaves errors that matter."""
+        return not is_enough(self.runs, fitted, self.enough)
 
 
 def _beside_numbers(now: _Beside) -> Remainder | None:
@@ -281,22 +294,16 @@ def _refitted(base: _Beside, rest: Remainder) -> Remainder | None:
     return Remainder(base.runs, base.forces, rest.selection, base.fit(rest.selection.candidates))
 
 
-def _excess(runs: FreeRuns, fitted: Fitted) -> np.ndarray:
-    """Root mean square error (C,) of left-out pieces beyond the sensors' noise and what counts as none.
-
-    Eq. 14 of docs/mathematics/pieces.md.
-    """
-    return np.sqrt(np.maximum(mean_squares(runs, fitted.left_out) - _no_matter(runs), 0.0))
-
-
 def _no_matter(runs: FreeRuns) -> np.ndarray:
     """Squared errors (C,) of the sensors' noise and of what counts as none."""
     return NOISE * runs.noise + runs.floor**2
 
 
 def _relative_excess(runs: FreeRuns, fitted: Fitted) -> float:
-    """Its square as a share of the motion's, the sum over channels."""
-    return float(np.sum(_excess(runs, fitted) ** 2 / runs.motion**2))
+    """Mean squared error of left-out pieces beyond noise and what counts as none, as a share of the motion squared, the
+    sum over channels."""
+    excess = np.maximum(mean_squares(runs, fitted.left_out) - _no_matter(runs), 0.0)
+    return float(np.sum(excess / runs.motion**2))
 
 
 def _share(runs: FreeRuns, before: Fitted, after: Fitted) -> float:

@@ -19,6 +19,8 @@ from ...estimation.selection.selection import (
     Selection,
     clearly_worse,
     fall_between,
+    has_entered,
+    is_enough,
     mean_squares,
     quantile,
     select,
@@ -220,7 +222,7 @@ def _beside(choice: Choice, base: Fitted) -> Selection | None:
     inputs = [c for c in bank.candidates if c.rank == INPUT]
     beside = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
     for fault in choice.selection.entered:
-        if fault.candidate.rank == INPUT and fault.candidate not in beside.candidates:
+        if fault.candidate.rank == INPUT and not has_entered(fault.candidate, beside.candidates):
             wider = with_only(runs, beside, [*beside.entered, fault], bank.own)
             worse = fall_between(runs, wider.final, beside.final)
             beside = beside if worse.gain > quantile(runs, CLEAR) * worse.error else wider
@@ -239,8 +241,7 @@ def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
 
 def _left_to_explain(runs: FreeRuns, selection: Selection) -> bool:
     """Whether errors of left-out pieces are left that matter where the base model may be inexact."""
-    mean = mean_squares(runs, selection.final.left_out)
-    return bool(np.any(np.sqrt(mean) > _enough(runs)))
+    return not is_enough(runs, selection.final, _enough(runs))
 
 
 def _enough(runs: FreeRuns) -> np.ndarray:

@@ -100,7 +100,7 @@ def select(
     search = _Search(problem, rules, tuple(always))
     now = Selection(start, (), start)
     for _ in range(rules.most):
-        if search.is_enough(now.final):
+        if rules.enough is not None and is_enough(problem, now.final, rules.enough):
             break
         following = search.entered(now, bank)
         if following is None:
@@ -142,6 +142,11 @@ def enters(problem: Problem, rules: Rules, fitted: Fitted, by: Fall) -> bool:
     return by.gain > max(least, quantile(problem, min(rules.level, LARGE) if evident else rules.level) * by.error)
 
 
+def is_enough(problem: Problem, fitted: Fitted, enough: np.ndarray) -> bool:
+    """Whether left-out units are predicted with root mean square errors below `enough` (C,)."""
+    return bool(np.all(np.sqrt(mean_squares(problem, fitted.left_out)) < enough))
+
+
 def floor_squares(problem: Problem) -> np.ndarray:
     """Sums of squares (K, C) of errors that count as none."""
     return problem.counts * problem.floor**2
@@ -168,12 +173,6 @@ class _Search:
     rules: Rules
     always: tuple[Number, ...]
 
-    def is_enough(self, fitted: Fitted) -> bool:
-        """Whether left-out units are predicted as well as needed."""
-        if self.rules.enough is None:
-            return False
-        return bool(np.all(np.sqrt(mean_squares(self.problem, fitted.left_out)) < self.rules.enough))
-
     def numbers_of(self, candidates: Sequence[Candidate]) -> tuple[Number, ...]:
         """Numbers of candidates behind those that are always free, each once, without their trial values."""
         return distinct((*self.always, *(n for c in candidates for n in c.numbers)))
@@ -181,7 +180,7 @@ class _Search:
     # ---- one step
     def entered(self, now: Selection, bank: Sequence[Candidate]) -> Selection | None:
         """With the candidate that enters; None where none does."""
-        leaders = self.leaders(now, [c for c in bank if not _in(c, now.candidates)])
+        leaders = self.leaders(now, [c for c in bank if not has_entered(c, now.candidates)])
         good = [t for c in leaders if (t := self.refitted(now, c)) is not None and self.enters(t)]
         if not good:
             return None
@@ -308,7 +307,7 @@ def _way(candidate: Candidate) -> tuple[str, str | tuple[str, ...]]:
     return candidate.id, candidate.kind or candidate.names
 
 
-def _in(candidate: Candidate, entered: Sequence[Candidate]) -> bool:
+def has_entered(candidate: Candidate, entered: Sequence[Candidate]) -> bool:
     """Whether a candidate has entered already, by itself or as a part of another one."""
     return any(c.id in (candidate.id, candidate.of) for c in entered)
 

@@ -12,9 +12,9 @@ from dataclasses import replace
 import sympy as sp
 
 from ..definition import Definition, symbols
+from ..kernels import ENVIRONMENT, PUSHED
 from ..primitives import absv, atan2v
 
-SUFFIX, PUSHED = "+environment", "+pushed"
 INPUTS = "current_north current_east wind_north wind_east force_x force_y moment_n"
 CONSTANTS = "rho rho_air A_F A_L wind_cx wind_cy wind_cn wind_kn wind_delta wind_L"
 
@@ -56,7 +56,7 @@ def with_environment(definition: Definition, wind: bool = True) -> Definition:
     ]
     return replace(
         definition,
-        name=definition.name + SUFFIX,
+        name=definition.name + ENVIRONMENT,
         inputs=[*definition.inputs, *inputs],
         constants=[*definition.constants, *constants],
         helpers={**helpers, **wind_helpers},

@@ -142,8 +142,7 @@ def _yaw(power: Callable[[sp.Symbol], sp.Expr]) -> Apply:
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         (r,) = (symbol for symbol in definition.states if symbol.name == "r")
-        forces = [definition.forces[0] + parameters[0] * power(r), *definition.forces[1:]]
-        return replace(definition, forces=forces)
+        return _with_force(definition, 0, parameters[0] * power(r))
 
     return apply
 
@@ -251,9 +250,7 @@ def _wind_on_yaw(definition: Definition, parameters: Sequence[sp.Symbol]) -> Def
 
 def _by_heading(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
     """A yaw moment that goes with the heading, as that of a steady wind on a craft that turns in it."""
-    psi = next(s for s in definition.states if s.name == "psi")
-    force = definition.forces[0] + parameters[0] * sp.cos(psi) + parameters[1] * sp.sin(psi)
-    return replace(definition, forces=[force, *definition.forces[1:]])
+    return _turning(0, 1)(definition, parameters)
 
 
 def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
@@ -399,7 +396,7 @@ EXTENSIONS: dict[str, Extension] = {
     "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
     "constant_yaw": Extension(
         {"constant_yaw": "rad/s^k"},
-        lambda d, p: replace(d, forces=[d.forces[0] + p[0], *d.forces[1:]]),
+        lambda d, p: _with_force(d, 0, p[0]),
         three_dof=False,
     ),
     "second_order_lead": Extension({"lead": "1", "lead_T2": "s"}, _lead, three_dof=False, held=("lead", "lead_T2")),
@@ -565,7 +562,7 @@ def _force(
     )
 
 
-def _in_si(definition: Definition, row: int, force: sp.Expr) -> Definition:
+def _with_force(definition: Definition, row: int, force: sp.Expr) -> Definition:
     """The definition with a force, N, or moment, N m, on an axis; with a yaw acceleration of a response model."""
     scale, forces = definition.force_scale or [sp.S.One], list(definition.forces)
     forces[row] += scale[row] * force
@@ -575,7 +572,7 @@ def _in_si(definition: Definition, row: int, force: sp.Expr) -> Definition:
 def _turning(row: int, count: int) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         psi = next(s for s in definition.states if s.name == "psi")
-        return _in_si(definition, row, parameters[0] * sp.cos(count * psi) + parameters[1] * sp.sin(count * psi))
+        return _with_force(definition, row, parameters[0] * sp.cos(count * psi) + parameters[1] * sp.sin(count * psi))
 
     return apply
 
@@ -588,7 +585,7 @@ def _by_place(row: int, place: str) -> Apply:
         along = (at - first) / span
         inside = (primitives.absv(along) - primitives.absv(along - 1) + 1) / 2
         force = sum((a * sp.cos(k * sp.pi.evalf() * share) for k, a in enumerate(sizes, 1)), sp.S.Zero)
-        changed = _in_si(definition, row, force)
+        changed = _with_force(definition, row, force)
         return replace(changed, helpers={share: inside, **changed.helpers})
 
     return apply
@@ -598,7 +595,7 @@ def _by_speed(row: int) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         u, v = definition.states[:2]
         square = u**2 + v**2 + sp.Float(1e-12)
-        return _in_si(definition, row, parameters[0] * sp.sqrt(square) + parameters[1] * square)
+        return _with_force(definition, row, parameters[0] * sp.sqrt(square) + parameters[1] * square)
 
     return apply
 
