@@ -41,7 +41,7 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
     if not q:
         return record
     channels = _swapped(dict(record.channels), q)
-    channels = {name: _freed(name, values, q) for name, values in channels.items()}
+    channels = {name: _freed(name, record.time_s, values, q) for name, values in channels.items()}
     if HEADING in channels:
         channels[HEADING] = later(record.time_s, channels[HEADING], q.get("heading_delay", 0.0), angle=True)
     channels = _turned(channels, q, record.name, back=True)
@@ -83,7 +83,7 @@ def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Ge
     else:
         channels = _turned(channels, q, record.name)
     channels = _rocked(record.time_s, channels, q, rng)
-    channels = {name: _shown(name, values, q) for name, values in channels.items()}
+    channels = {name: _shown(name, record.time_s, values, q) for name, values in channels.items()}
     return record.with_channels(**_gone(record, _swapped(channels, q)))
 
 
@@ -147,21 +147,23 @@ def _swapped(channels: dict[str, np.ndarray], q: Mapping[str, float]) -> dict[st
     return channels
 
 
-def _numbers(name: str, q: Mapping[str, float]) -> tuple[float, float]:
+def _numbers(name: str, time: np.ndarray, q: Mapping[str, float]) -> tuple[float, float | np.ndarray]:
+    """Scale and error, (N,) where it drifts, of a channel's sensor."""
     short = next((short for short, (column, _) in SENSORS.items() if column == name), "")
-    return 1.0 + q.get(f"{short}_scale", 0.0), q.get(f"{short}_bias", 0.0)
+    bias, drift = q.get(f"{short}_bias", 0.0), q.get(f"{short}_drift", 0.0)
+    return 1.0 + q.get(f"{short}_scale", 0.0), bias if drift == 0.0 else bias + drift * (time - time[0])
 
 
-def _shown(name: str, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
-    gain, bias = _numbers(name, q)
-    return values if (gain, bias) == (1.0, 0.0) else gain * values + bias
+def _shown(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
+    gain, error = _numbers(name, time, q)
+    return values if gain == 1.0 and not np.any(error) else gain * values + error
 
 
-def _freed(name: str, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
-    gain, bias = _numbers(name, q)
+def _freed(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
+    gain, error = _numbers(name, time, q)
     if gain == 0.0:
         raise BadInput(f"a scale of -1 of {name} is not invertible")
-    return values if (gain, bias) == (1.0, 0.0) else (values - bias) / gain
+    return values if gain == 1.0 and not np.any(error) else (values - error) / gain
 
 
 def _turned(channels: dict[str, np.ndarray], q: Mapping[str, float], record: str, back: bool = False):

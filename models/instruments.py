@@ -5,7 +5,8 @@
 Rudder: the recorded angle goes through delay, rate limit, stop (saturation), play (backlash), effectiveness and
 offset, in this order; `models.rudder_chain` holds the equations.  A fault changes the effectiveness from
 rudder_fault_time (of the record) on.  All in the sign of the record.
-Sensors: recorded = (1 + CHANNEL_scale) true(t - CHANNEL_delay) + CHANNEL_bias.  Surge and sway are first turned by
+Sensors: recorded = (1 + CHANNEL_scale) true(t - CHANNEL_delay) + CHANNEL_bias + CHANNEL_drift (t - start of the
+record).  Surge and sway are first turned by
 axis_misalignment, or given in the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two columns.
 Waves: narrow-band motion of rms wave_rms around wave_frequency is added to heading and yaw rate.
 """
@@ -47,6 +48,7 @@ WAVES = {"wave_frequency": "rad/s", "wave_damping": "1", "wave_rms": "rad"}
 INSTRUMENTS: dict[str, str] = {
     **RUDDER,
     **{f"{name}_bias": unit for name, (_, unit) in SENSORS.items()},
+    **{f"{name}_drift": f"{unit}/s" for name, (_, unit) in SENSORS.items()},
     **{f"{name}_scale": "1" for name in SENSORS},
     **{f"{name}_delay": "s" for name in SENSORS},
     "axis_misalignment": "rad",
@@ -88,7 +90,8 @@ def combined(own: Mapping[str, float], found: Mapping[str, float]) -> dict[str, 
     for name in SENSORS:
         outer, inner = own.get(f"{name}_scale", 0.0), found.get(f"{name}_scale", 0.0)
         out[f"{name}_scale"] = (1.0 + outer) * (1.0 + inner) - 1.0
-        out[f"{name}_bias"] = (1.0 + outer) * found.get(f"{name}_bias", 0.0) + own.get(f"{name}_bias", 0.0)
+        for error in (f"{name}_bias", f"{name}_drift"):
+            out[error] = (1.0 + outer) * found.get(error, 0.0) + own.get(error, 0.0)
     first, second = own.get("rudder_effectiveness", 0.0), found.get("rudder_effectiveness", 0.0)
     out["rudder_effectiveness"] = (1.0 + first) * (1.0 + second) - 1.0
     out["rudder_offset"] = (1.0 + second) * own.get("rudder_offset", 0.0) + found.get("rudder_offset", 0.0)

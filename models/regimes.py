@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 
 VARIABLES = {"rudder": "rad", "yaw_rate": "rad/s", "drift": "rad", "speed": "m/s", "side": "rad/s", "time": "s"}
 """Variable -> unit: rudder angle, yaw rate and drift angle by their size, speed, yaw rate with its sign, time."""
+CLOCK = "record_time"
+"""State of models with forces or numbers in time: the time from the start of a record, s."""
 SIDES = ("above", "below", "port", "starboard")
 EXTENSION = re.compile(rf"regime_(?P<number>\w+)_(?P<variable>{'|'.join(VARIABLES)})_(?P<side>{'|'.join(SIDES)})")
 """Identifier of the extension by which a number differs in a regime: regime_f_alpha_rudder_above."""

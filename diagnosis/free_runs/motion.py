@@ -23,8 +23,8 @@ class Motion:
 
     v and r are in the prime system, v' = v/U and r' = r L/U at the instantaneous speed U; pressure is rho/2 A U^2, N,
     A = L d where the family knows the draught d, else L^2.  Of a response model r is in rad/s, and pressure and length
-    are one: moments are yaw accelerations.  north, east : nan where no positions are measured.
-    time_s : of the record; past_s : from its start.
+    are one: moments are yaw accelerations.  sway, rate : in m/s and rad/s.  north, east : nan where no positions are
+    measured.  time_s : of the record; past_s : from its start.
     """
 
     time_s: np.ndarray
@@ -36,6 +36,8 @@ class Motion:
     north: np.ndarray
     east: np.ndarray
     pressure: np.ndarray
+    sway: np.ndarray
+    rate: np.ndarray
     length_m: float
 
     @property
@@ -51,6 +53,10 @@ class Motion:
     def unit(self, axis: str) -> np.ndarray:
         """Force X, Y, N, or moment N, N m, (N,) of one in the prime system; yaw acceleration R of one."""
         return self.pressure * self.length_m if axis == "N" else self.pressure
+
+    def own(self, name: str) -> np.ndarray:
+        """Sway v, m/s, yaw rate r, rad/s, or rudder angle d, rad, (N,)."""
+        return {"v": self.sway, "r": self.rate, "d": self.rudder}[name]
 
     def product(self, factors: Sequence[str]) -> np.ndarray:
         """Product (N,) of v', r', the rudder angle d, and their sizes (absv, absr, absd)."""
@@ -85,12 +91,13 @@ def motion_of(model: Model, record: Record, smooth_s: float) -> Motion:
     north, east = smoothed("north_m", np.nan), smoothed("east_m", np.nan)
     rudder, one = on_grid(record.rudder()), np.ones(time_s.size)
     if not model.is_3dof:
-        return Motion(time_s, u, 0.0 * one, r, heading, rudder, north, east, one, 1.0)
+        return Motion(time_s, u, 0.0 * one, r, heading, rudder, north, east, one, 0.0 * one, r, 1.0)
     numbers = model.environment_numbers()
     length = numbers.get("L", numbers["wind_L"])
     speed = np.sqrt(u**2 + v**2 + 1e-12)
     pressure = 0.5 * numbers["rho"] * length * numbers.get("d", length) * speed**2
-    return Motion(time_s, speed, v / speed, r * length / speed, heading, rudder, north, east, pressure, length)
+    prime = v / speed, r * length / speed
+    return Motion(time_s, speed, *prime, heading, rudder, north, east, pressure, v, r, length)
 
 
 def lagged(values: np.ndarray, time_s: float, step_s: float) -> np.ndarray:

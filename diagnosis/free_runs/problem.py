@@ -120,6 +120,7 @@ class FreeRuns:
         self._columns = [bank.model.states.index(s) for s in self.symbols]
         self.floor = self._floors()
         self.floor[: len(self.symbols)] *= 1.0 if whole else OF_PIECES
+        self._limit = LIMIT * self.floor
         self._own_places = [bank.model.states.index(s) for s in started_states(bank.model)]
         starts = start_sd(bank.model, length_s, self.symbols)
         self.own_sd = np.array([NEUTRAL_ANGLE_SD, *starts]) if whole else starts
@@ -168,6 +169,12 @@ class FreeRuns:
         runs = copy(self)
         runs.bank = replace(self.bank, places={**self.places, **places}, series={**self.bank.series, **series})
         runs.places, runs._terms = runs.bank.places, {}
+        return runs
+
+    def sharper(self, share: float) -> FreeRuns:
+        """The same runs with a share of the errors of states that count as none."""
+        runs = copy(self)
+        runs.floor = self.floor * np.where(self.known, 1.0, share)
         return runs
 
     def without(self, ids: Collection[str]) -> FreeRuns:
@@ -446,7 +453,7 @@ class FreeRuns:
                 self._show(lane, shown[:, place], series.dt)
         measured, known = self._by_channel[k]
         error = measured - np.moveaxis(series.observe(np.moveaxis(shown, 2, 0)), 0, 2)
-        limit = (LIMIT * self.floor)[:, None, None]
+        limit = self._limit[:, None, None]
         return np.fmax(np.fmin(error, limit), -limit) * known  # a run that is lost has the limit in the place of nan
 
     def _thrust(self, driven: _Driven, points: int) -> np.ndarray:

@@ -139,7 +139,8 @@ def units_of(model: Model, records: Sequence[Record], length: float, whole: bool
         ends = [(first, last) for first, last in pairwise(edges.tolist()) if last - first >= SHORTEST]
         step = min(length, span / count / LENGTHS)  # short pieces keep as many samples as others
         pieces = [coarse(records[i].slice(first, last), step) for first, last in ends]
-        own = [Stretch.of(model, piece) for piece in pieces if piece.n >= SHORTEST]
+        start_s = float(records[i].time_s[0])
+        own = [Stretch.of(model, piece, start_s=start_s) for piece in pieces if piece.n >= SHORTEST]
         starts = _starts(model, coarse(records[i].slice(a, b), step), own)
         units += [Unit(i, stretch, records[i], start) for stretch, start in zip(own, starts, strict=True)]
     if len(units) < FEWEST:
@@ -158,9 +159,9 @@ def names_of_units(units: Sequence[Unit]) -> list[str]:
     ]
 
 
-def whole_unit(model: Model, record: Record, length: float) -> Unit:
-    """A record as one unit."""
-    stretch = Stretch.of(model, coarse(record, length))
+def whole_unit(model: Model, record: Record, length: float, begin_s: float = 0.0) -> Unit:
+    """A record as one unit, or a part of one that begins so many s after its start."""
+    stretch = Stretch.of(model, coarse(record, length), start_s=float(record.time_s[0]) - begin_s)
     return Unit(0, stretch, record, stretch.state_at(0))
 
 
@@ -173,7 +174,7 @@ def without_begin(units: Sequence[Unit], late_s: float) -> list[Unit]:
         if first == 0:
             out.append(unit)
         elif piece.n - first >= SHORTEST:
-            stretch = Stretch.of(model, piece.slice(first, None))
+            stretch = Stretch.of(model, piece.slice(first, None), start_s=float(unit.record.time_s[0]))
             start = stretch.state_at(0)
             hidden = [i for i, name in enumerate(model.states) if name in ("u", "v") and i not in stretch.known]
             start[hidden] = unit.start[hidden]

@@ -26,7 +26,7 @@ def own_run(stretch: Stretch) -> FreeRun:
     scale by, and of a few samples."""
     try:
         length_s = time_scale_s(stretch.model)
-        unit = whole_unit(stretch.model, stretch.record, length_s)
+        unit = whole_unit(stretch.model, stretch.record, length_s, stretch.begin_s)
         runs = FreeRuns(of_numbers(stretch.model), [unit], length_s, whole=True)
     except CannotFit:
         return stretch.free_run()

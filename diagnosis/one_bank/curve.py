@@ -10,7 +10,7 @@ import numpy as np
 
 from ..free_runs.motion import Motion
 from ..result import Curve
-from .forces import AXES, UNITS
+from .forces import AXES, unit_of
 
 if TYPE_CHECKING:
     from ..free_runs.problem import FreeRuns
@@ -44,12 +44,12 @@ def curve_of(force: Force, runs: FreeRuns, sizes: Mapping[str, tuple[float, floa
     grid = np.linspace(*np.percentile(data, ENDS), POINTS)
     motion = _along(motions[0], field, np.tan(-grid) if variable == "drift" else grid)
     parts = [term(motion, force.axis) for term in force.shape.terms.values()]
-    names = [name.format(force.axis) for name in force.shape.terms]
+    names = [name.format(force.axis).partition("@")[0] for name in force.shape.terms]
     values, halves = np.array([sizes[n] for n in names]).T
     total = values @ np.array(parts)
     half = np.sqrt(halves**2 @ np.array(parts) ** 2)
     columns = (tuple(column.tolist()) for column in (grid, total, total - half, total + half))
-    return Curve(variable, unit, UNITS[force.axis], *columns)
+    return Curve(variable, unit, unit_of(force.axis, runs.model), *columns)
 
 
 def _along(motion: Motion, field: str, values: np.ndarray) -> Motion:

@@ -12,17 +12,23 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...estimation.selection.minimiser import prior_of
 from ...estimation.selection.number import Number
 from ...estimation.selection.quadratic import own_step
 from ..free_runs.bank import Place
 from .catalogue import force_units, forces_of
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from ...estimation.selection.minimiser import Fitted
+    from ..free_runs.motion import Motion, Series
     from ..free_runs.problem import FreeRuns
 
 WINDOWS, MOST = 16, 12
 """Windows of a piece, and of them that a force may act over."""
+SLOTS = 48
+"""Parts of the longest record that a force which acts in all records at the same time may begin and end at."""
 LEAST, ABOVE = 30.0, 8.0
 """Fall of minus twice the log likelihood beside that of the number of trials, and over the median of all pieces."""
 HALF = 0.5
@@ -69,7 +75,7 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
     normal = quadratic.normal(size)
     best = []
     for k in range(len(runs.units)):
-        trials = [t for a in range(len(axes)) for t in _spans(normal.matrix[k], normal.slope[k], a)]
+        trials = [t for a in range(len(axes)) for t in _of_piece(normal.matrix[k], normal.slope[k], a)]
         best.append(max(trials, key=lambda t: t[0]))
     falls = np.array([trial[0] for trial in best])
     bar = max(LEAST + 2.0 * np.log(len(falls) * WINDOWS * MOST * len(axes)), ABOVE * float(np.median(falls)))
@@ -90,14 +96,57 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
     return out
 
 
-def _spans(matrix: np.ndarray, slope: np.ndarray, axis: int) -> Iterator[tuple[float, int, int, int, float, float]]:
+def _of_piece(matrix: np.ndarray, slope: np.ndarray, axis: int) -> Iterator[tuple[float, int, int, int, float, float]]:
     """Fall, axis, first window, window after the last, size and its standard deviation of every span on an axis."""
     own = slice(axis * WINDOWS, (axis + 1) * WINDOWS)
-    whole = np.zeros((WINDOWS + 1, WINDOWS + 1))
-    whole[1:, 1:] = matrix[own, own].cumsum(axis=0).cumsum(axis=1)
-    along = np.concatenate([[0.0], slope[own].cumsum()])
-    for first, last in combinations(range(WINDOWS + 1), 2):
-        information = whole[last, last] - whole[first, last] - whole[last, first] + whole[first, first]
-        if last - first <= MOST and information > 0.0:
-            gain = along[last] - along[first]
-            yield float(gain**2 / information), axis, first, last, float(gain / information), float(information**-0.5)
+    for fall, first, last, information, along in _spans(matrix[own, own], slope[own]):
+        if last - first <= MOST:
+            yield fall, axis, first, last, along / information, information**-0.5
+
+
+def _spans(matrix: np.ndarray, slope: np.ndarray) -> Iterator[tuple[float, int, int, float, float]]:
+    """Fall, first window, window after the last, information and slope of a steady force over every span of windows."""
+    whole = np.zeros((slope.size + 1, slope.size + 1))
+    whole[1:, 1:] = matrix.cumsum(axis=0).cumsum(axis=1)
+    total = np.concatenate([[0.0], slope.cumsum()])
+    for first, last in combinations(range(slope.size + 1), 2):
+        information = float(whole[last, last] - whole[first, last] - whole[last, first] + whole[first, first])
+        along = float(total[last] - total[first])
+        if information > 0.0:
+            yield along**2 / information, first, last, information, along
+
+
+def common_spans(runs: FreeRuns, fitted: Fitted, always: Sequence[Number]) -> list[tuple[str, float, float]]:
+    """For each axis the span of time, s from the start of every record, over which a steady force in all records would
+    explain most about a fit, beside numbers that are always free.
+
+    Eq. 15 of docs/mathematics/pieces.md over all pieces together.
+    """
+    longest_s = max(float(m.past_s[-1]) for m in runs.motions.values())
+    edges = np.linspace(0.0, longest_s, SLOTS + 1)
+    own = [(name[-1], column) for name, column, _ in forces_of(runs.model)]
+    units, held = force_units(runs.model, runs.length_s), len(always)
+    names = {f"{axis}_slot_{i}": (axis, column, i) for axis, column in own for i in range(SLOTS)}
+    series = {name: _slot(float(edges[i]), float(edges[i + 1])) for name, (*_, i) in names.items()}
+    slots = runs.with_numbers({n: Place("term", (n,), column) for n, (_, column, _) in names.items()}, series)
+    point, numbers = fitted.point, [*always, *(Number(n, 1e-2 * units[axis]) for n, (axis, *_) in names.items())]
+    normal = slots.quadratic(point.values, point.own, numbers).normal(point.size, point.weight)
+    matrix, slope = normal.matrix.sum(axis=0), normal.slope.sum(axis=0)
+    prior = prior_of(always, point.values)
+    across = matrix[:held, held:]
+    taken = np.linalg.solve(matrix[:held, :held] + np.diag(prior.sd**-2.0), across)
+    rest, along = matrix[held:, held:] - across.T @ taken, slope[held:] - taken.T @ slope[:held]
+    out = []
+    for number, (axis, _) in enumerate(own):
+        part = slice(number * SLOTS, (number + 1) * SLOTS)
+        every = (t for t in _spans(rest[part, part], along[part]) if t[2] - t[1] < SLOTS)
+        _, first, last, *_ = max(every, default=(0.0, 0, SLOTS, 0.0, 0.0))
+        out.append((axis, float(edges[first]), float(edges[last]) if last < SLOTS else np.inf))
+    return out
+
+
+def _slot(begin_s: float, end_s: float) -> Series:
+    def inside(motion: Motion) -> np.ndarray:
+        return ((motion.past_s >= begin_s) & (motion.past_s < end_s)).astype(float)
+
+    return inside

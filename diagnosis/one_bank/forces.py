@@ -8,24 +8,25 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
-from ...models.families.extensions import WAVES_OF_PLACE, extension_of, is_made_up
+from ...models.families.extensions import ANY_ORDER, RESPONSE, WAVES_OF_PLACE, extension_of, is_made_up
 from ..free_runs.bank import Place
 from ..free_runs.motion import Motion, lagged
+from ..free_runs.problem import SENSOR
 from .catalogue import FORCE, force_units, forces_of
 
 if TYPE_CHECKING:
+    from ...models.model import Model
     from ..free_runs.motion import Series
     from ..free_runs.problem import FreeRuns
 
 AXES = {"X": "surge force", "Y": "sway force", "N": "yaw moment", "R": "yaw moment"}
-UNITS = {"X": "N", "Y": "N", "N": "N m", "R": "rad/s^k"}
-"""Units of forces: R is the yaw moment of a response model, in the units of its highest derivative."""
+UNITS = {"X": "N", "Y": "N", "N": "N m"}
 BODY = {"R": "N"}
 """Axis of a response model -> that of the body, by which a force is told."""
 WIDE = 5.0
@@ -34,8 +35,8 @@ COUNTS = ("once", "twice", "three times", "four times")
 MOTIONS = {"v": "drift", "r": "yaw rate", "d": "rudder angle"}
 """What forces follow; response models have no drift."""
 LAGS = (0.25, 0.5, 1.0, 2.0, 4.0)
-"""Times, in ship lengths sailed, that a force may lag behind the motion."""
-PERIODS = (0.7, 12.0)
+"""Times, in ship lengths sailed, that a force may lag behind the motion, at first."""
+PERIODS = (0.5, 12.0)
 """Shortest and longest period, in ship lengths sailed."""
 MOST_PERIODS = 360
 """Of all axes together."""
@@ -68,6 +69,10 @@ Term = Callable[[Motion, str], np.ndarray]
 """Force, N, or moment, N m, (N,) along a motion on an axis, for a number of one."""
 
 
+Settings = tuple[float, ...]
+"""Times of a shape that are no numbers of a fit: a lag, a period, when it begins and ends, s."""
+
+
 @dataclass(frozen=True)
 class Shape:
     """What a force follows.
@@ -77,6 +82,7 @@ class Shape:
     extensions : of a family, that hold the numbers as parameters (whose names are the part before @); none where no
     model simulates it.
     held : further parameters of the extensions, with their values.
+    settings : its times;  near : the shape at other ones;  steps : of these to the next that are tried.
     """
 
     depends_on: tuple[str, ...]
@@ -84,6 +90,17 @@ class Shape:
     terms: Mapping[str, Term]
     extensions: tuple[str, ...] = ()
     held: tuple[tuple[str, float], ...] = ()
+    settings: Settings = ()
+    steps: Settings = ()
+    near: Callable[[Settings], Shape] | None = None
+
+    def neighbours(self, share: float) -> Iterator[Shape]:
+        """The shapes at times that differ by a share of a step each."""
+        for i, step in enumerate(self.steps) if self.near is not None else ():
+            for change in (-share * step, share * step):
+                moved = tuple(x + change if k == i else x for k, x in enumerate(self.settings))
+                if all(x > 0.0 for x in moved):
+                    yield replace(self.near(moved), steps=self.steps)
 
 
 @dataclass(frozen=True)
@@ -96,7 +113,7 @@ class Force:
     @property
     def id(self) -> str:
         """What tells it from all others."""
-        return f"{self.axis} {self.shape.how}"
+        return " ".join((self.axis, self.shape.how, *map(str, self.shape.settings)))
 
     @property
     def text(self) -> str:
@@ -122,19 +139,42 @@ class Force:
         for extension in self.extensions:
             yield extension, {name: known[name] for name in extension_of(extension).units}
 
-    def unit(self, name: str) -> str:
-        """Unit of one of its numbers."""
+    def unit(self, name: str, model: Model) -> str:
+        """Unit of one of its numbers in a model."""
         if self.axis not in AXES:
             first, growth = {"u": ("m/s", "m/s2"), "v": ("m/s", "m/s2"), "r": ("rad/s", "rad/s2"),
                              "psi": ("rad", "rad/s")}[self.axis]  # fmt: skip
             return first if "_first" in name else growth
         known = {n: unit for extension in self.extensions for n, unit in extension_of(extension).units.items()}
-        return known.get(name.partition("@")[0], UNITS[self.axis])
+        own = name.partition("@")[0]
+        if self.axis == RESPONSE and own.startswith("term_"):
+            return _over_product(own.split("_")[2:], order_of(model))
+        return known.get(own, unit_of(self.axis, model)).replace(ANY_ORDER, unit_of(self.axis, model))
 
     @property
     def held(self) -> dict[str, float]:
         """Further parameters of the extensions."""
         return {name.format(self.axis): value for name, value in self.shape.held}
+
+
+def unit_of(axis: str, model: Model) -> str:
+    """Unit of a force X, Y, N; of the yaw moment R of a response model, in the units of its highest derivative."""
+    return f"rad/s{order_of(model)}" if axis == RESPONSE else UNITS[axis]
+
+
+def order_of(model: Model) -> int:
+    """Order, in time, of the highest derivative of the heading in a response model."""
+    return 2 if model.states[0] == "r" else 3
+
+
+def _over_product(factors: Sequence[str], order: int) -> str:
+    """Unit of a yaw acceleration of an order over a product of yaw rates, rad/s, and rudder angles, rad."""
+    angles = 1 - len(factors)
+    times = order - sum(factor.endswith("r") for factor in factors)
+    below = [f"{unit}{'' if n == 1 else n}" for unit, n in (("rad", -angles), ("s", times)) if n > 0]
+    above = [f"{unit}{'' if n == 1 else n}" for unit, n in (("rad", angles), ("s", -times)) if n > 0]
+    under = below[0] if len(below) == 1 else f"({' '.join(below)})"
+    return (" ".join(above) or "1") + (f"/{under}" if below else "")
 
 
 def reading_of(force: Force) -> tuple[str, str]:
@@ -159,10 +199,10 @@ def shapes(
         *(_by_heading(count) for count in range(1, len(COUNTS) + 1) if count * turned >= np.pi),
         *_by_motion(motions),
         *([_by_speed()] if speed else []),
-        *(shape for x in motions for share in LAGS for shape in _by_past(x, share * length_s)),
+        *(_by_past(x, now, share * length_s) for x in motions for share in LAGS for now in (False, True)),
         *(_by_place(side, first_m, span_m) for side, (first_m, span_m) in places.items()),
         *_in_time(longest_s, motions),
-        *map(_periodic, _periods(length_s, longest_s, MOST_PERIODS // len(axes))),
+        *itertools.starmap(_periodic, _periods(length_s, longest_s, MOST_PERIODS // len(axes))),
     ]
 
 
@@ -215,57 +255,67 @@ def _by_place(side: str, first_m: float, span_m: float) -> Shape:
     return Shape((f"place to the {side}",), f"depends on the place to the {side}", terms, (name,), held)
 
 
-def _by_past(x: str, time_s: float) -> Iterator[Shape]:
-    """A force that follows a motion with a lag, alone and beside one that follows it at once."""
+def _by_past(x: str, now: bool, time_s: float) -> Shape:
+    """A force that follows a motion with a lag, alone or beside one that follows it at once: linear in the velocity
+    (Cummins 1962)."""
     name, word = f"{{}}_past_{x}", MOTIONS[x]
-
-    def late(m: Motion, axis: str) -> np.ndarray:
-        return m.unit(axis) * lagged(m.product((x,)), time_s, m.step_s)
-
-    past: dict[str, Term] = {f"{name}_late@{time_s:.4g}": late}
-    now: dict[str, Term] = {f"{name}_now@{time_s:.4g}": _product((x,))}
-    held = ((f"{name}_now", 0.0), (f"{name}_time", time_s))
+    terms: dict[str, Term] = {f"{name}_late@{time_s:.6g}": lambda m, axis: lagged(m.own(x), time_s, m.step_s)}
     how = f"depends on the past of the {word}, over {time_s:.3g} s"
-    yield Shape((f"past of the {word}",), how, past, (name,), held)
-    yield Shape((f"past of the {word}",), f"{how}, and on the {word} now", past | now, (name,), held)
+    if now:
+        terms[f"{name}_now@{time_s:.6g}"] = lambda m, axis: m.own(x)
+        how += f", and on the {word} now"
+    held = ((f"{name}_now", 0.0), (f"{name}_time", time_s))
+    return Shape((f"past of the {word}",), how, terms, (name,), held, (time_s,), (0.5 * time_s,),
+                 lambda settings: _by_past(x, now, *settings))  # fmt: skip
 
 
 def _in_time(longest_s: float, motions: Collection[str]) -> Iterator[Shape]:
-    steady: dict[str, Term] = {"{}_first": lambda m, axis: np.ones(m.time_s.size)}
-    growth: dict[str, Term] = {"{}_growth": lambda m, axis: m.past_s / longest_s}
-    yield Shape(("time",), "grows through the record", growth)
-    yield Shape(("time",), "changes evenly through the record", steady | growth)
+    first: dict[str, Term] = {"{}_time_first": lambda m, axis: np.ones(m.time_s.size)}
+    growth: dict[str, Term] = {"{}_time_growth": lambda m, axis: m.past_s}
+    at_first = (("{}_time_first", 0.0),)
+    yield Shape(("time",), "grows through the record", growth, ("{}_time",), at_first)
+    yield Shape(("time",), "changes evenly through the record", first | growth, ("{}_time",))
     for x in motions:
-        word = MOTIONS[x]
-        yield Shape(("time", word), f"follows the {word}, by more and more through the record",
-                    {f"{{}}_growth_{x}": _growing(_product((x,)), longest_s)})  # fmt: skip
-    for begin in np.linspace(0.0, longest_s, STEPS + 2)[1:-1].tolist():
-        yield Shape(("time",), f"begins {begin:.3g} s after the start of the record",
-                    {f"{{}}_from_{begin:.4g}": _beginning(begin)})  # fmt: skip
+        growing: dict[str, Term] = {f"{{}}_growth_{x}_size": lambda m, axis, x=x: m.own(x) * m.past_s}
+        how = f"follows the {MOTIONS[x]}, by more and more through the record"
+        yield Shape(("time", MOTIONS[x]), how, growing, (f"{{}}_growth_{x}",))
+    step_s = longest_s / (STEPS + 1)
+    for begin in (step_s * np.arange(1, STEPS + 1)).tolist():
+        yield _begun((begin,), step_s)
 
 
-def _growing(term: Term, longest_s: float) -> Term:
-    return lambda m, axis: term(m, axis) * m.past_s / longest_s
+def _begun(times_s: Settings, step_s: float) -> Shape:
+    """A force that begins at a time of the record, and may end at another one."""
+    begin, *end = times_s
+    name = "{}_span" if end else "{}_from"
+    label = "_".join(f"{t:.6g}" for t in times_s)
+
+    def term(m: Motion, axis: str) -> np.ndarray:
+        return ((m.past_s >= begin) & (m.past_s < (end[0] if end else np.inf))).astype(float)
+
+    how = f"begins {begin:.3g} s after the start of the record" + "".join(f" and ends at {t:.3g} s" for t in end)
+    held = tuple((f"{name}_{which}", t) for which, t in zip(("begin", "end"), times_s, strict=False))
+    return Shape(("time",), how, {f"{name}_size@{label}": term}, (name,), held, times_s, (step_s,) * len(times_s),
+                 lambda settings: _begun(settings, step_s))  # fmt: skip
 
 
-def _beginning(begin_s: float) -> Term:
-    return lambda m, axis: (m.past_s >= begin_s).astype(float)
-
-
-def _periodic(period_s: float) -> Shape:
-    omega, name = 2.0 * np.pi / period_s, f"{{}}_period_{period_s:.4g}"
+def _periodic(period_s: float, step_s: float = 0.0) -> Shape:
+    omega, name = 2.0 * np.pi / period_s, "{}_period"
     terms: dict[str, Term] = {
-        f"{name}_cos": lambda m, axis: np.cos(omega * m.past_s),
-        f"{name}_sin": lambda m, axis: np.sin(omega * m.past_s),
+        f"{name}_cos@{period_s:.6g}": lambda m, axis: np.cos(omega * m.past_s),
+        f"{name}_sin@{period_s:.6g}": lambda m, axis: np.sin(omega * m.past_s),
     }
-    return Shape(("time",), f"swings with a period of {period_s:.3g} s", terms)
+    return Shape(("time",), f"swings with a period of {period_s:.3g} s", terms, (name,), ((f"{name}_time", period_s),),
+                 (period_s,), (step_s,), lambda settings: _periodic(*settings))  # fmt: skip
 
 
-def _periods(length_s: float, longest_s: float, most: int) -> list[float]:
-    """Periods, s, as close as records of this duration tell them apart; about as many as `most`."""
+def _periods(length_s: float, longest_s: float, most: int) -> list[tuple[float, float]]:
+    """Periods, s, as close as records of this duration tell them apart, with the steps between them; about as many as
+    `most`."""
     low, high = 1.0 / (PERIODS[1] * length_s), 1.0 / (PERIODS[0] * length_s)
     step = max(0.5 / longest_s, (high - low) / most)
-    return (1.0 / np.arange(max(low, 1.0 / longest_s), high, step)).tolist()
+    every = 1.0 / np.arange(max(low, 1.0 / longest_s), high, step)
+    return [(p, step * p**2) for p in every.tolist()]
 
 
 # ---- the bank
@@ -282,21 +332,20 @@ class Forces:
 def forces_along(runs: FreeRuns) -> Forces:
     """Forces along the motions of the records, and drifts of the sensors that show them."""
     model, motions, length_s = runs.model, list(runs.motions.values()), runs.length_s
-    units, longest_s = force_units(model, length_s), max(float(m.past_s[-1]) for m in motions)
+    longest_s = max(float(m.past_s[-1]) for m in motions)
     turned = float(np.ptp(np.concatenate([m.heading for m in motions])))
-    steady = {name[-1]: (column, sd) for name, column, sd in forces_of(model)}
+    steady = [name[-1] for name, *_ in forces_of(model)]
     forces: dict[str, Force] = {}
     candidates: list[Candidate] = []
     places: dict[str, Place] = {}
     series: dict[str, Series] = {}
     for shape in shapes(steady, length_s, longest_s, _places(motions), turned):
-        for axis, (column, sd) in steady.items():
-            force = Force(axis, shape)
-            own = {name.format(axis): _on(axis, term) for name, term in shape.terms.items()}
-            wide = WIDE * sd * units[axis]
-            candidates.append(_candidate(force, {n: wide / _size(along, motions) for n, along in own.items()}))
-            forces[force.id], series = force, series | own
-            places |= {name: Place("term", (name,), column) for name in own}
+        for axis in steady:
+            one = _as_candidate(runs, Force(axis, shape))
+            forces |= one.forces
+            candidates += one.candidates
+            places |= one.places
+            series |= one.series
     for symbol in (s for s in DRIFTS if s in runs.symbols):
         force = Force(symbol, Shape(("time",), "drifts through the record", {}))
         forces[force.id] = force
@@ -306,6 +355,43 @@ def forces_along(runs: FreeRuns) -> Forces:
             candidates.append(_candidate(force, sds))
             places |= own_places
     return Forces(forces, tuple(candidates), places, series)
+
+
+def _as_candidate(runs: FreeRuns, force: Force) -> Forces:
+    """One force as a candidate, with the places and series of its numbers."""
+    motions = list(runs.motions.values())
+    column, sd = next((column, sd) for name, column, sd in forces_of(runs.model) if name[-1] == force.axis)
+    wide = WIDE * sd * force_units(runs.model, runs.length_s)[force.axis]
+    own = {name.format(force.axis): _on(force.axis, term) for name, term in force.shape.terms.items()}
+    candidate = _candidate(force, {n: wide / _size(along, motions) for n, along in own.items()})
+    return Forces({force.id: force}, (candidate,), {n: Place("term", (n,), column) for n in own}, own)
+
+
+def with_force(runs: FreeRuns, forces: Forces, force: Force) -> tuple[FreeRuns, Forces, Candidate]:
+    """The runs and forces with one more, and its candidate."""
+    one = _as_candidate(runs, force)
+    both = Forces(
+        {**forces.forces, **one.forces}, (*forces.candidates, *one.candidates),
+        {**forces.places, **one.places}, {**forces.series, **one.series},
+    )  # fmt: skip
+    return runs.with_numbers(one.places, one.series), both, one.candidates[0]
+
+
+def with_spans(runs: FreeRuns, forces: Forces, spans: Sequence[tuple[str, float, float]]) -> tuple[FreeRuns, Forces]:
+    """The runs and forces with steady forces over spans of time (axis, begin and end, s) of all records."""
+    step_s = max(float(m.past_s[-1]) for m in runs.motions.values()) / (STEPS + 1)
+    for axis, begin, end in spans:
+        times = tuple(t for t in (begin, end) if np.isfinite(t))
+        runs, forces, _ = with_force(runs, forces, Force(axis, _begun(times, step_s)))
+    return runs, forces
+
+
+def drift_of(places: Mapping[str, Place], candidate: Candidate) -> dict[str, str]:
+    """Number -> instrument of a model, of a sensor that drifts alike in all records; none of any other candidate."""
+    own = {name: places[name] for name in candidate.names}
+    if any(place.kind != "drift" or place.record is not None for place in own.values()):
+        return {}
+    return {n: f"{SENSOR[p.entries[0]]}_{'bias' if p.column else 'drift'}" for n, p in own.items()}
 
 
 def _places(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:

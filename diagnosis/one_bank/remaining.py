@@ -7,41 +7,62 @@ described only.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+import itertools
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...checks.result import Size
+from ...datasets.columns import POSITIONS
 from ...datasets.instruments import corrected
 from ...estimation.selection.minimiser import minimise
-from ...estimation.selection.score import fall
+from ...estimation.selection.number import distinct
+from ...estimation.selection.score import score
 from ...estimation.selection.selection import (
+    CLEAR,
+    EVIDENT,
     Entered,
     Rules,
     Selection,
     clearly_worse,
+    fall_between,
     floor_squares,
+    independent,
     is_enough,
     mean_squares,
+    quantile,
     select,
     with_only,
 )
 from ...models.extend import extended
+from ...models.instruments import combined
 from ..causes.base import Cause
 from ..causes.registry import causes
-from ..gain.guard import log_fall, training_errors
+from ..gain.guard import CLEARLY, log_fall, training_errors
 from ..gain.runs import with_runs
 from ..report.bank import demoted
 from ..result import RemainingForce
 from .catalogue import FLOWS
 from .curve import curve_of
 from .diagnose import runs_of, worsens
-from .events import events
-from .forces import AXES, BODY, READINGS, UNITS, Forces, forces_along, reading_of
-from .search import Choice, half_intervals, interval_factor
+from .events import common_spans, events
+from .forces import (
+    AXES,
+    BODY,
+    READINGS,
+    Force,
+    Forces,
+    drift_of,
+    forces_along,
+    reading_of,
+    unit_of,
+    with_force,
+    with_spans,
+)
+from .search import FEW, Choice, half_intervals, interval_factor
 from .told import extended_model
 
 if TYPE_CHECKING:
@@ -54,12 +75,20 @@ if TYPE_CHECKING:
     from ..prepared import Prepared
     from ..result import Diagnosis
     from .events import Event
+    from .forces import Shape
 
-RULES = Rules(least=0.02, level=0.9995, most=3, leaders=5, of_each=2)
-"""Forces have a higher bar than causes: hundreds are tried, and gusts are none."""
-NOISE, LITTLE = 1.2, 0.02
-"""Factor on the sensors' squared noise, which is estimated, and error beyond it, as a share of the motion, that is no
-matter."""
+RULES = Rules(least=0.02, level=0.9995, most=3, leaders=4, of_each=1)
+FAINT = replace(RULES, least=0.004, most=1)
+"""Forces have a higher bar than causes: hundreds are tried, and gusts are none.  Where no errors are left that matter,
+one that is sure is looked for."""
+NOISE, LITTLE, SHARPER = 1.2, 0.02, 0.25
+"""Factor on the sensors' squared noise, which is estimated; error beyond it, as a share of the motion, that is no
+matter; and share of the errors that count as none in a diagnosis which count as none here: what is sure decides which
+of two explanations holds, however little it matters."""
+SURE = 0.99
+"""Level from which forces in the place of names of the hull, or of all numbers, predict left-out pieces better."""
+REFINED = (0.5, 0.25, 0.125)
+"""Shares of a step by which the times of a force that has entered are moved in turn."""
 BIASES = {"r": ("yaw_rate_bias", "yaw_rate_bias"), "v": ("sway_offset", "sway_bias")}
 """State that a drifting sensor shows -> cause and instrument of its steady error, whose place the drift takes."""
 INSTEAD = "what remains is described without it"
@@ -94,17 +123,13 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if diagnosis.verdict not in ("named", "tied", "partly_named"):
         model = base
     flows = {f.cause for f in diagnosis.causes if f.cause in FLOWS and any(s.record for s in f.sizes)}
+    wide = _moved(base, model) > FEW
+    if wide:  # the numbers that took up what remains start anew
+        model = base
     now = _Beside.of(model, train, options, flows)
-    if not now.leaves(now.plain):
-        return diagnosis
-    hull = any(_of_hull(f.cause) for f in diagnosis.causes) and model is not base
-
-    @cache
-    def of_base() -> _Beside:
-        return now if model is base else _Beside.of(base, train, options, flows)
-
+    beside_base = now if model is base else _Beside.of(base, train, options, flows)
     answer = diagnosis
-    for of_model, rest in _explanations(now, of_base, hull):
+    for of_model, rest in _explanations(now, beside_base, wide):
         rival, start = (diagnosis, model) if of_model else (_without_hull(diagnosis), base)
         answer = _told(diagnosis, rival, start, rest, records, held_out, options)
         if answer is not diagnosis:
@@ -117,24 +142,43 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     return answer
 
 
-def _explanations(now: _Beside, of_base: Callable[[], _Beside], hull: bool) -> Iterator[tuple[bool, Remainder]]:
-    """Whether beside the model that the diagnosis has told, and forces, the preferred first: beside the base alone
-    where names of the hull (hull) are needless then, beside the model, and few forces in the place of these names."""
-    rest = _beside_numbers(now)
+def _moved(base: Model, model: Model) -> int:
+    """How many of the base model's coefficients differ in a model."""
+    other = dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
+    return sum(other.get(name, x) != x for name, x in zip(base.coordinates, base.coefficients.tolist(), strict=True))
+
+
+def _explanations(now: _Beside, base: _Beside, wide: bool) -> Iterator[tuple[bool, Remainder]]:
+    """Whether beside the model that the diagnosis has told, and forces, the preferred first: few forces beside the base
+    alone, where they take the place of what is named of the hull; forces beside the model's own numbers."""
+    few = _alone(base, wide)
+    rest = _beside_numbers(now) if few is None or base.leaves(few.fitted) else None
+    refitted = _refitted(base, rest) if rest is not None and few is None else None
+    for one in (one for one in (few, refitted) if one is not None):
+        if _takes_the_place(base, one, None if wide else now.plain) and not (
+            rest and _surely_worse(now.runs, one.fitted, rest.fitted, CLEAR)
+        ):
+            yield False, one
     if rest is not None:
-        for alone in _alone(of_base(), rest) if hull else ():
-            if alone is not None and not clearly_worse(now.runs, alone.fitted, rest.fitted, RULES.least):
-                yield False, alone
         yield True, rest
-    few = _instead(now, of_base())
-    if few is not None:
-        yield False, few
 
 
-def _alone(base: _Beside, rest: Remainder) -> Iterator[Remainder | None]:
-    """Forces beside the base alone: those that are selected there, and those that were beside another model."""
-    yield _beside_numbers(base)
-    yield _refitted(base, rest)
+def _takes_the_place(base: _Beside, one: Remainder, named: Fitted | None) -> bool:
+    """Whether forces beside the base alone predict left-out pieces better than what is named.
+
+    Than few numbers they have to do so surely, and no worse than all numbers of the base model together; than these
+    (named None: which hardly err where they were fitted) clearly, as forces are fewer.
+    """
+    if named is None:
+        return _surely_worse(base.runs, base.whole, one.fitted, CLEAR)
+    surely = _surely_worse(base.runs, named, one.fitted, quantile(base.runs, SURE))
+    return surely and not _surely_worse(base.runs, one.fitted, base.whole, CLEAR)
+
+
+def _surely_worse(runs: FreeRuns, one: Fitted, other: Fitted, errors: float) -> bool:
+    """Whether a fit predicts left-out pieces worse than another one by so many standard errors, and by no chance."""
+    between = fall_between(runs, one, other)
+    return between.gain > errors * between.error and between.gain * independent(runs, other) > EVIDENT
 
 
 def _share_of(diagnosis: Diagnosis) -> float:
@@ -185,7 +229,7 @@ class _Beside:
     @classmethod
     def of(cls, model: Model, records: Sequence[Record], options: Options, flows: Collection[str]) -> _Beside:
         """The runs along records; flows : causes (current, wind) of which each record has its own."""
-        bare = runs_of(model, records, options)
+        bare = runs_of(model, records, options).sharper(SHARPER)
         forces = forces_along(bare)
         runs = bare.with_numbers(forces.places, forces.series)
         own = tuple(n for c in runs.bank.candidates if c.id in flows for n in c.numbers if ":" in n.name)
@@ -204,6 +248,11 @@ class _Beside:
             return self.plain
         return minimise(self.runs, self.numbers, self.plain.point.values, self.plain.point.own)
 
+    def with_spans(self, fitted: Fitted, always: Sequence[Number]) -> _Beside:
+        """With forces over spans of time of all records that may explain most about a fit."""
+        runs, forces = with_spans(self.runs, self.forces, common_spans(self.runs, fitted, always))
+        return replace(self, runs=runs, forces=forces)
+
     def fit(self, candidates: Sequence[Candidate]) -> Fitted:
         """The fit with candidates, and without the model's own numbers."""
         numbers = {n.name: n for n in (*self.flows, *(n for c in candidates for n in c.numbers))}
@@ -211,16 +260,15 @@ class _Beside:
 
     @property
     def enough(self) -> np.ndarray:
-        """Root mean square errors (C,) of left-out pieces below which none matters.
+        """Root mean square errors (C,) of left-out pieces below which no more than one force is looked for.
 
         Eq. 14 of docs/mathematics/pieces.md.
         """
         return np.sqrt((LITTLE * self.runs.motion) ** 2 + _no_matter(self.runs))
 
-    @property
-    def rules(self) -> Rules:
-        """Those of the selection: no force is looked for where no errors are left that matter."""
-        return replace(RULES, enough=self.enough)
+    def rules(self, fitted: Fitted, most: int) -> Rules:
+        """Those of a selection from a fit; most : forces that may enter where it leaves errors that matter."""
+        return replace(RULES, enough=self.enough, most=most) if self.leaves(fitted) else FAINT
 
     def leaves(self, fitted: Fitted) -> bool:
         """Whether a fit leaves errors that matter."""
@@ -229,19 +277,40 @@ class _Beside:
 
 def _beside_numbers(now: _Beside) -> Remainder | None:
     """Forces that are needed beside the model's own numbers."""
-    if not now.leaves(now.whole):
-        return None
+    now = now.with_spans(now.whole, now.numbers)
     free = [c for c in now.forces.candidates if not now.numbers or not now.forces.forces[c.id].at_once]
-    selection = select(now.runs, free, now.rules, now.whole, now.numbers)
-    simple = now.fit(selection.candidates)
-    sure = _once([one for one in selection.entered if _is_sure(now.runs, simple, one.candidate)], now.forces)
+    selection = select(now.runs, free, now.rules(now.whole, RULES.most), now.whole, now.numbers)
+    sure = _once([one for one in selection.entered if _is_sure(now.runs, selection.final, one.candidate)], now.forces)
     if not sure:
         return None
     if len(sure) < len(selection.entered):
         selection = with_only(now.runs, selection, sure, now.numbers)
-        simple = now.fit(selection.candidates)
-    beside = clearly_worse(now.runs, simple, selection.final, RULES.least)
-    return Remainder(now.runs, now.forces, selection, selection.final if beside else simple)
+    rest = _refined(Remainder(now.runs, now.forces, selection, selection.final), now.numbers)
+    simple = replace(now, runs=rest.runs).fit(rest.selection.candidates)
+    beside = clearly_worse(rest.runs, simple, rest.fitted, RULES.least)
+    return rest if beside else rest._replace(fitted=simple)
+
+
+def _refined(rest: Remainder, always: Sequence[Number]) -> Remainder:
+    """The forces with times at which left-out pieces are predicted best, near those that were screened."""
+    for place, share in itertools.product(range(len(rest.selection.entered)), REFINED):
+        force = rest.forces.forces[rest.selection.entered[place].candidate.id]
+        trials = [_with_shape(rest, place, shape, always) for shape in force.shape.neighbours(share)]
+        rest = min([rest, *trials], key=lambda one: score(one.fitted.left_out + floor_squares(one.runs)))
+    return rest
+
+
+def _with_shape(rest: Remainder, place: int, shape: Shape, always: Sequence[Number]) -> Remainder:
+    """The remainder with another shape of one force, fitted again."""
+    entered, final = list(rest.selection.entered), rest.fitted
+    old = rest.forces.forces[entered[place].candidate.id]
+    runs, forces, candidate = with_force(rest.runs, rest.forces, Force(old.axis, shape))
+    names = dict(zip(candidate.names, entered[place].candidate.names, strict=True))
+    entered[place] = replace(entered[place], candidate=candidate)
+    numbers = distinct((*always, *(n for one in entered for n in one.candidate.numbers)))
+    values = {n.name: final.value(names.get(n.name, n.name)) for n in numbers}
+    fitted = minimise(runs, numbers, values, final.point.own, weight=final.point.weight)
+    return Remainder(runs, forces, Selection(rest.selection.base, tuple(entered), fitted), fitted)
 
 
 def _once(entered: Sequence[Entered], forces: Forces) -> tuple[Entered, ...]:
@@ -261,37 +330,30 @@ def _is_sure(runs: FreeRuns, fitted: Fitted, candidate: Candidate) -> bool:
     return any(abs(fitted.value(name)) > halves[name] for name in candidate.names if "_first" not in name)
 
 
-def _instead(now: _Beside, base: _Beside) -> Remainder | None:
-    """One or two forces in the place of what is named, where they predict left-out pieces clearly better than it, and
-    no worse than all numbers of the base model together."""
-    few = replace(base.rules, most=2)
-    selection = _exchanged(base, select(base.runs, base.forces.candidates, few, base.plain, base.flows))
-    worse = partial(clearly_worse, base.runs, least=RULES.least)
-    if not all(_is_sure(base.runs, selection.final, one.candidate) for one in selection.entered):
+def _alone(base: _Beside, wide: bool) -> Remainder | None:
+    """Forces beside the base alone: one or two, one where all of its numbers may be wrong."""
+    base = base.with_spans(base.plain, base.flows)
+    rules = base.rules(base.plain, 1 if wide else 2)
+    selection = select(base.runs, base.forces.candidates, rules, base.plain, base.flows)
+    entered = _once(selection.entered, base.forces)
+    if not entered:
         return None
-    if not selection.entered or worse(selection.final, base.whole) or not worse(now.plain, selection.final):
-        return None
-    return Remainder(base.runs, base.forces, selection, selection.final)
+    if len(entered) < len(selection.entered):
+        selection = with_only(base.runs, selection, entered, base.flows)
+    rest = _refined(Remainder(base.runs, base.forces, selection, selection.final), base.flows)
+    sure = all(_is_sure(rest.runs, rest.fitted, one.candidate) for one in rest.selection.entered)
+    return rest if sure else None
 
 
-def _exchanged(base: _Beside, selection: Selection) -> Selection:
-    """The selection of one force with the best of all ways in which a force may depend on its variables: the screen is
-    linear, and lags are far from each other."""
-    if len(selection.entered) != 1:
-        return selection
-    one = selection.entered[0]
-    fits = {c: base.fit([c]) for c in base.forces.candidates if c.of == one.candidate.of}
-    between = {c: fall(selection.base.left_out, f.left_out, floor_squares(base.runs)) for c, f in fits.items()}
-    best = max(between, key=lambda c: between[c].gain)
-    return Selection(selection.base, (Entered(best, between[best], one.tied_with),), fits[best])
-
-
-def _refitted(base: _Beside, rest: Remainder) -> Remainder | None:
-    """The forces that were selected, fitted beside another model; None where its time scale, and so its periods and
-    lags, are others."""
-    if not {n for c in rest.selection.candidates for n in c.names} <= base.runs.places.keys():
-        return None
-    return Remainder(base.runs, base.forces, rest.selection, base.fit(rest.selection.candidates))
+def _refitted(base: _Beside, rest: Remainder) -> Remainder:
+    """The forces that were selected beside another model, beside the base alone."""
+    runs, forces, entered = base.runs, base.forces, list[Entered]()
+    for one in rest.selection.entered:
+        runs, forces, candidate = with_force(runs, forces, rest.forces.forces[one.candidate.id])
+        entered.append(replace(one, candidate=candidate))
+    fitted = replace(base, runs=runs).fit([one.candidate for one in entered])
+    whole = Remainder(runs, forces, Selection(base.plain, tuple(entered), fitted), fitted)
+    return _refined(whole, base.flows)
 
 
 def _no_matter(runs: FreeRuns) -> np.ndarray:
@@ -326,18 +388,18 @@ def _told(
     options: Options,
 ) -> Diagnosis:
     """The diagnosis with forces that were selected; the one before where these worsen held-out records."""
-    remaining = tuple(_force(rest, one) for one in rest.selection.entered)
-    diagnosis = _without_biases(diagnosis, {force.axis for force in remaining})
-    model = _extended(start, rest) if any(force.extended for force in remaining) else start
-    model = replace(model, instruments=diagnosis.extended.instruments)
-    plain = with_runs(
-        replace(diagnosis, extended=model, traces=(), remaining=remaining, hypothesis=None),
-        records.train, records.instruments, held_out, options.channels,
-    )  # fmt: skip
+    diagnosis = _without_biases(diagnosis, {rest.forces.forces[c.id].axis for c in rest.selection.candidates})
     share = _share(rest.runs, rest.selection.base, rest.selection.final)
-    in_time = any("time" in force.depends_on for force in remaining)
-    if share < (MOST_OF_IT if in_time else TAKEN_OFF) or _errs_more(before, plain):
+    in_time = any("time" in rest.forces.forces[c.id].shape.depends_on for c in rest.selection.candidates)
+    if share < (MOST_OF_IT if in_time else TAKEN_OFF):
         return before
+    for time_too in (True, False) if in_time else (True,):
+        plain = _with_forces(diagnosis, start, rest, time_too, records, held_out, options)
+        if not _errs_more(before, plain, in_time and time_too):
+            break
+    else:
+        return before
+    remaining = plain.remaining
     if not diagnosis.causes or diagnosis.verdict in ("unexplained", "partly_named"):
         said = f"no known cause explains what remains, but it is described: {remaining[0].text}"
         named = diagnosis.verdict == "partly_named" and diagnosis.causes
@@ -346,21 +408,66 @@ def _told(
     return plain
 
 
-def _errs_more(before: Diagnosis, after: Diagnosis) -> bool:
+def _with_forces(
+    diagnosis: Diagnosis,
+    start: Model,
+    rest: Remainder,
+    time_too: bool,
+    records: Prepared,
+    held_out: Sequence[Record],
+    options: Options,
+) -> Diagnosis:
+    """The diagnosis with forces, and with a model extended by them; time_too : also by forces in time."""
+
+    def extends(one: Entered, force: Force) -> bool:
+        held = force.extensions or drift_of(rest.runs.places, one.candidate)
+        return bool(held) and (time_too or "time" not in force.shape.depends_on)
+
+    entered = [(one, rest.forces.forces[one.candidate.id]) for one in rest.selection.entered]
+    remaining = tuple(_force(rest, one, extends(one, force)) for one, force in entered)
+    model, own = start, [one for one, force in entered if extends(one, force)]
+    if own:
+        model = _extended(start, rest, own)
+    drifts = {n: x for one in own for n, x in _instruments(rest, one).items()}
+    model = replace(model, instruments=combined(diagnosis.extended.instruments, drifts))
+    return with_runs(
+        replace(diagnosis, extended=model, traces=(), remaining=remaining, hypothesis=None),
+        records.train, records.instruments, held_out, options.channels,
+    )  # fmt: skip
+
+
+def _errs_more(before: Diagnosis, after: Diagnosis, in_time: bool) -> bool:
     """Whether the extended model predicts held-out records worse than the base model does, or than that of the
     diagnosis before, or the training ones no better.
 
     Along the measured motion a force can hold a simulation to it, as an observer does: only a simulation with the force
-    shows whether it is one.  Forces in time are in no model.
+    shows whether it is one.  in_time : a force in time is a term of the model, which it is only where it returns: where
+    held-out records are predicted clearly better with it.
     """
     if not any(force.extended for force in after.remaining):
         return False
-    held_out = [{c: g.own_after for c, g in d.gain.items()} for d in (before, after)]
-    train = [{c: error for c, (_, error) in training_errors(d).items()} for d in (before, after)]
-    return worsens(after) or (bool(after.gain) and log_fall(*held_out) < 0.0) or log_fall(*train) <= 0.0
+    told_gain = {c: g.own_after for c, g in before.gain.items()}
+    told_train = {c: error for c, (_, error) in training_errors(before).items()}
+    held_out = _motion({c: (told_gain.get(c, g.own_before), g.own_after) for c, g in after.gain.items()})
+    train = _motion({c: (told_train.get(c, old), new) for c, (old, new) in training_errors(after).items()})
+    least = CLEARLY if in_time else 0.0
+    if worsens(after) or log_fall(*train) <= 0.0:
+        return True
+    return log_fall(*held_out) < least if after.gain else in_time
 
 
-def _force(rest: Remainder, one: Entered) -> RemainingForce:
+def _motion(errors: Mapping[str, tuple[float, float]]) -> list[dict[str, float]]:
+    """Errors before and after of channels but positions, which repeat what the others show."""
+    return [{c: pair[i] for c, pair in errors.items() if c not in POSITIONS} for i in (0, 1)]
+
+
+def _instruments(rest: Remainder, one: Entered) -> dict[str, float]:
+    """Error and drift of a sensor that all records have, as instruments of a model; none of a force."""
+    names = drift_of(rest.runs.places, one.candidate)
+    return {instrument: rest.fitted.value(name) for name, instrument in names.items()}
+
+
+def _force(rest: Remainder, one: Entered, extends: bool) -> RemainingForce:
     force, runs = rest.forces.forces[one.candidate.id], rest.runs
     share = _share(runs, rest.selection.base, rest.selection.final) if len(rest.selection.entered) == 1 else None
     fits = rest.selection.base, rest.selection.final
@@ -373,7 +480,7 @@ def _force(rest: Remainder, one: Entered) -> RemainingForce:
     rivals = tuple(rest.forces.forces[c.id].text for c in one.tied_with)
     axis = BODY.get(force.axis, force.axis)
     return RemainingForce(
-        axis, force.shape.depends_on, said, share, gain, sizes, bool(force.extensions), reading, following,
+        axis, force.shape.depends_on, said, share, gain, sizes, extends, reading, following,
         rivals, curve_of(force, runs, {s.parameter: (s.value, s.high - s.value) for s in sizes}),
     )  # fmt: skip
 
@@ -394,8 +501,8 @@ def _events(now: _Beside, of_pieces: Sequence[Event]) -> tuple[RemainingForce, .
         count = np.maximum(runs.counts[event.unit], 1.0)
         gain = _gain(runs, event.before / count, event.after / count)
         half = interval_factor(runs) * event.sd
-        size = Size(f"{event.axis}_event", event.size, event.size - half, event.size + half, UNITS[event.axis],
-                    event.record)  # fmt: skip
+        size = Size(f"{event.axis}_event", event.size, event.size - half, event.size + half,
+                    unit_of(event.axis, runs.model), event.record)  # fmt: skip
         said = f"a {AXES[event.axis]} that acts for a time: {event.record}, {event.begin_s:.0f} to {event.end_s:.0f} s"
         axis, share = BODY.get(event.axis, event.axis), float(np.clip(taken / whole, 0.0, 1.0))
         out.append(RemainingForce(axis, ("time",), said, share, gain, (size,), False, *READINGS["event"]))
@@ -408,14 +515,14 @@ def _sizes(rest: Remainder, one: Entered) -> Iterator[Size]:
     force = rest.forces.forces[one.candidate.id]
     for name in one.candidate.names:
         value, half = rest.fitted.value(name), halves[name]
-        yield Size(name.partition("@")[0], value, value - half, value + half, force.unit(name))
+        yield Size(name.partition("@")[0], value, value - half, value + half, force.unit(name, rest.runs.model))
 
 
-def _extended(start: Model, rest: Remainder) -> Model:
+def _extended(start: Model, rest: Remainder, entered: Sequence[Entered]) -> Model:
     """The model with the forces that follow its motion, and with its own numbers where these moved."""
     choice = Choice(rest.runs, Selection(rest.selection.base, (), rest.fitted))
     out = extended_model(start, choice, {})
-    for one in rest.selection.entered:
+    for one in entered:
         force = rest.forces.forces[one.candidate.id]
         for extension, values in force.parameters({n: rest.fitted.value(n) for n in one.candidate.names}):
             out = extended(out, extension, values)

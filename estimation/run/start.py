@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...models.errors import CannotFit
+from ...models.regimes import CLOCK
 from ...models.time_scale import time_scale_s
 from ..results.predictor import ModelPredictor
 
 if TYPE_CHECKING:
     from ...models.model import Model
 
-SLOW = ("u", "psi", "x", "y")
+SLOW = ("u", "psi", "x", "y", CLOCK)
 """States that depend on more of the past than a few ship lengths and settle into nothing."""
 STEP, STEPS = 0.1, 40
 """Time between two looks at a state that settles, in ship lengths sailed, and how many there are."""

@@ -18,6 +18,7 @@ import numpy as np
 from ...datasets.instruments import hull_record
 from ...models.errors import CannotFit
 from ...models.model import CHANNELS
+from ...models.regimes import CLOCK
 from ...models.time_scale import time_scale_s
 from ..observers.smoothed_states import smoothed_states
 from ..records.gaps import SHORTEST, clock_of, stretches
@@ -58,7 +59,7 @@ class Stretch:
     """A model and a stretch of a record without long gaps: what the hull did, and its series.
 
     place : the samples of the record that it is;  predictor : a black box that predicts in the model's place; None:
-    the model itself.
+    the model itself.  begin_s : time of its first sample from the start of the record.
     """
 
     model: Model
@@ -66,15 +67,26 @@ class Stretch:
     series: Series
     place: slice
     predictor: Predictor | None = None
+    begin_s: float = 0.0
 
     @classmethod
     def of(
-        cls, model: Model, record: Record, place: slice = slice(None), predictor: Predictor | None = None
+        cls,
+        model: Model,
+        record: Record,
+        place: slice = slice(None),
+        predictor: Predictor | None = None,
+        start_s: float | None = None,
     ) -> Stretch:
-        """The samples `place` of what the hull did; raises CannotFit as `stretches_of`."""
+        """The samples `place` of what the hull did; raises CannotFit as `stretches_of`.
+
+        start_s : time at which the whole record starts; None: that of `record`.
+        """
         own = record.slice(place.start, place.stop)
+        begin_s = float(own.time_s[0] - (record.time_s[0] if start_s is None else start_s))
         series = series_of(own, model, SYMBOLS)  # a black box knows the model's inputs alone
-        return cls(model, own, series if predictor else with_weather(series, own, model), place, predictor)
+        series = series if predictor else with_weather(series, own, model)
+        return cls(model, own, series, place, predictor, begin_s)
 
     @property
     def grid_s(self) -> np.ndarray:
@@ -103,7 +115,10 @@ class Stretch:
     def state_at(self, point: int) -> np.ndarray:
         """State (n,) at a grid point: smoothed, and as `start_state` says where the record does not tell it."""
         known = {number: values[point:] for number, values in self.known.items()}
-        return start_state(self.model, self.series.start, known, self.series.inputs[point:], self.series.dt)
+        approach = self.series.start.copy()
+        if CLOCK in self.model.states:
+            approach[self.model.states.index(CLOCK)] = self.begin_s + point * self.series.dt
+        return start_state(self.model, approach, known, self.series.inputs[point:], self.series.dt)
 
     def channels(self, states: np.ndarray) -> dict[str, np.ndarray]:
         """States (K, n) as channels of a record: column name -> (K,)."""

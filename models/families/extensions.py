@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, cast
 
 from ..definition import Definition, symbols
 from ..later import Later
-from ..regimes import EXTENSION, VARIABLES
+from ..regimes import CLOCK, EXTENSION, VARIABLES
 
 if TYPE_CHECKING:
     import sympy as sp
@@ -341,6 +341,8 @@ CROSSFLOW = [
     (YAW, lambda v, r: v * primitives.absv(r)),
     (YAW, lambda v, r: r * primitives.absv(v)),
 ]
+ANY_ORDER = "rad/s^k"
+"""Unit of a response model's yaw acceleration: k is the order of the highest derivative."""
 EXTENSIONS: dict[str, Extension] = {
     "rudder_offset": Extension({"rudder_offset": "rad"}, _rudder(lambda d, p: d + p), held=("rudder_offset",)),
     "rudder_effectiveness": Extension({"rudder_effectiveness": "1"}, _effectiveness, held=("rudder_effectiveness",)),
@@ -395,7 +397,7 @@ EXTENSIONS: dict[str, Extension] = {
     "asymmetry": Extension({"asymmetry_Y": "1", "asymmetry_N": "1"}, _asymmetry, three_dof=True),
     "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
     "constant_yaw": Extension(
-        {"constant_yaw": "rad/s^k"},
+        {"constant_yaw": ANY_ORDER},
         lambda d, p: _with_force(d, 0, p[0]),
         three_dof=False,
     ),
@@ -407,7 +409,7 @@ EXTENSIONS: dict[str, Extension] = {
         {"rudder_stall": "1/rad"}, _rudder(lambda d, p: d / (1 + p * primitives.absv(d))), held=("rudder_stall",)
     ),
     "heading_moment": Extension(
-        {"heading_moment_cos": "rad/s^k", "heading_moment_sin": "rad/s^k"}, _by_heading, three_dof=False
+        {"heading_moment_cos": ANY_ORDER, "heading_moment_sin": ANY_ORDER}, _by_heading, three_dof=False
     ),
     "measured_wind": Extension({"wind_across": "rad/m2", "wind_both": "rad/m2"}, _wind_on_yaw, three_dof=False),
     "speed_loss": Extension(
@@ -428,11 +430,18 @@ TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+|R(_(r|d|absr|absd))+")
 is a yaw acceleration r |d| of a response model, r in rad/s."""
 
 FORCE = re.compile(
-    "(?!R_(speed|place|past_v))(?P<axis>[XYNR])_"
-    "(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd])|place_(?P<place>north|east))"
+    "(?!R_(speed|place|past_v|growth_v))(?P<axis>[XYNR])_"
+    "(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd])|place_(?P<place>north|east)"
+    "|growth_(?P<growth>[vrd])|(?P<time>time|from|span|period))"
 )
-"""Identifier of an added force by the heading (so many times a turn), the speed, the past of v', r' or the rudder, or
-the place; R is the yaw acceleration of a response model."""
+"""Identifier of an added force by the heading (so many times a turn), the speed, the past of sway, yaw rate or rudder,
+the place, or the time from the start of a record (alone, or as a share of a motion that grows); R is the yaw
+acceleration of a response model."""
+IN_TIME = {"time": ("first", "growth"), "from": ("size", "begin"), "span": ("size", "begin", "end"),
+           "period": ("cos", "sin", "time")}  # fmt: skip
+"""Force in time -> its parameters: a + b t; a from a time on; a over a span; a cos(2 pi t/T) + b sin(2 pi t/T)."""
+TIMES = ("begin", "end", "time")
+"""Parameters of forces in time that are times."""
 RESPONSE = "R"
 WAVES_OF_PLACE = 3
 """Cosines over the range of places that a force by the place is made of."""
@@ -512,8 +521,8 @@ def _variable(definition: Definition, variable: str) -> tuple[sp.Expr, Sequence[
     """The variable of a regime, and the state with its rate that it needs: time has none in the model."""
     known = {s.name: s for s in definition.states}
     if variable == "time":
-        clock = sp.Symbol("regime_time", real=True)
-        return clock, [clock], [sp.S.One]
+        clock, *started = _clock(definition)
+        return clock, *started
     if variable == "speed":
         return sp.sqrt(known["u"] ** 2 + known["v"] ** 2 + sp.Float(1e-12)), [], []
     if variable == "side":
@@ -523,6 +532,12 @@ def _variable(definition: Definition, variable: str) -> tuple[sp.Expr, Sequence[
     else:
         value = definition.inputs[0] if variable == "rudder" else known["r"]
     return cast("sp.Expr", primitives.absv(value)), [], []
+
+
+def _clock(definition: Definition) -> tuple[sp.Symbol, Sequence[sp.Symbol], Sequence[sp.Expr]]:
+    """The time from the start of a record, and the state with its rate that a definition without one needs."""
+    clock = sp.Symbol(CLOCK, real=True)
+    return (clock, [], []) if clock in definition.states else (clock, [clock], [sp.S.One])
 
 
 def _product(row: int, factors: Sequence[str]) -> Apply:
@@ -540,21 +555,38 @@ def _product(row: int, factors: Sequence[str]) -> Apply:
 
 
 def _force(
-    name: str, axis: str, count: str | None, speed: str | None, past: str | None, place: str | None
+    name: str,
+    axis: str,
+    count: str | None,
+    speed: str | None,
+    past: str | None,
+    place: str | None,
+    growth: str | None,
+    time: str | None,
 ) -> Extension:
-    """A force or moment along the motion: a cos(k psi) + b sin(k psi); a U + b U^2; in the prime system a x + b z with
-    T z_dot = x - z of x = v', r' or the rudder angle; or the sum of a_k cos(k pi s), k = 1, 2, ..., of the place
-    s = (north - first)/span, 0 to 1 and constant beyond."""
+    """A force or moment along the motion: a cos(k psi) + b sin(k psi); a U + b U^2; a x + b z with T z_dot = x - z, or
+    a t x, of x = sway, yaw rate or rudder angle in SI units; the sum of a_k cos(k pi s), k = 1, 2, ..., of the place
+    s = (north - first)/span, 0 to 1 and constant beyond; or one of the time t as `IN_TIME` has it.
+
+    Memory that is linear in the velocities: W. E. Cummins, The impulse response function and ship motions, 1962.
+    """
     response = axis == RESPONSE
-    row, unit = (0, "rad/s^k") if response else ("XYN".index(axis), "N m" if axis == "N" else "N")
+    row, unit = (0, ANY_ORDER) if response else ("XYN".index(axis), "N m" if axis == "N" else "N")
     if place is not None:
         held = {f"{name}_first": "m", f"{name}_span": "m"}
         units = {f"{name}_{k}": unit for k in range(1, WAVES_OF_PLACE + 1)} | held
         return Extension(units, _by_place(row, place), three_dof=True, held=tuple(held))
     if past is not None:
-        share = "SI" if response else "1"
+        share = _per(unit, past)
         units = {f"{name}_now": share, f"{name}_late": share, f"{name}_time": "s"}
         return Extension(units, _lagging(row, past), three_dof=not response, held=(f"{name}_time",))
+    if growth is not None:
+        units = {f"{name}_size": f"{_per(unit, growth)}/s"}
+        return Extension(units, _growing(row, growth), three_dof=not response)
+    if time is not None:
+        units = {f"{name}_{p}": "s" if p in TIMES else f"{unit}/s" if p == "growth" else unit for p in IN_TIME[time]}
+        held = tuple(f"{name}_{p}" for p in IN_TIME[time] if p in TIMES)
+        return Extension(units, _in_time(row, time), three_dof=not response, held=held)
     if speed is not None:
         return Extension({f"{name}_1": f"{unit} s/m", f"{name}_2": f"{unit} s2/m2"}, _by_speed(row), three_dof=True)
     return Extension(
@@ -600,20 +632,54 @@ def _by_speed(row: int) -> Apply:
     return apply
 
 
+def _per(unit: str, motion: str) -> str:
+    """The unit of a force over that of a motion."""
+    return unit + {"v": " s/m", "r": " s/rad", "d": "/rad"}[motion]
+
+
+def _own_motion(definition: Definition, motion: str) -> sp.Symbol:
+    """Sway, m/s, yaw rate, rad/s, or rudder angle, rad."""
+    return definition.inputs[0] if motion == "d" else next(s for s in definition.states if s.name == motion)
+
+
 def _lagging(row: int, motion: str) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         now, late, time = parameters
-        helpers, known, unit = _motion(definition, late.name)
-        x, z = known[motion], sp.Symbol(f"{late.name}_state", real=True)
-        forces = list(definition.forces)
-        forces[row] += unit[row] * (now * x + late * z)
-        return replace(
-            definition,
-            states=[*definition.states, z],
-            forces=forces,
-            helpers={**definition.helpers, **helpers},
-            kinematics=[*definition.kinematics, (x - z) / time],
-        )
+        x, z = _own_motion(definition, motion), sp.Symbol(f"{late.name}_state", real=True)
+        changed = _with_force(definition, row, now * x + late * z)
+        return replace(changed, states=[*changed.states, z], kinematics=[*changed.kinematics, (x - z) / time])
+
+    return apply
+
+
+def _with_clock(definition: Definition) -> tuple[sp.Symbol, Definition]:
+    """The time from the start of a record, and the definition with it among its states."""
+    clock, states, rates = _clock(definition)
+    states, kinematics = [*definition.states, *states], [*definition.kinematics, *rates]
+    return clock, replace(definition, states=states, kinematics=kinematics)
+
+
+def _growing(row: int, motion: str) -> Apply:
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        clock, changed = _with_clock(definition)
+        return _with_force(changed, row, parameters[0] * clock * _own_motion(definition, motion))
+
+    return apply
+
+
+def _in_time(row: int, kind: str) -> Apply:
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        clock, changed = _with_clock(definition)
+        size, *more = parameters
+        if kind == "time":
+            force = size + more[0] * clock
+        elif kind == "period":
+            phase = 2 * sp.pi.evalf() * clock / more[1]
+            force = size * sp.cos(phase) + more[0] * sp.sin(phase)
+        else:
+            begun, *ended = (primitives.step(clock - t) for t in more)
+            force = size * (begun - sum(ended))
+        return _with_force(changed, row, force)
 
     return apply
 

@@ -55,6 +55,10 @@ def scale(item: Size) -> tuple[float, str]:
     """Factor and unit in which a size is shown."""
     if item.unit in IN_DEGREES:
         return DEG, IN_DEGREES[item.unit]
+    if item.unit.endswith("/rad"):
+        return 1.0 / DEG, f"{item.unit.removesuffix('rad')}deg"
+    if item.unit.startswith("rad/"):
+        return DEG, f"deg{item.unit.removeprefix('rad')}"
     if item.unit in ("1", "fraction") and item.parameter.partition(":")[0] in SHARES:
         return 100.0, "%"
     return 1.0, "" if item.unit == "1" else item.unit

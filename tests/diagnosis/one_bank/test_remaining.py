@@ -23,8 +23,9 @@ from helmbench.models.families.extensions import extension_of
 from helmbench.models.model import CHANNELS, resolve
 from helmbench.models.simulate import simulate
 
-SIZES = {"N_heading_4": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 5e-4, "Y_past_d": 0.01,
-         "N_place_east": 3e6}  # fmt: skip
+SIZES = {"N_heading_4": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 1e9, "Y_past_d": 8e6,
+         "Y_past_v": 1e6, "N_place_east": 3e6, "N_time": 2e4, "N_growth_d": 6e4, "N_from": 3e6, "N_period": 3e6,
+         }  # fmt: skip
 """Extension of the Mariner -> size of its first force parameter."""
 
 
@@ -110,7 +111,7 @@ def test_every_force_of_the_motion_is_a_term_of_an_extended_model():
             numbers = {term.format(axis): 1.0 for term in shape.terms}
             stated = {e: {*values} for e, values in force.parameters(numbers)}
             assert stated == {e: {*extension_of(e).units} for e in force.extensions}
-            assert bool(force.extensions) == ("time" not in shape.depends_on)
+            assert force.extensions
             assert force.id not in names
             names.add(force.id)
     assert len(names) > 300
@@ -180,15 +181,42 @@ def described(diagnosis_of, train, held_out):
     return with_remaining(unexplained, given, held_out, Options(coefficient_sd=0.0).checked(model))
 
 
-def test_a_period_is_described_and_is_no_term_of_the_model(diagnosis_of, rng):
+def test_a_period_is_a_term_of_the_model_only_where_held_out_records_show_it(diagnosis_of, rng):
     omega = 0.25
     case = injected("periodic", (1.0, omega, 2.0, 0.3, 0.0, 0.0), 0.3, rng)
+    clean = inject(FaultCase("mariner", (), duration_s=300.0, dt_s=1.0), rng)
+    for held_out, extended_by in ((case.held_out, "+N_period"), (clean.held_out, ""), ([], "")):
+        found = described(diagnosis_of, case.train, held_out)
+        (force,) = found.remaining
+        assert force.depends_on == ("time",) and force.axis == "N" and force.extended == bool(extended_by)
+        period = float(force.text.partition("period of ")[2].split()[0])
+        assert period == pytest.approx(2.0 * np.pi / omega, rel=0.01)
+        assert found.extended.family == found.model.family + extended_by
+
+
+def test_a_force_over_the_same_span_of_all_records_is_told_with_its_times(diagnosis_of, rng):
+    case = injected("pulse", (1.0, 120.0, 2.0, 60.0, 0.0, 0.0), 0.5, rng)
     found = described(diagnosis_of, case.train, case.held_out)
     force = found.remaining[0]
-    assert all(f.depends_on == ("time",) and not f.extended and f.axis == "N" for f in found.remaining)
-    period = float(force.text.partition("period of ")[2].split()[0])
-    assert period == pytest.approx(2.0 * np.pi / omega, rel=0.05)
-    assert found.extended.family == found.model.family
+    assert force.axis == "N" and force.extended
+    begin, end = (
+        float(x.split(" s")[0]) for x in force.text.removeprefix("a yaw moment that begins ").split(" ends at ")
+    )
+    assert begin == pytest.approx(120.0, abs=5.0) and end == pytest.approx(180.0, abs=5.0)
+    gain = found.gain["heading_rad"]
+    assert gain.own_after < 0.5 * gain.own_before
+
+
+def test_a_compass_that_drifts_alike_in_all_records_is_an_instrument_of_the_model(diagnosis_of, rng):
+    case = inject(FaultCase("mariner", (), duration_s=300.0, dt_s=1.0), rng)
+    drifting = [
+        [r.with_channels(heading_rad=r.column("heading_rad") + 2e-4 * (r.time_s - r.time_s[0])) for r in records]
+        for records in (case.train, case.held_out)
+    ]
+    found = described(diagnosis_of, *drifting)
+    assert [force.axis for force in found.remaining] == ["psi"]
+    assert found.extended.instruments["heading_drift"] == pytest.approx(2e-4, rel=0.05)
+    assert found.gain["heading_rad"].own_after < 0.3 * found.gain["heading_rad"].own_before
 
 
 def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(diagnosis_of, rng):
@@ -257,7 +285,7 @@ def test_what_a_response_model_lacks_is_described_and_extends_it(base, rng):
     assert force.axis == "N" and force.extended and "four times a turn" in force.text and force.share > 0.8
     assert found.extended.family.endswith("+R_heading_4")
     sine = next(size for size in force.sizes if size.parameter == "R_heading_4_sin")
-    assert sine.value == pytest.approx(1.5e-3, rel=0.1) and sine.unit == "rad/s^k"
+    assert sine.value == pytest.approx(1.5e-3, rel=0.1) and sine.unit == "rad/s2"
     gain = found.gain["heading_rad"]
     assert gain.rmse_after < 0.1 * gain.rmse_before
 
