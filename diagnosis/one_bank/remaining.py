@@ -152,15 +152,23 @@ def _explanations(now: _Beside, base: _Beside, wide: bool) -> Iterator[tuple[boo
     """Whether beside the model that the diagnosis has told, and forces, the preferred first: few forces beside the base
     alone, where they take the place of what is named of the hull; forces beside the model's own numbers."""
     few = _alone(base, wide)
-    rest = _beside_numbers(now) if few is None or base.leaves(few.fitted) else None
+    simple = few is not None and len(few.selection.entered) == 1 and not base.leaves(few.fitted)
+    rest = None if simple else _beside_numbers(now)
     refitted = _refitted(base, rest) if rest is not None and few is None else None
     for one in (one for one in (few, refitted) if one is not None):
-        if _takes_the_place(base, one, None if wide else now.plain) and not (
-            rest and _surely_worse(now.runs, one.fitted, rest.fitted, CLEAR)
-        ):
+        if _takes_the_place(base, one, None if wide else now.plain) and not (rest and _preferred(rest, one)):
             yield False, one
     if rest is not None:
         yield True, rest
+
+
+def _preferred(rest: Remainder, alone: Remainder) -> bool:
+    """Whether forces beside the model's own numbers go before forces alone: these are worse, or are more and no
+    better."""
+    fewer = len(rest.selection.entered) < len(alone.selection.entered)
+    if fewer and not _surely_worse(rest.runs, rest.selection.final, alone.fitted, CLEAR):
+        return True
+    return _surely_worse(rest.runs, alone.fitted, rest.selection.final, CLEAR)
 
 
 def _takes_the_place(base: _Beside, one: Remainder, named: Fitted | None) -> bool:
