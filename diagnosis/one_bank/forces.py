@@ -96,7 +96,9 @@ class Shape:
 
     def neighbours(self, share: float) -> Iterator[Shape]:
         """The shapes at times that differ by a share of a step each."""
-        for i, step in enumerate(self.steps) if self.near is not None else ():
+        if self.near is None:
+            return
+        for i, step in enumerate(self.steps):
             for change in (-share * step, share * step):
                 moved = tuple(x + change if k == i else x for k, x in enumerate(self.settings))
                 if all(x > 0.0 for x in moved):

@@ -521,8 +521,7 @@ def _variable(definition: Definition, variable: str) -> tuple[sp.Expr, Sequence[
     """The variable of a regime, and the state with its rate that it needs: time has none in the model."""
     known = {s.name: s for s in definition.states}
     if variable == "time":
-        clock, *started = _clock(definition)
-        return clock, *started
+        return _clock(definition)
     if variable == "speed":
         return sp.sqrt(known["u"] ** 2 + known["v"] ** 2 + sp.Float(1e-12)), [], []
     if variable == "side":
