@@ -1,8 +1,9 @@
 """What remains is described: forces along the measured motion that no cause of the bank explains.
 
-Known causes go first: forces are tried beside what was named and beside the base model's own numbers, and with a higher
-bar.  A force that follows a motion is a term of the extended model, unless it worsens held-out records; one in time is
-described only.
+Forces are tried beside the base alone, in the place of names of the hull, and beside the base model's own numbers, with
+a higher bar than causes.  A force that follows a motion is a term of the extended model, unless it worsens held-out
+records; one in time, and a sensor that drifts, where held-out records show it too.  Section 8 of
+docs/mathematics/pieces.md.
 """
 
 from __future__ import annotations

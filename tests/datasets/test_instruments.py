@@ -26,6 +26,7 @@ def record():
 def drawn(rng, late=True):
     """Random instruments of every sensor, with delays of whole samples."""
     q = {f"{name}_bias": rng.normal() * 0.1 for name in SENSORS} | {f"{n}_scale": rng.normal() * 0.1 for n in SENSORS}
+    q |= {f"{name}_drift": rng.normal() * 1e-3 for name in SENSORS}
     q |= {f"{name}_delay": 0.5 * rng.integers(1, 6) for name in SENSORS} if late else {}
     return q | {"axis_misalignment": rng.normal() * 0.1, "swap_yaw_rate_sway": 1.0, "earth_frame_velocity": 1.0}
 

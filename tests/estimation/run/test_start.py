@@ -6,10 +6,14 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import FaultCase, inject
+from helmbench.datasets.generator import record_run
+from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.estimation.run.run import run_along
 from helmbench.estimation.run.start import start_state
 from helmbench.estimation.run.stretch import stretches_of
+from helmbench.models.extend import extended
 from helmbench.models.model import resolve
+from helmbench.models.regimes import CLOCK
 
 SHIPS = {"mariner": 110.0, "s175": 110.0, "kvlcc2-l7": 60.0}
 """Ship -> when her records are cut, s: in the middle of a turn."""
@@ -69,3 +73,18 @@ def test_what_is_measured_stays_and_a_model_that_does_not_settle_starts_straight
     series = part.series
     state = start_state(wild, series.start, part.known, series.inputs, series.dt)
     assert state[model.states.index("v")] == 0.0 and np.isfinite(state).all()
+
+
+def test_the_time_of_the_record_goes_on_behind_a_gap():
+    """A moment that begins 150 s after the start of the record does so in the stretch behind the gap."""
+    model = extended(resolve("mariner"), "N_from", {"N_from_size": 3e7, "N_from_begin": 150.0})
+    record = record_run(model, parse_manoeuvre("zigzag:20/20"), duration_s=300.0, dt_s=0.5, seed=1)
+    time = record.time_s - record.time_s[0]
+    gap = record.with_channels(rudder_rad=np.where((time > 40.0) & (time < 120.0), np.nan, record.column("rudder_rad")))
+    first, second = stretches_of(model, gap)
+    assert [s.state_at(0)[model.states.index(CLOCK)] for s in (first, second)] == pytest.approx([0.0, 120.0])
+    assert second.state_at(10)[model.states.index(CLOCK)] == pytest.approx(120.0 + 10 * second.series.dt)
+    late = replace(second, begin_s=0.0)
+    heading = model.states.index("psi")
+    errors = [np.abs(s.free_run().states[:, heading] - s.known[heading]).max() for s in (second, late)]
+    assert errors[0] < 0.02 and errors[1] > 5.0 * errors[0]
