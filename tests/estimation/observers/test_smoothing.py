@@ -69,7 +69,8 @@ def test_the_likelihood_finds_the_process_noise(rng):
     found = fitted_walk([track], np.array([1.7]) * unit**2, [2, 3])  # the sensor's variance itself does not matter
     print(found)
     assert found.order == 2 and level / 4.0 < found.level < 4.0 * level
-    assert found.cost == pytest.approx(cost([track], found._replace(noise=found.noise * 9.0)), rel=1e-3)
+    nine_fold = cost([track], found._replace(noise=found.noise * 9.0))  # only the start's prior differs
+    assert found.cost == pytest.approx(nine_fold, abs=0.2)
 
 
 def test_smoothed_as_another_is_linear(rng):
