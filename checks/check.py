@@ -18,6 +18,7 @@ from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
 from .base import FileCheck
 from .comparison.chains import Chain, chains, sums, why_not
+from .comparison.clock import as_clock
 from .comparison.courses import deviation
 from .comparison.selection import Compared, compare
 from .fault import Fault, cleaned
@@ -25,6 +26,7 @@ from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
 from .integrity.averages import averages_of
 from .registry import check_of, column_checks, file_checks
 from .result import CheckFinding, CheckResult
+from .sensors import LoggerClock
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -202,14 +204,16 @@ def compared(
     are looked for (None: all).  along : chains (None: all).
     """
     current = list(records)
-    for chain in chains() if along is None else along:
-        if only is not None:
-            chain = chain._replace(options=tuple(o for o in chain.options if o.cause.id in only))
+    every = [_restricted(chain, only) for chain in (chains() if along is None else along)]
+    for chain in every:
         use, skipped = _split(chain, chain.taken(current), derived)
         reasons += skipped
         try:
             use, doubts = _as_velocities_were_made(chain, use, records)
             done = compare(chain, use)
+            if not chain.of_positions and (only is None or LoggerClock.id in only):
+                later = [c for c in every if c.of_positions]
+                done = as_clock(done, later, _split(later[0], done.records, derived)[0] if later else ())
             names = {r.name for r in done.records}
             current = [done.without(r) if r.name in names else r for r in current]
         except UNUSABLE as error:
@@ -219,6 +223,13 @@ def compared(
         yield done, current
         if done.absurd is not None:
             return
+
+
+def _restricted(chain: Chain, only: Collection[str] | None) -> Chain:
+    """The chain with the options of some causes; None: all."""
+    if only is None:
+        return chain
+    return chain._replace(options=tuple(o for o in chain.options if o.cause.id in only))
 
 
 def _as_velocities_were_made(

@@ -37,6 +37,15 @@ class YawRateScaleError(SensorError):
     separate_by = "a heading channel of another instrument over a full turn"
 
 
+class LoggerClock(SensorError):
+    """Clock of the logger that runs fast or slow: a true second takes 1 + e recorded ones.  Rates and speeds of
+    instruments with clocks of their own then read 1 + e times what heading and positions change in recorded time."""
+
+    id, unit, named = "logger_clock", "1", True
+    scaled = (TurnEffect("e", "1", ("clock_rate",), lambda turn: -turn.turned[None], half_a_percent),)
+    separate_by = "the times of two events that another clock shows too, an hour apart"
+
+
 class YawRateDelay(SensorError):
     """Late (or smoothed) yaw rate against the heading: recorded(t) = true(t - tau), tau in s."""
 
