@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...estimation.judgement.assessment import NORMAL_95
+from ...estimation.estimates.assessment import NORMAL_95
 from .base import Outcome, score
 
 

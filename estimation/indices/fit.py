@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ...datasets.manoeuvres import parse_manoeuvre
 from ...models.errors import FitFailed
-from ..judgement.assessment import NORMAL_95
+from ..estimates.assessment import NORMAL_95
 from .given import NAMES, OF_KIND, GivenIndex, GivenShip, units_of
 from .predicted import model_of, predicted
 from .result import IndexRow, ModelFromIndices, ParameterRow

@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..models.argument_types import typed
 from ..models.extras import extras_told
-from ..models.plain import plain
+from ..models.files import content_writer, write_together
+from ..models.plain import json_text, plain
 from .diagnosis import shown_stages
-from .documents import content_writer, json_text, write_together
 
 if TYPE_CHECKING:
     import pandas as pd

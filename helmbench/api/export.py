@@ -6,7 +6,7 @@ from pathlib import Path as FilePath
 from typing import TYPE_CHECKING
 
 from ..models.argument_types import typed
-from .documents import content_writer, refuse_existing, write_together
+from ..models.files import content_writer, refuse_existing, write_together
 
 if TYPE_CHECKING:
     from ..models.model import Model

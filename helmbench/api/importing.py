@@ -83,8 +83,7 @@ class Import:
         """
         from ..datasets.importing.mapping import mapping_text
         from ..datasets.io import record_writers
-        from ..models.files import refuse_existing, replace_together
-        from .documents import content_writer
+        from ..models.files import content_writer, refuse_existing, replace_together
 
         path = Path(path)
         places = self._places(path)
@@ -366,8 +365,7 @@ def write_mapping(
 ) -> None:
     """Write a mapping as YAML, with the reasons for its lines; BadInput where the file exists or cannot be written."""
     from ..datasets.importing.mapping import mapping_text
-    from ..models.files import refuse_existing, replace_together
-    from .documents import content_writer
+    from ..models.files import content_writer, refuse_existing, replace_together
 
     if not force:
         refuse_existing([Path(path)])

@@ -3,72 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
-from ..estimation.indices import result
+from ..estimation.indices.result import ModelFromIndices
 from ..models.argument_types import typed
-from ..models.extras import extras_told
-from .results import Told
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from .arguments import Path
-
-
-class ModelFromIndices(result.ModelFromIndices, Told):
-    """The outcome of `model_from_indices`: a model with intervals, and its indices beside those given.
-
-    `model` is taken by `simulate`, `validate` and `diagnose` like any other; `parameters` have a value and a 95 %
-    interval, None where the indices do not determine them; `indices` are those given, then others that the model
-    predicts; `missed` those that it does not give; `excess` says by how much intervals are wider for that.
-    """
-
-    room = "indices.page"
-
-    def statement(self) -> list[str]:
-        """What the indices determine, what the model cannot give, and what the intervals hold for: sentences."""
-        from ..reporting.indices.page import statement
-
-        return statement(self)
-
-    def to_json(self) -> dict[str, Any]:
-        """Statement, parameters and indices as plain data."""
-        return {
-            "name": self.model.id,
-            "family": self.model.family,
-            "statement": self.statement(),
-            "parameters": [asdict(row) for row in self.parameters],
-            "indices": [asdict(row) | {"difference": row.difference} for row in self.indices],
-            "excess": self.excess,
-        }
-
-    @extras_told()
-    def to_dataframe(self) -> pd.DataFrame:
-        """The parameters: a row each, with unit, value, low and high, which are nan where it is not determined."""
-        import pandas as pd
-
-        rows = [(row.unit, row.value, *(row.interval or (float("nan"),) * 2)) for row in self.parameters]
-        index = pd.Index([row.name for row in self.parameters], name="parameter")
-        return pd.DataFrame(rows, index=index, columns=pd.Index(["unit", "value", "low", "high"]))
-
-    @extras_told()
-    def indices_to_dataframe(self) -> pd.DataFrame:
-        """The indices: a row each, in the unit of its key."""
-        import pandas as pd
-
-        return pd.DataFrame([asdict(row) | {"difference": row.difference} for row in self.indices])
-
-    def save(self, path: Path) -> None:
-        """Write the model as a model.json; BadInput where the file cannot be written."""
-        from ..models.model import model_to_json
-
-        model_to_json(self.model, path)
-
-    def __repr__(self) -> str:
-        known = len(self.parameters) - len(self.undetermined)
-        return f"<ModelFromIndices {self.model.id!r}: {known} of {len(self.parameters)} parameters determined>"
 
 
 @typed
@@ -95,4 +36,4 @@ def model_from_indices(source: Mapping[str, Any] | Path) -> ModelFromIndices:
     from ..estimation.indices.fit import fit
     from ..estimation.indices.given import read_indices
 
-    return ModelFromIndices.of(fit(read_indices(source)))
+    return fit(read_indices(source))

@@ -246,7 +246,7 @@ def confirmed(question: str) -> bool:
 
 def print_json(value: Any) -> None:
     """Print a value as JSON; what is not a finite number is null."""
-    from ..api.documents import json_text
+    from ..models.plain import json_text
 
     echo(json_text(value))
 
@@ -297,7 +297,7 @@ def force_option(function: Callable[P, R]) -> Callable[P, R]:
 def check_file(output: Path, force: bool = False) -> None:
     """Refuse an output file that cannot be written or exists, before anything is computed."""
     from .. import BadInput
-    from ..api.documents import refuse_existing
+    from ..models.files import refuse_existing
 
     if output.is_dir():
         raise BadInput("is a directory", file=output, hint="give the name of a file with -o")
@@ -314,7 +314,7 @@ def check_file(output: Path, force: bool = False) -> None:
 def check_folder(output: Path, names: Iterable[str] = (), force: bool = False) -> None:
     """Refuse an output directory that cannot be made or that holds files of these names, before computing."""
     from .. import BadInput
-    from ..api.documents import refuse_existing
+    from ..models.files import refuse_existing
 
     if output.exists() and not output.is_dir():
         raise BadInput("is a file", file=output, hint="give a directory with -o")

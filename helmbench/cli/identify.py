@@ -104,12 +104,11 @@ def identify(
     -o model.json writes the model (a black box has none), -o DIR identification.html, identification.json and
     model.json.  --model auto builds a model from the records: what steers the craft, and what simpler models lack.
     """
-    from .. import with_tuner
+    from .. import Assessment, with_tuner
     from ..api import arguments
-    from ..api.assessment import FILES
 
     into_file = output.suffix == ".json"
-    check_file(output, force) if into_file else check_folder(output, FILES, force)
+    check_file(output, force) if into_file else check_folder(output, Assessment.files, force)
     if page is not None:
         check_file(page, force)
     if model != arguments.AUTO:

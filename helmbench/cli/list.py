@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
 import click
 
 from ._shared import echo, print_json
+
+if TYPE_CHECKING:
+    from ..methods.options import Option
 
 KINDS = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "suites")
 
@@ -20,7 +26,6 @@ def list_command(kind: str, name: str | None, as_json: bool) -> None:
     """
     from .. import BadInput, method_options
     from ..api import lists
-    from ..api.documents import options_text, titles_text
 
     if name is not None:
         if kind != "methods":
@@ -29,11 +34,29 @@ def list_command(kind: str, name: str | None, as_json: bool) -> None:
         if as_json:
             print_json([option.texts() for option in options])
         else:
-            echo(options_text(options))
+            echo(_options_text(options))
         return
 
     found: dict[str, str] = getattr(lists, f"list_{kind}")()
     if as_json:
         print_json([{"id": name, "title": title} for name, title in found.items()])
         return
-    echo(titles_text(found))
+    echo(_titles_text(found))
+
+
+def _titles_text(titles: Mapping[str, str]) -> str:
+    """Identifiers and their titles in two columns."""
+    from ..reporting.tables import Cell, Table, console
+
+    return console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in titles.items())))
+
+
+def _options_text(options: Sequence[Option]) -> str:
+    """Options of a method with default, meaning, allowed values and searched range, a block each."""
+    lines: list[str] = []
+    for option in options:
+        lines.append(f"{option.name}={option.default}")
+        lines += [f"    {option.meaning}"] if option.meaning else []
+        lines += [f"    allowed: {option.range}"] if option.range else []
+        lines += [f"    tuning searches {option.searched}"] if option.searched else []
+    return "\n".join(lines) or "no options"

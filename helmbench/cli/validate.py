@@ -48,10 +48,8 @@ def validate(
     """
     import helmbench
 
-    from ..api.validation import FILES
-
     if output is not None:
-        check_folder(output, FILES, force)
+        check_folder(output, helmbench.Validation.files, force)
     if certificate is not None:
         check_file(certificate, force)
     with warnings.catch_warnings(record=True) as doubts:
