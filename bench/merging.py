@@ -23,7 +23,7 @@ from ..models.folders import read_regular
 from .environment import code_version
 from .journal import RUNS, read_runs
 from .kinds import kind_of
-from .kinds.base import TIMES, Kind, Selection, Spec, Suite
+from .kinds.base import TIMES, Kind, RunKind, Selection, Spec, Suite
 from .kinds.identification.own import is_file_name
 from .limits import ENDED
 from .store import Store, read_manifest, stored_kind
@@ -245,7 +245,7 @@ def _add(
         store.write_tables()
 
 
-def _marked(run: Run, spec: Any, kind: Kind, recomputed: bool) -> dict[str, Any]:
+def _marked(run: Run, spec: Any, kind: RunKind, recomputed: bool) -> dict[str, Any]:
     """What is stored of a run from elsewhere; with the content by which `reuse` takes it if it was computed again."""
     row = {name: run["row"][name] for name in kind.tables.wide if name in run["row"]}
     rows = [{name: one[name] for name in kind.tables.long if name in one} for one in run["parameters"]]

@@ -109,22 +109,35 @@ class Tables:
     long_keys: tuple[str, ...]
 
 
-class Kind(ABC):
-    """A kind of suite.
+class RunKind(ABC):
+    """What the runner executes and the store keeps.
 
-    Attributes
-    ----------
-    name : the folder's name, `kind` in suite files and manifests.
-    failure_columns : columns by which a failed run is listed.
+    name : `kind` in manifests.
     """
 
     name: ClassVar[str]
-    failure_columns: ClassVar[tuple[str, ...]]
 
     @property
     @abstractmethod
     def tables(self) -> Tables:
         """What is stored."""
+
+    @abstractmethod
+    def execute(self, spec: Any) -> dict[str, Any]:
+        """One finished run, `{"key", "row", "parameters"}`, with built-in types only; failures become its row."""
+
+    def content(self, spec: Any) -> str | None:
+        """Digest of all that the result depends on, whatever the suite is called; None: it is always run anew."""
+        return None
+
+
+class Kind(RunKind):
+    """A kind of suite; its name is the folder's, `kind` also in suite files.
+
+    failure_columns : columns by which a failed run is listed.
+    """
+
+    failure_columns: ClassVar[tuple[str, ...]]
 
     def suite_models(self) -> Any:
         """The module with the pydantic models of a suite file, `Head` and `Entry`."""
@@ -143,16 +156,8 @@ class Kind(ABC):
         """What the manifest says beside what it says of every suite."""
 
     @abstractmethod
-    def execute(self, spec: Any) -> dict[str, Any]:
-        """One finished run, `{"key", "row", "parameters"}`, with built-in types only; failures become its row."""
-
-    @abstractmethod
     def describe(self, row: Mapping[str, Any]) -> str:
         """A failed run in words."""
 
-    def content(self, spec: Any) -> str | None:
-        """Digest of all that the result depends on, whatever the suite is called; None: it is always run anew."""
-        return None
-
-    def check(self, specs: Iterable[Any]) -> None:  # noqa: B027, most kinds need nothing
+    def check(self, specs: Iterable[Any]) -> None:
         """Raise `BadInput` where something that the runs need is missing on this machine."""
