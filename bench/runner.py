@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..models.errors import BadInput
 from .environment import code_version, environment
 from .kinds import kind_of
-from .kinds.base import Selection, Spec, Suite
+from .kinds.base import RunSelection, Spec, Suite
 from .limits import UNLIMITED, Limits
 from .store import MANIFEST, Store, read_manifest
 
@@ -52,7 +52,7 @@ def execute(
             watch(finished)
 
 
-def open_store(directory: str | Path, suite: Suite, selection: Selection, specs: Sequence[Spec]) -> Store:
+def open_store(directory: str | Path, suite: Suite, selection: RunSelection, specs: Sequence[Spec]) -> Store:
     """A new store for these runs, described by its manifest."""
     manifest = {
         "kind": suite.kind,

@@ -1,6 +1,6 @@
 """Scores of an estimate: one file each, found by the registry; the columns of the results table follow from them."""
 
-from .base import Outcome, Score, score
+from .base import Outcome, ScoreFunction, score
 from .registry import compute, score_columns, scores
 
-__all__ = ["Outcome", "Score", "compute", "score", "score_columns", "scores"]
+__all__ = ["Outcome", "ScoreFunction", "compute", "score", "score_columns", "scores"]

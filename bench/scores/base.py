@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from ...estimation.estimates.estimate import Estimate
-    from ..kinds.identification.problems import Problem
+    from ..kinds.identification.problems import FitTask
 
 LAST = 10_000
 
@@ -25,7 +25,7 @@ class Outcome:
     prediction : errors of predicted held-out records, as `estimation.run.prediction.prediction_scores` gives them.
     """
 
-    problem: Problem
+    problem: FitTask
     estimate: Estimate
     parameters: Sequence[Mapping[str, Any]]
     prediction: Mapping[str, Any]
@@ -37,7 +37,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class ScoreFunction:
     """A function of an outcome that returns values of its columns; columns that it leaves out stay empty.
 
     `columns` is name -> type (string, int, float, bool); columns stand in the order of `rank`, those of a score without
@@ -49,6 +49,8 @@ class Score:
     rank: int
 
 
-def score(columns: Mapping[str, str], rank: int = LAST) -> Callable[[Callable[[Outcome], Mapping[str, Any]]], Score]:
+def score(
+    columns: Mapping[str, str], rank: int = LAST
+) -> Callable[[Callable[[Outcome], Mapping[str, Any]]], ScoreFunction]:
     """Decorator that makes a function a score."""
-    return lambda function: Score(function, columns, rank)
+    return lambda function: ScoreFunction(function, columns, rank)

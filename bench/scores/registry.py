@@ -6,13 +6,15 @@ from functools import lru_cache
 from typing import Any
 
 from ...models.discovery import modules_in
-from .base import Outcome, Score
+from .base import Outcome, ScoreFunction
 
 
 @lru_cache(maxsize=1)
-def scores() -> dict[str, Score]:
+def scores() -> dict[str, ScoreFunction]:
     """Function's name -> its score, in the order of the columns."""
-    every = (item for module in modules_in(__package__) for item in vars(module).values() if isinstance(item, Score))
+    every = (
+        item for module in modules_in(__package__) for item in vars(module).values() if isinstance(item, ScoreFunction)
+    )
     found = {item.compute.__name__: item for item in every}
     return dict(sorted(found.items(), key=lambda item: (item[1].rank, item[0])))
 

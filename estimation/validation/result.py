@@ -24,7 +24,7 @@ SCHEMA = 1
 
 
 @dataclass(frozen=True)
-class Score:
+class ErrorScore:
     """Errors of one model.  record None: all records together; channel None: all channels together, R^2 alone.
 
     horizon : 'free run', 'one step' or the time ahead as text;  horizon_s : that time, None of the first two;
@@ -92,11 +92,11 @@ class Validation(RunsResult):
     records: tuple[Measured, ...]
     horizons_s: tuple[float, ...]
     horizon_basis: str
-    scores: tuple[Score, ...]
+    scores: tuple[ErrorScore, ...]
     indices: tuple[Index, ...]
     runs: tuple[Run, ...]
     left_out: tuple[LeftOut, ...]
-    simple: tuple[Score, ...] = ()
+    simple: tuple[ErrorScore, ...] = ()
     noise: Mapping[str, float] = field(default_factory=dict)
     trusted_s: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
@@ -106,7 +106,7 @@ class Validation(RunsResult):
 
     def score(
         self, channel: str | None, model: str | None = None, record: str | None = None, horizon: str = FREE
-    ) -> Score | None:
+    ) -> ErrorScore | None:
         """The score with these keys; model None: the first.  None where there is none."""
         wanted = (next(iter(self.models)) if model is None else model, record, channel, horizon)
         return next((s for s in self.scores if (s.model, s.record, s.channel, s.horizon) == wanted), None)

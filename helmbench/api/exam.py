@@ -18,7 +18,7 @@ from .diagnosis import shown_stages
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..bench.exam.scores import Score, WorldScore
+    from ..bench.exam.scores import EntrantScore, WorldScore
 
 FILES = ("scores.json", "scores.csv", "scores.md")
 
@@ -27,7 +27,7 @@ FILES = ("scores.json", "scores.csv", "scores.md")
 class ExamScores:
     """Scores of submissions to an exam: `scores` by entrant and kind of world (`all`: over all), `answers` by world."""
 
-    scores: tuple[Score, ...]
+    scores: tuple[EntrantScore, ...]
     answers: tuple[WorldScore, ...]
 
     def summary(self) -> str:

@@ -16,7 +16,7 @@ from typing import ClassVar, NoReturn
 
 import click
 
-from ._shared import BAD_INPUT, INTERRUPTED, OK, Group, complain, echo
+from ._shared import BAD_INPUT, INTERRUPTED, OK, CommandGroup, complain, echo
 from .advice import advice
 from .calibrate import calibrate
 from .check import check
@@ -42,7 +42,7 @@ from .simulate import simulate
 from .validate import validate
 
 
-class _Cli(Group):
+class _Cli(CommandGroup):
     """The command line, its commands by what they are for."""
 
     sections: ClassVar = {

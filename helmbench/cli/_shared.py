@@ -111,7 +111,7 @@ MODEL = Identifier("vessels", "models")
 MODEL_OR_AUTO = Identifier("vessels", "models", more=["auto"])
 
 
-class Group(click.Group):
+class CommandGroup(click.Group):
     """A group whose help shows every command with its whole summary, in the order in which they were added.
 
     sections : heading of the help -> its commands.

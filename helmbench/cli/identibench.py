@@ -9,10 +9,10 @@ from typing import Any
 import click
 
 from ._from_api import ApiCommand, several
-from ._shared import FILE, SUITE, VESSEL, Group, Printer, WholeRange, output_options
+from ._shared import FILE, SUITE, VESSEL, CommandGroup, Printer, WholeRange, output_options
 
 
-@click.group(cls=Group)
+@click.group(cls=CommandGroup)
 def identibench() -> None:
     """Exchange suites and data with identibench."""
 

@@ -9,7 +9,7 @@ from ...scores import Outcome, compute
 from ...traces import free_run_trace
 from .judge import parameter_rows
 from .plan import RunSpec
-from .problems import Problem, problem
+from .problems import FitTask, problem
 
 WARM_SAMPLES = 60
 _WARMED: set[tuple[str, str]] = set()
@@ -50,7 +50,7 @@ def fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, Any
     return parameters
 
 
-def _warm_fit(spec: RunSpec, task: Problem) -> None:
+def _warm_fit(spec: RunSpec, task: FitTask) -> None:
     """Fit and score a few samples, untimed, once per process, method and model: timed fits then compile nothing.
 
     Methods that choose their options by trials make one: a trial runs what all of them run.

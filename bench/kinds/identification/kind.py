@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ....models.errors import BadInput
-from ..base import Kind, Selection, Suite, Tables
+from ..base import Kind, RunSelection, Suite, Tables
 from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
 from .content import content
 from .execute import execute
 from .plan import RunSpec, plan
 from .problems import HELD_OUT_SEED, measured_records
+
+if TYPE_CHECKING:
+    from ....models.yaml_file import FileContent
 
 
 class IdentificationKind(Kind):
@@ -24,12 +27,17 @@ class IdentificationKind(Kind):
     def tables(self) -> Tables:
         return Tables(tuple(KEYS), RESULTS, result_columns(), PARAMETERS, PARAMETER_COLUMNS, ("parameter",))
 
-    def with_seed(self, suite: Suite, selection: Selection) -> Selection:
+    def suite_models(self) -> tuple[type[FileContent], type[FileContent]]:
+        from .suite import RunsEntry, RunsHead
+
+        return RunsHead, RunsEntry
+
+    def with_seed(self, suite: Suite, selection: RunSelection) -> RunSelection:
         if selection.seed is not None:
             raise BadInput("--seed is for suites that draw their cases", hint=f"suite {suite.name} has fixed seeds")
         return selection
 
-    def plan(self, suite: Suite, selection: Selection) -> Sequence[RunSpec]:
+    def plan(self, suite: Suite, selection: RunSelection) -> Sequence[RunSpec]:
         return plan(suite, selection)
 
     def facts(self, specs: Sequence[RunSpec]) -> Mapping[str, Any]:

@@ -27,7 +27,7 @@ from .vector import CHANNELS, OUTER, PLACE, SYMBOLS, base_vector, names_of, stat
 if TYPE_CHECKING:
     from ....datasets.record import Record
     from ....models.model import Model
-    from ._arguments import Recorded, Run, Shape, Trace, Values
+    from ._arguments import FilterRun, FilterSizes, Recorded, Trace, Values
     from .runs import Made
 
 T = TypeVar("T")
@@ -209,7 +209,7 @@ class Estimator:
         runs = iter(self.in_threads(lambda job: self.run(*job), jobs))
         return [self.gathered([next(runs) for _ in chosen]) for chosen in which]
 
-    def gathered(self, runs: Sequence[Run]) -> Innovations:
+    def gathered(self, runs: Sequence[FilterRun]) -> Innovations:
         """Innovations of several segments in turn, without the states of waves."""
         n = len(self.kernels.STATES) + self.n_forces
         parts = [(run.e, run.log_s, run.states[:, :n]) for run in runs]
@@ -217,11 +217,11 @@ class Estimator:
             return Innovations(*parts[0])
         return Innovations(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    def run(self, s: Setting, segment: int, free: int | None = None) -> Run:
+    def run(self, s: Setting, segment: int, free: int | None = None) -> FilterRun:
         """One segment through the filter, freely from sample `free` on."""
         return self._filtered(s, segment, free, traced=False, keep=False)[0]
 
-    def traced(self, s: Setting, segment: int) -> tuple[Run, Trace]:
+    def traced(self, s: Setting, segment: int) -> tuple[FilterRun, Trace]:
         """One segment through the filter, with all that derivatives need of the run."""
         run, trace = self._filtered(s, segment, None, traced=True, keep=True)
         assert trace is not None
@@ -274,17 +274,17 @@ class Estimator:
         return np.array([-2 - i if i >= 0 and out else i for i, out in zip(places, idle, strict=True)], np.int64)
 
     @cached_property
-    def shape(self) -> Shape:
+    def shape(self) -> FilterSizes:
         """Sizes that the kernel needs."""
         return self._shape(_substeps(self))
 
-    def _shape(self, substeps: int) -> Shape:
-        from ._arguments import Shape
+    def _shape(self, substeps: int) -> FilterSizes:
+        from ._arguments import FilterSizes
 
         inputs = list(self.kernels.INPUTS)
         first = inputs.index("force_x" if "force_x" in inputs else "force")
         current = inputs.index("current_north") if "current_north" in inputs else -1
-        return Shape(len(self.kernels.STATES), self.n_theta, len(inputs), first, current, substeps, self.n_forces)
+        return FilterSizes(len(self.kernels.STATES), self.n_theta, len(inputs), first, current, substeps, self.n_forces)
 
     # ---- parameters
     def moved(self, s: Setting, parameter: Parameter, change: float) -> Setting:

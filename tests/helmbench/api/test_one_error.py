@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench import build_model
-from helmbench.bench.kinds.identification.problems import Problem, Truth
+from helmbench.bench.kinds.identification.problems import FitTask, Truth
 from helmbench.bench.scores.base import Outcome
 from helmbench.bench.scores.prediction_error import prediction_error
 from helmbench.bench.traces import free_run_trace
@@ -91,7 +91,7 @@ def test_identify_and_estimates(case, expected):
 
 def test_the_board(case, expected):
     model, train, held_out = case
-    problem = Problem(model.blanked(), (train,), (held_out,), Truth())
+    problem = FitTask(model.blanked(), (train,), (held_out,), Truth())
     prediction = prediction_scores(model, problem.held_out)
     same(free(prediction_error.compute(Outcome(problem, estimate_of(model), [], prediction))), expected)
     drawn = free_run_trace(estimate_of(model), held_out.slice(0, 60))["channels"]  # not thinned
