@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from ..models.errors import BadInput, EnvironmentFault
-from ..models.folders import append, make_folder, read_regular, remove_folder, write_atomic
-from ..models.working_folder import without_working_folder
+from ..models.folders import append, make_folder, read_regular, remove_folder, without_working_folder, write_atomic
 from .environment import code_version, cpu_count
 from .execution import one_line
 from .journal import RUNS, is_held, new_runs

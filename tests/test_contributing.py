@@ -253,7 +253,7 @@ def test_example_score_fills_its_column(tmp_path, monkeypatch):
     from helmbench.bench import runner, suites
     from helmbench.bench.kinds import kind_of
     from helmbench.bench.kinds.base import RunSelection
-    from helmbench.bench.scores import registry
+    from helmbench.bench.scores import base as registry
     from helmbench.bench.store import read_tables
 
     (tmp_path / "mine.yaml").write_text(

@@ -26,8 +26,7 @@ from ...models.model import Model, model_from_json
 from ...models.suggestions import suggestion
 from ...models.yaml_file import checked
 from ..kinds.diagnosis.names import BASE
-from .files import read_file
-from .names import GROUP
+from .exam_file import GROUP, read_file
 from .submission_file import NamedCause, SaidSize, Submission, WorldAnswer
 
 if TYPE_CHECKING:

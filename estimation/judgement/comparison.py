@@ -18,7 +18,10 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from ...datasets.instruments import hull_record
+from ...models import kernels
 from ...models.errors import BadInput, CannotFit, FitFailed
+from ...models.model import resolve
+from ...models.vessel import vessel_files
 from ..estimates.comparison import Candidate, Comparison
 from ..estimates.estimate import published
 from ..records.naming import named
@@ -175,3 +178,17 @@ def _worse(one: Candidate, best: Candidate) -> bool:
     if difference.size < 2:
         return True
     return bool(difference.mean() > difference.std(ddof=1) / np.sqrt(difference.size))
+
+
+# ---- Which model structures can be tried on records.
+
+
+def families_for(records: Sequence[Record]) -> list[Model]:
+    """Families that need no constants of a ship, and the structures of vessels that the records name, blank.
+
+    A 3-DOF model has lengths and masses in it: without a vessel there is none to try.
+    """
+    free = [resolve(name) for name, facts in kernels.catalogue().items() if not facts["constants"]]
+    vessels = dict.fromkeys(record.meta.vessel for record in records if record.meta.vessel in vessel_files())
+    named = [resolve(vessel) for vessel in vessels if vessel is not None]
+    return [*free, *(model.blanked() for model in named if model.family not in {one.family for one in free})]

@@ -91,7 +91,7 @@ def candidate_models(models: Model | FilePath | Sequence[Model | FilePath], reco
     """The structures that are compared."""
     from os import PathLike
 
-    from ..estimation.judgement.families import families_for
+    from ..estimation.judgement.comparison import families_for
     from ..models.model import Model
 
     listed = [models] if isinstance(models, Model | str | PathLike) else list(models)

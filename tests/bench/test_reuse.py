@@ -11,7 +11,7 @@ from helmbench.bench import content
 from helmbench.bench.journal import read_runs
 from helmbench.bench.kinds import kind_of
 from helmbench.bench.kinds.base import RunSelection
-from helmbench.bench.kinds.identification import content as identification
+from helmbench.bench.kinds.identification import kind as identification
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of

@@ -11,10 +11,10 @@ from jsonschema import Draft202012Validator
 
 import helmbench
 from helmbench.bench.exam import folder as exams
+from helmbench.bench.exam.exam_file import group_list
 from helmbench.bench.exam.judging import EffectSizes, naming
 from helmbench.bench.exam.key_file import WorldKey
 from helmbench.bench.exam.motion import error, errors, opening, predicted
-from helmbench.bench.exam.names import group_list
 from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
 from helmbench.bench.exam.submission import read_submission, stated
 from helmbench.bench.exam.submission_file import WorldAnswer
