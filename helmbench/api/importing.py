@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..datasets.importing.draft import DraftColumn, Question
-    from ..datasets.importing.importer import Aside, Drafted, Imported, Options
+    from ..datasets.importing.importer import Aside, Drafted, Imported, ImportOptions
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
-    from ..datasets.importing.report import Fault, ImportReport
-    from ..datasets.importing.segments import Segment
+    from ..datasets.importing.report import FileFault, ImportReport
+    from ..datasets.importing.segments import ManoeuvreSegment
     from ..datasets.record import Record
     from .arguments import Path as FilePath
 
@@ -146,7 +146,7 @@ class ImportDraft:
         return self._drafted.questions
 
     @property
-    def faults(self) -> tuple[Fault, ...]:
+    def faults(self) -> tuple[FileFault, ...]:
         """What is wrong with the files."""
         return self._drafted.faults
 
@@ -237,7 +237,7 @@ class _Given:
     """What the user said of a log."""
 
     mapping: ColumnMapping | None
-    options: Options
+    options: ImportOptions
     answers: Mapping[str, str]
     segment: bool
 
@@ -321,7 +321,7 @@ def _given(
     variation_deg: float | None,
     segment: bool,
 ) -> _Given:
-    from ..datasets.importing.importer import Options
+    from ..datasets.importing.importer import ImportOptions
     from ..datasets.importing.mapping import read_mapping
     from ..datasets.record import is_side
 
@@ -330,7 +330,7 @@ def _given(
     if step_s is not None and not step_s > 0.0:
         raise BadInput(f"step {step_s!r}", hint="give seconds above 0")
     known = read_mapping(Path(mapping)) if isinstance(mapping, str | PathLike) else mapping
-    return _Given(known, Options(vessel, positive_rudder, step_s, variation_deg), answers or {}, segment)
+    return _Given(known, ImportOptions(vessel, positive_rudder, step_s, variation_deg), answers or {}, segment)
 
 
 def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
@@ -384,7 +384,7 @@ def _says_the_same(place: Path, mapping: ColumnMapping) -> bool:
         return False
 
 
-def find_manoeuvres(record: Record) -> list[Segment]:
+def find_manoeuvres(record: Record) -> list[ManoeuvreSegment]:
     """The manoeuvres of a record in their order, as samples start:stop; empty where the rudder is never laid."""
     from ..datasets.importing.segments import find_segments
 

@@ -381,9 +381,9 @@ def _raw_readers(scratch: Path) -> dict[str, Reader]:
 def _drafted(path: Path) -> None:
     """As an import does."""
     from helmbench.datasets.importing import sources
-    from helmbench.datasets.importing.importer import Options, draft_tables
+    from helmbench.datasets.importing.importer import ImportOptions, draft_tables
 
-    draft_tables(sources.read_raw(path), None, Options(), {})
+    draft_tables(sources.read_raw(path), None, ImportOptions(), {})
 
 
 def _raw(path: Path) -> None:
