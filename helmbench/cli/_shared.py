@@ -131,15 +131,6 @@ class CommandGroup(click.Group):
                 formatter.write_dl([(f"{c.name:{width}}", c.get_short_help_str(limit=LONGEST)) for c in commands])
 
 
-class Greedy(click.Command):
-    """A command whose options named in `greedy` take every value up to the next option: `--validate a.csv b.csv`."""
-
-    greedy: tuple[str, ...] = ()
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        return super().parse_args(ctx, spread(args, self.greedy))
-
-
 def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
     """`--x a b` as `--x a --x b` for the options in `greedy`."""
     out: list[str] = []

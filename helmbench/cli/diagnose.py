@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from ._from_api import TWO_SETS, ApiCommand, TwoSets, several
+from ._from_api import EVERY_DAY, GREEDY_SETS, TWO_SETS, ApiCommand, several
 from ._shared import (
     CAUSE,
     COMMAS,
@@ -38,13 +38,7 @@ OPTIONS = {
 }
 
 
-class Diagnose(TwoSets):
-    """`diagnose --train RECORD... --held-out RECORD... --causes CAUSE...`"""
-
-    greedy = (*TwoSets.greedy, "--causes")
-
-
-@click.command(cls=Diagnose, api="diagnose", options=OPTIONS)
+@click.command(cls=ApiCommand, api="diagnose", options=OPTIONS, greedy=[*GREEDY_SETS, "--causes"], common=EVERY_DAY)
 @click.option("--model", type=MODEL, help="Vessel id, family id or model.json.  [default: build one from the records]")
 @output_directory("diagnose-results")
 @click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, without --model.")
@@ -83,7 +77,7 @@ def diagnose(
 # ---- `helmbench calibrate --model M --train RECORD... --held-out RECORD... [-o DIR]`.
 
 
-@click.command(cls=TwoSets, api="calibrate", options=TWO_SETS)
+@click.command(cls=ApiCommand, api="calibrate", options=TWO_SETS, greedy=GREEDY_SETS, common=EVERY_DAY)
 @click.option("--model", required=True, type=MODEL, help="Vessel id or model.json, 3-DOF.")
 @output_directory("calibrate-results")
 @force_option

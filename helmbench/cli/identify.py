@@ -37,12 +37,6 @@ if TYPE_CHECKING:
 OPTIONS = {"validate": RECORDS, "positive_rudder": SIDES, "particulars": FILE}
 
 
-class Identify(ApiCommand):
-    """`identify RECORD... --validate RECORD... --compare METHOD...`"""
-
-    greedy = ("--validate", "--compare")
-
-
 @dataclass(frozen=True)
 class Request:
     """What is asked for: records, model, methods, the place of the results."""
@@ -55,7 +49,7 @@ class Request:
     particulars: Path | None
 
 
-@click.command(cls=Identify, api="identify", options=OPTIONS)
+@click.command(cls=ApiCommand, api="identify", options=OPTIONS, greedy=["--validate", "--compare"])
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
 @click.option(
     "--model", required=True, type=MODEL_OR_AUTO, help="Vessel id, family id, model.json, or auto: the best of all."

@@ -12,15 +12,10 @@ from ._from_api import ApiCommand, several
 from ._shared import FILE, MODEL, SIDES, Printer, check_file, check_folder, echo, force_option, output_options
 
 
-class Validate(ApiCommand):
-    """`validate MODEL RECORD... --compare MODEL...`"""
-
-    greedy = ("--compare",)
-
-
 @click.command(
-    cls=Validate,
+    cls=ApiCommand,
     api="validate",
+    greedy=["--compare"],
     options={"compare": several(MODEL, metavar="MODEL..."), "positive_rudder": SIDES},
 )
 @click.argument("model", type=MODEL)
