@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -35,11 +35,10 @@ from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .reading import WITHOUT_NAME
 from .report import FileFault, ImportFault, ImportReport, refuse_fatal, span
+from .result import Aside, Import
 from .sources import read_raw
 from .times import TableTime
 
-Aside: TypeAlias = "dict[str, dict[str, Any]]"
-"""Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
 RUDDER_SIDE, VARIATION = "rudder side", "variation"
 """Ids of the questions for the side of a positive rudder, and for the magnetic variation."""
 LED_BY_TRACK = {"latitude", "north", "velocity_north", "speed_over_ground"}
@@ -59,16 +58,6 @@ class ImportOptions:
 
 
 @dataclass(frozen=True)
-class Imported:
-    """Records of a log, the mapping that made them, the report, and columns that are kept aside."""
-
-    records: tuple[Record, ...]
-    mapping: Mapping
-    report: ImportReport
-    aside: Aside
-
-
-@dataclass(frozen=True)
 class Drafted:
     """What the columns of a log are taken for; `mapping` the same as a file, with '?' where something is open.
 
@@ -83,7 +72,7 @@ class Drafted:
 
 def draft_tables(
     tables: Sequence[RawTable], mapping: Mapping | None, options: ImportOptions, answers: Dict[str, str]
-) -> tuple[Drafted, Imported | None]:
+) -> tuple[Drafted, Import | None]:
     """What every column of a log is taken for with the questions that are open, and the import where none is.
 
     Parameters
@@ -125,7 +114,7 @@ def chosen_parts(
 
 def import_tables(
     tables: Sequence[RawTable], mapping: Mapping | None, options: ImportOptions, answers: Dict[str, str]
-) -> Imported:
+) -> Import:
     """Import logs as records.
 
     Parameters
@@ -143,7 +132,7 @@ def import_tables(
 
 def _imported(
     tables: Sequence[RawTable], mapping: Mapping | None, options: ImportOptions, answers: Dict[str, str]
-) -> tuple[Drafted, Imported]:
+) -> tuple[Drafted, Import]:
     tables, chosen = chosen_parts(tables, mapping, answers)
     log = examine(tables, mapping, answers)
     drafted = _draft(tables, mapping, log, answers)
@@ -199,7 +188,7 @@ def _imported(
     made = draft.model_copy(update={"positive_rudder": said.positive_rudder or side, **facts})
     rows = tuple(replace(r, sign=f"positive to {side}") if side and r.sign == AS_RECORD else r for r in rows)
     report = ImportReport(rows, tuple(steps), tuple(faults), tuple(sources))
-    return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
+    return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Import(
         tuple(records), made, report, aside
     )
 
