@@ -1,4 +1,4 @@
-"""Commands of the benchmark on stored results: report, compare, merge, advice; and the measured sets."""
+"""Commands of the benchmark beside `run` and `exam`: report, compare, merge, advice, reproduce, identibench, fetch."""
 
 from __future__ import annotations
 
