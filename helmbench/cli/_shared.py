@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from shutil import get_terminal_size
-from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
+
+if TYPE_CHECKING:
+    from ..models.result import FileResult
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -38,14 +41,6 @@ class _FilePath(click.Path):
 
 
 FILE = _FilePath(path_type=Path)
-
-
-class Writable(Protocol):
-    """A result that is written into a directory."""
-
-    def write(self, folder: Path, /) -> tuple[Path, ...]: ...
-    def to_json(self) -> dict[str, Any]: ...
-    def summary(self) -> str: ...
 
 
 class Number(click.types.FloatParamType):
@@ -255,7 +250,7 @@ def show_files(paths: Iterable[Path]) -> None:
         echo(f"wrote {path}", err=True)
 
 
-def find_and_write(find: Callable[[], Writable], refused: str, output: Path, printer: Printer) -> int:
+def find_and_write(find: Callable[[], FileResult], refused: str, output: Path, printer: Printer) -> int:
     """Find a result, write it into a directory, and print it as JSON or as a summary with the files written.
 
     refused : what is said, before the reason, of records or a model that do not allow a result.
