@@ -65,7 +65,7 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
 
     near_s : largest offset that is looked for; None: any that leaves enough in common.
     """
-    one, other = _Motion.of(first), _Motion.of(second)
+    one, other = _LoggedAngles.of(first), _LoggedAngles.of(second)
     course, yaw = "the course over ground drifts as the heading turns", "the yaw follows the rudder"
     tried = (
         (one.course, other.heading, 1.0, course),
@@ -88,7 +88,7 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
 
 
 @dataclass(frozen=True)
-class _Motion:
+class _LoggedAngles:
     """Course, heading and rudder, rad, of a logger, as far as it has them; turn: heading, or else course.
 
     window_s : time over which the course is a mean.  speed : over ground, in any unit, beside the course.
@@ -105,7 +105,7 @@ class _Motion:
         return self.heading or self.course
 
     @classmethod
-    def of(cls, streams: Sequence[Stream]) -> _Motion:
+    def of(cls, streams: Sequence[Stream]) -> _LoggedAngles:
         track = next((made for s in streams if (made := _course(s))[0] is not None), (None, None, 0.0))
         heading, rudder = (next((c for s in streams if (c := made(s))), None) for made in (_heading, _rudder))
         return cls(*track[:2], heading, rudder, track[2])

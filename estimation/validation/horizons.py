@@ -14,7 +14,7 @@ import numpy as np
 
 from ...models.errors import CannotFit
 from ...models.time_scale import OWN_TIME, time_scale_s
-from .result import Score
+from .result import ErrorScore
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -94,7 +94,7 @@ class Simple:
         return np.array([self.simulate(inputs[:2], dt, state)[-1] for state in states])
 
 
-def trusted_s(scores: Sequence[Score], simple: Sequence[Score], model: str) -> float:
+def trusted_s(scores: Sequence[ErrorScore], simple: Sequence[ErrorScore], model: str) -> float:
     """Time ahead, s, up to which a model's errors over all records are below those of both simple predictions.
 
     0 where they are not at the shortest time ahead; nan where no time ahead was tried.
@@ -108,7 +108,7 @@ def trusted_s(scores: Sequence[Score], simple: Sequence[Score], model: str) -> f
     return trusted
 
 
-def better_at(scores: Sequence[Score], simple: Sequence[Score], model: str) -> dict[float, bool]:
+def better_at(scores: Sequence[ErrorScore], simple: Sequence[ErrorScore], model: str) -> dict[float, bool]:
     """Time ahead, s, in rising order -> whether a model's errors over all records are below those of both simple
     predictions."""
     better = {}
@@ -119,7 +119,7 @@ def better_at(scores: Sequence[Score], simple: Sequence[Score], model: str) -> d
     return better
 
 
-def mean_ratio(scores: Sequence[Score], new: str, old: str, up_to_s: float = np.inf) -> float:
+def mean_ratio(scores: Sequence[ErrorScore], new: str, old: str, up_to_s: float = np.inf) -> float:
     """Geometric mean, over heading and yaw rate and the times ahead up to one, of one model's errors over another's;
     nan where they share none."""
     found = {

@@ -12,9 +12,9 @@ from ..diagnosis import result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
+from ..models.result import RunsResult
 from .admission import doubts_of, faults_of
 from .arguments import as_model, as_records, labels
-from .results import RunsResult
 
 if TYPE_CHECKING:
     from ..datasets.record import Record

@@ -30,7 +30,7 @@ from .board import Leaderboard, build
 from .charts import standings_figure
 from .contest import Contest, contest
 from .estimates import summarised
-from .findings import Finding, beyond, findings, tuners_compared
+from .findings import BoardFinding, beyond, findings, tuners_compared
 from .page import headline, html
 from .page_data import MEASURED, as_script, page_data
 from .standings import CASES, CELL, Frame
@@ -229,13 +229,13 @@ def headline_lines(main: Contest, every: Contest) -> list[str]:
     return [f"{begin(case)}: {text}" if case else text for case, text in found.items()]
 
 
-def told(runs: Frame, main: Statistics, every: Statistics) -> list[Finding]:
+def told(runs: Frame, main: Statistics, every: Statistics) -> list[BoardFinding]:
     """All findings, of the main suite's ranking and of the conditions of all suites."""
     more = (uncertainty_finding(runs), *_generalise(runs))
     return [*findings(main, every), *(found for found in more if found is not None)]
 
 
-def _generalise(runs: Frame) -> list[Finding]:
+def _generalise(runs: Frame) -> list[BoardFinding]:
     """What only the suite `generalise` says."""
     own = runs[runs["suite"] == "generalise"]
     found = None if own.empty else beyond(contest(standings.cell_table(own), own))
@@ -248,7 +248,7 @@ def readme(
     board: Leaderboard,
     lines: Sequence[str],
     statistics: Statistics,
-    findings: Sequence[Finding],
+    findings: Sequence[BoardFinding],
     tuning: Contest | None = None,
     advice: str = "",
     slow: str = "",

@@ -15,7 +15,7 @@ from ..numbers import DEG, number, r_squared
 from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ...estimation.validation.result import Index, Score, Validation
+    from ...estimation.validation.result import ErrorScore, Index, Validation
 
 TOGETHER = "together"
 """The row of all channels: mean R^2 of heading, yaw rate, surge and sway."""
@@ -132,19 +132,19 @@ def _of(validation: Validation, name: str) -> str:
     return f" {name}" if len(validation.models) > 1 else ""
 
 
-def _rmse(score: Score | None) -> float | None:
+def _rmse(score: ErrorScore | None) -> float | None:
     """The error in the unit that is shown."""
     if score is None or score.channel is None:
         return None
     return shown_unit(score.channel)[1] * score.rmse
 
 
-def _r2(score: Score | None) -> float | None:
+def _r2(score: ErrorScore | None) -> float | None:
     return None if score is None else score.r2
 
 
 def _score_column(
-    title: str, validation: Validation, model: str, value: Callable[[Score | None], float | None]
+    title: str, validation: Validation, model: str, value: Callable[[ErrorScore | None], float | None]
 ) -> Column:
     return _scored(title, lambda channel: validation.score(channel, model), value)
 
@@ -158,8 +158,8 @@ def _simple(validation: Validation, channel: str) -> list[tuple[str, str]]:
     ]
 
 
-def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], Score | None]:
-    def score(row: tuple[str, str]) -> Score | None:
+def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], ErrorScore | None]:
+    def score(row: tuple[str, str]) -> ErrorScore | None:
         channel, name = row
         if name == NOISE:
             timed = next((s for s in validation.simple if s.horizon == horizon), None)
@@ -184,7 +184,9 @@ def _trusted(validation: Validation, name: str, time_s: float) -> str:
     return f"only later than {min(better):.3g} s ahead" if any(better.values()) else "at no time ahead"
 
 
-def _scored(title: str, score: Callable[[Any], Score | None], value: Callable[[Score | None], float | None]) -> Column:
+def _scored(
+    title: str, score: Callable[[Any], ErrorScore | None], value: Callable[[ErrorScore | None], float | None]
+) -> Column:
     text = r_squared if value is _r2 else number
     return Column(title, lambda row: text(value(score(row))), lambda row: value(score(row)))
 

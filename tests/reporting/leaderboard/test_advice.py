@@ -7,7 +7,7 @@ import pytest
 
 from helmbench import check_advice
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.situations import SEEDS, Situation, checks_text, draw, suite_text
 from helmbench.bench.store import Store, frames
@@ -199,11 +199,11 @@ def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_p
     assert draw(7, seed) == drawn[:7] and draw(7, seed + 1) != drawn[:7]
     path = tmp_path / "situations.yaml"
     path.write_text(suite_text(drawn, ["ls"]))
-    specs = plan(load_suite(str(path)), Selection("situations"))
+    specs = plan(load_suite(str(path)), RunSelection("situations"))
     assert len(specs) == SEEDS * len(set(drawn))
     assert all(not set(one.train) & {*one.held_out, one.check} and one.check not in one.held_out for one in drawn)
     path.write_text(checks_text({one: ["ls"] for one in drawn}))
-    assert {spec.task.held_out_noise for spec in plan(load_suite(str(path)), Selection("checks"))} > {"low"}
+    assert {spec.task.held_out_noise for spec in plan(load_suite(str(path)), RunSelection("checks"))} > {"low"}
 
 
 @pytest.mark.nightly

@@ -23,8 +23,8 @@ from ..simulation.selection import fitted_start
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ..estimates.estimate import Estimate
     from ..records.series import Series
+    from .estimate import Estimate
 
 LAGS = 25
 """Number of lags above 0; a quarter of the samples in short records."""

@@ -1,24 +1,35 @@
-"""What the results of all commands share: text, page, picture in a notebook, files."""
+"""What the results of all commands share: text, page, picture in a notebook, files.
+
+A result stands where it is made.  The room above that says what it holds is imported when a user asks for it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import fields
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
 from importlib import import_module
+from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
 
-from .documents import content_writer, json_text, model_writer, write_together
+from .files import content_writer, write_together
+from .plain import json_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..models.model import Model
-    from ..reporting.page import Page
-    from .arguments import Path as FilePath
+    from .model import Model
+
+FilePath: TypeAlias = "str | PathLike[str]"
 
 
-class Told:
+def above(module: str) -> ModuleType:
+    """A module of helmbench that is above the room of a result: 'reporting.runs'."""
+    return import_module(f"{__name__.partition('.')[0]}.{module}")
+
+
+class Result:
     """A result with text, in the terminal and in a notebook.
 
     room : the module of `reporting` that makes its page.
@@ -39,29 +50,28 @@ class Told:
 
     def summary(self) -> str:
         """The result in a few lines of text."""
-        from ..reporting.media import terminal
-
-        return terminal(page_of(self))
+        return above("reporting.media").terminal(page_of(self))
 
     def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.media import notebook
+        from .figure import picture
 
-        return notebook(page_of(self)) + (picture(self.plot, self.pictured) if self.pictured else "")
-
-
-def page_of(found: Told) -> Page:
-    """What a result says, as blocks for every medium."""
-    return import_module(f"helmbench.reporting.{found.room}").page(found)
+        return above("reporting.media").notebook(page_of(self)) + (
+            picture(self.plot, self.pictured) if self.pictured else ""
+        )
 
 
-class Result(Told):
+def page_of(found: Result) -> Any:
+    """What a result says, as blocks for every medium (`reporting.page.Page`)."""
+    return above(f"reporting.{found.room}").page(found)
+
+
+class FileResult(Result):
     """A result with text, page, picture and files.
 
-    files : names of its document and page.
+    files : names of its document and page, and of the models beside them.
     """
 
-    files: ClassVar[tuple[str, str]]
+    files: ClassVar[tuple[str, ...]]
 
     if TYPE_CHECKING:
 
@@ -73,9 +83,7 @@ class Result(Told):
 
     def to_html(self) -> str:
         """The page of the result: one self-contained HTML document."""
-        from ..reporting.media import html
-
-        return html(page_of(self))
+        return above("reporting.media").html(page_of(self))
 
     def write(self, folder: FilePath) -> tuple[Path, ...]:
         """Write the document (JSON), the page (HTML) and the models of the result into a folder: all of them or none.
@@ -88,13 +96,13 @@ class Result(Told):
         ------
         BadInput : the folder cannot be written to.
         """
-        document, page = self.files
+        document, page = self.files[:2]
         writers = {document: content_writer(json_text(self.to_json()) + "\n"), page: content_writer(self.to_html())}
-        models = {name: model_writer(name, model) for name, model in self._models().items()}
+        models = {name: _model_writer(name, model) for name, model in self._models().items()}
         return write_together(Path(folder), writers | models)
 
 
-class RunsResult(Result):
+class RunsResult(FileResult):
     """A result that holds runs along records."""
 
     def plot(self, record: str | None = None) -> Figure:
@@ -112,6 +120,16 @@ class RunsResult(Result):
         ------
         BadInput : there is no such record.
         """
-        from ..reporting.runs import figure_of
+        records = page_of(self).records()
+        return above("reporting.runs").figure_of(records, record, self.room.partition(".")[0])
 
-        return figure_of(page_of(self).records(), record, self.room.partition(".")[0])
+
+def _model_writer(name: str, model: Model) -> Callable[[Path], None]:
+    """A function that writes a model to a path, the stem of its file's name as identifier."""
+
+    def write(place: Path) -> None:
+        from .model import model_to_json
+
+        model_to_json(replace(model, id=Path(name).stem), place)
+
+    return write

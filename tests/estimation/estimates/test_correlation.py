@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.judgement.correlation import Correlation, _channel, channel_residuals, correlation
+from helmbench.estimation.estimates.correlation import Correlation, _channel, channel_residuals, correlation
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
 
