@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ..diagnosis.craft.ship import corrected
 from ..estimation.run.prediction import prediction_scores
 from ..models.model import Model, model_from_particulars, resolve
 from ..models.particulars import particulars_of
 from .kinds.identification.problems import Task, problem
+from .scores.record_errors import free_run_error
 from .situations import SEEDS
 
 if TYPE_CHECKING:
@@ -48,9 +47,4 @@ def _error(task: Task, simulation: Model) -> float:
     train, held_out = (
         [record.turned(simulation.positive_rudder) for record in own] for own in (records.train, records.held_out)
     )
-    scores = prediction_scores(corrected(simulation, train)[0], held_out)
-    known = np.array([scores[name] for name in (f"r2_free_{channel}" for channel in CHANNELS) if name in scores], float)
-    known = known[np.isfinite(known)]
-    if scores["diverged"] or not known.size:
-        return float(np.inf)
-    return float(np.mean(np.sqrt(np.maximum(0.0, 1.0 - known))))
+    return free_run_error(prediction_scores(corrected(simulation, train)[0], held_out), CHANNELS)

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from html import escape
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -125,13 +126,14 @@ def _by_particulars(folder: Path, situations: Sequence[Situation]) -> dict[Situa
     from ..models.folders import write_atomic
 
     path = folder / PARTICULARS
-    stored: dict[str, list[float] | None] = json.loads(path.read_text()) if path.is_file() else {}
+    stored: dict[str, list[float | None] | None] = json.loads(path.read_text()) if path.is_file() else {}
     for one in situations:
         if str(one) not in stored:
-            stored[str(one)] = errors_of(one)
+            errors = errors_of(one)
+            stored[str(one)] = None if errors is None else [*map(_plain, errors)]
             write_atomic(path, (json.dumps(stored, indent=1) + "\n").encode())
     found = {one: stored[str(one)] for one in situations}
-    return {one: errors for one, errors in found.items() if errors is not None}
+    return {one: [inf if e is None else e for e in errors] for one, errors in found.items() if errors is not None}
 
 
 def _contest(folder: Path) -> Contest:
