@@ -8,7 +8,7 @@ heading is unwrapped.  Units are those of the channels.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -62,15 +62,20 @@ def record_errors(outcome: Outcome) -> dict[str, str]:
         return {}
     estimate = outcome.estimate
     found = {
-        name: _error(prediction_scores(estimate.model, [record], estimate.predictor))
+        name: _rounded(mean_nrmse(prediction_scores(estimate.model, [record], estimate.predictor)))
         for name, record in named(outcome.problem.held_out).items()
     }
     return {"nrmse_by_record": json.dumps(found)}
 
 
-def _error(scores: Mapping[str, Any]) -> float | None:
-    known = np.array([scores[name] for name in (f"r2_free_{channel}" for channel in RANKED) if name in scores], float)
+def mean_nrmse(scores: Mapping[str, Any], channels: Sequence[str] = RANKED) -> float:
+    """Mean over channels of sqrt(1 - R^2) of free runs (`prediction_scores`); infinite where one diverged."""
+    known = np.array([scores[name] for name in (f"r2_free_{channel}" for channel in channels) if name in scores], float)
     known = known[np.isfinite(known)]
     if scores["diverged"] or not known.size:
-        return None
-    return float(f"{np.mean(np.sqrt(np.maximum(0.0, 1.0 - known))):.4g}")
+        return float(np.inf)
+    return float(np.mean(np.sqrt(np.maximum(0.0, 1.0 - known))))
+
+
+def _rounded(error: float) -> float | None:
+    return float(f"{error:.4g}") if np.isfinite(error) else None
