@@ -367,16 +367,27 @@ def _excluded(rung: Rung, now: Attempt) -> bool:
 
 
 def _other_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:
-    """The same rungs on the law that does best with them; the step tells of a change."""
+    """The same rungs on the law that does best with them; the step tells of a change.
+
+    Of two laws of as many numbers the one with the smaller errors of left-out blocks and the smaller criterion stands:
+    that the other came first is no reason for it.
+    """
     others = [a for law in ladder.laws() if law is not now.law and (a := ladder.with_law(now, law))]
     found = [(a, *better(now, a)) for a in others]
-    entering = [t for t in found if t[1] > max(LEAST, t[2] * (ERRORS if t[0].count > now.count else 1.0))]
+    entering = [t for t in found if t[1] > max(LEAST, _doubt(now, t[0]) * t[2])]
     entering = entering or [t for t in found if t[0].count < now.count and t[1] > -min(t[2], LEAST)]
     if not entering:
         return now
     attempt, gain, error = max(entering, key=lambda t: t[1])
     steps.append(Step(attempt.law.id, f"instead: {attempt.law.title}", attempt, gain, error))
     return attempt
+
+
+def _doubt(now: Attempt, other: Attempt) -> float:
+    """Standard errors by which another law must do better to take the place of the present one."""
+    if other.count > now.count:
+        return ERRORS
+    return 0.0 if other.fitted.criterion < now.fitted.criterion else LIKELY
 
 
 def _richer_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:

@@ -32,6 +32,9 @@ BLOCKS = 16
 """Blocks of time, of all records together, that are left out in turn."""
 TURN = 0.6
 """Yaw rate of a hard turn times L/U: a circle of three to four lengths' diameter."""
+NOISE = 0.3
+"""Largest noise of a sensor in the channel's own motion: what varies more from sample to sample may be motion (of waves
+that are sampled once a second), and no error of it counts as none."""
 LOST = 30.0
 """Largest error in the channel's own motion that a run which leaves the record counts with."""
 
@@ -249,6 +252,7 @@ def windows_of(
     spread = measured - start[:, None, [model.states.index(s) for s in SYMBOLS]]
     spread[:, :, 0] = measured[:, :, 0]
     motion = np.sqrt(mean_of_known(spread**2, (0, 1)))
+    motion = np.maximum(np.where(np.isfinite(motion), motion, 1.0), 1e-12)
     return Windows(
         model=model,
         dt=step,
@@ -257,8 +261,8 @@ def windows_of(
         measured=measured,
         record=record,
         block=np.unique(block, return_inverse=True)[1],
-        noise=np.sqrt(np.mean(np.square(own), axis=0)),
-        motion=np.maximum(np.where(np.isfinite(motion), motion, 1.0), 1e-12),
+        noise=np.fmin(np.sqrt(np.mean(np.square(own), axis=0)), NOISE * motion),
+        motion=motion,
         runs=tuple(runs),
         n_records=1 + max(p.owner for p in pieces),
         duration_s=float(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces)),
