@@ -47,7 +47,7 @@ FIRST, SHORT, LONG = 6, 8, 16
 """Gauss-Newton steps of a first start, of a candidate, and of what is kept."""
 OWN_ANGLE = 0.05
 """Standard deviation of a record's own neutral angle, in hard rudders."""
-SLOWER, WEAKER, DESCENDED = (0.4, 1.0, 2.5), (1.0, 4.0, 20.0), 4
+SLOWER, WEAKER, DESCENDED = (0.1, 0.4, 1.0, 2.5), (1.0, 4.0, 20.0), 4
 """Factors of time constant and gain of the first starts, and how many of these are followed."""
 FREED = 2.0
 """Linear damping, in units of 1/T0, that may be negative where nonlinear damping bounds the motion."""
@@ -120,6 +120,11 @@ class Ladder:
     given: frozenset[str]
     commands: bool
     kept: dict[tuple[str, tuple[tuple[str, float], ...]], Windows] = field(default_factory=dict)
+
+    def without_heading(self) -> Ladder:
+        """The same for the yaw rate alone."""
+        blind = [p._replace(record=p.record.with_channels(heading_rad=None)) for p in self.pieces]
+        return Ladder(blind, self.craft, self.given, self.commands)
 
     def laws(self) -> list[Law]:
         """The laws whose inputs the records measure; of two that are the same on them, the one with more rungs."""
@@ -286,7 +291,7 @@ def _skill(without: Attempt, now: Attempt) -> tuple[float, float]:
     w, sizes = now.fitted.windows, now.fitted.sizes
     still = np.tile(w.start[:, None, [w.model.states.index(s) for s in SYMBOLS]] - w.measured, (2, 1, 1))
     still[:, :, 0] = -np.tile(w.measured[:, :, 0], (2, 1))
-    squares = np.stack([mean_squares(errors, w, sizes) for errors in (now.errors, without.errors, still)])
+    squares = mean_squares((now.errors, without.errors, still), w, sizes)
     channel = 0 if squares[0, :, 0, 1].any() else 1
     total = squares[:, :, channel, 0]
 

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from ...datasets.columns import CANONICAL
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.validation.horizons import better_at
+from ...estimation.validation.horizons import STRAIGHT, better_at
 from ...estimation.validation.result import FREE
-from ..numbers import DEG, number, r_squared
+from ...estimation.validation.validate import label
+from ..numbers import DEG, number, percent, r_squared
 from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
@@ -171,10 +172,43 @@ def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], Score |
 
 
 def trusted_lines(validation: Validation) -> list[str]:
-    """A sentence a model: how far ahead it is better than both predictions without a model."""
+    """A sentence a model: how far ahead it is better than both predictions without a model, what share of the motion it
+    explains there, and the floor below which no error can come."""
     rivals = "a ship that goes on turning as now, and than one that goes straight"
     known = {name: time for name, time in validation.trusted_s.items() if math.isfinite(time)}
-    return [f"{name}: {_trusted(validation, name, time)} better than {rivals}" for name, time in known.items()]
+    return [
+        f"{name}: {_trusted(validation, name, time)} better than {rivals}{_explained(validation, name, time)}"
+        for name, time in known.items()
+    ]
+
+
+def share_explained(validation: Validation, channel: str, name: str, horizon: str) -> float:
+    """One minus the squared error over the variance of a channel, or over the squared change since the start of the
+    heading, which hardly varies in a zigzag; nan where there is no score."""
+    score = validation.score(channel, name, horizon=horizon)
+    if score is None or channel != "heading_rad":
+        return math.nan if score is None else score.r2
+    simple = {(s.model, s.channel, s.horizon): s.rmse for s in validation.simple}
+    still = simple.get((STRAIGHT, channel, horizon), 0.0)
+    return 1.0 - (score.rmse / still) ** 2 if still else math.nan
+
+
+def _explained(validation: Validation, name: str, time_s: float) -> str:
+    """Share explained and floor where the model is trusted to, or at the shortest time ahead."""
+    horizon = label(time_s if time_s > 0.0 else min(validation.horizons_s))
+    parts = []
+    for channel, what in (("yaw_rate_rad_s", "the yaw rate"), ("heading_rad", "the change of heading")):
+        share, score = (
+            share_explained(validation, channel, name, horizon),
+            validation.score(channel, name, horizon=horizon),
+        )
+        if score is not None and math.isfinite(share):
+            unit, factor = shown_unit(channel)
+            floor = number(factor * validation.noise.get(channel, 0.0), 2)
+            parts.append(
+                f"{percent(share)} of {what} (error {number(factor * score.rmse)}, sensor noise {floor} {unit})"
+            )
+    return f"; {horizon} ahead it explains {' and '.join(parts)}" if parts else ""
 
 
 def _trusted(validation: Validation, name: str, time_s: float) -> str:

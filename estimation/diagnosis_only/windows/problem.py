@@ -216,22 +216,27 @@ def pieces_of(records: Sequence[Record], scales: Scales) -> list[Piece]:
 
 
 def windows_of(
-    pieces: Sequence[Piece], model: Model, scales: Scales, instruments: Mapping[str, float] | None = None
+    pieces: Sequence[Piece],
+    model: Model,
+    scales: Scales,
+    instruments: Mapping[str, float] | None = None,
+    overlap: int | None = None,
 ) -> Windows:
     """The windows of the pieces for a model.
 
     instruments : linkage between the recorded rudder or command and what acts on the hull (`models.instruments`).
+    overlap : windows that begin within one; None: up to three, WINDOWS at most of all records together.
 
     Raises
     ------
     CannotFit : a record lacks an input of the model, or none is long enough.
     """
     step, samples_each = _grid(pieces, scales)
-    stride = max(_stride(pieces, step, samples_each), 1)
+    stride = max(samples_each // overlap if overlap else _stride(pieces, step, samples_each), 1)
     blocks = max(1, round(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces) / BLOCKS / step))
     parts, runs, done, rows = [], [], 0, 0
     for piece in pieces:
-        series = _resampled(piece, model, step, instruments or {})
+        series = resampled(piece, model, step, instruments or {})
         firsts = np.arange(0, len(series[0]) - samples_each, stride)
         if not firsts.size:
             continue
@@ -283,7 +288,7 @@ def _stride(pieces: Sequence[Piece], step: float, samples_each: int) -> int:
     return max(int(np.ceil(total / WINDOWS)), samples_each // 3)
 
 
-def _resampled(
+def resampled(
     piece: Piece, model: Model, step: float, instruments: Mapping[str, float]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Inputs (M, nu), measured (M, 2) and smoothed (M, 2) at equal steps; inputs are means over a step."""
