@@ -47,7 +47,7 @@ FIRST, SHORT, LONG = 6, 8, 16
 """Gauss-Newton steps of a first start, of a candidate, and of what is kept."""
 OWN_ANGLE = 0.05
 """Standard deviation of a record's own neutral angle, in hard rudders."""
-SLOWER, WEAKER, DESCENDED = (0.1, 0.4, 1.0, 2.5), (1.0, 4.0, 20.0), 4
+SLOWER, WEAKER, DESCENDED = (0.4, 1.0, 2.5), (1.0, 4.0, 20.0), 4
 """Factors of time constant and gain of the first starts, and how many of these are followed."""
 FREED = 2.0
 """Linear damping, in units of 1/T0, that may be negative where nonlinear damping bounds the motion."""
