@@ -27,8 +27,8 @@ neutral angle of the record decides, which none of them knows."""
 CLEAR, LIKELY, SURE, SHOWN = 0.3, 3.0, 6.0, 2.0
 """The steering acts where left-out errors fall by more than CLEAR and LIKELY standard errors, or by SURE of them, below
 those of a craft that it does not turn; SHOWN of them are enough where it is clear from the yaw rate alone (SKILLED);
-below SHOWN it is not what turns the craft.  A column that has nothing to do
-with the motion, but about its period, was seen to bring .2 and 3.1 standard errors."""
+below SHOWN it is not what turns the craft.  A column that has nothing to do with the motion, but about its period, was
+seen to bring .2 and 3.1 standard errors."""
 
 
 SKILLED = 0.2

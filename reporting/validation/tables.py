@@ -198,16 +198,13 @@ def _explained(validation: Validation, name: str, time_s: float) -> str:
     horizon = label(time_s if time_s > 0.0 else min(validation.horizons_s))
     parts = []
     for channel, what in (("yaw_rate_rad_s", "the yaw rate"), ("heading_rad", "the change of heading")):
-        share, score = (
-            share_explained(validation, channel, name, horizon),
-            validation.score(channel, name, horizon=horizon),
-        )
+        share = share_explained(validation, channel, name, horizon)
+        score = validation.score(channel, name, horizon=horizon)
         if score is not None and math.isfinite(share):
             unit, factor = shown_unit(channel)
-            floor = number(factor * validation.noise.get(channel, 0.0), 2)
-            parts.append(
-                f"{percent(share)} of {what} (error {number(factor * score.rmse)}, sensor noise {floor} {unit})"
-            )
+            error, floor = number(factor * score.rmse), number(factor * validation.noise.get(channel, 0.0), 2)
+            explained = percent(share) if share > 0.0 else "nothing"
+            parts.append(f"{explained} of {what} (error {error}, sensor noise {floor} {unit})")
     return f"; {horizon} ahead it explains {' and '.join(parts)}" if parts else ""
 
 
