@@ -22,7 +22,7 @@ from ..numbers import DEG, number, r_squared
 from ..page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, items, overlays, result_page, sides
 from ..runs import of_validation
 from ..tables import Column, Table, make_table
-from ..validation.tables import horizon_table, share_explained, trusted_lines
+from ..validation.tables import explained_lines, horizon_table, share_explained
 
 if TYPE_CHECKING:
     from ...diagnosis.craft.result import CraftDiagnosis, Rise
@@ -58,7 +58,7 @@ def page(diagnosis: CraftDiagnosis) -> Page:
     tested = "held_out" in {role for _, role in diagnosis.records}
     first, each = overlays(of_validation(diagnosis.ahead, "held_out" if tested else "train"))
     every = equation_parts(diagnosis.model, diagnosis.model)[1]
-    trusted = [f"{line}." for line in trusted_lines(diagnosis.ahead)]
+    trusted = [f"{line}." for line in explained_lines(diagnosis.ahead)]
     said = f"{headline(diagnosis)}: {diagnosis.reason.rstrip('.')}."
     return result_page(
         "A model from records",

@@ -172,14 +172,17 @@ def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], Score |
 
 
 def trusted_lines(validation: Validation) -> list[str]:
-    """A sentence a model: how far ahead it is better than both predictions without a model, what share of the motion it
-    explains there, and the floor below which no error can come."""
+    """A sentence a model: how far ahead it is better than both predictions without a model."""
     rivals = "a ship that goes on turning as now, and than one that goes straight"
     known = {name: time for name, time in validation.trusted_s.items() if math.isfinite(time)}
-    return [
-        f"{name}: {_trusted(validation, name, time)} better than {rivals}{_explained(validation, name, time)}"
-        for name, time in known.items()
-    ]
+    return [f"{name}: {_trusted(validation, name, time)} better than {rivals}" for name, time in known.items()]
+
+
+def explained_lines(validation: Validation) -> list[str]:
+    """The same with the share of the motion that it explains there, and the floor below which no error can come."""
+    known = [(name, time) for name, time in validation.trusted_s.items() if math.isfinite(time)]
+    lines = trusted_lines(validation)
+    return [f"{line}{_explained(validation, *one)}" for line, one in zip(lines, known, strict=True)]
 
 
 def share_explained(validation: Validation, channel: str, name: str, horizon: str) -> float:

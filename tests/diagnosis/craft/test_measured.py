@@ -14,7 +14,7 @@ from helmbench.reporting import media
 from helmbench.reporting.craft.page import page
 from helmbench.reporting.diagnosis.measured import CRAFT
 from helmbench.reporting.diagnosis.rivals import compared
-from helmbench.reporting.validation.tables import trusted_lines
+from helmbench.reporting.validation.tables import explained_lines
 
 
 @pytest.fixture(scope="module", params=["craft-rov", "craft-expedition"])
@@ -34,10 +34,10 @@ def test_the_model_is_not_worse_than_what_anyone_would_try_first(outcome):
 
 
 def test_it_is_said_how_far_to_trust_with_the_share_explained_and_the_floor(outcome):
-    """The same sentence as of a diagnosis with a model: `trusted_lines`."""
+    """The same sentence as of a diagnosis with a model: `explained_lines`."""
     name, _, _, found = outcome
     said = media.markdown(page(found), "title", "", {}).replace("\\", "")
-    (line,) = (line for line in trusted_lines(found.ahead) if line.startswith(f"{BUILT}: "))
+    (line,) = (line for line in explained_lines(found.ahead) if line.startswith(f"{BUILT}: "))
     assert f"- {line}." in said.partition("## What to record next")[0]
     horizon = label(found.trusted_s if found.trusted_s > 0.0 else found.ahead.horizons_s[0])
     share, error, noise = re.search(
