@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from ...datasets.columns import CANONICAL
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.validation.horizons import better_at
+from ...estimation.validation.horizons import STRAIGHT, better_at
 from ...estimation.validation.result import FREE
-from ..numbers import DEG, number, r_squared
+from ...estimation.validation.validate import label
+from ..numbers import DEG, number, percent, r_squared
 from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
@@ -175,6 +176,39 @@ def trusted_lines(validation: Validation) -> list[str]:
     rivals = "a ship that goes on turning as now, and than one that goes straight"
     known = {name: time for name, time in validation.trusted_s.items() if math.isfinite(time)}
     return [f"{name}: {_trusted(validation, name, time)} better than {rivals}" for name, time in known.items()]
+
+
+def explained_lines(validation: Validation) -> list[str]:
+    """The same with the share of the motion that it explains there, and the floor below which no error can come."""
+    known = [(name, time) for name, time in validation.trusted_s.items() if math.isfinite(time)]
+    lines = trusted_lines(validation)
+    return [f"{line}{_explained(validation, *one)}" for line, one in zip(lines, known, strict=True)]
+
+
+def share_explained(validation: Validation, channel: str, name: str, horizon: str) -> float:
+    """One minus the squared error over the variance of a channel, or over the squared change since the start of the
+    heading, which hardly varies in a zigzag; nan where there is no score."""
+    score = validation.score(channel, name, horizon=horizon)
+    if score is None or channel != "heading_rad":
+        return math.nan if score is None else score.r2
+    simple = {(s.model, s.channel, s.horizon): s.rmse for s in validation.simple}
+    still = simple.get((STRAIGHT, channel, horizon), 0.0)
+    return 1.0 - (score.rmse / still) ** 2 if still else math.nan
+
+
+def _explained(validation: Validation, name: str, time_s: float) -> str:
+    """Share explained and floor where the model is trusted to, or at the shortest time ahead."""
+    horizon = label(time_s if time_s > 0.0 else min(validation.horizons_s))
+    parts = []
+    for channel, what in (("yaw_rate_rad_s", "the yaw rate"), ("heading_rad", "the change of heading")):
+        share = share_explained(validation, channel, name, horizon)
+        score = validation.score(channel, name, horizon=horizon)
+        if score is not None and math.isfinite(share):
+            unit, factor = shown_unit(channel)
+            error, floor = number(factor * score.rmse), number(factor * validation.noise.get(channel, 0.0), 2)
+            explained = percent(share) if share > 0.0 else "nothing"
+            parts.append(f"{explained} of {what} (error {error}, sensor noise {floor} {unit})")
+    return f"; {horizon} ahead it explains {' and '.join(parts)}" if parts else ""
 
 
 def _trusted(validation: Validation, name: str, time_s: float) -> str:
