@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks.statistics.tails import log_tail
+from ..checks.tails import adjusted, log_tail
 from ..estimation.filters.innovations.estimator import estimator
 from .candidate import Candidate, Unmodelled
 from .causes.registry import terms_for
@@ -16,13 +16,12 @@ from .gain.extension import extended_model
 from .gain.guard import worsens
 from .gain.held_out_flows import of_state
 from .gain.runs import with_runs
-from .report import bank, findings, verdict
-from .report.outcome import diagnosis_of, hypothesis_of, noise_of
-from .residuals.criterion import select, without
+from .report.findings import BY_RESIDUALS, of_fault
+from .report.verdict import diagnosis_of
+from .residuals.criterion import material, select, without
 from .residuals.judged import unexplained
+from .residuals.report import SMALL, bank_of, decide, findings_of, hypothesis_of, noise_of, undecidable
 from .residuals.tests import LATER, Memory, noise_with_memory
-from .selection.levels import adjusted
-from .selection.materiality import material
 from .starting import starting_state, thinned
 from .state import State
 
@@ -60,7 +59,7 @@ def selected(model: Model, records: Prepared, options: Options) -> Selected:
     train = thinned(records.train, model)
     est = estimator(model, train, threads=options.threads, terms=terms_for(model))
     state, cannot = starting_state(est, options, records.decided)
-    poor = verdict.undecidable(est, state.start)
+    poor = undecidable(est, state.start)
     state = select(state, options.max_effects, rng) if poor is None else state
     left = unexplained(state, rng) if poor is None else None
     small: frozenset[Cause] = frozenset()
@@ -100,18 +99,18 @@ def concluded(
     kept = _without(state, [cause for cause in state.causes if cause in barred])
     refused = _why(barred, PREDICTS_WORSE)
     left = selected.left if selected.left is not None else _what_looks_like(refused, state)
-    immaterial = _why(selected.small, findings.SMALL) | _why(weak, IN_NOISE)
-    own = [f for f in findings.of_residuals(state, refused, rng) if f.cause not in immaterial]
-    every = [*(findings.of_fault(f) for f in records.faults), *records.shown.findings, *own]
-    named = any(f.stage == findings.BY_RESIDUALS for f in every)
+    immaterial = _why(selected.small, SMALL) | _why(weak, IN_NOISE)
+    own = [f for f in findings_of(state, refused, rng) if f.cause not in immaterial]
+    every = [*(of_fault(f) for f in records.faults), *records.findings, *own]
+    named = any(f.stage == BY_RESIDUALS for f in every)
     instead = named and left is not None and left is state.rival
     est = state.est
     outcome = diagnosis_of(
         (model, extended_model(est, kept.setting, kept.causes, records.instruments)),
         options,
-        verdict.decide(selected.poor, left, instead, every),
+        decide(selected.poor, left, instead, every),
         every,
-        bank.of_residuals(state, selected.cannot, records.shown.statistics, immaterial, every),
+        bank_of(state, selected.cannot, records.tested, immaterial, every),
         noise=noise_of(est, state.setting),
         poor=selected.poor,
         hypothesis=hypothesis_of(state, left, held_out),

@@ -12,7 +12,7 @@ from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.memory import require_memory
 from .by_residuals import by_innovations
-from .checked import put_back, with_checks
+from .checked import with_checks
 from .gain.guard import worsens
 from .one_bank.diagnose import by_pieces
 from .one_bank.remaining import with_remaining, without_causes
@@ -84,7 +84,7 @@ def _diagnosed(
         records = records.behind_sensors(options.causes())
         watch(BASE_MODEL)
         model = identified(model, records.train)
-    held = put_back(records.recorded, records.faults, model)
+    held = records.put_back(model)
     diagnosis = _described(_named(model, records, held, options, watch), records, held, options, watch)
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]

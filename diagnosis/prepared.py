@@ -1,4 +1,5 @@
-"""Records as one stage of a diagnosis passes them to the next."""
+"""Records as one stage of a diagnosis passes them to the next: behind what their files and channels show, before any
+hull model is asked."""
 
 from __future__ import annotations
 
@@ -7,81 +8,163 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ..checks.check import Examined, check_file, compared, distinct, of_one_record
 from ..checks.comparison.chains import chains
+from ..checks.files.repeats import ConstantChannel
+from ..checks.findings import merged, of_sizes
+from ..checks.registry import column_checks
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
-from .channels import Sensors, Shown, sensors_of
-from .checked import examined
+from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
+from ..models.instruments import combined
+from .causes.registry import causes
+from .report.findings import of_sensor
 
 if TYPE_CHECKING:
     from ..checks.base import Check
+    from ..checks.comparison.chains import Chain
+    from ..checks.comparison.selection import Sizes
     from ..checks.fault import ColumnFault
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
     from ..models.model import Model
     from .options import Options
+    from .result import Finding
+
+SPEED = "surge_m_s"
 
 
 @dataclass(frozen=True)
 class Prepared:
     """Records in the model's rudder sign with what was corrected: gross faults, and what channels show of sensors.
 
-    checked : what the checks of the files found, corrected where they can be.
+    faults : of whole columns.  checked : what the checks of the files say, corrected where they can be.
+    findings, removed : what channels show of their sensors, and these sizes as instruments.  tested : statistic
+    (z squared) of the evidence by itself for each cause that the channels were asked for.
     decided : causes that the sensors' channels have decided on without a model.
-    derived : record name -> columns that are made from each other.
+    derived : record name -> columns that are made from each other: they are not compared.
     recorded : the held-out records as they were read.
     """
 
     train: list[Record]
     held_out: list[Record]
-    faults: list[ColumnFault]
-    shown: Shown
+    faults: Sequence[ColumnFault] = ()
     checked: tuple[CheckFinding, ...] = ()
+    findings: tuple[Finding, ...] = ()
+    removed: dict[str, float] = field(default_factory=dict)
+    tested: dict[Check, float] = field(default_factory=dict)
     decided: frozenset[Check] = frozenset()
     derived: Mapping[str, set[str]] = field(default_factory=dict)
     recorded: Sequence[Record] = ()
 
-    def sensors(self, only: Collection[Check] | None) -> Sensors:
-        """The records behind what channels show of their sensors; only : errors that are looked for (None: all).
+    def behind_sensors(self, only: Collection[Check] | None) -> Prepared:
+        """The records behind what all channels show of their sensors; only : errors that are looked for (None: all).
 
         Several stages ask for it: it is computed once.
         """
         key = None if only is None else frozenset(only)
-        if key not in self._sensors:
-            self._sensors[key] = sensors_of(self.train, self.held_out, only, derived=self.derived)
-        return self._sensors[key]
+        if key not in self._behind:
+            bare = replace(self, train=distinct(self.train), tested={})
+            done = bare.compared(only)
+            self._behind[key] = replace(done, tested=self.tested | done.tested, decided=frozenset(done.tested))
+        return self._behind[key]
 
     @cached_property
-    def _sensors(self) -> dict[frozenset[Check] | None, Sensors]:
+    def _behind(self) -> dict[frozenset[Check] | None, Prepared]:
         return {}
 
-    def behind_sensors(self, only: Collection[Check] | None) -> Prepared:
-        """The records with the sensors' errors removed that channels show, and what was found of these."""
-        sensors = self.sensors(only)
-        return replace(
-            self,
-            train=sensors.train,
-            held_out=sensors.held_out,
-            shown=self.shown.then(sensors.shown),
-            decided=frozenset(sensors.shown.statistics),
-        )
+    def compared(self, only: Collection[Check] | None = None, along: Sequence[Chain] | None = None) -> Prepared:
+        """Compare channels along the chains (None: all), and correct the records one after the other.
+
+        Training records are corrected by sizes of their own where these differ, held-out ones by the mean; delays
+        too small to matter are corrected and not told.
+        """
+        ids, done = {c.id: c for c in causes().values() if only is None or c in only}, self
+        for comparison, train in compared(self.train, self.derived, [], ids, along):
+            if comparison.absurd is not None:
+                break
+            findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material]
+            tested = dict(done.tested)
+            for option, z in comparison.tested:
+                own = ids[option.cause.id]
+                tested[own] = max(z**2, tested.get(own, 0.0))
+            done = replace(
+                done,
+                train=train,
+                held_out=[comparison.without(r, own=False) for r in done.held_out],
+                findings=(*done.findings, *findings),
+                removed=combined(done.removed, _instruments([s for s in comparison.found if s.material])),
+                tested=tested,
+            )
+        return done
 
     @property
     def instruments(self) -> dict[str, float]:
         """What was corrected, as instruments of a model."""
         faults = {name: value for fault in self.faults for name, value in fault.instruments.items()}
-        return faults | self.shown.instruments
+        return faults | self.removed
+
+    def put_back(self, model: Model) -> list[Record]:
+        """The held-out records as they were read, but for columns whose exchange no instrument of a model can show,
+        such as the rudder under the heading's name: these are in their places."""
+        done = list(self.recorded)
+        for fault in (f for f in self.faults if done and not f.instruments):
+            done = fault.check.find([record.turned(model.positive_rudder) for record in done], model.starboard)[1]
+        return done
+
+
+def _instruments(sizes: Sequence[Sizes]) -> dict[str, float]:
+    """Mean sizes as instruments of a model."""
+    effects = (pair for s in sizes for pair in zip(s.option.effects, s.means, strict=True))
+    return {slot: mean.value for effect, mean in effects for slot in effect.instruments}
 
 
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
     """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
     corrected."""
-    records, checked, faults, derived = examined(prepared([*train, *held_out], model, options), model)
-    own, others, shown = records[: len(train)], records[len(train) :], Shown()
-    if not {"v", "x", "y"} <= set(model.states):
-        sensors = sensors_of(own, others, options.causes(), [c for c in chains() if c.of_positions], derived)
-        own, others, shown = sensors.train, sensors.held_out, sensors.shown
-    return Prepared(own, others, faults, shown, checked, derived=derived, recorded=held_out)
+    done = examined(prepared([*train, *held_out], model, options), model)
+    sides = done.train[: len(train)], done.train[len(train) :]
+    done = replace(done, train=sides[0], held_out=sides[1], recorded=held_out)
+    if {"v", "x", "y"} <= set(model.states):
+        return done
+    return done.compared(options.causes(), [c for c in chains() if c.of_positions])
+
+
+def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
+    """Records in the model's rudder sign, behind its instruments, with the chosen channels and the inputs only."""
+    out = []
+    for record in records:
+        turned = corrected(record.turned(model.positive_rudder), model.instruments)
+        if options.channels is not None:
+            kept = {*options.channels, *INPUTS}
+            turned = replace(turned, channels={k: v for k, v in turned.channels.items() if k in kept})
+        out.append(turned)
+    return out
+
+
+def examined(records: Sequence[Record], model: Model) -> Prepared:
+    """Check the files of records behind a model's instruments, in its sign of the rudder: those of training with
+    faults of their files corrected as far as possible, what matters of these, and the faults of whole columns."""
+    done, entries = Examined([]), of_one_record()
+    with np.errstate(all="ignore"):
+        current = [check_file(record, entries, done) for record in distinct(records)]
+        findings = tuple(_judged(f, model) for f in merged(done.findings) if f.material)
+        last = {fault.check.id: fault for fault in sorted(done.faults, key=lambda f: f.statistic)}
+        faults = list(last.values())
+        for entry in (c for c in column_checks() if c.joint and not any(f.standing for f in findings)):
+            joint, current = entry.find(current, model.starboard)
+            faults += joint
+    doubt = None if any(f.standing for f in findings) else rudder_doubt(current, model)
+    findings = findings if doubt is None else (*findings, doubt)
+    return Prepared(current, [], faults, findings, derived=done.derived)
+
+
+def _judged(finding: CheckFinding, model: Model) -> CheckFinding:
+    """The finding; that of a speed which never changes stands in the way of a model whose forces follow the speed."""
+    dead = finding.cause == ConstantChannel.id and finding.biases and SPEED in finding.channels
+    return replace(finding, standing=True) if dead and model.is_3dof else finding
 
 
 def without_doubtful(records: Prepared) -> tuple[Prepared, tuple[str, ...]]:
@@ -100,15 +183,3 @@ def without_doubtful(records: Prepared) -> tuple[Prepared, tuple[str, ...]]:
     aside = tuple(f"{name} is set aside: {said}" for name, said in doubts.items() if name not in left)
     checked = tuple(replace(f, standing=f.standing and bool(left & {*f.records})) for f in records.checked)
     return replace(records, train=train, held_out=held_out, recorded=recorded, checked=checked), aside
-
-
-def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
-    """Records in the model's rudder sign, behind its instruments, with the chosen channels and the inputs only."""
-    out = []
-    for record in records:
-        turned = corrected(record.turned(model.positive_rudder), model.instruments)
-        if options.channels is not None:
-            kept = {*options.channels, *INPUTS}
-            turned = replace(turned, channels={k: v for k, v in turned.channels.items() if k in kept})
-        out.append(turned)
-    return out

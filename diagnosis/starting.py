@@ -11,6 +11,7 @@ from ..estimation.filters.innovations.settings import Parameter
 from ..models.errors import CannotFit
 from ..models.time_scale import ship_length_s
 from .causes.registry import testable
+from .report.bank import DECIDED
 from .state import State, first_state
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .options import Options
 
-DECIDED = "the sensors' channels were compared with each other and show no more of it"
 FINEST = 0.03
 """Finest sampling of the records, in ship lengths sailed."""
 

@@ -17,7 +17,6 @@ from ..estimation.filters.innovations.vector import CHANNELS
 from ..estimation.numerics.threads import in_context
 from ..models.linear_algebra import information_inverse, pinv
 from .candidate import Candidate, Screened, Unmodelled, Variant
-from .selection.levels import TESTS
 from .statistics.gusts import GustLikelihood
 from .statistics.score_tests import Projector
 
@@ -29,6 +28,8 @@ R = TypeVar("R")
 HIDING = 1000.0
 """Nats that fitted gusts may absorb altogether where a cause could be hidden in them; a stronger one shows beside them
 (of 74 injected effects in the benchmark two faint ones in calm, 21 and 46 nats, showed without gusts only)."""
+TESTS = 25.0
+"""Independent tests that the bank amounts to, where they are not counted."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
 MISFIT = 4e-4
@@ -219,11 +220,15 @@ def matters(state: State, candidate: Candidate) -> bool:
     records, which is never exact: very small sizes are what it lacks elsewhere.  The reference speed is none of them:
     every response model whose surge is measured has it fitted."""
     speed = state.est.index.get("reference_speed")
-    fitted = any(entry != speed for p in state.nuisance for entry, _ in p.slots)
-    if not fitted or isinstance(candidate.cause, Unmodelled):
+    free = any(entry != speed for p in state.nuisance for entry, _ in p.slots)
+    return not free or is_large(state.est, candidate, candidate.setting)
+
+
+def is_large(est: Estimator, candidate: Candidate, at: Setting) -> bool:
+    """Whether a candidate's sizes at a setting are above its cause's floor, as what is in no bank always is."""
+    if isinstance(candidate.cause, Unmodelled):
         return True
-    values = np.array([state.est.value(candidate.setting, p) for p in candidate.variant])
-    return candidate.cause.matters(state.est, candidate.variant, values)
+    return candidate.cause.matters(est, candidate.variant, np.array([est.value(at, p) for p in candidate.variant]))
 
 
 def exceeds_misfit(state: State, candidate: Candidate) -> bool:

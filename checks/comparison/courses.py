@@ -15,7 +15,7 @@ import numpy as np
 from ...datasets.columns import HEADING, VELOCITIES
 from ...datasets.signals import bridged
 from ..result import Size
-from ..statistics.tails import student_quantile
+from ..tails import student_quantile
 from .blocks import Rows, Sums, explained, fit, p_value, sums_of
 from .selection import LEVEL, TIE
 

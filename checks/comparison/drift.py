@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..sensors import CurrentDrift
-from ..statistics.tails import student_quantile
+from ..tails import student_quantile
 from .blocks import BLOCKS, Rows, Sums, explained, fit, p_value, sums_of
 from .chains import Chain, Option, rows_of
 from .selection import LEVEL, TIE

@@ -14,10 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import BadInput, CannotFit
-from ..statistics.random_effects import Mean, random_effects_mean
-from ..statistics.selection import grown
-from ..statistics.tails import student_quantile
-from .blocks import BLOCKS, BlockFit, Sums, explained, fit, p_value
+from ..tails import student_quantile
+from .blocks import BLOCKS, BlockFit, Mean, Sums, explained, fit, p_value, random_effects_mean
 from .chains import Chain, Option, sums, why_not
 
 if TYPE_CHECKING:
@@ -110,7 +108,7 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
             reasons.append(f"{record.name} cannot be compared: {error}")
     if not kept or not options:
         return Compared(chain, (), (), tuple(reasons))
-    chosen = grown(_Agreement(chain, kept, options), _Chosen(), MOST)
+    chosen = _chosen(chain, kept, options)
     found = _without_small(chain, kept, _sized(chain, kept, chosen.options, chosen.facts))
     tested = tuple(zip(options, chosen.alone, strict=True))
     absurd = next((why for s in found if s.material and (why := _no_instruments(chain, s))), None)
@@ -163,37 +161,38 @@ class _Trial(NamedTuple):
     inflation: float
 
 
-@dataclass(frozen=True)
-class _Agreement:
-    """The criterion: what options explain of the differences between channels."""
-
-    chain: Chain
-    records: Sequence[Record]
-    options: Sequence[Option]
-
-    def tried(self, now: _Chosen, step: int) -> tuple[_Chosen, list[_Trial]]:
-        """Options that are significant in records that are corrected for the chosen ones."""
-        left = [o for o in self.options if o.cause not in [c.cause for c in now.options]]
-        tried = [*now.options, *left]
-        current = _refined(self.chain, self.records, now.options)[0] if now.options else self.records
-        at, parts = _columns(tried), [sums(self.chain, r, tried) for r in current]
-        held = [c for places in at[: len(now.options)] for c in places]
-        trials = []
-        for option, places in zip(left, at[len(now.options) :], strict=True):
-            p, z, inflation = _evidence(parts, held, places, option)
-            gained = explained(parts, [*held, *places]) if p < LEVEL else 0.0
-            trials.append(_Trial(option, gained, p, z, inflation))
-        alone = now.alone if now.options else tuple(t.z for t in trials)
-        return replace(now, alone=alone), [t for t in trials if t.p < LEVEL]
-
-    def entered(self, now: _Chosen, tried: Sequence[_Trial], step: int) -> _Chosen | None:
-        """With the option that explains most, and its rivals."""
-        if not tried:
-            return None
-        best = max(tried, key=lambda t: t.explained)
-        near = (t.option for t in tried if best.explained - t.explained < TIE * best.inflation)
+def _chosen(chain: Chain, records: Sequence[Record], options: Sequence[Option]) -> _Chosen:
+    """Options by forward selection: of those that are significant in records which are corrected for the ones before,
+    the one that explains most enters, with its rivals."""
+    chosen = _Chosen()
+    for _ in range(MOST):
+        trials = _trials(chain, records, options, chosen.options)
+        alone = chosen.alone or tuple(t.z for t in trials)
+        trials = [t for t in trials if t.p < LEVEL]
+        if not trials:
+            return replace(chosen, alone=alone)
+        best = max(trials, key=lambda t: t.explained)
+        near = (t.option for t in trials if best.explained - t.explained < TIE * best.inflation)
         rivals = tuple(o for o in near if o.cause != best.option.cause)
-        return _Chosen((*now.options, best.option), (*now.facts, (rivals, best.p, best.z)), now.alone)
+        chosen = _Chosen((*chosen.options, best.option), (*chosen.facts, (rivals, best.p, best.z)), alone)
+    return chosen
+
+
+def _trials(
+    chain: Chain, records: Sequence[Record], options: Sequence[Option], entered: Sequence[Option]
+) -> list[_Trial]:
+    """All other options beside those that entered, in records that are corrected for these."""
+    left = [o for o in options if o.cause not in [c.cause for c in entered]]
+    every = [*entered, *left]
+    current = _refined(chain, records, entered)[0] if entered else records
+    at, parts = _columns(every), [sums(chain, r, every) for r in current]
+    held = [c for places in at[: len(entered)] for c in places]
+    trials = []
+    for option, places in zip(left, at[len(entered) :], strict=True):
+        p, z, inflation = _evidence(parts, held, places, option)
+        gained = explained(parts, [*held, *places]) if p < LEVEL else 0.0
+        trials.append(_Trial(option, gained, p, z, inflation))
+    return trials
 
 
 def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Option) -> tuple[float, float, float]:

@@ -19,7 +19,7 @@ from ..gain.held_out_flows import adapted, of_held_out, transferred
 from ..gain.runs import with_runs
 from ..prepared import prepared
 from ..registry import Diagnoser
-from ..report.outcome import diagnosis_of
+from ..report.verdict import diagnosis_of
 from ..result import Entry, Finding
 from .output_error import FilterRuns, RunFit, rms
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...checks.statistics.tails import chi2_tail
+from ...checks.tails import chi2_tail
 from ..searches.change_point import ByChangePoint, longest
 from .conclusion import Chosen, OfFreeRuns, fittable
 from .output_error import FilterRuns, RunFit, cost, rms

@@ -22,7 +22,7 @@ from ..causes.missing_terms import ConstantForce
 from ..causes.registry import causes_of
 from ..free_runs.units import FEWEST, names_of_units
 from ..gain.guard import WORSE
-from ..gain.own import own_run
+from ..gain.runs import own_run
 from ..one_bank.behind import behind_causes, in_flows, instruments_behind
 from ..one_bank.diagnose import choice_and_diagnosis
 from ..options import Options

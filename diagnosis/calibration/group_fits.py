@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...checks.statistics.tails import student_quantile
+from ...checks.tails import student_quantile
 from ...estimation.selection.minimiser import STEPS, Fitted, minimise
 from ...estimation.selection.number import distinct
 from ...estimation.selection.score import Fall, fall

@@ -10,7 +10,7 @@ from ...models.plain import plain
 
 if TYPE_CHECKING:
     from ...models.model import Model
-    from ..trace import Trace
+    from ..result import Trace
 
 SCHEMA = 3
 EXPLAINABLE = 0.05

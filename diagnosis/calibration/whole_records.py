@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ...estimation.run.stretch import FreeRun
     from ...models.model import Model
     from ..prepared import Prepared
-    from ..trace import Trace
+    from ..result import Trace
     from .group_fits import GroupFit
 
 

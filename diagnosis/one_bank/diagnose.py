@@ -18,7 +18,7 @@ from ..free_runs.units import length_s, units_of, whole_unit
 from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.findings import of_fault
-from ..report.outcome import diagnosis_of
+from ..report.verdict import diagnosis_of
 from .catalogue import Facts, bank_of
 from .search import chosen, with_own_numbers, withdrawn
 from .told import bank_lines, extended_model, findings, verdict
@@ -117,14 +117,14 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
 def _concluded(model: Model, records: Prepared, choice: Choice, options: Options) -> Diagnosis:
     """The diagnosis without its gain."""
     by_runs = findings(choice, options.base_parameters == "identify")
-    known = {f.cause for f in records.shown.findings}
+    known = {f.cause for f in records.findings}
     of_faults = [of_fault(fault) for fault in records.faults]
-    every = [*of_faults, *records.shown.findings, *(f for f in by_runs if f.cause not in known)]
+    every = [*of_faults, *records.findings, *(f for f in by_runs if f.cause not in known)]
     extended = replace(model, instruments=combined(model.instruments, records.instruments))
     if by_runs:
         extended = extended_model(model, choice, records.instruments)
     said = verdict(choice, every, options.coefficient_sd == 0.0)
-    lines = bank_lines(choice, every, records.shown.statistics)
+    lines = bank_lines(choice, every, records.tested)
     noise = noise_of(records.train, choice)
     outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
     return replace(outcome, of_held_out=of_held_out(model, choice, records))

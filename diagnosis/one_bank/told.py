@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...checks.result import Size
-from ...checks.statistics.tails import chi2_tail, student_tail
+from ...checks.tails import chi2_tail, student_tail
 from ...estimation.selection.selection import independent, mean_squares
 from ...models.coefficient_groups import grown, stated_groups
 from ...models.extend import extended

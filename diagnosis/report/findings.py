@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,28 +10,21 @@ import numpy as np
 from ...checks.fault import SENSED
 from ...checks.registry import check_of
 from ...checks.result import NORMAL_90, Size
-from ...checks.statistics.tails import log_tail
+from ...checks.tails import adjusted, log_tail
 from ..result import Finding
-from ..selection.levels import adjusted
-from ..state import covariance
 
 if TYPE_CHECKING:
     from ...checks.fault import ColumnFault
     from ...checks.result import CheckFinding
     from ...datasets.record import Record
-    from ..candidate import Candidate
-    from ..causes.base import Cause
-    from ..state import State
 
 BY_CHANNELS, BY_RESIDUALS = "kinematics", "dynamics"
 BY_FREE_RUNS = "free runs"
 """Stages that name something."""
 FAINT = 1e-6
 """Probability that stands for a fault of a file, which is counted and not tested."""
-SMALL = "below the size that matters"
 
 
-# ---- by files and channels
 def of_fault(fault: ColumnFault) -> Finding:
     """What is told of a gross fault that was corrected."""
     p = adjusted(log_tail(fault.statistic, 1), 1.0)
@@ -70,45 +63,3 @@ def of_sensor(f: CheckFinding, known: Collection[str]) -> Finding:
         evidence=f.evidence,
         separate_by=f.separate_by if f.tied_with else None,
     )
-
-
-# ---- by residuals
-def of_residuals(state: State, barred: Mapping[str, str], rng: np.random.Generator) -> list[Finding]:
-    """The accepted causes, the strongest first.
-
-    barred : causes (ids) that the extended model does not hold, with the reason, which their findings tell.
-    """
-    spread, at, found = covariance(state), len(state.nuisance), []
-    for cause, a in zip(state.causes, state.accepted, strict=True):
-        k = len(a.variant)
-        block = spread[at : at + k, at : at + k]
-        at += k
-        said = _evidence(cause, a, state.n_effective)
-        if cause.id in barred:
-            said += f"; left out of the extended model: {barred[cause.id]}"
-        found.append(
-            Finding(
-                cause.id,
-                tuple(tied.id for tied in a.tied),
-                BY_RESIDUALS,
-                a.statistic,
-                adjusted(a.log_p, state.n_effective),
-                cause.sizes(state.est, state.setting, a.variant, block, rng),
-                details=dict(cause.details(state.est, a.variant)),
-                evidence=said,
-                separate_by=cause.separate_by if a.tied else None,
-            )
-        )
-    return sorted(found, key=lambda f: -f.statistic)
-
-
-def _evidence(cause: Cause, a: Candidate, tests: float) -> str:
-    k = max(len(a.variant), 1)
-    plural = "s" if k > 1 else ""
-    said = (
-        f"likelihood-ratio statistic {a.statistic:.1f} on {k} parameter{plural}, less the cost of gusts, noise "
-        f"refitted (about {tests:.0f} independent tests)"
-    )
-    if cause.search.counts_values:
-        said += f"; scanned values count as {a.tests:.1f} independent tests (bootstrap, the recorded rudder used again)"
-    return said

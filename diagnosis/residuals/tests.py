@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...checks.statistics.tails import chi2_quantile, log_tail, normal_log_tail
+from ...checks.tails import chi2_quantile, log_tail, normal_log_tail
 from ...estimation.filters.innovations.vector import SYMBOLS
 from ...models.model import CHANNELS as COLUMNS
 from .features import word

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from ...checks.statistics.tails import log_tail
+from ...checks.tails import log_tail
 from ...estimation.filters.innovations.derivatives import responses, traces
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.settings import Noise, Setting

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...checks.statistics.tails import chi2_tail, normal_tail
+from ...checks.tails import chi2_tail, normal_tail
 from ...estimation.filters.innovations.estimator import Innovations
 from ...estimation.filters.innovations.noise_fit import CLIP
 from ...estimation.filters.innovations.vector import CHANNELS
