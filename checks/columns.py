@@ -12,8 +12,17 @@ from ..datasets.rudder_sign import ONE_SIDE, one_sided, steering_side
 from ..models.instruments import SENSORS, SWAPS
 from .base import ColumnCheck
 from .fault import ColumnFault, exact
-from .integrity.ratios import AGREE, heading_ratio
-from .integrity.readings import ASKEW, BETTER, better_reading, course_askew, exchanged, rate_error, read_as
+from .integrity.readings import (
+    AGREE,
+    ASKEW,
+    BETTER,
+    better_reading,
+    course_askew,
+    exchanged,
+    heading_ratio,
+    rate_error,
+    read_as,
+)
 from .integrity.steering import response
 
 if TYPE_CHECKING:

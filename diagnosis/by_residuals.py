@@ -10,23 +10,26 @@ import numpy as np
 
 from ..checks.tails import adjusted, log_tail
 from ..estimation.filters.innovations.estimator import estimator
+from ..estimation.filters.innovations.settings import Parameter
 from .candidate import Candidate, Unmodelled
-from .causes.registry import terms_for
+from .causes.registry import terms_for, testable
 from .gain.extension import extended_model
 from .gain.guard import worsens
 from .gain.held_out_flows import of_state
 from .gain.runs import with_runs
-from .report.findings import BY_RESIDUALS, of_fault
+from .prepared import thinned
+from .report.bank import BY_RESIDUALS, DECIDED, of_fault
 from .report.verdict import diagnosis_of
 from .residuals.criterion import material, select, without
 from .residuals.judged import unexplained
 from .residuals.report import SMALL, bank_of, decide, findings_of, hypothesis_of, noise_of, undecidable
 from .residuals.tests import LATER, Memory, noise_with_memory
-from .starting import starting_state, thinned
-from .state import State
+from .state import State, first_state
 
 if TYPE_CHECKING:
+    from ..checks.base import Check
     from ..datasets.record import Record
+    from ..estimation.filters.innovations.estimator import Estimator
     from ..models.model import Model
     from .causes.base import Cause
     from .options import Options
@@ -156,3 +159,39 @@ def _what_looks_like(refused: Mapping[str, str], state: State) -> Candidate | No
         return None
     label = f"{' and '.join(refused)}, or what looks like it here: {' and '.join(dict.fromkeys(refused.values()))}"
     return Candidate(Unmodelled(label), (), 0.0, 0.0, state.setting, state.now)
+
+
+def starting_state(est: Estimator, options: Options, decided: Collection[Check] = ()) -> tuple[State, dict]:
+    """The first state of the selection, and the causes that cannot be tested with the reason.
+
+    decided : causes that the sensors' channels have decided on without the model.
+    """
+    bank, cannot = testable(est)
+    only = options.causes()
+    cannot |= {cause: DECIDED for cause in bank if cause in decided}
+    if only is not None:
+        cannot |= {cause: "left out" for cause in bank if cause not in only}
+    bank = {cause: variants for cause, variants in bank.items() if cause not in cannot}
+    nuisance, prior = _free_coefficients(est, options)
+    speed = _reference_speed(est)
+    prior = None if prior is None else np.append(prior, np.zeros(len(speed)))
+    return first_state(est, bank, options.alpha, (*nuisance, *speed), prior), cannot
+
+
+def _reference_speed(est: Estimator) -> tuple[Parameter, ...]:
+    """The speed on a straight course against which a response model's surge shows a loss: estimated along."""
+    if "speed_loss_state" not in est.kernels.STATES or not est.channels[2]:
+        return ()
+    return (Parameter("reference speed", "m/s", ((est.index["reference_speed"], 1.0),)),)
+
+
+def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Parameter, ...], np.ndarray | None]:
+    """Coefficients that are estimated along, with the precisions of their prior."""
+    model = est.model
+    if options.base_parameters == "file" and not options.coefficient_sd:
+        return (), None
+    pairs = zip(model.coordinates, model.coefficients.tolist(), strict=True)
+    found = tuple(Parameter(name, "", ((est.index[name], abs(value)),)) for name, value in pairs if value != 0.0)
+    if options.base_parameters == "identify":
+        return found, None
+    return found, np.full(len(found), (options.coefficient_sd or 1.0) ** -2.0)

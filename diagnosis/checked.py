@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..checks.registry import check_of, sensor_errors
 from ..checks.result import CheckFinding
-from .report.bank import demoted, updated
-from .report.findings import BY_CHANNELS, BY_FREE_RUNS, of_left_out_samples
+from .report.bank import BY_CHANNELS, BY_FREE_RUNS, demoted, of_left_out_samples, updated
 from .report.verdict import motion_explained, next_manoeuvre, without_motion
 from .result import Diagnosis, Finding
 

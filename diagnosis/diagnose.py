@@ -17,10 +17,9 @@ from .gain.guard import worsens
 from .one_bank.diagnose import by_pieces
 from .one_bank.remaining import with_remaining, without_causes
 from .options import Options
-from .prepared import Prepared, corrected_records, without_doubtful
-from .report.findings import BY_CHANNELS
+from .prepared import Prepared, corrected_records, thinned, without_doubtful
+from .report.bank import BY_CHANNELS
 from .result import Diagnosis
-from .starting import thinned
 
 if TYPE_CHECKING:
     from ..datasets.record import Record

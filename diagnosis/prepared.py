@@ -18,9 +18,11 @@ from ..checks.registry import column_checks
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
 from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
+from ..models.errors import CannotFit
 from ..models.instruments import combined
+from ..models.time_scale import ship_length_s
 from .causes.registry import causes
-from .report.findings import of_sensor
+from .report.bank import of_sensor
 
 if TYPE_CHECKING:
     from ..checks.base import Check
@@ -34,6 +36,8 @@ if TYPE_CHECKING:
     from .result import Finding
 
 SPEED = "surge_m_s"
+FINEST = 0.03
+"""Finest sampling of the records of a filter, in ship lengths sailed."""
 
 
 @dataclass(frozen=True)
@@ -142,6 +146,15 @@ def prepared(records: Sequence[Record], model: Model, options: Options) -> list[
             turned = replace(turned, channels={k: v for k, v in turned.channels.items() if k in kept})
         out.append(turned)
     return out
+
+
+def thinned(records: Sequence[Record], model: Model) -> list[Record]:
+    """Records of a ship with a length and a speed, sampled no finer than FINEST: more samples would only cost time."""
+    try:
+        step_s = FINEST * ship_length_s(model)
+    except CannotFit:
+        return list(records)
+    return [record.thinned(max(1, int(step_s / record.dt + 1e-9))) for record in records]
 
 
 def examined(records: Sequence[Record], model: Model) -> Prepared:

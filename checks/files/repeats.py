@@ -10,9 +10,9 @@ import numpy as np
 from ...datasets.columns import CANONICAL, TRACK, VELOCITIES
 from ..base import ChannelCheck, FileCheck
 from ..fault import SENSED, Fault, exact
+from ..integrity.averages import swing
 from ..integrity.readings import track_error
 from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution
-from ..integrity.wraps import swing
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..base import FileCheck
 from ..fault import Fault, exact
+from ..integrity.averages import swing
 from ..integrity.steering import motion_shows, response
-from ..integrity.wraps import swing
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

@@ -12,22 +12,25 @@ from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq
 from ..base import FileCheck
 from ..fault import Fault, cleaned, exact
-from ..integrity.averages import averages_of
-from ..integrity.ratios import (
+from ..integrity.averages import SMALL_TURN, averages_of, wraps_at_small_turn
+from ..integrity.readings import (
     AGREE,
     ANGLES,
+    BETTER,
+    LEAST,
     PLACES,
     SPEEDS,
     Ratio,
+    better_reading,
+    course_askew,
     course_ratio,
     heading_ratio,
     over_windows,
     speed_ratio,
+    track_error,
     turns_back,
     unit_of,
 )
-from ..integrity.readings import BETTER, LEAST, better_reading, course_askew, track_error
-from ..integrity.wraps import SMALL_TURN, wraps_at_small_turn
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

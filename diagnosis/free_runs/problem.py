@@ -25,18 +25,20 @@ from ...models.model import CHANNELS
 from ...models.outputs import thrust_of
 from .bank import names_of
 from .motion import motion_of
-from .scales import (
+from .units import (
     CORRELATION,
+    FEWEST,
     FLOOR,
     NEUTRAL_ANGLE_SD,
     OF_PIECES,
     THRUST,
+    Rudder,
     coarsely_integrated,
+    scales,
     start_sd,
     started_states,
-    units,
+    without_begin,
 )
-from .units import FEWEST, Rudder, without_begin
 
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Point
@@ -140,7 +142,7 @@ class FreeRuns:
 
     def _floors(self) -> np.ndarray:
         """Errors (C,) of whole records that count as none."""
-        unit, thrust = units(self.bank.model, self.length_s), [u.thrust for u in self.units if u.thrust is not None]
+        unit, thrust = scales(self.bank.model, self.length_s), [u.thrust for u in self.units if u.thrust is not None]
         own = [FLOOR[s] * unit[s] for s in self.symbols]
         mean = np.mean([np.nanmean(np.abs(one)) for one in thrust]) if thrust else 0.0
         return np.array(own if self.thrust is None else [*own, FLOOR[THRUST] * mean])

@@ -28,8 +28,7 @@ from ...models.errors import BadInput, CannotFit, FitFailed
 from ...models.time_scale import time_scale_s
 from ..free_runs.bank import of_numbers
 from ..free_runs.problem import FreeRuns
-from ..free_runs.scales import started_states
-from ..free_runs.units import whole_unit
+from ..free_runs.units import started_states, whole_unit
 from ..report.verdict import where
 from ..result import Gain, Trace
 

@@ -17,7 +17,7 @@ from ..free_runs.problem import FreeRuns
 from ..free_runs.units import length_s, units_of, whole_unit
 from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
-from ..report.findings import of_fault
+from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
 from .catalogue import Facts, bank_of
 from .search import chosen, with_own_numbers, withdrawn

@@ -20,8 +20,7 @@ from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import MissingTerm
 from ..causes.registry import causes
 from ..causes.surroundings import PairCause
-from ..report.bank import lines, of_channels
-from ..report.findings import BY_FREE_RUNS
+from ..report.bank import BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name

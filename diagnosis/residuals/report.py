@@ -13,8 +13,7 @@ from ...estimation.filters.innovations.vector import SYMBOLS
 from ...models.model import CHANNELS as COLUMNS
 from ..candidate import Unmodelled
 from ..causes.base import Cause
-from ..report.bank import lines, of_channels
-from ..report.findings import BY_RESIDUALS
+from ..report.bank import BY_RESIDUALS, lines, of_channels
 from ..result import Entry, Finding
 from ..state import covariance, matters
 from .unmodelled import confirmed
