@@ -43,7 +43,7 @@ class Check(ABC):
     id : public identifier.  where : part of the chain, as `diagnosis.causes.base.WHERE`, or record.
     unit : of its sizes.  separate_by : what would tell it from its rivals.
     stage : where it is looked for, as a reason why a model's residuals are not asked for it.
-    named : whether a diagnosis names it as a cause of its bank, beside telling what was checked.
+    is_cause : whether a diagnosis names it as a cause of its bank, beside telling what was checked.
     prior : of its number, in free runs of a model.
     beyond : variable of a regime (`models.regimes`) beyond whose threshold it acts, and the size that the threshold is.
     """
@@ -53,7 +53,7 @@ class Check(ABC):
     unit: ClassVar[str] = "1"
     separate_by: ClassVar[str | None] = None
     stage: ClassVar[str] = "looked for in the records themselves, without a model"
-    named: ClassVar[bool] = False
+    is_cause: ClassVar[bool] = False
     prior: ClassVar[Prior] = Prior(0.0)
     beyond: ClassVar[tuple[str, str] | None] = None
 
@@ -120,7 +120,7 @@ class ColumnCheck(Check):
     rank = 0
     joint = False
     columns: ClassVar[tuple[str, ...]] = ()
-    named = True
+    is_cause = True
 
     @abstractmethod
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:

@@ -45,8 +45,8 @@ class ChannelSwap(ColumnCheck):
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
         faults, fixed = self._of_rates(list(records))
         for look in (self._of_turn, self._of_rudder):
-            found, fixed = look(fixed)
-            faults += found
+            more, fixed = look(fixed)
+            faults += more
         better = better_reading(fixed)
         if better is not None and better.reading.check == self.id:
             said = better.evidence("with the columns exchanged")
@@ -209,8 +209,8 @@ def _sign(records: Sequence[Record]) -> float:
         sides = [side for r in records if (side := steering_side(r)) is not None]
         same = len({side for side, _ in sides}) == 1
         return TURNING * min(sure for _, sure in sides) * (1.0 if sides[0][0] == "starboard" else -1.0) if same else 0.0
-    found = response(swung)
-    return found.z if found is not None and found.z * found.z_best > 0.0 else 0.0
+    answer = response(swung)
+    return answer.z if answer is not None and answer.z * answer.z_best > 0.0 else 0.0
 
 
 def _held(record: Record) -> bool:

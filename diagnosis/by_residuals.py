@@ -76,37 +76,37 @@ def by_innovations(model: Model, records: Prepared, held_out: Sequence[Record], 
 
     records : as they were corrected.  held_out : as they were read.
     """
-    shown = selected(model, records, options)
-    barred: list[Cause] = []
+    choice = selected(model, records, options)
+    without_gain: list[Cause] = []
     while True:
-        outcome = concluded(model, records, options, shown, barred)
+        outcome = concluded(model, records, options, choice, without_gain)
         diagnosis = with_runs(outcome, records.train, records.instruments, held_out, options.channels)
-        kept = [cause for cause in shown.state.causes if cause not in barred]
+        kept = [cause for cause in choice.state.causes if cause not in without_gain]
         if not kept or not worsens(diagnosis):
             return diagnosis
-        barred.append(kept[-1])
+        without_gain.append(kept[-1])
 
 
 def concluded(
-    model: Model, records: Prepared, options: Options, selected: Selected, barred: Collection[Cause] = ()
+    model: Model, records: Prepared, options: Options, selected: Selected, without_gain: Collection[Cause] = ()
 ) -> Diagnosis:
     """The diagnosis with its extended model, without its gain.
 
-    barred : causes that the extended model may not hold, as whole records are predicted worse with them.
+    without_gain : causes that the extended model may not hold, as whole records are predicted worse with them.
     """
     state, rng, held_out = selected.state, selected.rng, thinned(records.held_out, model)
     exact = options.coefficient_sd == 0.0
     memory = noise_with_memory(state.est, state.now) if exact and selected.left is not None else []
     weak = _weak(state, memory)
     state = _without(state, weak)
-    kept = _without(state, [cause for cause in state.causes if cause in barred])
-    refused = _why(barred, PREDICTS_WORSE)
+    kept = _without(state, [cause for cause in state.causes if cause in without_gain])
+    refused = _why(without_gain, PREDICTS_WORSE)
     left = selected.left if selected.left is not None else _what_looks_like(refused, state)
     immaterial = _why(selected.small, SMALL) | _why(weak, IN_NOISE)
     own = [f for f in findings_of(state, refused, rng) if f.cause not in immaterial]
     every = [*(of_fault(f) for f in records.faults), *records.findings, *own]
-    named = any(f.stage == BY_RESIDUALS for f in every)
-    instead = named and left is not None and left is state.rival
+    names_some = any(f.stage == BY_RESIDUALS for f in every)
+    instead = names_some and left is not None and left is state.rival
     est = state.est
     outcome = diagnosis_of(
         (model, extended_model(est, kept.setting, kept.causes, records.instruments)),
@@ -131,7 +131,7 @@ def _weak(state: State, memory: Sequence[Memory]) -> list[Cause]:
     def significant(candidate: Candidate) -> bool:
         return adjusted(log_tail(share * candidate.statistic, len(candidate.variant)), state.n_effective) <= state.alpha
 
-    return [cause for cause, found in zip(state.causes, state.accepted, strict=True) if not significant(found)]
+    return [cause for cause, a in zip(state.causes, state.accepted, strict=True) if not significant(a)]
 
 
 def _doubts_of(memory: Sequence[Memory]) -> tuple[str, ...]:
@@ -191,7 +191,7 @@ def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Paramete
     if options.base_parameters == "file" and not options.coefficient_sd:
         return (), None
     pairs = zip(model.coordinates, model.coefficients.tolist(), strict=True)
-    found = tuple(Parameter(name, "", ((est.index[name], abs(value)),)) for name, value in pairs if value != 0.0)
+    free = tuple(Parameter(name, "", ((est.index[name], abs(value)),)) for name, value in pairs if value != 0.0)
     if options.base_parameters == "identify":
-        return found, None
-    return found, np.full(len(found), (options.coefficient_sd or 1.0) ** -2.0)
+        return free, None
+    return free, np.full(len(free), (options.coefficient_sd or 1.0) ** -2.0)

@@ -25,7 +25,7 @@ def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records:
     diagnosis, lost = replace(diagnosis, checks=checks), without_motion(diagnosis.traces)
     if lost is not None and diagnosis.verdict in ("named", "tied", "described"):
         diagnosis = replace(diagnosis, verdict="unexplained", reason=lost)
-    for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).named and f.blanked):
+    for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).is_cause and f.blanked):
         diagnosis = _named(diagnosis, of_left_out_samples(name, checks, records))
     diagnosis, standing = _refuted(diagnosis, [f for f in checks if f.standing])
     if standing:

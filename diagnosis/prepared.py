@@ -99,7 +99,7 @@ class Prepared:
                 train=train,
                 held_out=[comparison.without(r, own=False) for r in done.held_out],
                 findings=(*done.findings, *findings),
-                removed=combined(done.removed, _instruments([s for s in comparison.found if s.material])),
+                removed=combined(done.removed, _instruments([s for s in comparison.sizes if s.material])),
                 tested=tested,
             )
         return done

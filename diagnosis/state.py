@@ -138,12 +138,12 @@ class State:
         Forces that were fitted while an effect was missing hide how far the effect's size still is from its best.
         """
         moved, prior = [*self.parameters, *extra], self.precisions(len(extra))
-        found, now = refit(self.est, s, moved, most, prior)
-        if moved and found.noise.has_forces and self._could_be_calm(found, now):
-            still, calm = refit(self.est, replace(found, noise=self.start.noise), moved, most, prior)
+        setting, now = refit(self.est, s, moved, most, prior)
+        if moved and setting.noise.has_forces and self._could_be_calm(setting, now):
+            still, calm = refit(self.est, replace(setting, noise=self.start.noise), moved, most, prior)
             if calm.log_likelihood > now.log_likelihood:
                 return still, calm
-        return found, now
+        return setting, now
 
     def _could_be_calm(self, setting: Setting, now: Innovations) -> bool:
         """Whether the forces left absorb little, or less than half of what they would at the present causes."""
@@ -205,12 +205,12 @@ def misfit_allowance(state: State) -> np.ndarray:
     return left
 
 
-def channel_shares(state: State, named: Candidate) -> np.ndarray:
+def channel_shares(state: State, entry: Candidate) -> np.ndarray:
     """Shares (6,) of the channels in an accepted effect; even ones where no parameter moves it."""
-    size = np.array([state.est.value(state.setting, p) for p in named.variant])
-    place = state.accepted.index(named)
+    size = np.array([state.est.value(state.setting, p) for p in entry.variant])
+    place = state.accepted.index(entry)
     first = len(state.nuisance) + sum(len(a.variant) for a in state.accepted[:place])
-    effect = size @ state.point.projector.nuisance[first : first + len(named.variant)]
+    effect = size @ state.point.projector.nuisance[first : first + len(entry.variant)]
     energy = np.sum(np.reshape(effect, (-1, CHANNELS)) ** 2, axis=0)
     return energy / energy.sum() if energy.sum() > 0.0 else state.est.channels / state.est.channels.sum()
 
@@ -238,21 +238,21 @@ def exceeds_misfit(state: State, candidate: Candidate) -> bool:
     left = misfit_allowance(state)
     if not candidate.variant:
         return candidate.statistic > left.sum()
-    beside = state.at(candidate.setting, candidate.now, (*state.accepted, candidate))
-    where = channel_shares(beside, candidate)
-    own = candidate.statistic if candidate.variant[0].series is not None else strengths(beside)[-1]
+    with_it = state.at(candidate.setting, candidate.now, (*state.accepted, candidate))
+    where = channel_shares(with_it, candidate)
+    own = candidate.statistic if candidate.variant[0].series is not None else strengths(with_it)[-1]
     most = int(np.argmax(where))
     return own * where[most] > left[most]
 
 
 def strengths(state: State) -> list[float]:
     """Squares of the accepted causes' sizes in units of their standard errors, or their statistics where larger."""
-    found, spread, at = [], covariance(state), len(state.nuisance)
+    out, spread, at = [], covariance(state), len(state.nuisance)
     for a in state.accepted:
         k = len(a.variant) if isinstance(a.cause, Unmodelled) else a.cause.search.n_sizes(a.variant)
         size = np.array([state.est.value(state.setting, p) for p in a.variant[:k]])
         block = spread[at : at + k, at : at + k]
         wald = float(size @ pinv(block, hermitian=True) @ size) if a.variant else 0.0
-        found.append(max(wald, a.statistic))
+        out.append(max(wald, a.statistic))
         at += len(a.variant)
-    return found
+    return out

@@ -63,7 +63,7 @@ class Compared:
 
     chain: Chain
     records: tuple[Record, ...]
-    found: tuple[Sizes, ...]
+    sizes: tuple[Sizes, ...]
     reasons: tuple[str, ...]
     tested: tuple[tuple[Option, float], ...] = ()
     absurd: str | None = None
@@ -73,7 +73,7 @@ class Compared:
         """What is removed from records: what matters, and delays between heading and yaw rate that do not, as a model's
         innovations show those that are far too small to matter."""
         delays = not self.chain.of_positions
-        return [s for s in self.found if s.material or (delays and s.option.effects[0].delay)]
+        return [s for s in self.sizes if s.material or (delays and s.option.effects[0].delay)]
 
     @cached_property
     def corrected(self) -> list[Record]:
@@ -109,12 +109,12 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
     if not kept or not options:
         return Compared(chain, (), (), tuple(reasons))
     chosen = _chosen(chain, kept, options)
-    found = _without_small(chain, kept, _sized(chain, kept, chosen.options, chosen.facts))
+    sizes = _without_small(chain, kept, _sized(chain, kept, chosen.options, chosen.facts))
     tested = tuple(zip(options, chosen.alone, strict=True))
-    absurd = next((why for s in found if s.material and (why := _no_instruments(chain, s))), None)
+    absurd = next((why for s in sizes if s.material and (why := _no_instruments(chain, s))), None)
     if absurd is not None:
         return Compared(chain, tuple(kept), (), (*reasons, absurd), tested, absurd)
-    return Compared(chain, tuple(kept), found, tuple(reasons), tested)
+    return Compared(chain, tuple(kept), sizes, tuple(reasons), tested)
 
 
 def _no_instruments(chain: Chain, s: Sizes) -> str | None:
@@ -225,31 +225,31 @@ def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Option], fa
     values = np.stack([f.values for f in each])
     spread = np.stack([np.sqrt(np.diag(f.covariance)) for f in each])
     means = _means(values, spread, whole)
-    found = []
+    out = []
     for option, at, (rivals, p, z) in zip(chosen, _columns(chosen), facts, strict=True):
         own = tuple(means[c] for c in at)
         material = _matters(chain, records, option, values[:, at], spread[:, at], own)
-        found.append(Sizes(option, values[:, at], spread[:, at], own, material, p, z, rivals))
-    return tuple(found)
+        out.append(Sizes(option, values[:, at], spread[:, at], own, material, p, z, rivals))
+    return tuple(out)
 
 
-def _without_small(chain: Chain, records: Sequence[Record], found: tuple[Sizes, ...]) -> tuple[Sizes, ...]:
+def _without_small(chain: Chain, records: Sequence[Record], sizes: tuple[Sizes, ...]) -> tuple[Sizes, ...]:
     """The sizes of what matters, estimated without what does not and is nearly collinear with it: that would move them
     by more than itself."""
-    options, large = [s.option for s in found], [s for s in found if s.material]
-    if not large or len(large) == len(found):
-        return found
+    options, large = [s.option for s in sizes], [s for s in sizes if s.material]
+    if not large or len(large) == len(sizes):
+        return sizes
     spread = _refined(chain, records, options)[1].covariance
     size = np.sqrt(np.maximum(np.diag(spread), 1e-300))
     near = np.abs(spread / np.outer(size, size)) > COLLINEAR
     at = _columns(options)
-    told = [c for s, places in zip(found, at, strict=True) if s.material for c in places]
-    kept = [s for s, places in zip(found, at, strict=True) if s.material or not near[np.ix_(places, told)].any()]
-    if len(kept) == len(found):
-        return found
+    of_large = [c for s, places in zip(sizes, at, strict=True) if s.material for c in places]
+    kept = [s for s, places in zip(sizes, at, strict=True) if s.material or not near[np.ix_(places, of_large)].any()]
+    if len(kept) == len(sizes):
+        return sizes
     again = _sized(chain, records, [s.option for s in kept], [(s.rivals, s.p, s.z) for s in kept])
     by_option = {s.option: s for s in again}
-    return tuple(by_option.get(s.option, s) for s in found)
+    return tuple(by_option.get(s.option, s) for s in sizes)
 
 
 def _matters(
@@ -281,9 +281,9 @@ def _means(values: np.ndarray, spread: np.ndarray, whole: BlockFit) -> list[Mean
 
     One size that differs between records bends what all rows together say of the others.
     """
-    told = np.isfinite(values)
+    known = np.isfinite(values)
     means = [
-        random_effects_mean(values[told[:, c], c], spread[told[:, c], c], dof=BLOCKS - 1)
+        random_effects_mean(values[known[:, c], c], spread[known[:, c], c], dof=BLOCKS - 1)
         for c in range(values.shape[1])
     ]
     if any(mean.p_equal < DIFFERENT for mean in means):
@@ -313,26 +313,26 @@ def _refined(
         step = fit(parts, range(values.size))
         before, values = values, np.clip(values + step.values, low, high)
         current = [corrected_for(r, chosen, values) for r in records]
-    told = [_told(chain, record, chosen) for record in records]
-    each = [_own(part, before, own) for part, own in zip(parts, told, strict=True)]
+    testable = [_of_one(chain, record, chosen) for record in records]
+    each = [_own(part, before, own) for part, own in zip(parts, testable, strict=True)]
     return current, step._replace(values=values), each
 
 
-def _told(chain: Chain, record: Record, chosen: Sequence[Option]) -> list[int]:
+def _of_one(chain: Chain, record: Record, chosen: Sequence[Option]) -> list[int]:
     """Columns of the chosen options that one record can tell by itself."""
     return [c for o, at in zip(chosen, _columns(chosen), strict=True) if _testable(o, chain, [record]) for c in at]
 
 
-def _own(part: Sums, values: np.ndarray, told: list[int]) -> BlockFit:
+def _own(part: Sums, values: np.ndarray, columns: list[int]) -> BlockFit:
     """Sizes in one record from those of all by one step; nan, infinite spread for what it cannot tell by itself."""
     step = values.copy()
     step[:] = np.nan
     covariance = np.full((values.size, values.size), np.nan)
     covariance[np.diag_indices(values.size)] = np.inf
-    if told:
-        own = fit([part], told)
-        step[told] = values[told] + own.values
-        covariance[np.ix_(told, told)] = own.covariance
+    if columns:
+        own = fit([part], columns)
+        step[columns] = values[columns] + own.values
+        covariance[np.ix_(columns, columns)] = own.covariance
     return BlockFit(step, covariance, BLOCKS, np.ones(values.size))
 
 

@@ -35,7 +35,7 @@ class Outliers(ChannelCheck):
     """Isolated gross errors: share of samples far from the curve through their neighbours."""
 
     id, rank = "outliers", 100
-    named = True
+    is_cause = True
     separate_by = "the sensor's own quality flag"
 
     def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
@@ -103,7 +103,7 @@ class ImpossibleSamples(ChannelCheck):
     """Single samples thousands of times as large as all others: a sentinel for a missing value, or a broken row."""
 
     id, rank = "impossible_samples", -10
-    named = True
+    is_cause = True
     separate_by = "the sensor's own quality flag"
 
     def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
@@ -131,7 +131,7 @@ class YawRateSaturation(FileCheck):
     faster."""
 
     id, where, rank, unit = "yaw_rate_saturation", "sensor", 10, "rad/s"
-    named = True
+    is_cause = True
     beyond = ("yaw_rate", "limit")
     separate_by = "the sensor's data sheet: its range"
 

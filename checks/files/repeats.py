@@ -32,14 +32,14 @@ class ConstantChannel(FileCheck):
     separate_by = "a record in which the quantity surely changes"
 
     def find(self, record: Record) -> list[Fault]:
-        found = []
+        faults = []
         for name, values in record.channels.items():
             known = values[np.isfinite(values)]
             if not known.size:
-                found.append(Fault(f"{name} has no value at all", (name,)))
+                faults.append(Fault(f"{name} has no value at all", (name,)))
             elif known.size > 1 and never_changes(known):
-                found.append(_constant(record, name, float(np.median(known))))
-        return found
+                faults.append(_constant(record, name, float(np.median(known))))
+        return faults
 
 
 def _constant(record: Record, name: str, value: float) -> Fault:

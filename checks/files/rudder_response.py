@@ -60,25 +60,26 @@ class RudderResponse(FileCheck):
         return Fault(said, (name,), (exact("largest", most, "rad"),), much, standing=much)
 
     def _answer(self, record: Record, name: str) -> list[Fault]:
-        found = response([record])
-        if found is None or not motion_shows(record):
+        answer = response([record])
+        if answer is None or not motion_shows(record):
             return []
-        better = found.share < UNLIKE and 1.0 - found.share_best < BETTER * (1.0 - found.share)
-        clear, said = better and abs(found.z_best) > CLEAR, ""
-        if clear and found.z * found.z_best > 0.0 and found.lag_s > EARLY * float(np.ptp(record.time_s)):
+        better = answer.share < UNLIKE and 1.0 - answer.share_best < BETTER * (1.0 - answer.share)
+        clear, said = better and abs(answer.z_best) > CLEAR, ""
+        if clear and answer.z * answer.z_best > 0.0 and answer.lag_s > EARLY * float(np.ptp(record.time_s)):
             said = (
-                f"the yaw rate answers {name} only {found.lag_s:.3g} s later, of which it then explains "
-                f"{100.0 * found.share_best:.0f} %: a late clock, or orders that were not carried out"
+                f"the yaw rate answers {name} only {answer.lag_s:.3g} s later, of which it then explains "
+                f"{100.0 * answer.share_best:.0f} %: a late clock, or orders that were not carried out"
             )
-        elif clear and found.lag_s < -STEPS * found.step_s:
+        elif clear and answer.lag_s < -STEPS * answer.step_s:
             said = (
-                f"the yaw rate comes {-found.lag_s:.3g} s before {name}, of which it explains "
-                f"{100.0 * found.share_best:.0f} % there and {100.0 * found.share:.0f} % at its own time: a late clock"
+                f"the yaw rate comes {-answer.lag_s:.3g} s before {name}, of which it explains "
+                f"{100.0 * answer.share_best:.0f} % there and {100.0 * answer.share:.0f} % at its own time: "
+                "a late clock"
             )
         if said:
-            return [Fault(said, (name, "yaw_rate_rad_s"), (exact("lag", found.lag_s, "s"),), standing=True)]
-        if abs(found.z_best) < FAINT and found.share_best < NONE and not _followed(record):
-            share = found.share_best
+            return [Fault(said, (name, "yaw_rate_rad_s"), (exact("lag", answer.lag_s, "s"),), standing=True)]
+        if abs(answer.z_best) < FAINT and answer.share_best < NONE and not _followed(record):
+            share = answer.share_best
             said = f"{name} explains {100.0 * share:.1f} % of the yaw acceleration: it is not what turns the ship"
             return [Fault(said, (name,), (exact("share", share, "1"),), standing=True)]
         return []

@@ -70,19 +70,19 @@ class TimeStamps(FileCheck):
     def find(self, record: Record) -> list[Fault]:
         if record.n < 3:
             return []
-        s, found = stamps(record.time_s), []
+        s, faults = stamps(record.time_s), []
         if s.missing:
             said = f"{s.missing} rows are missing in {s.gaps} gaps of up to {s.longest_s:.4g} s (step {s.step_s:.4g} s)"
             much = s.missing > MISSING_SHARE * record.n
             share = s.missing / (record.n + s.missing)
             torn = s.longest_s > max(TOO_LONG * float(np.ptp(record.time_s)), LONG * s.step_s)
             size = (exact("longest gap", s.longest_s, "s"),)
-            found.append(Fault(said, ("time_s",), size, much or torn, standing=share > TOO_MANY or torn))
+            faults.append(Fault(said, ("time_s",), size, much or torn, standing=share > TOO_MANY or torn))
         if s.late.size:
             at = ", ".join(f"{record.time_s[k]:.6g}" for k in s.late[:3])
             said = f"{s.late.size} stamps come early or late between their neighbours, at {at} s"
-            found.append(Fault(said, ("time_s",)))
+            faults.append(Fault(said, ("time_s",)))
         if s.uneven > UNEVEN_SHARE:
             said = f"{100.0 * s.uneven:.0f} % of the steps differ from {s.step_s:.4g} s by more than 5 %"
-            found.append(Fault(said, ("time_s",), (exact("standard deviation of the step", s.spread_s, "s"),)))
-        return found
+            faults.append(Fault(said, ("time_s",), (exact("standard deviation of the step", s.spread_s, "s"),)))
+        return faults

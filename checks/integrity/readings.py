@@ -68,8 +68,8 @@ def to_body(record: Record) -> Record:
 def about_track(record: Record) -> Record:
     """The heading turned by the mean angle between the way made and the way that heading and velocities give, where
     that is beyond what a compass may err."""
-    given, moved = _ways(record)
-    angle = float(np.angle(np.sum(given * np.conj(moved)))) if given.size else 0.0
+    by_log, moved = _ways(record)
+    angle = float(np.angle(np.sum(by_log * np.conj(moved)))) if by_log.size else 0.0
     return record if abs(angle) < ASKEW else record.with_channels(heading_rad=record.heading_unwrapped() - angle)
 
 
@@ -160,18 +160,18 @@ def rate_error(record: Record, name: str) -> float:
     psi, rate, time = psi[known], rate[known], time[known]
     step = min(max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time)))), time.size // 2)
     turned = psi[step:] - psi[:-step]
-    given = integral(rate, time)
-    error = turned - (given[step:] - given[:-step])
+    by_rate = integral(rate, time)
+    error = turned - (by_rate[step:] - by_rate[:-step])
     return float(np.sqrt(np.mean(error**2) / max(np.mean(turned**2), 1e-300)))
 
 
 def track_error(record: Record) -> float:
     """Error of the displacement over windows that heading and velocities give, as a share of the way made; nan for too
     few samples."""
-    given, moved = _ways(record)
-    if not given.size:
+    by_log, moved = _ways(record)
+    if not by_log.size:
         return float("nan")
-    return float(np.sqrt(np.mean(np.abs(moved - given) ** 2) / max(np.mean(np.abs(moved) ** 2), 1e-300)))
+    return float(np.sqrt(np.mean(np.abs(moved - by_log) ** 2) / max(np.mean(np.abs(moved) ** 2), 1e-300)))
 
 
 def _ways(record: Record) -> tuple[np.ndarray, np.ndarray]:
@@ -253,25 +253,25 @@ def speed_ratio(record: Record) -> float | None:
         return None
     time, place = record.time_s[known], place[known]
     w, way = _window(time), integral(velocity[known], time)
-    moved, given = np.abs(place[w:] - place[:-w]), np.abs(way[w:] - way[:-w])
-    fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (given > 0.0) & whole_windows(time, w)
-    return float(np.median(given[fast] / moved[fast])) if fast.any() else None
+    moved, by_log = np.abs(place[w:] - place[:-w]), np.abs(way[w:] - way[:-w])
+    fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (by_log > 0.0) & whole_windows(time, w)
+    return float(np.median(by_log[fast] / moved[fast])) if fast.any() else None
 
 
 def over_windows(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Changes (M,) of values (N,) and of the integral of their rate (N,) over windows without a gap."""
     w = _window(time)
-    whole, given = whole_windows(time, w), integral(rate, time)
-    return (values[w:] - values[:-w])[whole], (given[w:] - given[:-w])[whole]
+    whole, by_rate = whole_windows(time, w), integral(rate, time)
+    return (values[w:] - values[:-w])[whole], (by_rate[w:] - by_rate[:-w])[whole]
 
 
-def _ratio(change: np.ndarray, given: np.ndarray, fewest: int) -> Ratio | None:
+def _ratio(change: np.ndarray, other: np.ndarray, fewest: int) -> Ratio | None:
     """Changes (M,) over those that are given (M,); None of too few, or where nothing changes."""
-    spread = float(np.sqrt(np.mean(given**2) * np.mean(change**2))) if change.size >= fewest else 0.0
+    spread = float(np.sqrt(np.mean(other**2) * np.mean(change**2))) if change.size >= fewest else 0.0
     if not spread > 0.0:
         return None
-    both = float(np.mean(given * change))
-    return Ratio(both / float(np.mean(given**2)), both / spread)
+    both = float(np.mean(other * change))
+    return Ratio(both / float(np.mean(other**2)), both / spread)
 
 
 def _window(time: np.ndarray) -> int:

@@ -100,11 +100,11 @@ def _fitted(grids: Sequence[_Grid], shift: int) -> tuple[float, float, float]:
     for i, g in enumerate(grids):
         m = g.slope.size
         own = slice(max(shift, 0), m + min(shift, 0))
-        given = slice(max(-shift, 0), m - max(shift, 0))
+        earlier = slice(max(-shift, 0), m - max(shift, 0))
         constant = np.zeros((m - abs(shift), len(grids)))
         constant[:, i] = 1.0
         r = g.rate[own]
-        rows.append(np.column_stack([g.rudder[given], r, r * np.abs(r), constant]))
+        rows.append(np.column_stack([g.rudder[earlier], r, r * np.abs(r), constant]))
         target.append(g.slope[own])
     phi, y = np.vstack(rows), np.concatenate(target)
     phi = phi / np.maximum(np.linalg.norm(phi, axis=0), 1e-300)

@@ -104,7 +104,7 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
 class _Sides(NamedTuple):
     """Records as they were corrected, without what known causes explain, and the held-out ones as they were read."""
 
-    given: Prepared
+    corrected: Prepared
     behind: Prepared
     held_out: HeldOut
 
@@ -142,20 +142,20 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
 
     instruments : of the model, of what was corrected and of known causes.
     """
-    given, behind, held = records
-    started, train, groups = time.perf_counter(), given.train, groups_of(model)
+    corrected, behind, held = records
+    started, train, groups = time.perf_counter(), corrected.train, groups_of(model)
     whole = grown(model, groups)
     inside = outside = whole_records(whole, behind)
-    if behind is not given:
-        outside = whole_records(whole, given)
+    if behind is not corrected:
+        outside = whole_records(whole, corrected)
         outside = outside if _names(outside) == _names(inside) else inside
     selection = _selection(inside.train, groups, model, choice)
     base = selection.base if outside is inside else fit_groups(outside.train, ())
     if not selection.steps and loses(
         inside.train, base, selection.base
     ):  # causes that need numbers which are not confirmed
-        plain = _Sides.without_causes(given, held.recorded)
-        return _calibrated(plain, model, combined(model.instruments, given.instruments), None)
+        plain = _Sides.without_causes(corrected, held.recorded)
+        return _calibrated(plain, model, combined(model.instruments, corrected.instruments), None)
     local = None if choice is None else confirmation(inside.train, selection, groups, _proposal(choice))
     if local is not None:
         selection, groups = local.selection, [*groups, local.group]
@@ -184,7 +184,7 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
         model=model,
         extended=extended,
         calibrated=calibrated,
-        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
+        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in corrected.held_out]),
         verdict=verdict,
         reason=reason,
         moved=moved,
@@ -234,8 +234,8 @@ def _selection(runs: FreeRuns, groups: Sequence[Group], model: Model, choice: Ch
         return GroupSteps(base, (), base)
     changes = choice.selection.final.point.values
     if not choice.beside:
-        named = _named_groups(choice, choice.selection.entered, groups, model)
-        return on_whole_records(runs, base, named, changes)
+        by_pieces = _named_groups(choice, choice.selection.entered, groups, model)
+        return on_whole_records(runs, base, by_pieces, changes)
     entered = () if choice.few is None else choice.few.entered
     few = on_whole_records(runs, base, _named_groups(choice, entered, groups, model), {})
     own = Group(OWN, "all of the model's own numbers", None, {n.name: n.sd for n in choice.bank.own})
@@ -325,12 +325,18 @@ def _keeps_ratio(runs: FreeRuns, fitted: Fitted, one: str, other: str) -> bool:
 
 def _shares(runs: FreeRuns, fit: GroupFit, selection: GroupSteps) -> dict[str, Share]:
     """Shares of the base model's squared free-run error, by column; given : the base model without known causes."""
-    base, beside, after = (mean_squares(runs, a.blind) for a in (fit, selection.base, selection.final))
+    base, with_causes, after = (mean_squares(runs, a.blind) for a in (fit, selection.base, selection.final))
     adapted = np.minimum(mean_squares(runs, selection.final.fitted.left_out), after)
     noise = np.minimum(runs.noise, adapted)
     out = {}
     for c, column in enumerate(runs.channels):
-        parts = (beside[c] - after[c], after[c] - adapted[c], noise[c], adapted[c] - noise[c], base[c] - beside[c])
+        parts = (
+            with_causes[c] - after[c],
+            after[c] - adapted[c],
+            noise[c],
+            adapted[c] - noise[c],
+            base[c] - with_causes[c],
+        )
         out[column] = Share(*(float(part / base[c]) for part in parts))
     return out
 

@@ -116,7 +116,7 @@ def whole_and_parts(groups: Sequence[Group]) -> dict[str, Group]:
 
 
 def on_whole_records(
-    runs: FreeRuns, base: GroupFit, named: Sequence[NamedGroup], changes: Mapping[str, float]
+    runs: FreeRuns, base: GroupFit, names: Sequence[NamedGroup], changes: Mapping[str, float]
 ) -> GroupSteps:
     """The groups that pieces name, one after the other on whole records, where left-out records are predicted better by
     more than a standard error; those that entered last are taken back as long as a state of these is predicted worse
@@ -126,7 +126,7 @@ def on_whole_records(
         other minima, too.
     """
     now, steps = base, list[GroupStep]()
-    for group, tied in named:
+    for group, tied in names:
         held = {name for g in now.groups for name in g.sd}
         if held & {*group.sd}:
             continue
@@ -175,15 +175,15 @@ def every_number(runs: FreeRuns, groups: Sequence[Group], selection: GroupSteps)
     Eq. 6 of docs/mathematics/calibration.md.
     """
     chosen = selection.final
-    named = {n.name: n.sd for n in chosen.fitted.numbers}
+    stated = {n.name: n.sd for n in chosen.fitted.numbers}
     free = common(selection.base, groups)
-    if not {name for g in free for name in g.sd} - named.keys():
+    if not {name for g in free for name in g.sd} - stated.keys():
         return chosen
     trials = []
     with suppress(np.linalg.LinAlgError):
         for share in SHARES:
             start = trials[-1] if trials else chosen
-            trials.append(fit_groups(runs, _scaled(free, named, share), start.fitted, steps=SHORT))
+            trials.append(fit_groups(runs, _scaled(free, stated, share), start.fitted, steps=SHORT))
     if not trials:
         return chosen
     falls = [score_fall(runs, chosen, trial) for trial in trials]
@@ -197,11 +197,11 @@ def every_number(runs: FreeRuns, groups: Sequence[Group], selection: GroupSteps)
     return trial if gained and not loses(runs, selection.base, trial) else chosen
 
 
-def _scaled(groups: Sequence[Group], named: dict[str, float], share: float) -> list[Group]:
+def _scaled(groups: Sequence[Group], stated: dict[str, float], share: float) -> list[Group]:
     """The groups with priors at a share of what they state; a number stands in the first group that holds it."""
     out, held = [], set[str]()
     for group in groups:
-        sd = {name: named.get(name, share * own) for name, own in group.sd.items() if name not in held}
+        sd = {name: stated.get(name, share * own) for name, own in group.sd.items() if name not in held}
         held |= sd.keys()
         out += [replace(group, sd=sd)] if sd else []
     return out

@@ -118,5 +118,5 @@ class HeldOut(NamedTuple):
 
 def with_held_out(errors: Errors, runs: Sequence[Run]) -> Errors:
     """Errors with those of the runs in the place of held-out ones, in the columns that the runs have."""
-    found = {column: sums.scores()[0] for column, sums in squares_of(runs).items()}
-    return {column: (own, found.get(column, held)) for column, (own, held) in errors.items()}
+    by_column = {column: sums.scores()[0] for column, sums in squares_of(runs).items()}
+    return {column: (own, by_column.get(column, held)) for column, (own, held) in errors.items()}

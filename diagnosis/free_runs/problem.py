@@ -440,14 +440,14 @@ class FreeRuns:
         """Errors (C, B, N) of the lanes of one unit."""
         k = lanes[0].unit
         series = self.units[k].stretch.series
-        shown = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
+        channels = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
         if self.thrust is not None:
-            shown = np.concatenate([shown, self._thrust(driven, len(series.inputs))[None]])
+            channels = np.concatenate([channels, self._thrust(driven, len(series.inputs))[None]])
         for place, lane in enumerate(lanes):
             if any(lane.of(kind) for kind in SHOWN):
-                self._show(lane, shown[:, place], series.dt)
+                self._show(lane, channels[:, place], series.dt)
         measured, known = self._by_channel[k]
-        error = measured - np.moveaxis(series.observe(np.moveaxis(shown, 2, 0)), 0, 2)
+        error = measured - np.moveaxis(series.observe(np.moveaxis(channels, 2, 0)), 0, 2)
         limit = (LIMIT * self.floor)[:, None, None]
         return np.fmax(np.fmin(error, limit), -limit) * known  # a run that is lost has the limit in the place of nan
 

@@ -84,14 +84,14 @@ def with_runs(
         _without(one, {*diagnosis.model.instruments, *corrected}) for one in (diagnosis.model, diagnosis.extended)
     )
     held = pairs_of(diagnosis.model, diagnosis.extended, held_out, diagnosis.of_held_out, channels)
-    shown = [
+    traces = [
         trace_of(pair.before, pair.after, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)
     ]
     return replace(
         diagnosis,
         gain=gain_of(held, np.random.default_rng(diagnosis.seed)),
-        traces=(*shown, *(trace_of(pair.before, pair.after, "held_out") for pair in held)),
-        where=tuple(where(shown)),
+        traces=(*traces, *(trace_of(pair.before, pair.after, "held_out") for pair in held)),
+        where=tuple(where(traces)),
     )
 
 
@@ -118,7 +118,7 @@ def pairs_of(
     of_record : name of a record -> values of coefficients of `model` that belong to it.  own : whether runs with the
     record's own neutral angle and start are wanted; otherwise these are the plain ones.
     """
-    found = []
+    out = []
     for record in records:
         after = _with(model, of_record.get(record.name, {}))
         try:
@@ -128,8 +128,8 @@ def pairs_of(
             continue
         block = max(1, round(BLOCK_S * clock_of(base, [record]) / record.dt))
         pair = Pair(plain[0], plain[1], trimmed[0], trimmed[1], block)
-        found.append(pair if channels is None else pair.without({*plain[0].predicted} - {*channels}))
-    return found
+        out.append(pair if channels is None else pair.without({*plain[0].predicted} - {*channels}))
+    return out
 
 
 def _without(model: Model, instruments: Collection[str]) -> Model:

@@ -76,14 +76,14 @@ def choice_and_diagnosis(
         outcome = _concluded(model, behind, choice, options)
         return with_runs(outcome, behind.train, behind.instruments, held_out, options.channels)
 
-    runs, barred = runs_of(model, behind.train, options, behind.decided).without(never), set[str]()
+    runs, without_gain = runs_of(model, behind.train, options, behind.decided).without(never), set[str]()
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
     while worsens(diagnosis):
-        last = {one.candidate.of for one in choice.selection.entered[-1:]} - barred
-        if last and len(barred) < BARRED:
-            barred |= last
-            choice = chosen(runs.without(barred), options)
+        last = {one.candidate.of for one in choice.selection.entered[-1:]} - without_gain
+        if last and len(without_gain) < BARRED:
+            without_gain |= last
+            choice = chosen(runs.without(without_gain), options)
         elif (rest := withdrawn(choice)) is not None:
             choice = rest
         else:

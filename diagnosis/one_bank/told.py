@@ -72,7 +72,9 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     )
     p = min(1.0, len(choice.bank.candidates) * min(student_tail(strength, max(units - 1, 1)), float(ratio)))
     rivals = [c for one in own for c in one.tied_with]
-    named = {choice.bank.cause_of(c) for c in rivals} - set(map(choice.bank.cause_of, choice.selection.candidates))
+    rival_causes = {choice.bank.cause_of(c) for c in rivals} - set(
+        map(choice.bank.cause_of, choice.selection.candidates)
+    )
     details: dict[str, Any] = {}
     if cause == BaseCoefficients.id:
         details["groups"] = list(dict.fromkeys(_title(choice, one.candidate.of) for one in own))
@@ -88,8 +90,8 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
         for one in own
     )
     sizes = tuple(size for one in own for size in _sizes(choice, cause, one))
-    separate = getattr(causes().get(cause), "separate_by", None) if named or hull else None
-    return Finding(cause, tuple(sorted(named)), BY_FREE_RUNS, strength, p, sizes, details=details, evidence=said,
+    separate = getattr(causes().get(cause), "separate_by", None) if rival_causes or hull else None
+    return Finding(cause, tuple(sorted(rival_causes)), BY_FREE_RUNS, strength, p, sizes, details=details, evidence=said,
                    separate_by=separate)  # fmt: skip
 
 

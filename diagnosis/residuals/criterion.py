@@ -100,19 +100,19 @@ def _candidates(state: State, step: int, before: float, rng: np.random.Generator
     screened = screen(state, state.setting, state.now, rng)
     state = counted(state, screened, rng) if step == 0 else replace(state, in_span=state.in_span | screened.in_span)
     state = replace(state, failed={**state.failed, **screened.failed})
-    state, found = _refitted(state, screened.items, before, rng)
-    for complicated in list(found):
+    state, candidates = _refitted(state, screened.items, before, rng)
+    for complicated in list(candidates):
         simpler = simplified(state, complicated, before, rng)
-        if simpler is not None and all(c.log_p > simpler.log_p for c in found if c.cause == simpler.cause):
-            found = [*(c for c in found if c.cause != simpler.cause), simpler]
+        if simpler is not None and all(c.log_p > simpler.log_p for c in candidates if c.cause == simpler.cause):
+            candidates = [*(c for c in candidates if c.cause != simpler.cause), simpler]
 
     def by_search(cause: Cause) -> Candidate | None:
         return cause.search.attempt(cause, state, before, rng)
 
     attempt = attempted(by_search, itself)
     state, tried = sorted_out(state, [attempt(cause) for cause in state.bank if cause not in state.causes])
-    found += [one for one in tried if one is not None]
-    return state, under_gusts(state, refined(state, found, before), before)
+    candidates += [one for one in tried if one is not None]
+    return state, under_gusts(state, refined(state, candidates, before), before)
 
 
 def simplified(state: State, candidate: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
@@ -141,12 +141,12 @@ def _refitted(
     if state.setting.noise.has_forces and calm.log_likelihood > before - HIDING:
         quiet = screen(state, replace(state.setting, noise=state.start.noise), calm, rng).items
         chosen += [i for i in _leaders(quiet, -15.0, 3, LEADING) if i.cause not in have]
-    (state, found), have = sorted_out(state, refits(chosen)), {i.cause for i in chosen}
-    kept = max((c.statistic for c in found), default=0.0)
+    (state, candidates), have = sorted_out(state, refits(chosen)), {i.cause for i in chosen}
+    kept = max((c.statistic for c in candidates), default=0.0)
     further = _leaders(items, level, FURTHER, PROMISING)
     more = [i for i in further if i.cause not in have and -2.0 * i.log_p > kept]
     state, others = sorted_out(state, refits(more))
-    return state, found + others
+    return state, candidates + others
 
 
 def _leaders(items: Sequence[Screened], level: float, most: int, share: float) -> list[Screened]:
@@ -195,8 +195,8 @@ def alike(state: State, first: Candidate, second: Candidate) -> bool:
     """Whether two causes move the innovations alike, each at its own size: else both may be true at once."""
     if not (first.variant and second.variant):
         return True
-    found = [columns(state.est, c.setting, c.variant) for c in (first, second)]
-    return canonical_correlation(state.point.projector, *found) > TIE_CORRELATION
+    both = [columns(state.est, c.setting, c.variant) for c in (first, second)]
+    return canonical_correlation(state.point.projector, *both) > TIE_CORRELATION
 
 
 def _deleted(state: State) -> State:

@@ -82,20 +82,20 @@ def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Se
 
 
 # ---- findings
-def findings_of(state: State, barred: Mapping[str, str], rng: np.random.Generator) -> list[Finding]:
+def findings_of(state: State, reasons: Mapping[str, str], rng: np.random.Generator) -> list[Finding]:
     """The accepted causes, the strongest first.
 
-    barred : causes (ids) that the extended model does not hold, with the reason, which their findings tell.
+    reasons : cause (id) that the extended model does not hold -> why, which its finding tells.
     """
-    spread, at, found = covariance(state), len(state.nuisance), []
+    spread, at, out = covariance(state), len(state.nuisance), []
     for cause, a in zip(state.causes, state.accepted, strict=True):
         k = len(a.variant)
         block = spread[at : at + k, at : at + k]
         at += k
         said = _evidence(cause, a, state.n_effective)
-        if cause.id in barred:
-            said += f"; left out of the extended model: {barred[cause.id]}"
-        found.append(
+        if cause.id in reasons:
+            said += f"; left out of the extended model: {reasons[cause.id]}"
+        out.append(
             Finding(
                 cause.id,
                 tuple(tied.id for tied in a.tied),
@@ -108,7 +108,7 @@ def findings_of(state: State, barred: Mapping[str, str], rng: np.random.Generato
                 separate_by=cause.separate_by if a.tied else None,
             )
         )
-    return sorted(found, key=lambda f: -f.statistic)
+    return sorted(out, key=lambda f: -f.statistic)
 
 
 def _evidence(cause: Cause, a: Candidate, tests: float) -> str:

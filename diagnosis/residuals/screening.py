@@ -53,9 +53,9 @@ def itself(cause: Cause) -> Cause:
     return cause
 
 
-def sorted_out(state: State, found: Iterable[R | Failed]) -> tuple[State, list[R]]:
+def sorted_out(state: State, outcomes: Iterable[R | Failed]) -> tuple[State, list[R]]:
     """The state with what failed, and what did not."""
-    every = list(found)
+    every = list(outcomes)
     failed = {one.cause: one.reason for one in every if isinstance(one, Failed)}
     kept = [one for one in every if not isinstance(one, Failed)]
     return (replace(state, failed={**state.failed, **failed}) if failed else state), kept

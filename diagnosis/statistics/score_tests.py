@@ -61,8 +61,8 @@ class Projector:
     def terms(self, left: np.ndarray) -> np.ndarray:
         """What each sample adds (m, N) to the scores of projected columns (m, n)."""
         rows = left.reshape(len(left), -1, CHANNELS)
-        found = np.einsum("mnc,nc->mn", rows, self.residual.reshape(-1, CHANNELS))
-        return np.negative(found, out=found)
+        scores = np.einsum("mnc,nc->mn", rows, self.residual.reshape(-1, CHANNELS))
+        return np.negative(scores, out=scores)
 
     def products(self, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Inner products (..., k, k) of projected columns (..., k, n), and (..., k) of those with the residual, without
