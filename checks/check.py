@@ -16,11 +16,10 @@ import numpy as np
 from ..datasets.columns import HEADING, RUDDERS
 from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
-from .base import FileCheck
+from .base import Fault, FileCheck, cleaned
 from .comparison.chains import Chain, chains, sums, why_not
 from .comparison.courses import deviation
 from .comparison.selection import Compared, compare
-from .fault import Fault, cleaned
 from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
 from .integrity.averages import averages_of
 from .registry import check_of, column_checks, file_checks
@@ -28,8 +27,7 @@ from .result import CheckFinding, CheckResult
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from .base import ColumnCheck
-    from .fault import ColumnFault
+    from .base import ColumnCheck, ColumnFault
 
 UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)
 """What a computation on records that cannot carry it may raise."""

@@ -10,8 +10,7 @@ import numpy as np
 from ..datasets.columns import RUDDERS, TURN, VELOCITIES
 from ..datasets.rudder_sign import ONE_SIDE, one_sided, steering_side
 from ..models.instruments import SENSORS, SWAPS
-from .base import ColumnCheck
-from .fault import ColumnFault, exact
+from .base import ColumnCheck, ColumnFault, exact
 from .integrity.readings import (
     AGREE,
     ASKEW,

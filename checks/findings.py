@@ -20,7 +20,7 @@ from .sensors import CurrentDrift
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from .fault import Fault
+    from .base import Fault
 
 DRIFT_SHARE = 0.005
 """Share of the ship's speed from which a drift matters."""

@@ -25,10 +25,9 @@ from .causes.registry import causes
 from .report.bank import of_sensor
 
 if TYPE_CHECKING:
-    from ..checks.base import Check
+    from ..checks.base import Check, ColumnFault
     from ..checks.comparison.chains import Chain
     from ..checks.comparison.selection import Sizes
-    from ..checks.fault import ColumnFault
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
     from ..models.model import Model

@@ -9,8 +9,7 @@ import numpy as np
 from ...datasets.columns import RUDDERS, TRACK, TURN
 from ...datasets.geometry import velocity_over_ground
 from ...datasets.signals import bridged, integral, white_noise
-from ..base import FileCheck
-from ..fault import Fault, exact
+from ..base import Fault, FileCheck, exact
 from ..integrity.runs import never_changes
 from .stamps import stamps
 

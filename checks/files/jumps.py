@@ -10,9 +10,8 @@ from ...datasets.columns import HEADING, POSITIONS, TRACK
 from ...datasets.geometry import position_over_ground, velocity_over_ground
 from ...datasets.signals import bridged, integral
 from ...datasets.spikes import without_spikes_in_time
-from ..base import FileCheck
+from ..base import Fault, FileCheck, exact
 from ..comparison.blocks import LONGEST_GAP
-from ..fault import Fault, exact
 from ..integrity.runs import never_changes
 
 if TYPE_CHECKING:

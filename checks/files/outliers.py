@@ -10,8 +10,7 @@ import numpy as np
 
 from ...datasets.signals import sensor_sd
 from ...datasets.spikes import AROUND, LIMIT, without_spikes_in_time
-from ..base import ChannelCheck, FileCheck
-from ..fault import Fault, exact
+from ..base import ChannelCheck, Fault, FileCheck, exact
 from ..integrity.runs import runs_of
 
 if TYPE_CHECKING:

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.columns import CANONICAL, TRACK, VELOCITIES
-from ..base import ChannelCheck, FileCheck
-from ..fault import SENSED, Fault, exact
+from ..base import SENSED, ChannelCheck, Fault, FileCheck, exact
 from ..integrity.averages import swing
 from ..integrity.readings import track_error
 from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution

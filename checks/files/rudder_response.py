@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..base import FileCheck
-from ..fault import Fault, exact
+from ..base import Fault, FileCheck, exact
 from ..integrity.averages import swing
 from ..integrity.steering import motion_shows, response
 

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..base import FileCheck
-from ..fault import Fault, exact
+from ..base import Fault, FileCheck, exact
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

@@ -10,8 +10,7 @@ from ...datasets.axes import track_of
 from ...datasets.columns import POSITIONS, RUDDERS, TRACK, TURN, VELOCITIES
 from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq
-from ..base import FileCheck
-from ..fault import Fault, cleaned, exact
+from ..base import Fault, FileCheck, cleaned, exact
 from ..integrity.averages import SMALL_TURN, averages_of, wraps_at_small_turn
 from ..integrity.readings import (
     AGREE,

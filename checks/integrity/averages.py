@@ -15,7 +15,7 @@ import numpy as np
 
 from ...datasets.columns import HEADING
 from ...datasets.signals import sensor_sd
-from ..fault import SENSED
+from ..base import SENSED
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

@@ -33,6 +33,7 @@ from .group_fits import (
     GroupFit,
     GroupSteps,
     NamedGroup,
+    errors_of,
     every_number,
     fit_groups,
     loses,
@@ -44,7 +45,7 @@ from .ingredients import floor, ingredients
 from .left_out import left_out_traces, remaining
 from .regimes import Proposal, confirmation
 from .result import Calibration, Moved, RunEffect, Share, StepTold
-from .whole_records import HeldOut, columns_of_states, errors_of, states_of, whole_records, with_held_out
+from .whole_records import HeldOut, columns_of_states, states_of, whole_records, with_held_out
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

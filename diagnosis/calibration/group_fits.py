@@ -25,11 +25,12 @@ from ...estimation.selection.selection import floor_squares, mean_squares
 from ...models.coefficient_groups import parts_of
 from ..free_runs.bank import numbers_of
 from ..gain.guard import WORSE
-from .whole_records import states_of
+from .whole_records import blind_errors, root_mean_squares, states_of
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
     from ..free_runs.problem import FreeRuns
+    from .whole_records import WholeRecords
 
 SHORT = 4
 """Gauss-Newton steps of a fit that only compares."""
@@ -96,6 +97,13 @@ def fit_groups(
     own = runs.no_own if start is None else start.point.own
     fitted = minimise(runs, numbers, values, own, steps)
     return GroupFit(tuple(groups), fitted, runs.squares(fitted.without, runs.no_own))
+
+
+def errors_of(on: WholeRecords, fit: GroupFit) -> dict[str, tuple[float, float | None]]:
+    """Column -> errors of left-out training records and of held-out records."""
+    own = root_mean_squares(on.train, fit.blind)
+    held = {} if on.held_out is None else blind_errors(on.held_out, fit.fitted.point.values)
+    return {column: (value, held.get(column)) for column, value in own.items()}
 
 
 def score_fall(runs: FreeRuns, old: GroupFit, new: GroupFit) -> Fall:

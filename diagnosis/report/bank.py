@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...checks.fault import SENSED
+from ...checks.base import SENSED
 from ...checks.registry import check_of
 from ...checks.result import NORMAL_90, Size
 from ...checks.tails import adjusted, log_tail
@@ -16,8 +16,7 @@ from ..causes.registry import causes
 from ..result import Entry, Finding
 
 if TYPE_CHECKING:
-    from ...checks.base import Check
-    from ...checks.fault import ColumnFault
+    from ...checks.base import Check, ColumnFault
     from ...checks.result import CheckFinding
     from ...datasets.record import Record
 

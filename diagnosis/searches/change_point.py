@@ -29,10 +29,7 @@ class ByChangePoint(Search):
 
     grid: int = 12
     steady = False
-
-    @property
-    def counts_values(self) -> bool:
-        return True
+    counts_values = True
 
     def screen(self, cause: Cause, state: State, here: Here, rng: np.random.Generator) -> Screened:
         est = state.est

@@ -42,10 +42,7 @@ class ByScan(Search):
     entry: str
     values: Callable[[State], Sequence[float]]
     most: Callable[[Estimator], float] = unlimited
-
-    @property
-    def counts_values(self) -> bool:
-        return True
+    counts_values = True
 
     @property
     def entries(self) -> tuple[str, ...]:

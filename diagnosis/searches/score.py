@@ -59,10 +59,7 @@ class ByProfile(Search):
     """
 
     values: tuple[float, ...]
-
-    @property
-    def counts_values(self) -> bool:
-        return True
+    counts_values = True
 
     def screen(self, cause: Cause, state: State, here: Here, rng: np.random.Generator) -> Screened:
         est, (variant,) = state.est, state.bank[cause]
