@@ -15,7 +15,7 @@ from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.run.run import squares_of
 from ...estimation.selection.score import jackknife
 from ...estimation.selection.selection import mean_squares
-from ...models.coefficient_groups import OWN, Group, groups_of, grown
+from ...models.coefficient_groups import OWN, Group, groups_of, grown, with_values
 from ...models.errors import BadInput, CannotFit
 from ...models.instruments import combined
 from ..causes.missing_terms import ConstantForce
@@ -43,7 +43,7 @@ from .group_fits import (
 )
 from .ingredients import floor, ingredients
 from .left_out import left_out_traces, remaining
-from .regimes import Proposal, confirmation
+from .regimes import confirmation, places_of
 from .result import Calibration, Moved, RunEffect, Share, StepTold
 from .whole_records import HeldOut, columns_of_states, states_of, whole_records, with_held_out
 
@@ -129,15 +129,6 @@ def _named_groups(
     return out
 
 
-def _proposal(choice: Choice) -> Proposal | None:
-    """The number in a regime that pieces name, with the numbers beside it."""
-    local, final = choice.local, choice.selection.final
-    if local is None or choice.beside:
-        return None
-    names = [n for c in choice.selection.candidates for n in c.names if choice.bank.places[n].kind == "model"]
-    return Proposal(local, {n: final.value(n) for n in (*names, local.size)})
-
-
 def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], choice: Choice | None) -> Calibration:
     """The calibration on true motions by the choice of pieces; None: they cannot be made.
 
@@ -157,10 +148,10 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
     ):  # causes that need numbers which are not confirmed
         plain = _Sides.without_causes(corrected, held.recorded)
         return _calibrated(plain, model, combined(model.instruments, corrected.instruments), None)
-    local = None if choice is None else confirmation(inside.train, selection, groups, _proposal(choice))
+    local = None if choice is None else confirmation(inside.train, selection, groups, choice)
     if local is not None:
         selection, groups = local.selection, [*groups, local.group]
-        inside = inside.with_numbers(local.proposal.places(whole))
+        inside = inside.with_numbers(places_of(local.local, whole))
     shares = _shares(inside.train, base, selection)
     verdict, reason = _verdict(inside.train, base, selection, shares)
     if selection.steps and len(train) < FEWEST:
@@ -261,20 +252,12 @@ def _built(
     model holds."""
     if local is not None and fit is final:
         return extended
-    return _with_values(replace(runs.bank.model, instruments=instruments), _values(runs, fit))
+    return with_values(replace(runs.bank.model, instruments=instruments), _values(runs, fit))
 
 
 def _values(runs: FreeRuns, fit: GroupFit) -> dict[str, float]:
     """Number of the model -> its value by a fit."""
     return {name: x + fit.fitted.value(name) for name, x in runs.bank.values.items()}
-
-
-def _with_values(model: Model, values: Mapping[str, float]) -> Model:
-    """The model with other values of its numbers."""
-    coefficients, constants = (
-        np.array([values[n] for n in names]) for names in (model.coordinates, model.constant_names)
-    )
-    return replace(model, coefficients=coefficients, constants=constants)
 
 
 def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str, tuple[float, float]]:
@@ -288,7 +271,7 @@ def _with_numbers(model: Model, runs: FreeRuns, final: GroupFit, kind: str, inst
     fit put them; kind : of the two models, in the name of the new one."""
     smallest = grown(replace(model, instruments=instruments), final.groups)
     name = f"{model.id}+{kind}" if final.groups else model.id
-    return replace(_with_values(smallest, _values(runs, final)), id=name)
+    return replace(with_values(smallest, _values(runs, final)), id=name)
 
 
 def _moved(runs: FreeRuns, final: GroupFit, groups: Sequence[Group]) -> tuple[Moved, ...]:

@@ -18,12 +18,12 @@ from ...datasets.signals import sensor_sd
 from ...estimation.records.gaps import SHORTEST
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
+from ...models.coefficient_groups import names_of
 from ...models.errors import CannotFit
 from ...models.instruments import SENSORS
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from ...models.outputs import thrust_of
-from .bank import names_of
 from .motion import motion_of
 from .units import (
     CORRELATION,

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
-from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups
+from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups, values_of
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import ConstantForce, MissingTerm, Term
 from ..causes.registry import causes, causes_of
 from ..causes.steering_gear import RudderDelay, RudderFault, RudderOffset
 from ..causes.surroundings import Current, Wind
-from ..free_runs.bank import Bank, Place, numbers_of, places_of, values_of
+from ..free_runs.bank import Bank, Place, numbers_of, places_of
 
 if TYPE_CHECKING:
     from ...checks.base import Check

@@ -26,11 +26,11 @@ from ...estimation.selection.selection import (
     quantile,
     select,
 )
-from ...models.coefficient_groups import LocalNumber, local_numbers
+from ...models.coefficient_groups import LocalNumber, local_numbers, names_of
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, RUDDER_FORCE, regime_parameters
 from ...models.regimes import VARIABLES, Regime, regime, values_of
-from ..free_runs.bank import Place, names_of
+from ..free_runs.bank import Place
 from .catalogue import HULL
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ import numpy as np
 from ...checks.result import Size
 from ...checks.tails import chi2_tail, student_tail
 from ...estimation.selection.selection import independent, mean_squares
-from ...models.coefficient_groups import grown, stated_groups
+from ...models.coefficient_groups import grown, stated_groups, with_values
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, extension_of
 from ...models.instruments import combined
@@ -206,13 +206,7 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
     places = choice.bank.places
     moved = {name for name in values if places[name].kind == "model"}
     groups = [g for g in stated_groups(model) if g.extension is not None and moved & {*g.sd}]
-    whole = _model_values(choice)
-    out = grown(model, groups) if groups else model
-    out = replace(
-        out,
-        coefficients=np.array([whole[n] for n in out.coordinates]),
-        constants=np.array([whole.get(n, x) for n, x in zip(out.constant_names, out.constants.tolist(), strict=True)]),
-    )
+    out = with_values(grown(model, groups) if groups else model, _model_values(choice))
     for cause, own in _outside(choice, values).items():
         known = {n: own.get(n, 0.0) for n in extension_of(cause).units}
         out = extended(out, cause, known)
