@@ -11,6 +11,7 @@ from ..datasets.columns import RUDDERS, TURN, VELOCITIES
 from ..datasets.rudder_sign import ONE_SIDE, one_sided, steering_side
 from ..models.instruments import SENSORS, SWAPS
 from .base import ColumnCheck, ColumnFault, exact
+from .files.rudder_response import response
 from .integrity.readings import (
     AGREE,
     ASKEW,
@@ -22,7 +23,6 @@ from .integrity.readings import (
     rate_error,
     read_as,
 )
-from .integrity.steering import response
 
 if TYPE_CHECKING:
     from ..datasets.axes import Track

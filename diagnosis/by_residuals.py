@@ -27,7 +27,6 @@ from .residuals.tests import LATER, Memory, noise_with_memory
 from .state import State, first_state
 
 if TYPE_CHECKING:
-    from ..checks.base import Check
     from ..datasets.record import Record
     from ..estimation.filters.innovations.estimator import Estimator
     from ..models.model import Model
@@ -161,14 +160,14 @@ def _what_looks_like(refused: Mapping[str, str], state: State) -> Candidate | No
     return Candidate(Unmodelled(label), (), 0.0, 0.0, state.setting, state.now)
 
 
-def starting_state(est: Estimator, options: Options, decided: Collection[Check] = ()) -> tuple[State, dict]:
+def starting_state(est: Estimator, options: Options, decided: Collection[str] = ()) -> tuple[State, dict]:
     """The first state of the selection, and the causes that cannot be tested with the reason.
 
     decided : causes that the sensors' channels have decided on without the model.
     """
     bank, cannot = testable(est)
     only = options.causes()
-    cannot |= {cause: DECIDED for cause in bank if cause in decided}
+    cannot |= {cause: DECIDED for cause in bank if cause.id in decided}
     if only is not None:
         cannot |= {cause: "left out" for cause in bank if cause not in only}
     bank = {cause: variants for cause, variants in bank.items() if cause not in cannot}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..checks.registry import check_of, sensor_errors
 from ..checks.result import CheckFinding
-from .report.bank import BY_CHANNELS, BY_FREE_RUNS, demoted, of_left_out_samples, updated
+from .report.bank import BY_CHANNELS, BY_FREE_RUNS, demoted, lines, of_left_out_samples
 from .report.verdict import motion_explained, next_manoeuvre, without_motion
 from .result import Diagnosis, Finding
 
@@ -66,13 +66,13 @@ def _named(diagnosis: Diagnosis, finding: Finding) -> Diagnosis:
     causes = (finding, *(f for f in diagnosis.causes if f.cause != finding.cause))
     if diagnosis.verdict == "adequate":
         diagnosis = replace(diagnosis, verdict="named", reason=f"{finding.cause}: {finding.evidence}")
-    return replace(diagnosis, causes=causes, bank=updated(diagnosis.bank, causes))
+    return replace(diagnosis, causes=causes, bank=lines(causes, diagnosis.bank))
 
 
 def _withheld(diagnosis: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:
     """The diagnosis without what it takes the records' word for: no cause of the model, no numbers, no extension."""
     kept = tuple(f for f in diagnosis.causes if f.stage == BY_CHANNELS)
-    bank = updated(demoted(diagnosis.bank, ("named", "tied", "explained_by"), "not_testable", why), kept)
+    bank = lines(kept, demoted(diagnosis.bank, ("named", "tied", "explained_by"), "not_testable", why))
     return replace(
         diagnosis,
         verdict=verdict,

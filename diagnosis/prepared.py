@@ -44,9 +44,9 @@ class Prepared:
     """Records in the model's rudder sign with what was corrected: gross faults, and what channels show of sensors.
 
     faults : of whole columns.  checked : what the checks of the files say, corrected where they can be.
-    findings, removed : what channels show of their sensors, and these sizes as instruments.  tested : statistic
-    (z squared) of the evidence by itself for each cause that the channels were asked for.
-    decided : causes that the sensors' channels have decided on without a model.
+    findings, removed : what channels show of their sensors, and these sizes as instruments.  tested : cause (id) that
+    the channels were asked for -> statistic (z squared) of the evidence by itself.
+    decided : causes (ids) that the sensors' channels have decided on without a model.
     derived : record name -> columns that are made from each other: they are not compared.
     recorded : the held-out records as they were read.
     """
@@ -57,8 +57,8 @@ class Prepared:
     checked: tuple[CheckFinding, ...] = ()
     findings: tuple[Finding, ...] = ()
     removed: dict[str, float] = field(default_factory=dict)
-    tested: dict[Check, float] = field(default_factory=dict)
-    decided: frozenset[Check] = frozenset()
+    tested: dict[str, float] = field(default_factory=dict)
+    decided: frozenset[str] = frozenset()
     derived: Mapping[str, set[str]] = field(default_factory=dict)
     recorded: Sequence[Record] = ()
 
@@ -91,8 +91,7 @@ class Prepared:
             findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material]
             tested = dict(done.tested)
             for option, z in comparison.tested:
-                own = ids[option.cause.id]
-                tested[own] = max(z**2, tested.get(own, 0.0))
+                tested[option.cause.id] = max(z**2, tested.get(option.cause.id, 0.0))
             done = replace(
                 done,
                 train=train,

@@ -11,7 +11,7 @@ from ...datasets.geometry import velocity_over_ground
 from ...datasets.signals import bridged, integral, white_noise
 from ..base import Fault, FileCheck, exact
 from ..integrity.runs import never_changes
-from .stamps import stamps
+from .repeats import stamps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

@@ -24,7 +24,6 @@ from .search import chosen, with_own_numbers, withdrawn
 from .told import bank_lines, extended_model, findings, verdict
 
 if TYPE_CHECKING:
-    from ...checks.base import Check
     from ...datasets.record import Record
     from ...models.model import Model
     from ..options import Options
@@ -92,7 +91,7 @@ def choice_and_diagnosis(
     return choice, diagnosis
 
 
-def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[Check] = ()) -> FreeRuns:
+def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[str] = ()) -> FreeRuns:
     """The free runs of pieces of records behind the model's instruments, over the whole bank but causes that the
     sensors' channels have decided on.
 
@@ -105,9 +104,7 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
     commanded = not any(r.has("rudder_rad") for r in records)
     identified, exact = options.base_parameters == "identify", options.coefficient_sd == 0.0
     longest_s = max(float(r.time_s[-1]) for r in records)
-    facts = Facts(
-        measured, commanded, len(records), longest_s, identified, exact, {c.id for c in decided}, options.coefficient_sd
-    )
+    facts = Facts(measured, commanded, len(records), longest_s, identified, exact, decided, options.coefficient_sd)
     bank = bank_of(model, facts, length, options.only)
     runs = FreeRuns(bank, units_of(bank.model, records, length), length)
     runs.require_turns()

@@ -160,20 +160,20 @@ def _flow_sizes(choice: Choice, flow: PairCause, one: Entered, half: Mapping[str
 
 
 # ---- bank and verdict
-def bank_lines(choice: Choice, findings: Sequence[Finding], sensors: Mapping[Check, float]) -> tuple[Entry, ...]:
+def bank_lines(choice: Choice, findings: Sequence[Finding], sensors: Mapping[str, float]) -> tuple[Entry, ...]:
     """One line for every cause of the taxonomy; sensors : statistics of those that the channels have decided on."""
     tried = {choice.bank.cause_of(c) for c in choice.bank.candidates}
 
     def otherwise(check: Check) -> Entry:
-        if check in sensors:
-            return of_channels(check, sensors, None)
+        if check.id in sensors:
+            return of_channels(check.id, sensors, None)
         if check.id in tried:
             why = "free runs of left-out pieces are predicted no better with it"
             return Entry(check.id, "not_significant", None, None, None, why)
         why = check.stage if not isinstance(check, Cause) else "no candidate for this model and these channels"
         return Entry(check.id, "not_testable", None, None, None, why)
 
-    return lines(findings, otherwise)
+    return lines(findings, map(otherwise, causes().values()))
 
 
 def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[str, str]:

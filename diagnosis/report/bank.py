@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -12,11 +12,10 @@ from ...checks.base import SENSED
 from ...checks.registry import check_of
 from ...checks.result import NORMAL_90, Size
 from ...checks.tails import adjusted, log_tail
-from ..causes.registry import causes
 from ..result import Entry, Finding
 
 if TYPE_CHECKING:
-    from ...checks.base import Check, ColumnFault
+    from ...checks.base import ColumnFault
     from ...checks.result import CheckFinding
     from ...datasets.record import Record
 
@@ -70,9 +69,9 @@ def of_sensor(f: CheckFinding, known: Collection[str]) -> Finding:
 
 
 # ---- bank
-def lines(findings: Sequence[Finding], otherwise: Callable[[Check], Entry]) -> tuple[Entry, ...]:
-    """One line for every cause: of what is named or tied as its finding says, of the others as `otherwise` does."""
-    return tuple(_line(otherwise(check), findings) for check in causes().values())
+def lines(findings: Sequence[Finding], entries: Iterable[Entry]) -> tuple[Entry, ...]:
+    """The line of every cause: of what is named or tied as its finding says, of the others as it is."""
+    return tuple(_line(entry, findings) for entry in entries)
 
 
 def _line(entry: Entry, findings: Sequence[Finding]) -> Entry:
@@ -86,21 +85,15 @@ def _line(entry: Entry, findings: Sequence[Finding]) -> Entry:
     return entry
 
 
-def updated(bank: Sequence[Entry], findings: Sequence[Finding]) -> tuple[Entry, ...]:
-    """The bank after later findings."""
-    known = {entry.cause: entry for entry in bank}
-    return lines(findings, lambda check: known[check.id])
-
-
 def demoted(bank: Sequence[Entry], of: Collection[str], status: str, why: str) -> list[Entry]:
     """The bank in which what had one of the statuses `of` has another one, for a reason."""
     return [replace(entry, status=status, why=why) if entry.status in of else entry for entry in bank]
 
 
-def of_channels(check: Check, sensors: Mapping[Check, float], own: float | None) -> Entry:
-    """The line of a cause that the sensors' channels have decided on.
+def of_channels(cause: str, sensors: Mapping[str, float], own: float | None) -> Entry:
+    """The line of a cause (id) that the sensors' channels have decided on.
 
     sensors : its statistic (z squared) and those of the others.  own : power of its own test, None without one.
     """
-    p = adjusted(log_tail(sensors[check], 1), len(sensors))
-    return Entry(check.id, "not_significant", sensors[check], p, own, DECIDED)
+    p = adjusted(log_tail(sensors[cause], 1), len(sensors))
+    return Entry(cause, "not_significant", sensors[cause], p, own, DECIDED)

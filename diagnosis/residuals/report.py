@@ -13,6 +13,7 @@ from ...estimation.filters.innovations.vector import SYMBOLS
 from ...models.model import CHANNELS as COLUMNS
 from ..candidate import Unmodelled
 from ..causes.base import Cause
+from ..causes.registry import causes
 from ..report.bank import BY_RESIDUALS, lines, of_channels
 from ..result import Entry, Finding
 from ..state import covariance, matters
@@ -125,7 +126,7 @@ def _evidence(cause: Cause, a: Candidate, tests: float) -> str:
 
 # ---- bank
 def bank_of(
-    state: State, cannot: Mapping[Cause, str], sensors: Mapping[Check, float], immaterial: Mapping[str, str],
+    state: State, cannot: Mapping[Cause, str], sensors: Mapping[str, float], immaterial: Mapping[str, str],
     findings: Sequence[Finding],
 ) -> tuple[Entry, ...]:  # fmt: skip
     """The bank of an exact base model.
@@ -137,20 +138,20 @@ def bank_of(
     def otherwise(check: Check) -> Entry:
         if isinstance(check, Cause):
             return _tested(state, check, cannot, sensors)
-        if check in sensors:
-            return of_channels(check, sensors, None)
+        if check.id in sensors:
+            return of_channels(check.id, sensors, None)
         return Entry(check.id, "not_significant", None, None, None, "no evidence in the records")
 
     why = {cause: f"detectable, immaterial: {reason}" for cause, reason in immaterial.items()}
-    every = lines(findings, otherwise)
+    every = lines(findings, map(otherwise, causes().values()))
     return tuple(replace(e, status="explained_by", why=why[e.cause]) if e.cause in why else e for e in every)
 
 
-def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Mapping[Check, float]) -> Entry:
+def _tested(state: State, cause: Cause, cannot: Mapping[Cause, str], sensors: Mapping[str, float]) -> Entry:
     statistic, p = _first_statistic(state, cause)
     own = power(state, cause)
-    if cause in sensors:
-        return of_channels(cause, sensors, own)
+    if cause.id in sensors:
+        return of_channels(cause.id, sensors, own)
     if cause in cannot:
         return Entry(cause.id, "not_testable", statistic, p, own, cannot[cause])
     if cause in state.failed and _candidate(state, cause) is None:

@@ -146,5 +146,5 @@ def test_a_yaw_rate_made_from_the_heading_is_not_compared_with_it(rng):
     given = corrected_records(model, records, (), Options().checked(model))
     print(given.derived)
     assert all("yaw_rate_rad_s" in given.derived[r.name] for r in given.train)
-    errors = {c.id for c in given.behind_sensors(None).decided}
+    errors = given.behind_sensors(None).decided
     assert "yaw_rate_delay" not in errors and "reference_point" in errors

@@ -155,7 +155,7 @@ LOSS = {"loss_gain": 0.0, "loss_time": 80.0, "loss_power": 1.5}
 @pytest.mark.nightly
 def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     records = runs(rng, cubic=400.0)
-    decided = {c.id for c in Prepared(records, []).compared().tested}
+    decided = {*Prepared(records, []).compared().tested}
     assert {"yaw_rate_scale", "yaw_rate_bias", "heading_delay"} <= decided <= set(ids())
     found = diagnose(resolve("nomoto-1"), records, options=Options(base_parameters="identify"))
     entries = {entry.cause: entry for entry in found.bank}

@@ -65,7 +65,7 @@ def test_a_size_below_the_floor_is_neither_told_nor_corrected(rng):
     true = inject(FaultCase("mariner", ()), rng).train
     found = compare([observed(r, {"surge_scale": 1e-3, "sway_scale": 1e-3}) for r in true])
     assert found.findings == () and found.instruments == {}
-    assert {c.id: s for c, s in found.tested.items()}["speed_scale"] > 20.0
+    assert found.tested["speed_scale"] > 20.0
 
 
 def test_records_without_a_track_say_nothing(rng):
