@@ -136,6 +136,18 @@ def _of_column(fault: ColumnFault, said: str) -> Fault:
     return Fault(said, tuple(fault.details.get("channels", fault.check.columns)), fault.sizes, corrects=True)
 
 
+def faults_of_all(records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
+    """Faults of whole columns that records of one side of a positive rudder show together, and the records corrected.
+
+    starboard : as of `ColumnCheck.find`.
+    """
+    faults, current = list[ColumnFault](), list(records)
+    for entry in (c for c in column_checks() if c.joint):
+        more, current = entry.find(current, starboard)
+        faults += more
+    return faults, current
+
+
 def _check_sides(entry: ColumnCheck, done: Examined) -> None:
     """A check of records of one side of a positive rudder: all together, then each by itself."""
     before = list(done.records)

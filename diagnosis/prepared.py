@@ -10,16 +10,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks.check import Examined, check_file, compared, distinct, of_one_record
+from ..checks.check import Examined, check_file, compared, distinct, faults_of_all, of_one_record
 from ..checks.comparison.chains import chains
 from ..checks.files.repeats import ConstantChannel
 from ..checks.findings import merged, of_sizes
-from ..checks.registry import column_checks
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
 from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
-from ..models.errors import CannotFit
+from ..models.errors import BadInput, CannotFit
 from ..models.instruments import combined
+from ..models.memory import require_memory
 from ..models.time_scale import ship_length_s
 from .causes.registry import causes
 from .report.bank import of_sensor
@@ -35,6 +35,13 @@ if TYPE_CHECKING:
     from .result import Finding
 
 SPEED = "surge_m_s"
+LONGEST, LONGEST_OF_RESPONSE = 15_000, 30_000
+"""Samples that one record of a 3-DOF and of a response model may have: those of hours, in which a log does more than
+manoeuvres; more could take over two minutes."""
+LARGEST = 4 * 2**30
+"""Memory, bytes, that the records of one diagnosis may need."""
+SAMPLE_BYTES, STATE_BYTES = 16_000, 8_000
+"""Memory of a sample and of each of its states, not less than measured: 57 kB a sample of six states, 31 of three."""
 FINEST = 0.03
 """Finest sampling of the records of a filter, in ship lengths sailed."""
 
@@ -164,12 +171,12 @@ def examined(records: Sequence[Record], model: Model) -> Prepared:
         findings = tuple(_judged(f, model) for f in merged(done.findings) if f.material)
         last = {fault.check.id: fault for fault in sorted(done.faults, key=lambda f: f.statistic)}
         faults = list(last.values())
-        for entry in (c for c in column_checks() if c.joint and not any(f.standing for f in findings)):
-            joint, current = entry.find(current, model.starboard)
-            faults += joint
-    doubt = None if any(f.standing for f in findings) else rudder_doubt(current, model)
+        if any(f.standing for f in findings):
+            return Prepared(current, [], faults, findings, derived=done.derived)
+        joint, current = faults_of_all(current, model.starboard)
+    doubt = rudder_doubt(current, model)
     findings = findings if doubt is None else (*findings, doubt)
-    return Prepared(current, [], faults, findings, derived=done.derived)
+    return Prepared(current, [], [*faults, *joint], findings, derived=done.derived)
 
 
 def _judged(finding: CheckFinding, model: Model) -> CheckFinding:
@@ -194,3 +201,25 @@ def without_doubtful(records: Prepared) -> tuple[Prepared, tuple[str, ...]]:
     aside = tuple(f"{name} is set aside: {said}" for name, said in doubts.items() if name not in left)
     checked = tuple(replace(f, standing=f.standing and bool(left & {*f.records})) for f in records.checked)
     return replace(records, train=train, held_out=held_out, recorded=recorded, checked=checked), aside
+
+
+def require_room(model: Model, prepared: Prepared) -> None:
+    """Refuse records that are too long before anything of size is computed.
+
+    Raises
+    ------
+    BadInput : a record has more samples than one may, or their filter needs more memory than is free, or than LARGEST.
+    """
+    records = thinned([*prepared.train, *prepared.held_out], model)
+    longest, limit = max(records, key=lambda record: record.n), LONGEST if model.is_3dof else LONGEST_OF_RESPONSE
+    if longest.n > limit:
+        hint = f"cut out the manoeuvres, or take a longer step: at most {limit} samples a record"
+        raise BadInput(f"{longest.name}: {longest.n} samples are too many for one record of a diagnosis", hint=hint)
+    samples = sum(record.n for record in records)
+    of_sample = SAMPLE_BYTES + STATE_BYTES * len(model.states)
+    what = f"{samples} samples of {len(records)} record{'s' if len(records) > 1 else ''}"
+    require_memory(samples * of_sample, what)
+    most = LARGEST // of_sample
+    if samples > most:
+        hint = f"cut out the manoeuvres, or take a longer step: at most {most} samples of this model"
+        raise BadInput(f"{what} are too many for one diagnosis", hint=hint)
