@@ -141,7 +141,8 @@ def faults_of_all(records: Sequence[Record], starboard: float) -> tuple[list[Col
 
     starboard : as of `ColumnCheck.find`.
     """
-    faults, current = list[ColumnFault](), list(records)
+    faults: list[ColumnFault] = []
+    current = list(records)
     for entry in (c for c in column_checks() if c.joint):
         more, current = entry.find(current, starboard)
         faults += more
