@@ -18,7 +18,7 @@ from .plots import COLOURS, INK, SOFT, Sheet, chart
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..diagnosis.trace import Trace
+    from ..diagnosis.result import Trace
     from ..estimation.validation.result import Validation
 
 CHANNELS = ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s")

@@ -19,25 +19,27 @@ from ...datasets.signals import sensor_sd
 from ...estimation.records.gaps import SHORTEST
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
+from ...models.coefficient_groups import names_of
 from ...models.errors import CannotFit
 from ...models.instruments import SENSORS, similar
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from ...models.outputs import thrust_of
-from .bank import names_of
 from .motion import motion_of
-from .scales import (
+from .units import (
     CORRELATION,
+    FEWEST,
     FLOOR,
     NEUTRAL_ANGLE_SD,
     OF_PIECES,
     THRUST,
+    Rudder,
     coarsely_integrated,
+    scales,
     start_sd,
     started_states,
-    units,
+    without_begin,
 )
-from .units import FEWEST, Rudder, without_begin
 
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Point
@@ -94,7 +96,7 @@ class _Driven(NamedTuple):
 
 
 class FreeRuns:
-    """The problem of a fit or a selection (`estimation.selection.minimiser.Problem`): units are pieces of records, or
+    """The problem of a fit or a selection (`estimation.selection.minimiser.UnitErrors`): units are pieces of records, or
     whole ones, which have a neutral rudder angle of their own, too.
 
     Eq. 1 of docs/mathematics/calibration.md.
@@ -141,7 +143,7 @@ class FreeRuns:
 
     def _floors(self) -> np.ndarray:
         """Errors (C,) of whole records that count as none."""
-        unit, thrust = units(self.bank.model, self.length_s), [u.thrust for u in self.units if u.thrust is not None]
+        unit, thrust = scales(self.bank.model, self.length_s), [u.thrust for u in self.units if u.thrust is not None]
         own = [FLOOR[s] * unit[s] for s in self.symbols]
         mean = np.mean([np.nanmean(np.abs(one)) for one in thrust]) if thrust else 0.0
         return np.array(own if self.thrust is None else [*own, FLOOR[THRUST] * mean])
@@ -445,14 +447,14 @@ class FreeRuns:
         """Errors (C, B, N) of the lanes of one unit."""
         k = lanes[0].unit
         series = self.units[k].stretch.series
-        shown = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
+        channels = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
         if self.thrust is not None:
-            shown = np.concatenate([shown, self._thrust(driven, len(series.inputs))[None]])
+            channels = np.concatenate([channels, self._thrust(driven, len(series.inputs))[None]])
         for place, lane in enumerate(lanes):
             if any(lane.of(kind) for kind in SHOWN):
-                self._show(lane, shown[:, place], series.dt)
+                self._show(lane, channels[:, place], series.dt)
         measured, known = self._by_channel[k]
-        error = measured - np.moveaxis(series.observe(np.moveaxis(shown, 2, 0)), 0, 2)
+        error = measured - np.moveaxis(series.observe(np.moveaxis(channels, 2, 0)), 0, 2)
         limit = (LIMIT * self.floor)[:, None, None]
         return np.fmax(np.fmin(error, limit), -limit) * known  # a run that is lost has the limit in the place of nan
 

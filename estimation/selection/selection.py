@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...checks.statistics.tails import student_quantile
+from ...checks.tails import student_quantile
 from .minimiser import Fitted, UnitErrors, are_alike, minimise, prior_of, weight_at
 from .number import Candidate, Number, distinct
 from .quadratic import Normal, Quadratic, own_information

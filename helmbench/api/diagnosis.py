@@ -97,7 +97,7 @@ def diagnose(
     with shown_stages(progress) as watch, FIRST_USE.told_to(watch):
         watch(READING)
         from ..diagnosis import diagnose as engine
-        from ..diagnosis.ahead import with_errors_ahead
+        from ..diagnosis.gain.runs import with_errors_ahead
         from ..diagnosis.options import Options
 
         base = as_model(model)

@@ -144,8 +144,8 @@ REPORTS = {
 def diagnosed(report: PublishedDiagnosis) -> Diagnosis:
     """The diagnosis of a report; BadInput where the measured set is missing on this machine."""
     from ...datasets.measured import load
-    from ...diagnosis.ahead import with_errors_ahead
     from ...diagnosis.diagnose import diagnose
+    from ...diagnosis.gain.runs import with_errors_ahead
     from ...diagnosis.options import Options
 
     model = resolve(report.model)

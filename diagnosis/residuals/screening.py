@@ -1,25 +1,64 @@
-"""Score tests of the whole bank at a setting: which causes are refitted."""
+"""Score tests of the whole bank at a setting: which causes are refitted.
+
+A cause whose fit fails stands in the bank with the reason, and the selection goes on without it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple, TypeVar
 
 import numpy as np
 
-from ...checks.statistics.tails import log_tail
+from ...checks.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ..candidate import Screened, Variant
 from ..searches.base import Here
 from ..state import IN_SPAN, State, projector
 from ..statistics.score_tests import effective_number
-from .failures import Failed, attempted, itself
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
     from ...estimation.filters.innovations.settings import Parameter, Setting
     from ..causes.base import Cause
+
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True)
+class Failed:
+    """A candidate that linear algebra or arithmetic gave no numbers for."""
+
+    cause: Cause
+    reason: str
+
+
+def attempted(work: Callable[[T], R], cause_of: Callable[[T], Cause]) -> Callable[[T], R | Failed]:
+    """Work on a candidate that says why it failed where a matrix is singular or a number not finite."""
+
+    def guarded(item: T) -> R | Failed:
+        try:
+            return work(item)
+        except (np.linalg.LinAlgError, ArithmeticError) as error:
+            return Failed(cause_of(item), f"its fit fails: {error}")
+
+    return guarded
+
+
+def itself(cause: Cause) -> Cause:
+    """The cause of work on a cause."""
+    return cause
+
+
+def sorted_out(state: State, outcomes: Iterable[R | Failed]) -> tuple[State, list[R]]:
+    """The state with what failed, and what did not."""
+    every = list(outcomes)
+    failed = {one.cause: one.reason for one in every if isinstance(one, Failed)}
+    kept = [one for one in every if not isinstance(one, Failed)]
+    return (replace(state, failed={**state.failed, **failed}) if failed else state), kept
 
 
 class Screen(NamedTuple):

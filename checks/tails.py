@@ -90,3 +90,8 @@ def log_tail(statistic: float, k: int) -> float:
     if x < 300.0:
         return chi2_log_tail(x, k)
     return float(-0.5 * x + (0.5 * k - 1.0) * np.log(0.5 * x) - gammaln(0.5 * k))
+
+
+def adjusted(log_p: float, tests: float) -> float:
+    """A p-value adjusted for independent tests."""
+    return float(min(1.0, tests * np.exp(max(log_p, -700.0))))

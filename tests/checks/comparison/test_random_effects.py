@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.checks.statistics.random_effects import random_effects_mean
+from helmbench.checks.comparison.blocks import random_effects_mean
 
 
 def test_sizes_of_the_literature():
