@@ -22,14 +22,14 @@ def as_clock(done: Compared, of_positions: Sequence[Chain], records: Sequence[Re
 
     of_positions : the comparisons of positions with velocities.  records : those that these can use.
     """
-    if not any(_is_scale(s.option, YawRateScaleError.id) and s.material for s in done.found):
+    if not any(_is_scale(s.option, YawRateScaleError.id) and s.material for s in done.sizes):
         return done
     clock = LoggerClock()
     option = Option(clock, clock.scaled)
     sizes = tuple(
-        s._replace(option=option, rivals=()) if _is_scale(s.option, YawRateScaleError.id) else s for s in done.found
+        s._replace(option=option, rivals=()) if _is_scale(s.option, YawRateScaleError.id) else s for s in done.sizes
     )
-    other = replace(done, found=sizes)
+    other = replace(done, sizes=sizes)
     needless = _speed_is_scaled(done, of_positions, records) and not _speed_is_scaled(other, of_positions, records)
     return other if needless else done
 
@@ -37,8 +37,8 @@ def as_clock(done: Compared, of_positions: Sequence[Chain], records: Sequence[Re
 def _speed_is_scaled(done: Compared, of_positions: Sequence[Chain], records: Sequence[Record]) -> bool:
     """Whether positions show a scale error of the speed in records that are corrected for a comparison."""
     current = [done.without(record) for record in records]
-    found = (s for chain in of_positions for s in compare(chain, chain.taken(current)).found)
-    return any(_is_scale(s.option, SpeedScaleError.id) and s.material for s in found)
+    shown = (s for chain in of_positions for s in compare(chain, chain.taken(current)).sizes)
+    return any(_is_scale(s.option, SpeedScaleError.id) and s.material for s in shown)
 
 
 def _is_scale(option: Option, cause: str) -> bool:

@@ -96,8 +96,8 @@ class _Driven(NamedTuple):
 
 
 class FreeRuns:
-    """The problem of a fit or a selection (`estimation.selection.minimiser.UnitErrors`): units are pieces of records, or
-    whole ones, which have a neutral rudder angle of their own, too.
+    """The problem of a fit or a selection (`estimation.selection.minimiser.UnitErrors`): units are pieces of records,
+    or whole ones, which have a neutral rudder angle of their own, too.
 
     Eq. 1 of docs/mathematics/calibration.md.
 
