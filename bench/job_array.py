@@ -19,8 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from ..models.errors import BadInput, EnvironmentFault
-from ..models.folders import append, make_folder, read_regular, remove_folder, write_atomic
-from ..models.working_folder import without_working_folder
+from ..models.folders import append, make_folder, read_regular, remove_folder, without_working_folder, write_atomic
 from .environment import code_version, cpu_count
 from .execution import one_line
 from .journal import RUNS, is_held, new_runs
@@ -55,7 +54,7 @@ class JobArray:
 
 
 @dataclass(frozen=True)
-class Share:
+class JobShare:
     """The runs of one job, and the folder that it stores them in.
 
     workers : worker processes of the job; None: one a processor that it may use.
@@ -94,7 +93,7 @@ def run_array(specs: Sequence[Spec], store: Store, array: JobArray, watch: Watch
     remove_folder(folder)
 
 
-def work(share: Share) -> None:
+def work(share: JobShare) -> None:
     """What a job does: the runs of its share, those that are stored already left out."""
     reason = share.folder / REASON
     try:
@@ -124,7 +123,7 @@ def _executor(array: JobArray, logs: Path) -> Any:
     return executor
 
 
-def _shares(specs: Sequence[Spec], folder: Path, store: Store, array: JobArray, limits: Limits) -> list[Share]:
+def _shares(specs: Sequence[Spec], folder: Path, store: Store, array: JobArray, limits: Limits) -> list[JobShare]:
     """The runs dealt out in turn, so that no share has all the long ones; a new folder for each.
 
     Jobs of this machine share its processors.
@@ -136,11 +135,11 @@ def _shares(specs: Sequence[Spec], folder: Path, store: Store, array: JobArray, 
     for i in range(number):
         own = folder / f"{token}-{i}"
         Store.create(own, store.manifest).close()
-        shares.append(Share(own.resolve(), list(specs[i::number]), limits, code_version(), workers))
+        shares.append(JobShare(own.resolve(), list(specs[i::number]), limits, code_version(), workers))
     return shares
 
 
-def _submitted(executor: Any, shares: Sequence[Share]) -> list[Any]:
+def _submitted(executor: Any, shares: Sequence[JobShare]) -> list[Any]:
     try:
         with without_working_folder():
             return executor.map_array(work, shares)
@@ -148,9 +147,9 @@ def _submitted(executor: Any, shares: Sequence[Share]) -> list[Any]:
         raise BadInput(f"the jobs cannot be submitted ({one_line(error)})") from None
 
 
-def _follow(jobs: Sequence[Any], shares: Sequence[Share], store: Store, watch: Watch) -> None:
+def _follow(jobs: Sequence[Any], shares: Sequence[JobShare], store: Store, watch: Watch) -> None:
     """Take over the runs of jobs as they appear, until all have ended."""
-    parts = [_Part(share.folder) for share in shares]
+    parts = [_JobResults(share.folder) for share in shares]
     waiting = dict(zip(parts, jobs, strict=True))
     while waiting:
         ended = [part for part, job in waiting.items() if job.done()]
@@ -170,14 +169,14 @@ def _follow(jobs: Sequence[Any], shares: Sequence[Share], store: Store, watch: W
         raise EnvironmentFault(told + why, hint="what is finished is kept: continue with --resume")
 
 
-def _reason(share: Share) -> str:
+def _reason(share: JobShare) -> str:
     path = share.folder / REASON
     return one_line(read_regular(path).decode(errors="replace"))
 
 
 def _adopt(folder: Path, store: Store, watch: Watch) -> None:
     """Take over what jobs of an earlier process stored; jobs that still run are waited for."""
-    for part in [_Part(path) for path in _folders(folder)]:
+    for part in [_JobResults(path) for path in _folders(folder)]:
         while is_held(part.folder / RUNS):
             part.take_over(store, watch)
             time.sleep(POLLED_EVERY_S)
@@ -195,7 +194,7 @@ def _folders(folder: Path) -> Iterator[Path]:
     return iter([make_folder(path, within=folder) for path in found])
 
 
-class _Part:
+class _JobResults:
     """The results of one job, read on from where they were read before."""
 
     def __init__(self, folder: Path) -> None:

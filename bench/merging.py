@@ -23,7 +23,7 @@ from ..models.folders import read_regular
 from .environment import code_version
 from .journal import RUNS, read_runs
 from .kinds import kind_of
-from .kinds.base import TIMES, Kind, Selection, Spec, Suite
+from .kinds.base import TIMES, Kind, RunKind, RunSelection, Spec, Suite
 from .kinds.identification.own import is_file_name
 from .limits import ENDED
 from .store import Store, read_manifest, stored_kind
@@ -43,7 +43,7 @@ Run = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
-class Merged:
+class MergeCounts:
     """What was merged: runs added, runs that were there already, runs computed again and found equal.
 
     seed : it draws the same sample again.  not_computable : runs of the sample that cannot be computed here, with the
@@ -61,7 +61,7 @@ class Merged:
 
 def merge(
     source: str | Path, target: str | Path, sample: int | None = None, seed: int | None = None, trust: Trust = False
-) -> Merged:
+) -> MergeCounts:
     """Check the results in `source` and add them to those in `target`, of the same suite.
 
     sample : number of added runs that are computed again; None: see `sample_size`.  seed : from which they are drawn;
@@ -89,7 +89,7 @@ def merge(
     if new:
         _add(new, specs, again, {"seed": seed, "not_computable": told}, source, target)
     forged = forged_number(len(new), len(again))
-    return Merged(len(new), len(runs) - len(new), len(again), seed, tuple(told), forged)
+    return MergeCounts(len(new), len(runs) - len(new), len(again), seed, tuple(told), forged)
 
 
 def sample_size(runs: int) -> int:
@@ -174,7 +174,7 @@ def _planned(
     if foreign:
         told = f"names a file that the target does not: {foreign[0]!r}"
         raise BadInput(told, file=folder, hint="it is not read, and nothing was merged")
-    own = Selection(suite.name, methods, vessels, stored.get("seeds"), stored.get("seed"))
+    own = RunSelection(suite.name, methods, vessels, stored.get("seeds"), stored.get("seed"))
     return {spec.key: spec for spec in kind_of(suite.kind).plan(suite, own)}
 
 
@@ -245,7 +245,7 @@ def _add(
         store.write_tables()
 
 
-def _marked(run: Run, spec: Any, kind: Kind, recomputed: bool) -> dict[str, Any]:
+def _marked(run: Run, spec: Any, kind: RunKind, recomputed: bool) -> dict[str, Any]:
     """What is stored of a run from elsewhere; with the content by which `reuse` takes it if it was computed again."""
     row = {name: run["row"][name] for name in kind.tables.wide if name in run["row"]}
     rows = [{name: one[name] for name in kind.tables.long if name in one} for one in run["parameters"]]

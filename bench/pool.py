@@ -20,7 +20,7 @@ from typing import Any, Generic, NamedTuple, TypeVar
 
 from ..models.cache import cache_folder
 from ..models.errors import EnvironmentFault
-from ..models.working_folder import without_working_folder
+from ..models.folders import without_working_folder
 from .environment import THREAD_VARIABLES, cpu_count
 
 Item = TypeVar("Item")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from ..models.errors import BadInput
 from .environment import code_version, environment
 from .kinds import kind_of
-from .kinds.base import Selection, Spec, Suite
+from .kinds.base import RunSelection, Spec, Suite
 from .limits import UNLIMITED, Limits
 from .store import MANIFEST, Store, read_manifest
 
@@ -52,7 +52,7 @@ def execute(
             watch(finished)
 
 
-def open_store(directory: str | Path, suite: Suite, selection: Selection, specs: Sequence[Spec]) -> Store:
+def open_store(directory: str | Path, suite: Suite, selection: RunSelection, specs: Sequence[Spec]) -> Store:
     """A new store for these runs, described by its manifest."""
     manifest = {
         "kind": suite.kind,
@@ -79,15 +79,20 @@ def resume_store(directory: str | Path, suite: Suite, specs: Sequence[Spec]) -> 
         "suite_digest": suite.digest,
         "plan_digest": plan_digest(specs),
     }
+    refuse_other(Path(directory), manifest, expected)
+    return Store.resume(directory)
+
+
+def refuse_other(directory: Path, manifest: Mapping[str, Any], expected: Mapping[str, Any]) -> None:
+    """BadInput where a run was started with other values than those with which it is to be resumed."""
     named = {"suite_digest": "the suite's file", "plan_digest": "the selection of methods, vessels and seeds"}
     for name, value in expected.items():
         if manifest.get(name) != value:
             raise BadInput(
                 f"cannot be resumed: {named.get(name, name)} differs from the one it was started with",
-                file=Path(directory) / MANIFEST,
+                file=directory / MANIFEST,
                 hint="start again in a new directory",
             )
-    return Store.resume(directory)
 
 
 def plan_digest(specs: Iterable[Spec]) -> str:

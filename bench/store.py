@@ -30,7 +30,7 @@ from ..models.plain import plain
 from ..models.temporary import leftovers, remove_leftovers
 from .journal import RUNS, lock, open_journal, read_runs, sealed, unsealed
 from .kinds import IDENTIFICATION, kind_names, kind_of
-from .kinds.base import Kind, Tables
+from .kinds.base import Kind, RunKind, Tables
 from .traces import TRACES, trace_line
 
 if TYPE_CHECKING:
@@ -53,9 +53,9 @@ class Store:
     does not allow it, before anything is written.
     """
 
-    def __init__(self, directory: Path, manifest: Mapping[str, Any]) -> None:
+    def __init__(self, directory: Path, manifest: Mapping[str, Any], kind: RunKind | None = None) -> None:
         self.directory, self.manifest = directory, dict(manifest)
-        self.kind = stored_kind(manifest)
+        self.kind = kind or stored_kind(manifest)
         form = self.kind.tables
         check_each(directory, (RUNS, TRACES), (MANIFEST, form.wide_file, form.long_file))
         self._file: int | None
@@ -64,21 +64,21 @@ class Store:
         self._runs = {run["key"]: run for run in runs}
 
     @classmethod
-    def create(cls, directory: str | Path, manifest: Mapping[str, Any]) -> Store:
-        """A store in a new or empty directory."""
+    def create(cls, directory: str | Path, manifest: Mapping[str, Any], kind: RunKind | None = None) -> Store:
+        """A store in a new or empty directory; kind None: that of the suite."""
         directory = Path(directory)
         check_vacant(directory)
         make_folder(directory)
         with locked(directory):
             check_vacant(directory)
             write_atomic(directory / MANIFEST, _json(manifest, indent=1).encode() + b"\n")
-            return cls(directory, manifest)
+            return cls(directory, manifest, kind)
 
     @classmethod
-    def resume(cls, directory: str | Path) -> Store:
+    def resume(cls, directory: str | Path, kind: RunKind | None = None) -> Store:
         """The store of a started run; a last line that a kill tore is cut off."""
         directory = Path(directory)
-        return cls(directory, read_manifest(directory))
+        return cls(directory, read_manifest(directory, *(() if kind is None else (kind.name,))), kind)
 
     @property
     def finished(self) -> frozenset[str]:
@@ -126,16 +126,19 @@ class Store:
             write_atomic(self.directory / name, _parquet(columns, rows))
 
 
-def check_vacant(directory: Path, manifest: str = MANIFEST) -> None:
+def check_vacant(directory: Path) -> None:
     """Refuse a path that is no directory, or one that holds anything; a started run has a manifest."""
     check_folder(directory)
     if directory.is_dir() and set(directory.iterdir()) - set(leftovers(directory)):
-        hint = "continue it with --resume or give a new directory with -o" if (directory / manifest).exists() else None
+        hint = "continue it with --resume or give a new directory with -o" if (directory / MANIFEST).exists() else None
         raise BadInput("directory is not empty", file=directory, hint=hint or "give a new directory with -o")
 
 
-def read_manifest(directory: Path) -> dict[str, Any]:
-    """`environment.json` of a run directory."""
+def read_manifest(directory: Path, *kinds: str) -> dict[str, Any]:
+    """`environment.json` of a run directory.
+
+    kinds : of what may have been run; none: a suite of any kind.
+    """
     from ..models.yaml_file import checked
     from .manifest_file import ManifestFile
 
@@ -145,8 +148,9 @@ def read_manifest(directory: Path) -> dict[str, Any]:
     manifest = load(path)
     if not isinstance(manifest, dict) or not {"suite", "version", "planned"} <= manifest.keys():
         raise BadInput("is not the manifest of a benchmark run", file=path)
-    if checked(ManifestFile, manifest, path).kind not in kind_names():
-        raise BadInput(f"unknown kind {manifest['kind']!r}", file=path, hint=f"known: {', '.join(kind_names())}")
+    known = kinds or kind_names()
+    if (kind := checked(ManifestFile, manifest, path).kind) not in known:
+        raise BadInput(f"unknown kind {kind!r}", file=path, hint=f"known: {', '.join(known)}")
     return manifest
 
 

@@ -40,8 +40,8 @@ def load_suite(name: str) -> Suite:
     if not isinstance(entries, list) or not entries:
         raise BadInput("has no list of entries", file=path)
     kind = kind_of(content.get("kind", IDENTIFICATION), path)
-    models = kind.suite_models()
-    rows = tuple(checked(models.Entry, entry, f"{path}: entry {i}") for i, entry in enumerate(entries, start=1))
-    head = checked(models.Head, content, path)
+    head_model, entry_model = kind.suite_models()
+    rows = tuple(checked(entry_model, entry, f"{path}: entry {i}") for i, entry in enumerate(entries, start=1))
+    head = checked(head_model, content, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
     return Suite(path.stem, digest, kind.name, head, rows, path.parent)

@@ -72,7 +72,7 @@ def _whole(content: Content, time_s: Sequence[object], curves: Iterable[Sequence
     return content
 
 
-class _Entry(_Content):
+class _TraceEntry(_Content):
     row: dict[str, str | int | float | bool | None]
     trace: _Trace
 
@@ -130,7 +130,7 @@ def traces_by_row(directory: str | Path) -> Callable[[Mapping[str, Any], tuple[s
 def _trace(line: bytes, path: Path, number: int) -> dict[str, Any] | None:
     try:
         entry = None if (text := unsealed(line)) is None else json_of(text, path, number)
-        _Entry.model_validate(entry)
+        _TraceEntry.model_validate(entry)
     except (BadInput, ValidationError):
         return None
     return entry

@@ -16,20 +16,20 @@ import numpy as np
 from ..datasets.columns import HEADING, RUDDERS
 from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
-from .base import FileCheck
+from .base import Fault, FileCheck, cleaned
 from .comparison.chains import Chain, chains, sums, why_not
+from .comparison.clock import as_clock
 from .comparison.courses import deviation
 from .comparison.selection import Compared, compare
-from .fault import Fault, cleaned
 from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
 from .integrity.averages import averages_of
 from .registry import check_of, column_checks, file_checks
 from .result import CheckFinding, CheckResult
+from .sensors import LoggerClock
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from .base import ColumnCheck
-    from .fault import ColumnFault
+    from .base import ColumnCheck, ColumnFault
 
 UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)
 """What a computation on records that cannot carry it may raise."""
@@ -129,20 +129,33 @@ def _found(entry: FileCheck | ColumnCheck, record: Record, done: Examined) -> tu
     if isinstance(entry, FileCheck):
         faults = entry.find(record)
         return faults, cleaned(record, faults)
-    shown, (record,) = entry.find([record], 1.0)
-    done.faults += shown
-    return [_of_column(f, f.evidence) for f in shown], record
+    faults_of_columns, (record,) = entry.find([record], 1.0)
+    done.faults += faults_of_columns
+    return [_of_column(f, f.evidence) for f in faults_of_columns], record
 
 
 def _of_column(fault: ColumnFault, said: str) -> Fault:
     return Fault(said, tuple(fault.details.get("channels", fault.check.columns)), fault.sizes, corrects=True)
 
 
+def faults_of_all(records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
+    """Faults of whole columns that records of one side of a positive rudder show together, and the records corrected.
+
+    starboard : as of `ColumnCheck.find`.
+    """
+    faults: list[ColumnFault] = []
+    current = list(records)
+    for entry in (c for c in column_checks() if c.joint):
+        more, current = entry.find(current, starboard)
+        faults += more
+    return faults, current
+
+
 def _check_sides(entry: ColumnCheck, done: Examined) -> None:
     """A check of records of one side of a positive rudder: all together, then each by itself."""
-    given = list(done.records)
+    before = list(done.records)
     for side, starboard in (("starboard", 1.0), ("port", -1.0)):
-        group = [i for i, r in enumerate(given) if r.meta.positive_rudder == side and _steers(r, done)]
+        group = [i for i, r in enumerate(before) if r.meta.positive_rudder == side and _steers(r, done)]
         for own in (group, *([i] for i in group if len(group) > 1)):
             try:
                 faults, fixed = entry.find([done.records[i] for i in own], starboard)
@@ -151,8 +164,8 @@ def _check_sides(entry: ColumnCheck, done: Examined) -> None:
                 continue
             for fault in faults:
                 said = _of_column(fault, SIDES.format(side, np.sqrt(fault.statistic)))
-                names = tuple(given[i].name for i in own)
-                done.findings.append(replace(of_fault(entry, said, given[own[0]]), records=names))
+                names = tuple(before[i].name for i in own)
+                done.findings.append(replace(of_fault(entry, said, before[own[0]]), records=names))
             for i, record in zip(own, fixed, strict=True):
                 done.records[i] = record
 
@@ -170,22 +183,22 @@ def check_sensors(
     derived : record name -> columns that are made from each other: they are not compared.  Of long records, averages
     are (`averages_of`).
     """
-    found: list[CheckFinding] = []
+    findings: list[CheckFinding] = []
     current = [averages_of(record) for record in records]
     for done, corrected in compared(current, derived, reasons):
-        found, current = [*found, *of_sizes(done)], corrected
+        findings, current = [*findings, *of_sizes(done)], corrected
         if done.absurd is not None:
-            return found, reasons
+            return findings, reasons
         try:
-            found += of_drift(done) if done.chain.of_positions and done.records else []
+            findings += of_drift(done) if done.chain.of_positions and done.records else []
         except UNUSABLE as error:
             reasons.append(f"{done.chain.title} cannot be compared: {error}")
-    if not any(f.cause == "compass_deviation" and f.material for f in found):
+    if not any(f.cause == "compass_deviation" and f.material for f in findings):
         try:
-            found += of_deviation(deviation(current))
+            findings += of_deviation(deviation(current))
         except UNUSABLE as error:
             reasons.append(f"the drift angle against the heading cannot be judged: {error}")
-    return found, reasons
+    return findings, reasons
 
 
 def compared(
@@ -202,14 +215,16 @@ def compared(
     are looked for (None: all).  along : chains (None: all).
     """
     current = list(records)
-    for chain in chains() if along is None else along:
-        if only is not None:
-            chain = chain._replace(options=tuple(o for o in chain.options if o.cause.id in only))
+    every = [_restricted(chain, only) for chain in (chains() if along is None else along)]
+    for chain in every:
         use, skipped = _split(chain, chain.taken(current), derived)
         reasons += skipped
         try:
             use, doubts = _as_velocities_were_made(chain, use, records)
             done = compare(chain, use)
+            if not chain.of_positions and (only is None or LoggerClock.id in only):
+                later = [c for c in every if c.of_positions]
+                done = as_clock(done, later, _split(later[0], done.records, derived)[0] if later else ())
             names = {r.name for r in done.records}
             current = [done.without(r) if r.name in names else r for r in current]
         except UNUSABLE as error:
@@ -221,15 +236,22 @@ def compared(
             return
 
 
+def _restricted(chain: Chain, only: Collection[str] | None) -> Chain:
+    """The chain with the options of some causes; None: all."""
+    if only is None:
+        return chain
+    return chain._replace(options=tuple(o for o in chain.options if o.cause.id in only))
+
+
 def _as_velocities_were_made(
-    chain: Chain, current: Sequence[Record], given: Sequence[Record]
+    chain: Chain, current: Sequence[Record], originals: Sequence[Record]
 ) -> tuple[list[Record], list[str]]:
     """Records with the heading as it was given where a corrected one takes the track away from the velocities.
 
     They were then turned into body axes, or made from positions, with the heading as it is, and cannot judge it.
     """
     out, reasons = [], []
-    before = {r.name: r for r in given}
+    before = {r.name: r for r in originals}
     for record in current:
         first = before[record.name]
         usable = HEADING in chain.integrated and why_not(chain, record) is None and why_not(chain, first) is None

@@ -10,11 +10,19 @@ import numpy as np
 from ..datasets.columns import RUDDERS, TURN, VELOCITIES
 from ..datasets.rudder_sign import ONE_SIDE, one_sided, steering_side
 from ..models.instruments import SENSORS, SWAPS
-from .base import ColumnCheck
-from .fault import ColumnFault, exact
-from .integrity.ratios import AGREE, heading_ratio
-from .integrity.readings import ASKEW, BETTER, better_reading, course_askew, exchanged, rate_error, read_as
-from .integrity.steering import response
+from .base import ColumnCheck, ColumnFault, exact
+from .files.rudder_response import response
+from .integrity.readings import (
+    AGREE,
+    ASKEW,
+    BETTER,
+    better_reading,
+    course_askew,
+    exchanged,
+    heading_ratio,
+    rate_error,
+    read_as,
+)
 
 if TYPE_CHECKING:
     from ..datasets.axes import Track
@@ -36,8 +44,8 @@ class ChannelSwap(ColumnCheck):
     def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
         faults, fixed = self._of_rates(list(records))
         for look in (self._of_turn, self._of_rudder):
-            found, fixed = look(fixed)
-            faults += found
+            more, fixed = look(fixed)
+            faults += more
         better = better_reading(fixed)
         if better is not None and better.reading.check == self.id:
             said = better.evidence("with the columns exchanged")
@@ -200,8 +208,8 @@ def _sign(records: Sequence[Record]) -> float:
         sides = [side for r in records if (side := steering_side(r)) is not None]
         same = len({side for side, _ in sides}) == 1
         return TURNING * min(sure for _, sure in sides) * (1.0 if sides[0][0] == "starboard" else -1.0) if same else 0.0
-    found = response(swung)
-    return found.z if found is not None and found.z * found.z_best > 0.0 else 0.0
+    answer = response(swung)
+    return answer.z if answer is not None and answer.z * answer.z_best > 0.0 else 0.0
 
 
 def _held(record: Record) -> bool:

@@ -20,7 +20,7 @@ from .sensors import CurrentDrift
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from .fault import Fault
+    from .base import Fault
 
 DRIFT_SHARE = 0.005
 """Share of the ship's speed from which a drift matters."""
@@ -73,19 +73,19 @@ def _together(group: Sequence[CheckFinding]) -> CheckFinding:
 
 def of_sizes(done: Compared) -> list[CheckFinding]:
     """Sensor errors that a comparison selected, those that matter first."""
-    found = [_of_sizes(done, s) for s in done.found]
-    return sorted(found, key=lambda f: not f.material)
+    out = [_of_sizes(done, s) for s in done.sizes]
+    return sorted(out, key=lambda f: not f.material)
 
 
 def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
     names, sizes = [r.name for r in done.records], []
     for k, (effect, mean) in enumerate(zip(s.option.effects, s.means, strict=True)):
         sizes.append(Size(effect.parameter, mean.value, mean.low, mean.high, effect.unit))
-        told = np.isfinite(s.each[:, k])
+        known = np.isfinite(s.each[:, k])
         sizes += [
             Size(effect.parameter, v, v - NORMAL_90 * sd, v + NORMAL_90 * sd, effect.unit, name)
             for v, sd, name in zip(
-                s.each[told, k].tolist(), s.spread[told, k].tolist(), np.array(names)[told].tolist(), strict=True
+                s.each[known, k].tolist(), s.spread[known, k].tolist(), np.array(names)[known].tolist(), strict=True
             )
         ]
     entry, p_equal = s.option.cause, min(m.p_equal for m in s.means)
@@ -122,19 +122,19 @@ def of_drift(done: Compared) -> list[CheckFinding]:
     ------
     CannotFit : no sea drifts so fast.
     """
-    chosen = [s.option for s in done.found if s.material]
-    found = drifts(done.chain, done.corrected, chosen)
-    if not is_there(found):
+    chosen = [s.option for s in done.sizes if s.material]
+    of_records = drifts(done.chain, done.corrected, chosen)
+    if not is_there(of_records):
         return []
     columns = [n for n in VELOCITIES if n in done.chain.integrated]
     speeds = [float(np.linalg.norm([np.nanmean(r.column(n)) for n in columns])) for r in done.records]
     near = [] if chosen else rivals(done.chain, done.corrected, done.chain.options)
-    sizes = [size for d in found for size in _drift_sizes(d)]
-    material = any(np.hypot(*d.velocity) > DRIFT_SHARE * v for d, v in zip(found, speeds, strict=True))
+    sizes = [size for d in of_records for size in _drift_sizes(d)]
+    material = any(np.hypot(*d.velocity) > DRIFT_SHARE * v for d, v in zip(of_records, speeds, strict=True))
     tied = [o.cause.id for o, _ in near]
-    tied += [name for name in CurrentDrift.track_rivals if chosen == [] and len(found) == 1 and name not in tied]
+    tied += [name for name in CurrentDrift.track_rivals if chosen == [] and len(of_records) == 1 and name not in tied]
     rivals_of = {error.id: error.track_rivals for error in sensor_errors()}
-    best = found[int(np.argmin([d.p for d in found]))]
+    best = of_records[int(np.argmin([d.p for d in of_records]))]
     speed, low, high, towards = interval(best)
     entry = CurrentDrift()
     if speed > entry.farthest:
@@ -143,13 +143,13 @@ def of_drift(done: Compared) -> list[CheckFinding]:
         f"positions drift against heading and log by {speed:.3g} m/s [{low:.3g}, {high:.3g}] towards "
         f"{np.rad2deg(towards) % 360.0:.0f} deg in {best.record}: a current, if the log measures through the water"
     )
-    if near and near[0][1] > -TIE and len(found) > 1:
+    if near and near[0][1] > -TIE and len(of_records) > 1:
         said += f"; one {near[0][0].cause.id} for all records explains it as well"
     return [
         CheckFinding(
             "current",
             "sensors",
-            tuple(d.record for d in found),
+            tuple(d.record for d in of_records),
             done.chain.needed,
             tuple(sizes),
             said,
@@ -169,20 +169,30 @@ def _drift_sizes(drift: Drift) -> list[Size]:
     ]
 
 
-def of_deviation(found: Deviation | None) -> list[CheckFinding]:
+def of_deviation(deviation: Deviation | None) -> list[CheckFinding]:
     """A drift angle that goes with the heading, as a finding."""
-    if found is None:
+    if deviation is None:
         return []
     entry = check_of("compass_deviation")
+    up_to, share = np.rad2deg(deviation.amplitude), 100.0 * deviation.share
     said = (
-        f"the drift angle goes with the heading, by up to {np.rad2deg(found.amplitude):.2g} deg (z = {found.z:.1f}); "
-        f"that explains {100.0 * found.share:.0f} % of the sway that turning leaves; leeway would look alike"
+        f"the drift angle goes with the heading, by up to {up_to:.2g} deg (z = {deviation.z:.1f}); that explains "
+        f"{share:.0f} % of the sway that turning leaves; leeway would look alike"
     )
-    tied = ("wind", "current") if found.like_current else ("wind",)
+    tied = ("wind", "current") if deviation.like_current else ("wind",)
     columns = (HEADING, *VELOCITIES)
-    material = found.amplitude > FLOOR
+    material = deviation.amplitude > FLOOR
     return [
         CheckFinding(
-            entry.id, "sensors", found.records, columns, found.sizes, said, tied, entry.separate_by, material, found.z
+            entry.id,
+            "sensors",
+            deviation.records,
+            columns,
+            deviation.sizes,
+            said,
+            tied,
+            entry.separate_by,
+            material,
+            deviation.z,
         )
     ]

@@ -37,10 +37,19 @@ class YawRateScaleError(SensorError):
     separate_by = "a heading channel of another instrument over a full turn"
 
 
+class LoggerClock(SensorError):
+    """Clock of the logger that runs fast or slow: a true second takes 1 + e recorded ones.  Rates and speeds of
+    instruments with clocks of their own then read 1 + e times what heading and positions change in recorded time."""
+
+    id, unit, is_cause = "logger_clock", "1", True
+    scaled = (TurnEffect("e", "1", ("clock_rate",), lambda turn: -turn.turned[None], half_a_percent),)
+    separate_by = "the times of two events that another clock shows too, an hour apart"
+
+
 class YawRateDelay(SensorError):
     """Late (or smoothed) yaw rate against the heading: recorded(t) = true(t - tau), tau in s."""
 
-    id, unit, named = "yaw_rate_delay", "s", True
+    id, unit, is_cause = "yaw_rate_delay", "s", True
     turn = (TurnEffect("tau", "s", ("yaw_rate_delay",), lambda turn: turn.late_rate, late_floor, delay=True),)
     prior = Prior(0.3, entries=("yaw_rate_delay",), needs=("r", "psi"))
     separate_by = "yaw rate and heading of instruments with known time stamps"
@@ -70,7 +79,7 @@ class CompassDeviation(SensorError):
     """Compass error that goes with the heading: recorded = true + c cos(true) + s sin(true), c and s in rad (iron in
     the ship, or a wrongly calibrated magnetic compass)."""
 
-    id, unit, named = "compass_deviation", "rad", True
+    id, unit, is_cause = "compass_deviation", "rad", True
     turn = (
         TurnEffect("c", "rad", (), lambda turn: np.cos(turn.heading)[None] - np.cos(turn.heading[0]), half_a_degree),
         TurnEffect("s", "rad", (), lambda turn: np.sin(turn.heading)[None] - np.sin(turn.heading[0]), half_a_degree),
@@ -81,10 +90,10 @@ class CompassDeviation(SensorError):
 
     def corrected_for(self, record: Record, values: np.ndarray) -> Record:
         """The record with the deviation (c, s) removed from its heading, by fixed-point steps."""
-        given = record.heading_unwrapped()
-        true = given
+        recorded = record.heading_unwrapped()
+        true = recorded
         for _ in range(ROUNDS):
-            true = given - values[0] * np.cos(true) - values[1] * np.sin(true)
+            true = recorded - values[0] * np.cos(true) - values[1] * np.sin(true)
         return record.with_channels(heading_rad=true)
 
 
@@ -123,7 +132,7 @@ class PositionDelay(SensorError):
     """Late positions: recorded(t) = true(t - tau), tau in s, against heading and velocities (a satellite receiver that
     filters or sends late)."""
 
-    id, unit, named = "position_delay", "s", True
+    id, unit, is_cause = "position_delay", "s", True
     track = (TrackEffect("tau", "s", (), lambda path: -path.late_motion, late_floor, delay=True),)
     log = (LogEffect("tau", "s", (), lambda log: -log.late_speed, late_floor, delay=True),)
     corrects = POSITIONS
@@ -139,7 +148,7 @@ class ReferencePoint(SensorError):
     """Positions of another point than velocities: recorded position = true + x (cos psi, sin psi), x in m forward of
     the point whose velocities are recorded (an antenna that is not at the centre of gravity)."""
 
-    id, unit, named = "reference_point", "m", True
+    id, unit, is_cause = "reference_point", "m", True
     track = (TrackEffect("x", "m", (), lambda path: path.ahead, lambda path: path.lever_floor),)
     corrects = ("north_m", "east_m", "heading_rad")
     separate_by = (

@@ -22,7 +22,7 @@ WIDTH_IN, PANEL_IN = 8.0, 1.7
 
 
 @dataclass(frozen=True)
-class Curve:
+class LabelledLine:
     """A labelled line: time_s (N,) s and values (N,) in the SI unit of its panel's channel."""
 
     label: str
@@ -45,7 +45,7 @@ def shown_name(channel: str) -> str:
     return channel.removesuffix(f"_{suffix}").replace("_", " ")
 
 
-def time_figure(panels: Mapping[str, Iterable[Curve]], title: str) -> Figure:
+def time_figure(panels: Mapping[str, Iterable[LabelledLine]], title: str) -> Figure:
     """Curves over time, one panel a channel below the other; a legend where the curves have labels."""
     from ..models.figure import ShownFigure
 

@@ -51,7 +51,7 @@ TRACK = ("north_m", "east_m", "surge_m_s", "sway_m_s")
 DIRECTION = {"deg": DEGREE, "rad": 1.0}
 
 
-class Wind(NamedTuple):
+class MeanWind(NamedTuple):
     """Mean wind: speed m/s, direction rad it blows from, with gusts or steady."""
 
     speed_m_s: float
@@ -59,7 +59,7 @@ class Wind(NamedTuple):
     gusting: bool = True
 
 
-class Current(NamedTuple):
+class SteadyCurrent(NamedTuple):
     """Steady current: speed m/s, direction rad it flows towards."""
 
     speed_m_s: float
@@ -79,8 +79,8 @@ class Disturbance:
     """The disturbances of a run; read by `parse_disturbance`."""
 
     text: str = "none"
-    wind: Wind | None = None
-    current: Current | None = None
+    wind: MeanWind | None = None
+    current: SteadyCurrent | None = None
     waves: Waves | None = None
 
     def check(self, model: Model) -> None:
@@ -138,7 +138,7 @@ class Disturbance:
 # ---- wind and waves as pure functions
 
 
-def wind_velocity(wind: Wind, time_s: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def wind_velocity(wind: MeanWind, time_s: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """Velocity (N, 2) of the air, north and east, m/s."""
     mean = -_vector(wind.speed_m_s, wind.from_rad)
     sd = GUST_SD * wind.speed_m_s if wind.gusting else 0.0
@@ -187,7 +187,7 @@ def wave_components(waves: Waves, rng: np.random.Generator) -> Components:
     return Components(omega, amplitude, rng.uniform(0.0, 2.0 * math.pi, COMPONENTS))
 
 
-class Motion(NamedTuple):
+class FirstOrderMotion(NamedTuple):
     """First-order motion (N,) each, and rates: along the waves (m), heading and roll (rad)."""
 
     along: np.ndarray
@@ -198,7 +198,7 @@ class Motion(NamedTuple):
     roll_rate: np.ndarray
 
 
-def wave_motion(model: Model, record: Record, waves: Waves, components: Components) -> Motion:
+def wave_motion(model: Model, record: Record, waves: Waves, components: Components) -> FirstOrderMotion:
     """Motion of the hull in ``components`` along the record's own track."""
     travel = waves.from_rad + math.pi
     gamma = travel - record.column("heading_rad")
@@ -211,13 +211,13 @@ def wave_motion(model: Model, record: Record, waves: Waves, components: Componen
         theta = omega * record.time_s - k * xi + phase
         reach = amplitude * math.exp(-0.5 * k * depth)
         out += reach * _unit_motion(k, size, gamma, turn, theta, omega - k * advance)
-    return Motion(*out)
+    return FirstOrderMotion(*out)
 
 
 def _unit_motion(
     k: float, size: float, gamma: np.ndarray, turn: np.ndarray, theta: np.ndarray, encounter: np.ndarray
 ) -> np.ndarray:
-    """Rows of `Motion` (6, N) for one wave of unit amplitude; ``turn``, ``encounter``: rates of gamma, theta."""
+    """Rows of `FirstOrderMotion` (6, N) of a wave of unit amplitude; ``turn``, ``encounter``: rates of gamma, theta."""
     from scipy.special import spherical_jn
 
     sin_g, cos_g, sin_t, cos_t = np.sin(gamma), np.cos(gamma), np.sin(theta), np.cos(theta)
@@ -258,7 +258,7 @@ def _along_track(model: Model, record: Record, travel: float) -> tuple[np.ndarra
     return np.concatenate([[0.0], np.cumsum(step)]), advance
 
 
-def moved_channels(record: Record, motion: Motion, travel_rad: float) -> dict[str, np.ndarray]:
+def moved_channels(record: Record, motion: FirstOrderMotion, travel_rad: float) -> dict[str, np.ndarray]:
     """The record's channels with the motion added; velocities over ground in the moved hull's own axes."""
     calm = record.column("heading_rad")
     heading = calm + motion.heading
@@ -339,16 +339,16 @@ def _directed(rest: str) -> tuple[str, float, str]:
     return what, angle, plain(angle / DEGREE)
 
 
-def _read_wind(rest: str, gusting: bool = True) -> tuple[Wind, str]:
+def _read_wind(rest: str, gusting: bool = True) -> tuple[MeanWind, str]:
     speed, angle, name = _directed(rest)
     value = positive(speed, {"m_s": 1.0}, "m_s")
-    return Wind(value, angle, gusting), f"{plain(value)}@{name}"
+    return MeanWind(value, angle, gusting), f"{plain(value)}@{name}"
 
 
-def _read_current(rest: str) -> tuple[Current, str]:
+def _read_current(rest: str) -> tuple[SteadyCurrent, str]:
     speed, angle, name = _directed(rest)
     value = positive(speed, {"m_s": 1.0}, "m_s")
-    return Current(value, angle), f"{plain(value)}@{name}"
+    return SteadyCurrent(value, angle), f"{plain(value)}@{name}"
 
 
 def _read_waves(rest: str) -> tuple[Waves, str]:

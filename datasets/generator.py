@@ -18,13 +18,13 @@ from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.memory import SIMULATED_SAMPLE, require_memory
 from ..models.model import CHANNELS, Model, resolve
-from ..models.simulate import ClosedLoop, Run, closed_loop, initial_state
+from ..models.simulate import ClosedLoop, SimulatedRun, closed_loop, initial_state
 from .disturbances import Disturbance, parse_disturbance
 from .instruments import observed
 from .manoeuvres import EULER, Manoeuvre, parse_manoeuvre, steps
 from .randomness import stream
 from .record import Record, RecordMeta, is_side
-from .sensors import Sensors, apply, parse_noise
+from .sensors import SensorSet, apply, parse_noise
 
 DRIFT_PASSES = 60
 DRIFT_TOLERANCE_RAD = 1e-10
@@ -71,7 +71,7 @@ def generate(case: Case) -> Record:
 def record_run(
     model: Model,
     manoeuvre: Manoeuvre,
-    sensors: Sensors | None = None,
+    sensors: SensorSet | None = None,
     disturbance: Disturbance | None = None,
     *,
     seed: int = 0,
@@ -84,7 +84,7 @@ def record_run(
     The record is what the model's instruments show; its helmsman steers by the true heading.  `start_speed` is the
     speed of the first sample as a share of the model's; the propeller stays as it is set.
     """
-    sensors, disturbance = sensors or Sensors(), disturbance or Disturbance()
+    sensors, disturbance = sensors or SensorSet(), disturbance or Disturbance()
     check(model, disturbance, seed)
     dt, duration = sampling(model, duration_s, dt_s)
     require_memory(SIMULATED_SAMPLE * steps(dt, duration), f"{steps(dt, duration)} samples of {manoeuvre.text!r}")
@@ -96,7 +96,7 @@ def record_run(
     return as_measured(as_record(model, manoeuvre, run, draw.note), draw)
 
 
-def measured_again(calm: Record, model: Model, manoeuvre: Manoeuvre, sensors: Sensors, seed: int) -> Record:
+def measured_again(calm: Record, model: Model, manoeuvre: Manoeuvre, sensors: SensorSet, seed: int) -> Record:
     """What `record_run` gives with these sensors, from `calm`, its record without noise and disturbance.
 
     For a model with ideal instruments, and a manoeuvre that is not drawn at random or was drawn with the same seed.
@@ -112,7 +112,7 @@ class Draws:
 
     model: Model
     manoeuvre: Manoeuvre
-    sensors: Sensors
+    sensors: SensorSet
     disturbance: Disturbance
     seed: int
 
@@ -187,7 +187,7 @@ def sail(
     environment: np.ndarray,
     integrator: str,
     start_speed: float = 1.0,
-) -> Run:
+) -> SimulatedRun:
     """Run the closed loop, with the wave drift at the heading that the run itself has at every sample.
 
     The drift force depends on the heading, which the environment array cannot. The run is repeated with the
@@ -222,7 +222,7 @@ def steady_start(model: Model, environment: np.ndarray, start_speed: float = 1.0
     return start
 
 
-def require_finite(model: Model, manoeuvre: Manoeuvre, run: Run) -> None:
+def require_finite(model: Model, manoeuvre: Manoeuvre, run: SimulatedRun) -> None:
     """BadInput that says when a run diverges (a state beyond a million SI units, or not finite)."""
     bad = np.flatnonzero(~(np.abs(run.states) < LARGEST_STATE).all(axis=1))
     if bad.size:
@@ -230,7 +230,7 @@ def require_finite(model: Model, manoeuvre: Manoeuvre, run: Run) -> None:
         raise BadInput(f"{model.id} diverges in {manoeuvre.text!r} {when}", hint="shorten the run or the step")
 
 
-def as_record(model: Model, manoeuvre: Manoeuvre, run: Run, note: str) -> Record:
+def as_record(model: Model, manoeuvre: Manoeuvre, run: SimulatedRun, note: str) -> Record:
     """The run as a noise-free record: command, rudder, propeller where there is one, and every visible state."""
     channels = channels_of(model, run.states, run.command_rad, run.rudder_rad)
     meta = meta_of(model, manoeuvre, note)
@@ -258,6 +258,6 @@ def channels_of(
     return channels | {CHANNELS[s]: states[..., i] for i, s in enumerate(model.states) if s in CHANNELS}
 
 
-def conditions(disturbance: Disturbance, sensors: Sensors) -> str:
+def conditions(disturbance: Disturbance, sensors: SensorSet) -> str:
     """Noise and disturbance, as the notes of a generated record tell them."""
     return f"noise {sensors.text}; disturbance {disturbance.text}"

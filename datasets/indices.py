@@ -39,7 +39,7 @@ PIECES = 4
 
 
 @dataclass(frozen=True)
-class Performed:
+class RecordedManoeuvre:
     """The manoeuvre that a record holds: `kind` is 'zigzag', 'turn', or '' with the reason why it is neither.
 
     rudder_rad : mean size of the held rudder angles;  heading_rad : mean heading change, from the first execute, at
@@ -59,28 +59,28 @@ class Performed:
         return f"{self.kind} {'/'.join(f'{math.degrees(angle):.0f}' for angle in angles)}"
 
 
-def performed(record: Record) -> Performed:
+def performed(record: Record) -> RecordedManoeuvre:
     """Whether a record holds a zigzag or a turning circle, read from its rudder and heading."""
     if not record.has("heading_rad") or not np.isfinite(record.column("heading_rad")).any():
-        return Performed("", "the record has no heading")
+        return RecordedManoeuvre("", "the record has no heading")
     marks = executes(record).tolist()
     if not marks:
-        return Performed("", "the rudder never moves")
+        return RecordedManoeuvre("", "the rudder never moves")
     size, share = _held(record, marks[0])
     if share < HELD_SHARE:
-        return Performed("", "the rudder is not held over: neither a zigzag nor a turning circle")
+        return RecordedManoeuvre("", "the rudder is not held over: neither a zigzag nor a turning circle")
     heading = without_gaps(record.heading_unwrapped())
     if len(marks) == 1:
         change = heading - heading[0]
         if max(change.max(), -change.min()) < LEAST_TURN:
-            return Performed("", "the rudder goes over once and the heading changes by less than 90 deg")
-        return Performed("turn", "", size, executes=tuple(marks))
+            return RecordedManoeuvre("", "the rudder goes over once and the heading changes by less than 90 deg")
+        return RecordedManoeuvre("turn", "", size, executes=tuple(marks))
     change = heading[marks[1:]] - heading[marks[0]]
     swings = np.sign(change)
     even = np.ptp(np.abs(change)) <= max(UNEVEN_RAD, UNEVEN * np.abs(change).mean())
     if not even or (swings[1:] != -swings[:-1]).any() or not swings.all():
-        return Performed("", "the rudder is not put over at equal heading changes to both sides: not a zigzag")
-    return Performed("zigzag", "", size, float(np.abs(change).mean()), tuple(marks))
+        return RecordedManoeuvre("", "the rudder is not put over at equal heading changes to both sides: not a zigzag")
+    return RecordedManoeuvre("zigzag", "", size, float(np.abs(change).mean()), tuple(marks))
 
 
 def _held(record: Record, first: int) -> tuple[float, float]:

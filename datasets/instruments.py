@@ -8,13 +8,14 @@ corrected records; `simulate` writes observed ones.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..models.errors import BadInput
-from ..models.instruments import SENSORS, SWAPS, checked, linkage
+from ..models.instruments import SENSORS, SWAPS, checked, linkage, similar
 from .columns import RUDDERS
 from .record import Record
 
@@ -23,13 +24,13 @@ if TYPE_CHECKING:
 
     from ..models.model import Model
 
-HEADING, SURGE, SWAY = "heading_rad", "surge_m_s", "sway_m_s"
+HEADING, SURGE, SWAY, REVOLUTIONS = "heading_rad", "surge_m_s", "sway_m_s", "propeller_rps"
 SMOOTHED, EVEN = 11, 1e-6
 """Samples whose polynomial gives a noisy channel's slope, and scatter of the time steps up to which they are even."""
 
 
 def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
-    """The true motion: sensor errors removed, and the rudder angle that acted on the hull.
+    """The true motion at true times: sensor errors removed, and the rudder angle that acted on the hull.
 
     A delayed channel loses its last samples; gaps stay gaps.  Waves are not removed: they are a random motion.
 
@@ -40,7 +41,11 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
     q = checked(instruments)
     if not q:
         return record
+    scale, q = 1.0 + q.get("ship_scale", 0.0), similar(q)
+    record = _timed(record, 1.0 / (1.0 + q.get("clock_rate", 0.0)))
     channels = _swapped(dict(record.channels), q)
+    if scale != 1.0 and REVOLUTIONS in channels:
+        channels[REVOLUTIONS] = channels[REVOLUTIONS] * np.sqrt(scale)
     channels = {name: _freed(name, record.time_s, values, q) for name, values in channels.items()}
     if HEADING in channels:
         channels[HEADING] = later(record.time_s, channels[HEADING], q.get("heading_delay", 0.0), angle=True)
@@ -62,14 +67,15 @@ def hull_record(record: Record, model: Model) -> Record:
 def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Generator | None = None) -> Record:
     """What the sensors show of a record whose channels are true.
 
-    The rudder column is the recorded one already and stays (it cannot be computed from the angle that acts on the hull,
-    because of play and limits).  Waves are added where `rng` is given.  A delayed channel starts with its first value.
+    Rudder and revolutions are the recorded ones already and stay (the rudder cannot be computed from the angle that
+    acts on the hull, because of play and limits).  Waves are added where `rng` is given.  A delayed channel starts with
+    its first value.
 
     Raises
     ------
     BadInput : an unknown instrument, or velocities in the earth frame without a heading.
     """
-    q = checked(instruments)
+    q = similar(checked(instruments))
     if not q:
         return record
     true = dict(record.channels)
@@ -84,7 +90,16 @@ def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Ge
         channels = _turned(channels, q, record.name)
     channels = _rocked(record.time_s, channels, q, rng)
     channels = {name: _shown(name, record.time_s, values, q) for name, values in channels.items()}
-    return record.with_channels(**_gone(record, _swapped(channels, q)))
+    shown = record.with_channels(**_gone(record, _swapped(channels, q)))
+    return _timed(shown, 1.0 + q.get("clock_rate", 0.0))
+
+
+def _timed(record: Record, factor: float) -> Record:
+    """The record with its times from its first sample on multiplied by a factor."""
+    if factor == 1.0:
+        return record
+    first_s = record.time_s[0]
+    return replace(record, time_s=first_s + factor * (record.time_s - first_s))
 
 
 def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[str, float]) -> np.ndarray:

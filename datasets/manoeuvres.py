@@ -48,7 +48,7 @@ MOST_TICKS = 100
 """Clock intervals within a sample."""
 
 
-class Series(NamedTuple):
+class RudderSeries(NamedTuple):
     """A free rudder series: times (N,) in s or None (one value per sample), values (N,) in rad.
 
     ``positive_rudder`` is the sign of the values (None: the vessel's), ``actual`` says that they are rudder
@@ -94,7 +94,7 @@ class Manoeuvre:
     values: tuple[float, ...] = ()
     side: int = 1
     euler: bool = False
-    series: Series | None = field(default=None, compare=False, repr=False)
+    series: RudderSeries | None = field(default=None, compare=False, repr=False)
 
     @property
     def integrator(self) -> str:
@@ -116,7 +116,7 @@ class Manoeuvre:
 
 
 @dataclass(frozen=True)
-class Kind:
+class ManoeuvreKind:
     """One kind of manoeuvre: how it is written, what it does, how it is read and built.
 
     ``read`` turns the text after the colon into (values in SI, canonical text); ``sided`` allows ``:port``;
@@ -171,17 +171,17 @@ def from_series(source: Record | Sequence[float] | np.ndarray, name: str | None 
     if isinstance(source, Record):
         series, label = _recorded(source), name or source.name
     else:
-        series, label = Series(None, np.asarray(source, dtype=float).ravel()), name or "array"
+        series, label = RudderSeries(None, np.asarray(source, dtype=float).ravel()), name or "array"
     if series.rudder_rad.size == 0 or not np.all(np.isfinite(series.rudder_rad)):
         raise BadInput("the rudder series is empty or holds gaps", file=label)
     return Manoeuvre("series", f"series:{label}", series=series)
 
 
-def _recorded(record: Record) -> Series:
+def _recorded(record: Record) -> RudderSeries:
     actual = not record.has("rudder_command_rad")
     rudder = record.rudder() if actual else record.column("rudder_command_rad")
     seen = np.isfinite(rudder)
-    return Series(record.time_s[seen], rudder[seen], record.meta.positive_rudder, actual)
+    return RudderSeries(record.time_s[seen], rudder[seen], record.meta.positive_rudder, actual)
 
 
 # ---- building the control
@@ -307,35 +307,35 @@ def shift_register(order: int, bits: int, rng: np.random.Generator) -> np.ndarra
     return out
 
 
-KINDS: dict[str, Kind] = {
-    "zigzag": Kind(
+KINDS: dict[str, ManoeuvreKind] = {
+    "zigzag": ManoeuvreKind(
         "zigzag:RUDDER/HEADING[:port] in degrees, e.g. zigzag:20/20",
         "rudder ordered to the other side whenever the heading is HEADING off the initial course",
         read_pair,
         _zigzag,
     ),
-    "turn": Kind(
+    "turn": ManoeuvreKind(
         "turn:RUDDER[:port] in degrees, e.g. turn:35", "turning circle with constant rudder", read_angle, _turn
     ),
-    "pullout": Kind(
+    "pullout": ManoeuvreKind(
         "pullout:RUDDER[/HOLDs][:port], e.g. pullout:20 or pullout:20/300s",
         "turn with constant rudder (for HOLD, by default half of the duration), then rudder midships",
         read_pullout,
         _pullout,
     ),
-    "spiral": Kind(
+    "spiral": ManoeuvreKind(
         "spiral:RUDDER[/STEP][:port] in degrees, e.g. spiral:25 or spiral:25/5",
         "Dieudonne spiral: rudder in steps of STEP (by default RUDDER/5) from one side to the other and back",
         read_spiral,
         _spiral,
     ),
-    "sine": Kind(
+    "sine": ManoeuvreKind(
         "sine:AMPLITUDEdeg/PERIODs[+...][:port], e.g. sine:20deg/120s+10deg/0.2rad_s",
         "sum of rudder sines of zero phase",
         read_tones,
         _sine,
     ),
-    "prbs": Kind(
+    "prbs": ManoeuvreKind(
         "prbs:AMPLITUDEdeg/CLOCKs, e.g. prbs:20deg/15s",
         "maximum-length binary sequence between +AMPLITUDE and -AMPLITUDE",
         read_clocked,
@@ -343,7 +343,7 @@ KINDS: dict[str, Kind] = {
         sided=False,
         random=True,
     ),
-    "steps": Kind(
+    "steps": ManoeuvreKind(
         "steps:AMPLITUDEdeg/HOLDs, e.g. steps:30deg/20s",
         "random rudder angles, uniform within AMPLITUDE, each held for HOLD",
         read_clocked,
@@ -351,12 +351,14 @@ KINDS: dict[str, Kind] = {
         sided=False,
         random=True,
     ),
-    "straight": Kind("straight", "rudder midships", read_nothing, _straight, sided=False),
-    "heading": Kind(
+    "straight": ManoeuvreKind("straight", "rudder midships", read_nothing, _straight, sided=False),
+    "heading": ManoeuvreKind(
         "heading:AMPLITUDEdeg/PERIODs[+...][:port], e.g. heading:20deg/600s",
         "heading reference made of sines, followed by the vessel's own controller",
         read_tones,
         _heading,
     ),
-    "series": Kind("from_series(record or array)", "any rudder series (from Python only)", read_series, _series, False),
+    "series": ManoeuvreKind(
+        "from_series(record or array)", "any rudder series (from Python only)", read_series, _series, False
+    ),
 }

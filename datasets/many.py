@@ -21,7 +21,7 @@ from ..models.extras import extras_told
 from ..models.lanes import Runs, closed_loops, width
 from ..models.memory import require_memory
 from ..models.model import Model
-from ..models.simulate import ClosedLoop, Run, initial_state
+from ..models.simulate import ClosedLoop, SimulatedRun, initial_state
 from .columns import CANONICAL
 from .display import shown_name, spread_row
 from .disturbances import Disturbance
@@ -41,7 +41,7 @@ from .generator import (
 from .indices_of_many import INDICES, indices
 from .manoeuvres import Manoeuvre, steps
 from .record import Record, RecordMeta
-from .sensors import Sensors, apply
+from .sensors import SensorSet, apply
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -137,7 +137,7 @@ class Plan:
     dt: float
     duration_s: float
     given: Mapping[str, np.ndarray] = field(default_factory=dict)
-    sensors: Sensors = field(default_factory=Sensors)
+    sensors: SensorSet = field(default_factory=SensorSet)
     disturbance: Disturbance = field(default_factory=Disturbance)
     seed: int = 0
     channels: Sequence[str] = ()
@@ -277,7 +277,7 @@ def _whole_records(plan: Plan, rows: range, sailed: Runs) -> Iterator[Record]:
     """The records of a block, moved by waves and shown by instruments."""
     for i, run in enumerate(rows):
         draw = plan.draws(run)
-        own = Run(plan.time_s, sailed.states[i], sailed.command_rad[i], sailed.rudder_rad[i])
+        own = SimulatedRun(plan.time_s, sailed.states[i], sailed.command_rad[i], sailed.rudder_rad[i])
         yield as_measured(as_record(plan.model, draw.manoeuvre, own, ""), draw)
 
 

@@ -17,7 +17,7 @@ from ..models.files import read_bytes, replace_together
 from ..models.suggestions import suggestion
 from ..models.temporary import temporary_folder
 from .measured_sets import DATASETS
-from .measured_sets.base import Dataset, Run
+from .measured_sets.base import Dataset, MeasuredRun
 from .record import Record
 
 ENVIRONMENT = "HELMBENCH_DATA"
@@ -85,7 +85,7 @@ def fetch(name: str, progress: bool = False) -> list[Path]:
     return [_fetch_file(source, run) for run in bar]
 
 
-def _fetch_file(source: Dataset, run: Run) -> Path:
+def _fetch_file(source: Dataset, run: MeasuredRun) -> Path:
     """One stored file: left alone where it is right, else downloaded, converted, checked and put in its place."""
     place = data_dir() / source.folder / run.file
     if place.is_file() and _is_stored(read_bytes(place), run):
@@ -105,11 +105,11 @@ def missing_files(name: str) -> list[Path]:
     return [place for place, run in places if not (place.is_file() and _is_stored(read_bytes(place), run))]
 
 
-def _is_stored(content: bytes, run: Run) -> bool:
+def _is_stored(content: bytes, run: MeasuredRun) -> bool:
     return hashlib.sha256(content).hexdigest() == run.sha256
 
 
-def _published(source: Dataset, run: Run, place: Path) -> bytes:
+def _published(source: Dataset, run: MeasuredRun, place: Path) -> bytes:
     """Download the published file of a run and convert it; BadInput where that cannot be done."""
     import pooch
 

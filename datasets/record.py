@@ -18,7 +18,7 @@ from ..models.errors import BadInput
 from ..models.extras import extras_told
 from .angles import unwrapped
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
-from .display import Curve, channel_row, continuous, time_figure
+from .display import LabelledLine, channel_row, continuous, time_figure
 from .time_faults import refuse_time_fault
 
 if TYPE_CHECKING:
@@ -164,7 +164,7 @@ class Record:
         names = in_order(self.channels) if channels is None else list(channels)
         if not names:
             raise BadInput("no channel to draw", file=self.name, hint=f"it has {', '.join(self.channels) or 'none'}")
-        panels = {name: [Curve("", self.time_s, continuous(name, self.column(name)))] for name in names}
+        panels = {name: [LabelledLine("", self.time_s, continuous(name, self.column(name)))] for name in names}
         return time_figure(panels, self.name)
 
     def __repr__(self) -> str:

@@ -63,7 +63,7 @@ class _Correlated(NamedTuple):
         return float(np.max(sign * self.values[np.arange(k - 2 * NEAR, k + 2 * NEAR + 1) % self.values.size]))
 
 
-class Comparison:
+class EvenRecords:
     """Records at even steps, ready to be compared with each other."""
 
     def __init__(self, records: Sequence[Record]) -> None:
@@ -107,7 +107,7 @@ class Comparison:
 def same_run(records: Sequence[Record], others: Sequence[Record] | None = None) -> tuple[Record, Record, Same] | None:
     """The first two records that are of one run, of the records and the others; others None: of the records among each
     other."""
-    compared = Comparison([*records, *(others or ())])
+    compared = EvenRecords([*records, *(others or ())])
     if others is None:
         pairs = ((a, b) for i, a in enumerate(records) for b in records[i + 1 :])
     else:

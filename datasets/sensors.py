@@ -176,7 +176,7 @@ class ChannelSensor:
 
 
 @dataclass(frozen=True)
-class Sensors:
+class SensorSet:
     """Sensors of a record: column name -> `ChannelSensor`; columns without one are left as they are.
 
     `missing` are columns without a sensor on board: they are taken out of the record.
@@ -195,7 +195,7 @@ class Sensors:
         return self.channels.get(column, ChannelSensor()).sd
 
 
-def apply(record: Record, sensors: Sensors, rng: np.random.Generator, meta: RecordMeta | None = None) -> Record:
+def apply(record: Record, sensors: SensorSet, rng: np.random.Generator, meta: RecordMeta | None = None) -> Record:
     """The record as ``sensors`` would have measured it, with other metadata where they are given.
 
     Every channel and every effect draws from a stream of its own, seeded by one draw from ``rng`` and its
@@ -281,7 +281,7 @@ def sampled(time_s: np.ndarray, period_s: float) -> np.ndarray:
 # ---- noise strings
 
 
-def parse_noise(text: str) -> Sensors:
+def parse_noise(text: str) -> SensorSet:
     """Read a noise string (see the module's head); BadInput with one line if it is malformed."""
     try:
         items = [item.strip() for item in text.split(",")]
@@ -289,7 +289,7 @@ def parse_noise(text: str) -> Sensors:
         sensors, rest = _level(measured)
         for item in sorted(rest, key=_is_option):
             sensors = _item(sensors, item)
-        return Sensors(_columns(sensors), ",".join(items), missing)
+        return SensorSet(_columns(sensors), ",".join(items), missing)
     except ValueError as error:
         form = f"expected {'|'.join(NOISE)}, CHANNEL=SDunit, OPTION=VALUE, e.g. medium,heading=0.1deg,outliers=5%"
         raise BadInput(f"noise {text!r}: {error}", hint=form) from None

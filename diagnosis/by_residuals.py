@@ -8,26 +8,27 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks.statistics.tails import log_tail
+from ..checks.tails import adjusted, log_tail
 from ..estimation.filters.innovations.estimator import estimator
+from ..estimation.filters.innovations.settings import Parameter
 from .candidate import Candidate, Unmodelled
-from .causes.registry import terms_for
+from .causes.registry import terms_for, testable
 from .gain.extension import extended_model
 from .gain.guard import worsens
 from .gain.held_out_flows import of_state
 from .gain.runs import with_runs
-from .report import bank, findings, verdict
-from .report.outcome import diagnosis_of, hypothesis_of, noise_of
-from .residuals.criterion import select, without
+from .prepared import thinned
+from .report.bank import BY_RESIDUALS, DECIDED, of_fault
+from .report.verdict import diagnosis_of
+from .residuals.criterion import material, select, without
 from .residuals.judged import unexplained
+from .residuals.report import SMALL, bank_of, decide, findings_of, hypothesis_of, noise_of, undecidable
 from .residuals.tests import LATER, Memory, noise_with_memory
-from .selection.levels import adjusted
-from .selection.materiality import material
-from .starting import starting_state, thinned
-from .state import State
+from .state import State, first_state
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
+    from ..estimation.filters.innovations.estimator import Estimator
     from ..models.model import Model
     from .causes.base import Cause
     from .options import Options
@@ -60,7 +61,7 @@ def selected(model: Model, records: Prepared, options: Options) -> Selected:
     train = thinned(records.train, model)
     est = estimator(model, train, threads=options.threads, terms=terms_for(model))
     state, cannot = starting_state(est, options, records.decided)
-    poor = verdict.undecidable(est, state.start)
+    poor = undecidable(est, state.start)
     state = select(state, options.max_effects, rng) if poor is None else state
     left = unexplained(state, rng) if poor is None else None
     small: frozenset[Cause] = frozenset()
@@ -74,44 +75,44 @@ def by_innovations(model: Model, records: Prepared, held_out: Sequence[Record], 
 
     records : as they were corrected.  held_out : as they were read.
     """
-    shown = selected(model, records, options)
-    barred: list[Cause] = []
+    choice = selected(model, records, options)
+    without_gain: list[Cause] = []
     while True:
-        outcome = concluded(model, records, options, shown, barred)
+        outcome = concluded(model, records, options, choice, without_gain)
         diagnosis = with_runs(outcome, records.train, records.instruments, held_out, options.channels)
-        kept = [cause for cause in shown.state.causes if cause not in barred]
+        kept = [cause for cause in choice.state.causes if cause not in without_gain]
         if not kept or not worsens(diagnosis):
             return diagnosis
-        barred.append(kept[-1])
+        without_gain.append(kept[-1])
 
 
 def concluded(
-    model: Model, records: Prepared, options: Options, selected: Selected, barred: Collection[Cause] = ()
+    model: Model, records: Prepared, options: Options, selected: Selected, without_gain: Collection[Cause] = ()
 ) -> Diagnosis:
     """The diagnosis with its extended model, without its gain.
 
-    barred : causes that the extended model may not hold, as whole records are predicted worse with them.
+    without_gain : causes that the extended model may not hold, as whole records are predicted worse with them.
     """
     state, rng, held_out = selected.state, selected.rng, thinned(records.held_out, model)
     exact = options.coefficient_sd == 0.0
     memory = noise_with_memory(state.est, state.now) if exact and selected.left is not None else []
     weak = _weak(state, memory)
     state = _without(state, weak)
-    kept = _without(state, [cause for cause in state.causes if cause in barred])
-    refused = _why(barred, PREDICTS_WORSE)
+    kept = _without(state, [cause for cause in state.causes if cause in without_gain])
+    refused = _why(without_gain, PREDICTS_WORSE)
     left = selected.left if selected.left is not None else _what_looks_like(refused, state)
-    immaterial = _why(selected.small, findings.SMALL) | _why(weak, IN_NOISE)
-    own = [f for f in findings.of_residuals(state, refused, rng) if f.cause not in immaterial]
-    every = [*(findings.of_fault(f) for f in records.faults), *records.shown.findings, *own]
-    named = any(f.stage == findings.BY_RESIDUALS for f in every)
-    instead = named and left is not None and left is state.rival
+    immaterial = _why(selected.small, SMALL) | _why(weak, IN_NOISE)
+    own = [f for f in findings_of(state, refused, rng) if f.cause not in immaterial]
+    every = [*(of_fault(f) for f in records.faults), *records.findings, *own]
+    names_some = any(f.stage == BY_RESIDUALS for f in every)
+    instead = names_some and left is not None and left is state.rival
     est = state.est
     outcome = diagnosis_of(
         (model, extended_model(est, kept.setting, kept.causes, records.instruments)),
         options,
-        verdict.decide(selected.poor, left, instead, every),
+        decide(selected.poor, left, instead, every),
         every,
-        bank.of_residuals(state, selected.cannot, records.shown.statistics, immaterial, every),
+        bank_of(state, selected.cannot, records.tested, immaterial, every),
         noise=noise_of(est, state.setting),
         poor=selected.poor,
         hypothesis=hypothesis_of(state, left, held_out),
@@ -129,7 +130,7 @@ def _weak(state: State, memory: Sequence[Memory]) -> list[Cause]:
     def significant(candidate: Candidate) -> bool:
         return adjusted(log_tail(share * candidate.statistic, len(candidate.variant)), state.n_effective) <= state.alpha
 
-    return [cause for cause, found in zip(state.causes, state.accepted, strict=True) if not significant(found)]
+    return [cause for cause, a in zip(state.causes, state.accepted, strict=True) if not significant(a)]
 
 
 def _doubts_of(memory: Sequence[Memory]) -> tuple[str, ...]:
@@ -157,3 +158,39 @@ def _what_looks_like(refused: Mapping[str, str], state: State) -> Candidate | No
         return None
     label = f"{' and '.join(refused)}, or what looks like it here: {' and '.join(dict.fromkeys(refused.values()))}"
     return Candidate(Unmodelled(label), (), 0.0, 0.0, state.setting, state.now)
+
+
+def starting_state(est: Estimator, options: Options, decided: Collection[str] = ()) -> tuple[State, dict]:
+    """The first state of the selection, and the causes that cannot be tested with the reason.
+
+    decided : causes that the sensors' channels have decided on without the model.
+    """
+    bank, cannot = testable(est)
+    only = options.causes()
+    cannot |= {cause: DECIDED for cause in bank if cause.id in decided}
+    if only is not None:
+        cannot |= {cause: "left out" for cause in bank if cause not in only}
+    bank = {cause: variants for cause, variants in bank.items() if cause not in cannot}
+    nuisance, prior = _free_coefficients(est, options)
+    speed = _reference_speed(est)
+    prior = None if prior is None else np.append(prior, np.zeros(len(speed)))
+    return first_state(est, bank, options.alpha, (*nuisance, *speed), prior), cannot
+
+
+def _reference_speed(est: Estimator) -> tuple[Parameter, ...]:
+    """The speed on a straight course against which a response model's surge shows a loss: estimated along."""
+    if "speed_loss_state" not in est.kernels.STATES or not est.channels[2]:
+        return ()
+    return (Parameter("reference speed", "m/s", ((est.index["reference_speed"], 1.0),)),)
+
+
+def _free_coefficients(est: Estimator, options: Options) -> tuple[tuple[Parameter, ...], np.ndarray | None]:
+    """Coefficients that are estimated along, with the precisions of their prior."""
+    model = est.model
+    if options.base_parameters == "file" and not options.coefficient_sd:
+        return (), None
+    pairs = zip(model.coordinates, model.coefficients.tolist(), strict=True)
+    free = tuple(Parameter(name, "", ((est.index[name], abs(value)),)) for name, value in pairs if value != 0.0)
+    if options.base_parameters == "identify":
+        return free, None
+    return free, np.full(len(free), (options.coefficient_sd or 1.0) ** -2.0)

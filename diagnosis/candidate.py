@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks.statistics.tails import log_tail
+from ..checks.tails import log_tail
 from ..estimation.filters.innovations.settings import Parameter
 
 if TYPE_CHECKING:

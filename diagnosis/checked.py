@@ -4,71 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-import numpy as np
-
-from ..checks.check import Examined, check_file, distinct, of_one_record
-from ..checks.files.repeats import ConstantChannel
-from ..checks.findings import merged
-from ..checks.registry import check_of, column_checks, sensor_errors
+from ..checks.registry import check_of, sensor_errors
 from ..checks.result import CheckFinding
-from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
-from .report.bank import demoted, updated
-from .report.findings import BY_CHANNELS, BY_FREE_RUNS, of_left_out_samples
+from .report.bank import BY_CHANNELS, BY_FREE_RUNS, demoted, lines, of_left_out_samples
 from .report.verdict import motion_explained, next_manoeuvre, without_motion
 from .result import Diagnosis, Finding
 
 if TYPE_CHECKING:
-    from ..checks.fault import ColumnFault
     from ..datasets.record import Record
-    from ..models.model import Model
 
-SPEED = "surge_m_s"
 REFUTED = 0.8
 """Share of the squared yaw motion that free runs hold along the recorded rudder from which it cannot but act."""
-
-
-class Checked(NamedTuple):
-    """Records with faults of their files corrected as far as possible, what matters of them, and the faults of whole
-    columns; for each record the columns that are made from each other."""
-
-    records: list[Record]
-    findings: tuple[CheckFinding, ...]
-    faults: list[ColumnFault]
-    derived: dict[str, set[str]]
-
-
-def examined(records: Sequence[Record], model: Model) -> Checked:
-    """Check the files of records behind a model's instruments, in its sign of the rudder."""
-    done, entries = Examined([]), of_one_record()
-    with np.errstate(all="ignore"):
-        done.records = [check_file(record, entries, done) for record in distinct(records)]
-        findings = tuple(_judged(f, model) for f in merged(done.findings) if f.material)
-        faults: dict[str, ColumnFault] = {}
-        for fault in sorted(done.faults, key=lambda f: f.statistic):
-            faults[fault.check.id] = fault
-        found, current = list(faults.values()), done.records
-        for entry in (c for c in column_checks() if c.joint and not any(f.standing for f in findings)):
-            joint, current = entry.find(current, model.starboard)
-            found += joint
-    doubt = None if any(f.standing for f in findings) else rudder_doubt(current, model)
-    return Checked(current, findings if doubt is None else (*findings, doubt), found, done.derived)
-
-
-def put_back(records: Sequence[Record], faults: Sequence[ColumnFault], model: Model) -> list[Record]:
-    """Records as they were read, but for columns whose exchange no instrument of a model can show, such as the rudder
-    under the heading's name: these are in their places."""
-    done = list(records)
-    for fault in (f for f in faults if done and not f.instruments):
-        done = fault.check.find([record.turned(model.positive_rudder) for record in done], model.starboard)[1]
-    return done
-
-
-def _judged(finding: CheckFinding, model: Model) -> CheckFinding:
-    """The finding; that of a speed which never changes stands in the way of a model whose forces follow the speed."""
-    dead = finding.cause == ConstantChannel.id and finding.biases and SPEED in finding.channels
-    return replace(finding, standing=True) if dead and model.is_3dof else finding
 
 
 def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records: Sequence[Record]) -> Diagnosis:
@@ -77,7 +25,7 @@ def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records:
     diagnosis, lost = replace(diagnosis, checks=checks), without_motion(diagnosis.traces)
     if lost is not None and diagnosis.verdict in ("named", "tied", "described"):
         diagnosis = replace(diagnosis, verdict="unexplained", reason=lost)
-    for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).named and f.blanked):
+    for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).is_cause and f.blanked):
         diagnosis = _named(diagnosis, of_left_out_samples(name, checks, records))
     diagnosis, standing = _refuted(diagnosis, [f for f in checks if f.standing])
     if standing:
@@ -118,13 +66,13 @@ def _named(diagnosis: Diagnosis, finding: Finding) -> Diagnosis:
     causes = (finding, *(f for f in diagnosis.causes if f.cause != finding.cause))
     if diagnosis.verdict == "adequate":
         diagnosis = replace(diagnosis, verdict="named", reason=f"{finding.cause}: {finding.evidence}")
-    return replace(diagnosis, causes=causes, bank=updated(diagnosis.bank, causes))
+    return replace(diagnosis, causes=causes, bank=lines(causes, diagnosis.bank))
 
 
 def _withheld(diagnosis: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:
     """The diagnosis without what it takes the records' word for: no cause of the model, no numbers, no extension."""
     kept = tuple(f for f in diagnosis.causes if f.stage == BY_CHANNELS)
-    bank = updated(demoted(diagnosis.bank, ("named", "tied", "explained_by"), "not_testable", why), kept)
+    bank = lines(kept, demoted(diagnosis.bank, ("named", "tied", "explained_by"), "not_testable", why))
     return replace(
         diagnosis,
         verdict=verdict,

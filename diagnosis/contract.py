@@ -180,12 +180,12 @@ def check_sizes(cls: type[Cause]) -> None:
         for variant in (v for v in case.variants if v):
             s, k = switched_on(case, variant), len(variant)
             spread = np.diag([(0.1 * case.est.value(s, p)) ** 2 for p in variant])
-            found = cls().sizes(case.est, s, variant, spread, rng)
-            assert found, "no size is stated"
-            for size in found:
+            sizes = cls().sizes(case.est, s, variant, spread, rng)
+            assert sizes, "no size is stated"
+            for size in sizes:
                 assert np.isfinite([size.value, size.low, size.high]).all(), f"{size.parameter} is not finite"
                 assert size.low <= size.value <= size.high and size.unit, f"{size.parameter}: interval or unit"
-            assert len(found) <= 2 * k, "more sizes than numbers"
+            assert len(sizes) <= 2 * k, "more sizes than numbers"
 
 
 def check_extended_model_is_what_was_fitted(cls: type[Cause]) -> None:
@@ -223,8 +223,8 @@ def _same_simulation(case: Carried, s: Setting, model: Model) -> None:
     here, calm = replace(est.start(), vectors=s.vectors), est.start()
     for i, (record, theirs) in enumerate(zip(case.records, simulated(model, records, free), strict=True)):
         ours, base = est.free_run(here, i, free), est.free_run(calm, i, free)
-        shown = _shown(theirs, record, model)
-        error, effect = _relative(ours - shown, base, est, free), _relative(ours - base, base, est, free)
+        of_sensors = _shown(theirs, record, model)
+        error, effect = _relative(ours - of_sensors, base, est, free), _relative(ours - base, base, est, free)
         worst, largest = int(np.argmax(error)), int(np.argmax(effect))
         close = error[worst] < CLOSE and error[largest] <= SHARE * effect[largest] + ROUNDING
         assert close, f"the extended model simulates channels otherwise than the filter ({error[worst]:.3f})"

@@ -10,17 +10,15 @@ from typing import TYPE_CHECKING
 
 from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
-from ..models.memory import require_memory
 from .by_residuals import by_innovations
-from .checked import put_back, with_checks
+from .checked import with_checks
 from .gain.guard import worsens
 from .one_bank.diagnose import by_pieces
 from .one_bank.remaining import with_remaining, without_causes
 from .options import Options
-from .prepared import Prepared, corrected_records, without_doubtful
-from .report.findings import BY_CHANNELS
+from .prepared import Prepared, corrected_records, require_room, without_doubtful
+from .report.bank import BY_CHANNELS
 from .result import Diagnosis
-from .starting import thinned
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -31,15 +29,6 @@ PIECES = "free runs of left-out pieces"
 CAUSES = "causes and gain"
 REST = "forces that describe the rest"
 """Stages of a diagnosis; not every diagnosis has all of them."""
-
-
-LONGEST, LONGEST_OF_RESPONSE = 15_000, 30_000
-"""Samples that one record of a 3-DOF and of a response model may have: those of hours, in which a log does more than
-manoeuvres; more could take over two minutes."""
-LARGEST = 4 * 2**30
-"""Memory, bytes, that the records of one diagnosis may need."""
-SAMPLE_BYTES, STATE_BYTES = 16_000, 8_000
-"""Memory of a sample and of each of its states, not less than measured: 57 kB a sample of six states, 31 of three."""
 
 
 def diagnose(
@@ -79,12 +68,12 @@ def _diagnosed(
     started = time.perf_counter(), time.process_time()
     watch(CHECKS)
     records, aside = without_doubtful(corrected_records(model, train, held_out, options))
-    _require_room(model, records)
+    require_room(model, records)
     if options.base_parameters == "identify":
         records = records.behind_sensors(options.causes())
         watch(BASE_MODEL)
         model = identified(model, records.train)
-    held = put_back(records.recorded, records.faults, model)
+    held = records.put_back(model)
     diagnosis = _described(_named(model, records, held, options, watch), records, held, options, watch)
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
@@ -127,28 +116,6 @@ def _described(
             drifting = with_remaining(replace(bare, extended=diagnosis.model), records, held_out, options)
             return drifting if drifting.remaining and all(f.of_sensor for f in drifting.remaining) else diagnosis
     return diagnosis
-
-
-def _require_room(model: Model, prepared: Prepared) -> None:
-    """Refuse records that are too long before anything of size is computed.
-
-    Raises
-    ------
-    BadInput : a record has more samples than one may, or their filter needs more memory than is free, or than LARGEST.
-    """
-    records = thinned([*prepared.train, *prepared.held_out], model)
-    longest, limit = max(records, key=lambda record: record.n), LONGEST if model.is_3dof else LONGEST_OF_RESPONSE
-    if longest.n > limit:
-        hint = f"cut out the manoeuvres, or take a longer step: at most {limit} samples a record"
-        raise BadInput(f"{longest.name}: {longest.n} samples are too many for one record of a diagnosis", hint=hint)
-    samples = sum(record.n for record in records)
-    of_sample = SAMPLE_BYTES + STATE_BYTES * len(model.states)
-    what = f"{samples} samples of {len(records)} record{'s' if len(records) > 1 else ''}"
-    require_memory(samples * of_sample, what)
-    most = LARGEST // of_sample
-    if samples > most:
-        hint = f"cut out the manoeuvres, or take a longer step: at most {most} samples of this model"
-        raise BadInput(f"{what} are too many for one diagnosis", hint=hint)
 
 
 def identified(model: Model, records: Sequence[Record]) -> Model:

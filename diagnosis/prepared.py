@@ -1,4 +1,5 @@
-"""Records as one stage of a diagnosis passes them to the next."""
+"""Records as one stage of a diagnosis passes them to the next: behind what their files and channels show, before any
+hull model is asked."""
 
 from __future__ import annotations
 
@@ -7,81 +8,181 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ..checks.check import Examined, check_file, compared, distinct, faults_of_all, of_one_record
 from ..checks.comparison.chains import chains
+from ..checks.files.repeats import ConstantChannel
+from ..checks.findings import merged, of_sizes
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
-from .channels import Sensors, Shown, sensors_of
-from .checked import examined
+from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
+from ..models.errors import BadInput, CannotFit
+from ..models.instruments import combined
+from ..models.memory import require_memory
+from ..models.time_scale import ship_length_s
+from .causes.registry import causes
+from .report.bank import of_sensor
 
 if TYPE_CHECKING:
-    from ..checks.base import Check
-    from ..checks.fault import ColumnFault
+    from ..checks.base import Check, ColumnFault
+    from ..checks.comparison.chains import Chain
+    from ..checks.comparison.selection import Sizes
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
     from ..models.model import Model
     from .options import Options
+    from .result import Finding
+
+SPEED = "surge_m_s"
+LONGEST, LONGEST_OF_RESPONSE = 15_000, 30_000
+"""Samples that one record of a 3-DOF and of a response model may have: those of hours, in which a log does more than
+manoeuvres; more could take over two minutes."""
+LARGEST = 4 * 2**30
+"""Memory, bytes, that the records of one diagnosis may need."""
+SAMPLE_BYTES, STATE_BYTES = 16_000, 8_000
+"""Memory of a sample and of each of its states, not less than measured: 57 kB a sample of six states, 31 of three."""
+FINEST = 0.03
+"""Finest sampling of the records of a filter, in ship lengths sailed."""
 
 
 @dataclass(frozen=True)
 class Prepared:
     """Records in the model's rudder sign with what was corrected: gross faults, and what channels show of sensors.
 
-    checked : what the checks of the files found, corrected where they can be.
-    decided : causes that the sensors' channels have decided on without a model.
-    derived : record name -> columns that are made from each other.
+    faults : of whole columns.  checked : what the checks of the files say, corrected where they can be.
+    findings, removed : what channels show of their sensors, and these sizes as instruments.  tested : cause (id) that
+    the channels were asked for -> statistic (z squared) of the evidence by itself.
+    decided : causes (ids) that the sensors' channels have decided on without a model.
+    derived : record name -> columns that are made from each other: they are not compared.
     recorded : the held-out records as they were read.
     """
 
     train: list[Record]
     held_out: list[Record]
-    faults: list[ColumnFault]
-    shown: Shown
+    faults: Sequence[ColumnFault] = ()
     checked: tuple[CheckFinding, ...] = ()
-    decided: frozenset[Check] = frozenset()
+    findings: tuple[Finding, ...] = ()
+    removed: dict[str, float] = field(default_factory=dict)
+    tested: dict[str, float] = field(default_factory=dict)
+    decided: frozenset[str] = frozenset()
     derived: Mapping[str, set[str]] = field(default_factory=dict)
     recorded: Sequence[Record] = ()
 
-    def sensors(self, only: Collection[Check] | None) -> Sensors:
-        """The records behind what channels show of their sensors; only : errors that are looked for (None: all).
+    def behind_sensors(self, only: Collection[Check] | None) -> Prepared:
+        """The records behind what all channels show of their sensors; only : errors that are looked for (None: all).
 
         Several stages ask for it: it is computed once.
         """
         key = None if only is None else frozenset(only)
-        if key not in self._sensors:
-            self._sensors[key] = sensors_of(self.train, self.held_out, only, derived=self.derived)
-        return self._sensors[key]
+        if key not in self._behind:
+            bare = replace(self, train=distinct(self.train), tested={})
+            done = bare.compared(only)
+            self._behind[key] = replace(done, tested=self.tested | done.tested, decided=frozenset(done.tested))
+        return self._behind[key]
 
     @cached_property
-    def _sensors(self) -> dict[frozenset[Check] | None, Sensors]:
+    def _behind(self) -> dict[frozenset[Check] | None, Prepared]:
         return {}
 
-    def behind_sensors(self, only: Collection[Check] | None) -> Prepared:
-        """The records with the sensors' errors removed that channels show, and what was found of these."""
-        sensors = self.sensors(only)
-        return replace(
-            self,
-            train=sensors.train,
-            held_out=sensors.held_out,
-            shown=self.shown.then(sensors.shown),
-            decided=frozenset(sensors.shown.statistics),
-        )
+    def compared(self, only: Collection[Check] | None = None, along: Sequence[Chain] | None = None) -> Prepared:
+        """Compare channels along the chains (None: all), and correct the records one after the other.
+
+        Training records are corrected by sizes of their own where these differ, held-out ones by the mean; delays
+        too small to matter are corrected and not told.
+        """
+        ids, done = {c.id: c for c in causes().values() if only is None or c in only}, self
+        for comparison, train in compared(self.train, self.derived, [], ids, along):
+            if comparison.absurd is not None:
+                break
+            findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material]
+            tested = dict(done.tested)
+            for option, z in comparison.tested:
+                tested[option.cause.id] = max(z**2, tested.get(option.cause.id, 0.0))
+            done = replace(
+                done,
+                train=train,
+                held_out=[comparison.without(r, own=False) for r in done.held_out],
+                findings=(*done.findings, *findings),
+                removed=combined(done.removed, _instruments([s for s in comparison.sizes if s.material])),
+                tested=tested,
+            )
+        return done
 
     @property
     def instruments(self) -> dict[str, float]:
         """What was corrected, as instruments of a model."""
         faults = {name: value for fault in self.faults for name, value in fault.instruments.items()}
-        return faults | self.shown.instruments
+        return faults | self.removed
+
+    def put_back(self, model: Model) -> list[Record]:
+        """The held-out records as they were read, but for columns whose exchange no instrument of a model can show,
+        such as the rudder under the heading's name: these are in their places."""
+        done = list(self.recorded)
+        for fault in (f for f in self.faults if done and not f.instruments):
+            done = fault.check.find([record.turned(model.positive_rudder) for record in done], model.starboard)[1]
+        return done
+
+
+def _instruments(sizes: Sequence[Sizes]) -> dict[str, float]:
+    """Mean sizes as instruments of a model."""
+    effects = (pair for s in sizes for pair in zip(s.option.effects, s.means, strict=True))
+    return {slot: mean.value for effect, mean in effects for slot in effect.instruments}
 
 
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
     """Records behind the model's instruments, with gross faults and (where the model knows no track) sensors
     corrected."""
-    records, checked, faults, derived = examined(prepared([*train, *held_out], model, options), model)
-    own, others, shown = records[: len(train)], records[len(train) :], Shown()
-    if not {"v", "x", "y"} <= set(model.states):
-        sensors = sensors_of(own, others, options.causes(), [c for c in chains() if c.of_positions], derived)
-        own, others, shown = sensors.train, sensors.held_out, sensors.shown
-    return Prepared(own, others, faults, shown, checked, derived=derived, recorded=held_out)
+    done = examined(prepared([*train, *held_out], model, options), model)
+    sides = done.train[: len(train)], done.train[len(train) :]
+    done = replace(done, train=sides[0], held_out=sides[1], recorded=held_out)
+    if {"v", "x", "y"} <= set(model.states):
+        return done
+    return done.compared(options.causes(), [c for c in chains() if c.of_positions])
+
+
+def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
+    """Records in the model's rudder sign, behind its instruments, with the chosen channels and the inputs only."""
+    out = []
+    for record in records:
+        turned = corrected(record.turned(model.positive_rudder), model.instruments)
+        if options.channels is not None:
+            kept = {*options.channels, *INPUTS}
+            turned = replace(turned, channels={k: v for k, v in turned.channels.items() if k in kept})
+        out.append(turned)
+    return out
+
+
+def thinned(records: Sequence[Record], model: Model) -> list[Record]:
+    """Records of a ship with a length and a speed, sampled no finer than FINEST: more samples would only cost time."""
+    try:
+        step_s = FINEST * ship_length_s(model)
+    except CannotFit:
+        return list(records)
+    return [record.thinned(max(1, int(step_s / record.dt + 1e-9))) for record in records]
+
+
+def examined(records: Sequence[Record], model: Model) -> Prepared:
+    """Check the files of records behind a model's instruments, in its sign of the rudder: those of training with
+    faults of their files corrected as far as possible, what matters of these, and the faults of whole columns."""
+    done, entries = Examined([]), of_one_record()
+    with np.errstate(all="ignore"):
+        current = [check_file(record, entries, done) for record in distinct(records)]
+        findings = tuple(_judged(f, model) for f in merged(done.findings) if f.material)
+        last = {fault.check.id: fault for fault in sorted(done.faults, key=lambda f: f.statistic)}
+        faults = list(last.values())
+        if any(f.standing for f in findings):
+            return Prepared(current, [], faults, findings, derived=done.derived)
+        joint, current = faults_of_all(current, model.starboard)
+    doubt = rudder_doubt(current, model)
+    findings = findings if doubt is None else (*findings, doubt)
+    return Prepared(current, [], [*faults, *joint], findings, derived=done.derived)
+
+
+def _judged(finding: CheckFinding, model: Model) -> CheckFinding:
+    """The finding; that of a speed which never changes stands in the way of a model whose forces follow the speed."""
+    dead = finding.cause == ConstantChannel.id and finding.biases and SPEED in finding.channels
+    return replace(finding, standing=True) if dead and model.is_3dof else finding
 
 
 def without_doubtful(records: Prepared) -> tuple[Prepared, tuple[str, ...]]:
@@ -102,13 +203,23 @@ def without_doubtful(records: Prepared) -> tuple[Prepared, tuple[str, ...]]:
     return replace(records, train=train, held_out=held_out, recorded=recorded, checked=checked), aside
 
 
-def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
-    """Records in the model's rudder sign, behind its instruments, with the chosen channels and the inputs only."""
-    out = []
-    for record in records:
-        turned = corrected(record.turned(model.positive_rudder), model.instruments)
-        if options.channels is not None:
-            kept = {*options.channels, *INPUTS}
-            turned = replace(turned, channels={k: v for k, v in turned.channels.items() if k in kept})
-        out.append(turned)
-    return out
+def require_room(model: Model, prepared: Prepared) -> None:
+    """Refuse records that are too long before anything of size is computed.
+
+    Raises
+    ------
+    BadInput : a record has more samples than one may, or their filter needs more memory than is free, or than LARGEST.
+    """
+    records = thinned([*prepared.train, *prepared.held_out], model)
+    longest, limit = max(records, key=lambda record: record.n), LONGEST if model.is_3dof else LONGEST_OF_RESPONSE
+    if longest.n > limit:
+        hint = f"cut out the manoeuvres, or take a longer step: at most {limit} samples a record"
+        raise BadInput(f"{longest.name}: {longest.n} samples are too many for one record of a diagnosis", hint=hint)
+    samples = sum(record.n for record in records)
+    of_sample = SAMPLE_BYTES + STATE_BYTES * len(model.states)
+    what = f"{samples} samples of {len(records)} record{'s' if len(records) > 1 else ''}"
+    require_memory(samples * of_sample, what)
+    most = LARGEST // of_sample
+    if samples > most:
+        hint = f"cut out the manoeuvres, or take a longer step: at most {most} samples of this model"
+        raise BadInput(f"{what} are too many for one diagnosis", hint=hint)

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 from ..models.plain import plain
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from ..checks.result import CheckFinding, Size
     from ..estimation.validation.result import Validation
     from ..models.model import Model
-    from .trace import Trace
 
 SCHEMA = 3
 VERDICTS = ("inconclusive", "unexplained", "described", "partly_named", "tied", "named", "adequate")
@@ -108,6 +109,22 @@ class Gain:
     own_before: float = math.nan
     own_after: float = math.nan
     """The errors with each record's own neutral rudder angle and start, fitted to it under their priors."""
+
+
+@dataclass(frozen=True)
+class Trace:
+    """One record for the page: measured channels against the free runs before and after.
+
+    time (T,) s; measured, before, after: channel name -> (T,), SI; nan where not scored.
+    """
+
+    record: str
+    role: str
+    time: np.ndarray
+    rudder: np.ndarray
+    measured: dict[str, np.ndarray]
+    before: dict[str, np.ndarray]
+    after: dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,6 @@ from ..estimation.filters.innovations.vector import CHANNELS
 from ..estimation.numerics.threads import in_context
 from ..models.linear_algebra import information_inverse, pinv
 from .candidate import Candidate, Screened, Unmodelled, Variant
-from .selection.levels import TESTS
 from .statistics.gusts import GustLikelihood
 from .statistics.score_tests import Projector
 
@@ -29,6 +28,8 @@ R = TypeVar("R")
 HIDING = 1000.0
 """Nats that fitted gusts may absorb altogether where a cause could be hidden in them; a stronger one shows beside them
 (of 74 injected effects in the benchmark two faint ones in calm, 21 and 46 nats, showed without gusts only)."""
+TESTS = 25.0
+"""Independent tests that the bank amounts to, where they are not counted."""
 IN_SPAN = 1e-3
 """Share of a cause's information that must survive the nuisance, else it is not testable."""
 MISFIT = 4e-4
@@ -137,12 +138,12 @@ class State:
         Forces that were fitted while an effect was missing hide how far the effect's size still is from its best.
         """
         moved, prior = [*self.parameters, *extra], self.precisions(len(extra))
-        found, now = refit(self.est, s, moved, most, prior)
-        if moved and found.noise.has_forces and self._could_be_calm(found, now):
-            still, calm = refit(self.est, replace(found, noise=self.start.noise), moved, most, prior)
+        setting, now = refit(self.est, s, moved, most, prior)
+        if moved and setting.noise.has_forces and self._could_be_calm(setting, now):
+            still, calm = refit(self.est, replace(setting, noise=self.start.noise), moved, most, prior)
             if calm.log_likelihood > now.log_likelihood:
                 return still, calm
-        return found, now
+        return setting, now
 
     def _could_be_calm(self, setting: Setting, now: Innovations) -> bool:
         """Whether the forces left absorb little, or less than half of what they would at the present causes."""
@@ -204,12 +205,12 @@ def misfit_allowance(state: State) -> np.ndarray:
     return left
 
 
-def channel_shares(state: State, named: Candidate) -> np.ndarray:
+def channel_shares(state: State, entry: Candidate) -> np.ndarray:
     """Shares (6,) of the channels in an accepted effect; even ones where no parameter moves it."""
-    size = np.array([state.est.value(state.setting, p) for p in named.variant])
-    place = state.accepted.index(named)
+    size = np.array([state.est.value(state.setting, p) for p in entry.variant])
+    place = state.accepted.index(entry)
     first = len(state.nuisance) + sum(len(a.variant) for a in state.accepted[:place])
-    effect = size @ state.point.projector.nuisance[first : first + len(named.variant)]
+    effect = size @ state.point.projector.nuisance[first : first + len(entry.variant)]
     energy = np.sum(np.reshape(effect, (-1, CHANNELS)) ** 2, axis=0)
     return energy / energy.sum() if energy.sum() > 0.0 else state.est.channels / state.est.channels.sum()
 
@@ -219,11 +220,15 @@ def matters(state: State, candidate: Candidate) -> bool:
     records, which is never exact: very small sizes are what it lacks elsewhere.  The reference speed is none of them:
     every response model whose surge is measured has it fitted."""
     speed = state.est.index.get("reference_speed")
-    fitted = any(entry != speed for p in state.nuisance for entry, _ in p.slots)
-    if not fitted or isinstance(candidate.cause, Unmodelled):
+    free = any(entry != speed for p in state.nuisance for entry, _ in p.slots)
+    return not free or is_large(state.est, candidate, candidate.setting)
+
+
+def is_large(est: Estimator, candidate: Candidate, at: Setting) -> bool:
+    """Whether a candidate's sizes at a setting are above its cause's floor, as what is in no bank always is."""
+    if isinstance(candidate.cause, Unmodelled):
         return True
-    values = np.array([state.est.value(candidate.setting, p) for p in candidate.variant])
-    return candidate.cause.matters(state.est, candidate.variant, values)
+    return candidate.cause.matters(est, candidate.variant, np.array([est.value(at, p) for p in candidate.variant]))
 
 
 def exceeds_misfit(state: State, candidate: Candidate) -> bool:
@@ -233,21 +238,21 @@ def exceeds_misfit(state: State, candidate: Candidate) -> bool:
     left = misfit_allowance(state)
     if not candidate.variant:
         return candidate.statistic > left.sum()
-    beside = state.at(candidate.setting, candidate.now, (*state.accepted, candidate))
-    where = channel_shares(beside, candidate)
-    own = candidate.statistic if candidate.variant[0].series is not None else strengths(beside)[-1]
+    with_it = state.at(candidate.setting, candidate.now, (*state.accepted, candidate))
+    where = channel_shares(with_it, candidate)
+    own = candidate.statistic if candidate.variant[0].series is not None else strengths(with_it)[-1]
     most = int(np.argmax(where))
     return own * where[most] > left[most]
 
 
 def strengths(state: State) -> list[float]:
     """Squares of the accepted causes' sizes in units of their standard errors, or their statistics where larger."""
-    found, spread, at = [], covariance(state), len(state.nuisance)
+    out, spread, at = [], covariance(state), len(state.nuisance)
     for a in state.accepted:
         k = len(a.variant) if isinstance(a.cause, Unmodelled) else a.cause.search.n_sizes(a.variant)
         size = np.array([state.est.value(state.setting, p) for p in a.variant[:k]])
         block = spread[at : at + k, at : at + k]
         wald = float(size @ pinv(block, hermitian=True) @ size) if a.variant else 0.0
-        found.append(max(wald, a.statistic))
+        out.append(max(wald, a.statistic))
         at += len(a.variant)
-    return found
+    return out

@@ -24,9 +24,9 @@ from helmbench.datasets.sensors import CHANNELS, NOISE
 from helmbench.datasets.sidecar import META_KEYS
 from helmbench.diagnosis.causes.base import Cause
 from helmbench.diagnosis.causes.registry import all_causes
+from helmbench.estimation.estimates.assessment import NORMAL_95
 from helmbench.estimation.indices import given
 from helmbench.estimation.indices.fit import PRIORS, parameters_of
-from helmbench.estimation.judgement.assessment import NORMAL_95
 from helmbench.methods.base import KINDS
 from helmbench.methods.registry import methods
 from helmbench.models.model import Model, resolve

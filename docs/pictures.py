@@ -201,6 +201,16 @@ def _stamps(c: Columns, t: np.ndarray) -> None:
     c["heading_rad"] = np.interp(np.where((t > 60.0) & (t < 120.0), t + 15.0, t), t, c["heading_rad"])
 
 
+def _fast_clock(c: Columns, t: np.ndarray) -> None:
+    for name, values in c.items():
+        c[name] = np.interp(t / 1.05, t, values)
+
+
+def _larger_ship(c: Columns, t: np.ndarray) -> None:
+    """1.3 times as long: slower turns at the same rudder angles."""
+    c["yaw_rate_rad_s"] = np.interp(t / np.sqrt(1.3), t, c["yaw_rate_rad_s"]) / np.sqrt(1.3)
+
+
 def _other_unit(c: Columns, t: np.ndarray) -> None:
     c["surge_m_s"] *= 3600.0 / 1852.0
 
@@ -214,12 +224,14 @@ CHANGES: Mapping[str, tuple[str, Callable[[Columns, np.ndarray], None]]] = {
     "frozen_samples": ("heading_rad", _frozen),
     "heading_zero": ("heading_rad", _from_zero),
     "impossible_samples": ("yaw_rate_rad_s", _impossible),
+    "logger_clock": ("heading_rad", _fast_clock),
     "one_sided_channel": ("yaw_rate_rad_s", _one_sided),
     "outliers": ("yaw_rate_rad_s", _gross),
     "position_delay": ("east_m", _late("east_m", 40.0)),
     "reference_point": ("sway_m_s", _ahead),
     "rudder_from_sensor": ("rudder_rad", _rudder_from_yaw),
     "rudder_response": ("rudder_rad", _late("rudder_rad", 6.0)),
+    "ship_scale": ("yaw_rate_rad_s", _larger_ship),
     "splice": ("heading_rad", _halves),
     "time_stamps": ("heading_rad", _stamps),
     "wrong_unit": ("surge_m_s", _other_unit),

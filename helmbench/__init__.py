@@ -35,10 +35,9 @@ if TYPE_CHECKING:
     from .api.diagnosis import Diagnosis, diagnose
     from .api.doctor import Health, doctor
     from .api.exam import ExamScores, answer_exam, make_exam, score_exam
-    from .api.export import export_model, read_parameters
+    from .api.export import ModelFromIndices, export_model, model_from_indices, read_parameters
     from .api.identification import Estimate, identify, simulate
     from .api.importing import Import, ImportDraft, draft_import, import_log
-    from .api.indices import ModelFromIndices, model_from_indices
     from .api.lists import (
         list_causes,
         list_diagnosers,
@@ -165,10 +164,9 @@ _NAMES = {
     "api.diagnosis": "Diagnosis diagnose",
     "api.doctor": "Health doctor",
     "api.exam": "ExamScores answer_exam make_exam score_exam",
-    "api.export": "export_model read_parameters",
+    "api.export": "ModelFromIndices export_model model_from_indices read_parameters",
     "api.identification": "Estimate identify simulate",
     "api.importing": "Import ImportDraft draft_import import_log",
-    "api.indices": "ModelFromIndices model_from_indices",
     "api.lists": "list_causes list_diagnosers list_manoeuvres list_methods list_models list_suites list_vessels",
     "api.many": "simulate_many",
     "api.reproduction": "Reproduction reproduce",

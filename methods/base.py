@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
@@ -18,7 +18,7 @@ from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit, blas_limited, numerical_guard, prepared, propagate
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.extras import extras_told
-from ..models.model import resolve
+from ..models.model import Model, resolve
 from ..models.suggestions import suggestion
 from .options import (
     POSITIVE,
@@ -37,7 +37,6 @@ if TYPE_CHECKING:
     from ..estimation.methods_only.recursive.recursion import UpdateRule
     from ..estimation.methods_only.tuning.space import Domain
     from ..estimation.regression.samples import RegressionSamples
-    from ..models.model import Model
 
 
 KINDS: Mapping[str, str] = {
@@ -184,11 +183,11 @@ class Method:
         ------
         CannotFit : a channel is missing, the records are too short, or a package of an extra is not installed.
         FitFailed : no finite estimate was found.
-        BadInput : an option of the method is impossible.
+        BadInput : an option of the method is impossible, or what is given is no record or no model.
         """
         self.check_options()
-        model = resolve(model) if isinstance(model, str) else model
-        checked = prepared([records] if isinstance(records, Record) else records, model)
+        given, model = _records_of(records), _structure_of(model)
+        checked = prepared(given, model)
         wall, cpu = time.perf_counter(), time.process_time()
         fit = self._guarded(checked, self.visible(model))
         self.estimate_ = self._wrap(fit, model, time.perf_counter() - wall, time.process_time() - cpu)
@@ -202,12 +201,12 @@ class Method:
 
         Raises
         ------
-        BadInput : nothing was fitted yet.
+        BadInput : nothing was fitted yet, or what is given is no record.
         CannotFit : a record lacks an input, or measures no state of the model.
         """
         if self.estimate_ is None:
             raise BadInput(f"method {self.name} has not been fitted")
-        found = self.estimate_.score(records)
+        found = self.estimate_.score(_records_of(records))
         shares = [value for name, value in found.items() if name.startswith("r2_free_")]
         return float("nan") if found["diverged"] or not shares else float(np.mean(shares))
 
@@ -246,6 +245,26 @@ class Method:
             extra=dict(fit.extra),
             predictor=fit.predictor,
         )
+
+
+def _records_of(given: Any) -> list[Record]:
+    """One record or several as a list; BadInput for anything else, such as the X of scikit-learn."""
+    alone = isinstance(given, Record | str | Mapping) or not isinstance(given, Iterable)
+    several: list[Any] = [given] if alone else list(given)
+    if wrong := [one for one in several if not isinstance(one, Record)]:
+        hint = "give a Record or a list of them: helmbench.read_record reads a file"
+        raise BadInput(f"a method takes records, not {type(wrong[0]).__name__}", hint=hint)
+    return several
+
+
+def _structure_of(model: object) -> Model:
+    """The model itself or that of an identifier; BadInput for anything else, such as the y of scikit-learn."""
+    if isinstance(model, Model):
+        return model
+    if isinstance(model, str):
+        return resolve(model)
+    hint = "give a Model or an identifier of one, such as 'nomoto-1'"
+    raise BadInput(f"a method takes a model beside the records, not {type(model).__name__}", hint=hint)
 
 
 def _published(fit: Fit, model: Model) -> tuple[dict[str, float], dict[str, float]]:
@@ -331,8 +350,9 @@ class RecursiveMethod(Method):
         ------
         CannotFit : a channel is missing.
         FitFailed : the recursion has diverged.
-        BadInput : an option is impossible, or the scheme needs the whole record.
+        BadInput : an option is impossible, the scheme needs the whole record, or the chunk is no record.
         """
+        _records_of(chunk)
         if self._stream is None or self._stream.model.id != model.id:
             self.check_options()
             prior = prior_of(self.p0, self.theta0, self.prior, len(model.coordinates))

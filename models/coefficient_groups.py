@@ -83,10 +83,29 @@ class LocalNumber:
     sd: float
 
 
+def names_of(model: Model) -> tuple[str, ...]:
+    """Names of the elements of `Model.theta`."""
+    return (*model.coordinates, *model.constant_names)
+
+
+def values_of(model: Model) -> dict[str, float]:
+    """Number of a model -> its value."""
+    return dict(zip(names_of(model), model.theta.tolist(), strict=True))
+
+
+def with_values(model: Model, values: Mapping[str, float]) -> Model:
+    """The model with other values of some of its numbers."""
+    both = (model.coordinates, model.coefficients), (model.constant_names, model.constants)
+    coefficients, constants = (
+        np.array([values.get(n, x) for n, x in zip(names, own.tolist(), strict=True)]) for names, own in both
+    )
+    return replace(model, coefficients=coefficients, constants=constants)
+
+
 def local_numbers(model: Model) -> tuple[LocalNumber, ...]:
     """What of a model may be wrong in a part of the runs only: numbers that are not zero, the rudder's whole force, the
     neutral rudder angle; not the mass."""
-    values = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
+    values = values_of(model)
     entries, found = _stated(model.family.partition("+")[0]), []
     for group in stated_groups(model):
         stated = entries[group.id].get("local", True)
@@ -130,7 +149,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     ------
     BadInput : the family states no groups, or its file is wrong.
     """
-    values = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
+    values = values_of(model)
     found = []
     for name, entry in _stated(model.family.partition("+")[0]).items():
         title, extension = entry["title"], entry.get("extension")
@@ -175,7 +194,7 @@ def grown(model: Model, groups: Iterable[Group]) -> Model:
     added = [g for g in stated if not wanted.isdisjoint(g.sd)]
     family = "+".join([model.family, *(str(group.extension) for group in added)])
     kernels = kernel_store.load(family)
-    known = dict(zip((*model.coordinates, *model.constant_names), model.theta.tolist(), strict=True))
+    known = values_of(model)
     known |= {name: mean for group in added for name, mean in group.mean.items()}
     values = np.array([known.get(name, 0.0) for name in kernels.COEFFICIENTS])
     constants = np.array([known[name] for name in kernels.CONSTANTS])

@@ -4,9 +4,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from .later import Later
+
+class Later:
+    """A module by its name, imported as soon as an attribute of it is asked for: SymPy takes a second, and a warm start
+    does without it.
+
+    package : where a relative name starts from.
+    """
+
+    def __init__(self, name: str, package: str | None = None) -> None:
+        self._name, self._package = name, package
+
+    def __getattr__(self, attribute: str) -> Any:
+        return getattr(import_module(self._name, self._package), attribute)
+
 
 if TYPE_CHECKING:
     import sympy as sp

@@ -120,3 +120,35 @@ def refuse_place(path: Path) -> None:
         raise BadInput("cannot be written (is a directory)", file=path, hint="give the name of a file")
     if path.exists() and not path.is_file():
         raise BadInput("cannot be written (it is a device or a pipe)", file=path, hint="give the name of a file")
+
+
+def write_together(folder: Path, writers: Mapping[str, Callable[[Path], object]]) -> tuple[Path, ...]:
+    """Write files of a folder, which is made if need be: all of them or none.
+
+    writers : name of the file -> function that writes it to a path.
+
+    Raises
+    ------
+    BadInput : the folder cannot be made or written to.
+    """
+    created = not folder.exists()
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadInput(f"cannot be made ({error.strerror or error})", file=folder) from None
+    try:
+        replace_together({folder / name: write for name, write in writers.items()})
+    except BaseException:
+        if created:
+            folder.rmdir()
+        raise
+    return tuple(folder / name for name in writers)
+
+
+def content_writer(content: str | bytes) -> Callable[[Path], object]:
+    """A function that writes the content to a path, text as UTF-8."""
+
+    def write(place: Path) -> None:
+        place.write_bytes(content.encode() if isinstance(content, str) else content)
+
+    return write

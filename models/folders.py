@@ -10,6 +10,7 @@ import errno
 import os
 import shutil
 import stat
+import sys
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 from pathlib import Path
@@ -210,3 +211,30 @@ def _told(path: Path) -> Generator[None]:
     except OSError as error:
         told = "is a link, not a file" if error.errno == errno.ELOOP else f"cannot be used ({reason_of(error)})"
         raise BadInput(told, file=path) from None
+
+
+# ---- Nothing is imported from the working folder: files of others may lie there, a `threading.py` among them.
+
+VARIABLE = "PYTHONSAFEPATH"
+"""Variable of the environment with which Python leaves the working folder off the path of modules."""
+
+
+@contextmanager
+def without_working_folder() -> Generator[None]:
+    """Neither this process nor one that it starts imports from the working folder in the enclosed code.
+
+    The empty entry of `sys.path`, which stands for the working folder in an interactive session, is taken out:
+    multiprocessing and joblib hand their workers this path.  Folders that the path names stay.
+    """
+    variable, empty = os.environ.get(VARIABLE), [place for place, entry in enumerate(sys.path) if not entry]
+    os.environ[VARIABLE] = "1"
+    sys.path[:] = filter(None, sys.path)
+    try:
+        yield
+    finally:
+        for place in empty:
+            sys.path.insert(place, "")
+        if variable is None:
+            os.environ.pop(VARIABLE, None)
+        else:
+            os.environ[VARIABLE] = variable

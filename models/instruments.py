@@ -9,6 +9,10 @@ Sensors: recorded = (1 + CHANNEL_scale) true(t - CHANNEL_delay) + CHANNEL_bias +
 record).  Surge and sway are first turned by
 axis_misalignment, or given in the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two columns.
 Waves: narrow-band motion of rms wave_rms around wave_frequency is added to heading and yaw rate.
+Logger: a true second takes 1 + clock_rate seconds of the recorded time.
+Size: the record is of a similar ship 1 + ship_scale times as long as the model's, after Froude: lengths go with the
+scale, times and speeds with its square root, rates and revolutions with the inverse of that; `similar` says it by
+clock and sensors.
 """
 
 from __future__ import annotations
@@ -55,9 +59,15 @@ INSTRUMENTS: dict[str, str] = {
     "earth_frame_velocity": "1",
     **dict.fromkeys(SWAPS, "1"),
     **WAVES,
+    "clock_rate": "1",
+    "ship_scale": "1",
 }
 """Name -> unit of everything that `Model.instruments` may hold."""
 ADDING = ("rudder_delay", "rudder_backlash", "axis_misalignment", *(f"{name}_delay" for name in SENSORS))
+RATIOS = ("rudder_effectiveness", "clock_rate", "ship_scale")
+"""Instruments that multiply by 1 + their value."""
+POWERS = {"clock": 0.5, "surge": 0.5, "sway": 0.5, "north": 1.0, "east": 1.0, "yaw_rate": -0.5, "roll_rate": -0.5}
+"""Clock or sensor -> power of the scale that its factor is, in records of a similar ship."""
 SWITCHES = ("rudder_reversed", "earth_frame_velocity", *SWAPS)
 LIMITS = ("rudder_rate_limit", "rudder_saturation")
 
@@ -72,7 +82,20 @@ def checked(instruments: Mapping[str, float], file: object = None) -> dict[str, 
             raise BadInput(f"instrument {name}: {value!r} is not a finite number", file=file)
         if value < 0.0 and (name.endswith("_delay") or name in (*LIMITS, "rudder_backlash")):
             raise BadInput(f"instrument {name}: {value!r} is negative", file=file)
+        if name in RATIOS[1:] and value <= -1.0:
+            raise BadInput(f"instrument {name}: {value!r} must be larger than -1", file=file)
     return {name: float(value) for name, value in instruments.items()}
+
+
+def similar(instruments: Mapping[str, float]) -> dict[str, float]:
+    """The instruments with a ship's scale told by what it changes of clock and sensors."""
+    out, scale = dict(instruments), 1.0 + instruments.get("ship_scale", 0.0)
+    if scale == 1.0:
+        return out
+    for short, power in POWERS.items():
+        name = "clock_rate" if short == "clock" else f"{short}_scale"
+        out[name] = (1.0 + out.get(name, 0.0)) * scale**power - 1.0
+    return out
 
 
 def linkage(instruments: Mapping[str, float]) -> np.ndarray:
@@ -83,8 +106,8 @@ def linkage(instruments: Mapping[str, float]) -> np.ndarray:
 def combined(own: Mapping[str, float], found: Mapping[str, float]) -> dict[str, float]:
     """The instruments of a model that had `own` ones, after its corrected records showed `found` ones.
 
-    Scales and biases of both in turn, delays, play and angles added, limits the tighter, switches exchanged; a fault
-    and waves are taken from `found` where it has them.
+    Scales, biases and rates of the clock of both in turn, delays, play and angles added, limits the tighter, switches
+    exchanged; a fault and waves are taken from `found` where it has them.
     """
     out = {**own, **found}
     for name in SENSORS:
@@ -92,8 +115,9 @@ def combined(own: Mapping[str, float], found: Mapping[str, float]) -> dict[str, 
         out[f"{name}_scale"] = (1.0 + outer) * (1.0 + inner) - 1.0
         for error in (f"{name}_bias", f"{name}_drift"):
             out[error] = (1.0 + outer) * found.get(error, 0.0) + own.get(error, 0.0)
-    first, second = own.get("rudder_effectiveness", 0.0), found.get("rudder_effectiveness", 0.0)
-    out["rudder_effectiveness"] = (1.0 + first) * (1.0 + second) - 1.0
+    for name in RATIOS:
+        out[name] = (1.0 + own.get(name, 0.0)) * (1.0 + found.get(name, 0.0)) - 1.0
+    second = found.get("rudder_effectiveness", 0.0)
     out["rudder_offset"] = (1.0 + second) * own.get("rudder_offset", 0.0) + found.get("rudder_offset", 0.0)
     out |= {name: own.get(name, 0.0) + found.get(name, 0.0) for name in ADDING}
     out |= {name: (own.get(name, 0.0) + found.get(name, 0.0)) % 2.0 for name in SWITCHES}

@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from .cache import VARIABLE, building, cache_folder, close_folder, store, stored
 from .discovery import modules_in
 from .errors import BadInput, EnvironmentFault
-from .family_names import check_family_name
 
 if TYPE_CHECKING:
     from .definition import Definition
@@ -232,3 +231,23 @@ def _module(file: str) -> ModuleType:
     sys.modules[module.__name__] = module  # numba finds the module of a cached function by its name
     exec(compile(text, str(path), "exec"), vars(module))
     return module
+
+
+# ---- What an identifier of a family of equations may look like: nothing else is looked up, least of all on the disk.
+
+MOST_LETTERS = 200
+_WORD = "[A-Za-z0-9_]+"
+_NAME = re.compile(rf"[a-z0-9]+(-[a-z0-9]+)*(\+{_WORD})*(~{_WORD})*")
+
+
+def is_family_name(name: object) -> bool:
+    """Whether a text has the form of an identifier: `nomoto-1`, `abkowitz+rudder_offset`."""
+    return isinstance(name, str) and len(name) <= MOST_LETTERS and _NAME.fullmatch(name) is not None
+
+
+def check_family_name(name: object, file: object = None) -> None:
+    """Refuse what cannot be the identifier of a family, such as a path; BadInput names the file that it stands in."""
+    if not is_family_name(name):
+        shown = repr(name)
+        shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
+        raise BadInput(f"unknown model family {shown}", file=file, hint="'helmbench list models' shows the families")

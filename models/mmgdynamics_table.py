@@ -60,7 +60,7 @@ def of_mmgdynamics(entries: Iterable[tuple[str, float, str, int | None]], file: 
     ------
     BadInput : keys are missing or there twice, a unit is of another quantity, or Lpp, rho or eta is 0.
     """
-    t = _Table(_in_si(entries, file))
+    t = _AskedNumbers(_in_si(entries, file))
     told: list[str] = []
     out = _propeller(t, told) | _wake(t, told) | _straightening(t, told) | _rudder_area(t)
     out |= {name: t[name] for name in AS_THEY_ARE.split()} | {name: t[f"{name}_dash"] for name in HULL.split()}
@@ -76,7 +76,7 @@ def of_mmgdynamics(entries: Iterable[tuple[str, float, str, int | None]], file: 
     return Stated(out, beside, tuple(told))
 
 
-class _Table:
+class _AskedNumbers:
     """Numbers by key that remember which were asked for, and which of those are missing."""
 
     def __init__(self, known: Mapping[str, float]) -> None:
@@ -106,14 +106,14 @@ def _in_si(entries: Iterable[tuple[str, float, str, int | None]], file: object) 
     return found
 
 
-def _propeller(t: _Table, told: list[str]) -> dict[str, float]:
+def _propeller(t: _AskedNumbers, told: list[str]) -> dict[str, float]:
     if t.has("J_int", "J_slo") and not t.has("k_0", "k_1", "k_2"):
         told.append("k_1 or k_2 is not there: K_T = J_int + J_slo J, as mmgdynamics has it")
         return {"k_0": t["J_int"], "k_1": t["J_slo"], "k_2": 0.0}
     return {name: t[name] for name in ("k_0", "k_1", "k_2")}
 
 
-def _wake(t: _Table, told: list[str]) -> dict[str, float]:
+def _wake(t: _AskedNumbers, told: list[str]) -> dict[str, float]:
     names = ("C_1", "C_2_plus", "C_2_minus")
     if any(t.has(name) for name in names) or not t["w_P0"] < 1.0:
         return {name: t[name] for name in names}
@@ -125,7 +125,7 @@ def _wake(t: _Table, told: list[str]) -> dict[str, float]:
     return dict(zip(names, (HALF, both, both), strict=True))
 
 
-def _straightening(t: _Table, told: list[str]) -> dict[str, float]:
+def _straightening(t: _AskedNumbers, told: list[str]) -> dict[str, float]:
     sides = ("gamma_R_plus", "gamma_R_minus")
     if not t.has("gamma_R"):
         return {name: t[name] for name in sides}
@@ -133,7 +133,7 @@ def _straightening(t: _Table, told: list[str]) -> dict[str, float]:
     return dict.fromkeys(sides, t["gamma_R"])
 
 
-def _rudder_area(t: _Table) -> dict[str, float]:
+def _rudder_area(t: _AskedNumbers) -> dict[str, float]:
     ratio = next((name for name in RATIO_OF_RUDDER if t.has(name)), None)
     return {"A_R": t["A_R"] if t.has("A_R") or ratio is None else t[ratio] * t["Lpp"] * t["d"]}
 

@@ -18,9 +18,9 @@ from . import kernels as kernel_store
 from .argument_types import typed
 from .display import html_table
 from .errors import BadInput
-from .family_names import check_family_name, is_family_name
 from .files import replace_together
 from .instruments import INSTRUMENTS
+from .kernels import check_family_name, is_family_name
 from .particulars import STEPS, Particulars, numbers_of, read_particulars
 from .stated_numbers import (
     coefficients_of,

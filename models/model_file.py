@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import ConfigDict, Field
 
-from .yaml_file import FileContent, Positive, Quantity, Real, Side, Text, needs
+from .yaml_file import FileContent, NumberWithUnit, Positive, Real, Side, Text, needs
 
 SCHEMA = 1
 NotNegative = Annotated[float, Field(strict=True, ge=0.0, allow_inf_nan=False), needs("a number of at least 0")]
@@ -14,7 +14,7 @@ Speed = Annotated[float, Field(strict=True, ge=0.0, le=200.0), needs("a speed fr
 Angle = Annotated[float, Field(strict=True, gt=0.0, le=3.1416), needs("an angle above 0, at most 3.1416 rad")]
 
 
-class _Gear(FileContent):
+class _ModelGear(FileContent):
     """Steering gear in rad, rad/s and s; null: without that limit."""
 
     max_rad: Angle | None = None
@@ -22,12 +22,12 @@ class _Gear(FileContent):
     lag_s: NotNegative = 0.0
 
 
-class _Controller(FileContent):
+class _ModelController(FileContent):
     kp: Real
     kd: Real = 0.0
 
 
-class _Windage(FileContent):
+class _WindForce(FileContent):
     """Constants of the wind force, by the names that the kernels use."""
 
     rho_air: NotNegative
@@ -65,10 +65,10 @@ class ModelFile(FileContent):
     n0_rps: Real | None = None
     max_step_s: Positive = 0.1
     coefficients: dict[str, Real | None] | None = None
-    parameters: dict[str, Quantity] = {}  # noqa: RUF012, pydantic copies it
+    parameters: dict[str, NumberWithUnit] = {}  # noqa: RUF012, pydantic copies it
     constants: dict[str, Real | None] = {}  # noqa: RUF012
-    rudder: _Gear = _Gear()
-    controller: _Controller | None = None
-    windage: _Windage | None = None
+    rudder: _ModelGear = _ModelGear()
+    controller: _ModelController | None = None
+    windage: _WindForce | None = None
     particulars: dict[str, Real] = {}  # noqa: RUF012
     instruments: dict[str, _Measured] = {}  # noqa: RUF012

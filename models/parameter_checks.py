@@ -35,7 +35,7 @@ class Range(NamedTuple):
     sign: bool = True
 
 
-class Doubt(NamedTuple):
+class UnlikelyNumber(NamedTuple):
     """A number that is not as expected: its name, its value, what was expected, and whether no ship has it."""
 
     name: str
@@ -174,17 +174,19 @@ MASS = Range("mass", "C_b L B d rho", (0.97, 1.03), (0.8, 1.25))
 """Mass, kg, where a table has breadth and block coefficient beside it."""
 
 
-def doubts(numbers: Numbers, ranges: Iterable[Range]) -> list[Doubt]:
+def doubts(numbers: Numbers, ranges: Iterable[Range]) -> list[UnlikelyNumber]:
     """Every number outside its usual range, those that no ship has first."""
     size = f"{SMALLEST:g} to {LARGEST:g} is a size of a ship's world"
-    absurd = [Doubt(name, x, size, True) for name, x in numbers.items() if x and not SMALLEST <= abs(x) <= LARGEST]
+    absurd = [
+        UnlikelyNumber(name, x, size, True) for name, x in numbers.items() if x and not SMALLEST <= abs(x) <= LARGEST
+    ]
     if absurd:
         return absurd
     found = [doubt for one in ranges if one.name in numbers for doubt in _doubt(one, numbers)]
     return sorted(found, key=lambda doubt: not doubt.impossible)
 
 
-def _doubt(one: Range, numbers: Numbers) -> list[Doubt]:
+def _doubt(one: Range, numbers: Numbers) -> list[UnlikelyNumber]:
     """Nothing, or what is doubtful about one number."""
     try:
         size = SIZES[one.of](numbers)
@@ -196,7 +198,7 @@ def _doubt(one: Range, numbers: Numbers) -> list[Doubt]:
     low, high = one.usual
     share = f", {low:g} to {high:g} of {one.of}" if one.of else ""
     expected = f"{low * size:.3g} to {high * size:.3g} is usual{'' if one.sign else ' (without its sign)'}{share}"
-    return [Doubt(one.name, numbers[one.name], expected, not _within(value / size, one.possible))]
+    return [UnlikelyNumber(one.name, numbers[one.name], expected, not _within(value / size, one.possible))]
 
 
 def _within(value: float, bounds: tuple[float, float]) -> bool:

@@ -21,8 +21,12 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from .errors import BadInput
+
+if TYPE_CHECKING:
+    from .model import Model
 
 SLENDERNESS, FULLNESS = (1.5, 15.0), (0.2, 1.0)
 """L/B and C_b that a ship can have."""
@@ -81,6 +85,10 @@ class Particulars:
     def mass(self) -> float:
         """Mass in primes of 0.5 rho L^2 d."""
         return 2.0 * self.nabla / (self.L**2 * self.d)
+
+
+NAMES = tuple(entry.name for entry in fields(Particulars))
+NEEDED = tuple(name for name in NAMES if name not in ("pitch_ratio", "x_G", "rho", "title"))
 
 
 def added_masses(p: Particulars) -> dict[str, float]:
@@ -178,6 +186,14 @@ def numbers_of(p: Particulars) -> dict[str, float]:
     return values | {"L": p.L, "d": p.d, "nabla": p.nabla, "x_G": p.x_G, "I_zz": turning, "rho": p.rho}
 
 
+def particulars_of(model: Model) -> Particulars | None:
+    """What the file of a vessel states among its particulars, constants and settings; None where something lacks."""
+    known: dict[str, Any] = dict(zip(model.constant_names, model.constants.tolist(), strict=True))
+    known |= {**model.particulars, "speed_m_s": model.speed_m_s, "n0_rps": model.n0_rps, "title": model.title}
+    stated = {name: known[name] for name in NAMES if known.get(name) is not None}
+    return Particulars(**stated) if all(name in stated for name in NEEDED) else None
+
+
 def read_particulars(path: Path) -> Particulars:
     """The ship of a YAML file of particulars: the names of `Particulars`, SI units.
 
@@ -188,16 +204,14 @@ def read_particulars(path: Path) -> Particulars:
     from .data_file import load
 
     content = load(path)
-    names = [entry.name for entry in fields(Particulars)]
-    needed = [n for n in names if n not in ("pitch_ratio", "x_G", "rho", "title")]
     if not isinstance(content, dict):
-        raise BadInput("no particulars", file=path, hint=f"give {', '.join(needed)}")
-    unknown, missing = [n for n in content if n not in names], [n for n in needed if n not in content]
+        raise BadInput("no particulars", file=path, hint=f"give {', '.join(NEEDED)}")
+    unknown, missing = [n for n in content if n not in NAMES], [n for n in NEEDED if n not in content]
     wrong = [n for n, v in content.items() if n != "title" and (isinstance(v, bool) or not isinstance(v, int | float))]
     for said, which in (("unknown", unknown), ("missing", missing), ("not numbers:", wrong)):
         if which:
             raise BadInput(
-                f"particulars {said} {', '.join(map(str, which))}", file=path, hint=f"give {', '.join(names)}"
+                f"particulars {said} {', '.join(map(str, which))}", file=path, hint=f"give {', '.join(NAMES)}"
             )
     try:
         return Particulars(**content)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass
@@ -10,6 +11,11 @@ from typing import Any
 EXACT_BELOW = 2**53
 """Whole numbers below it are exact as floating-point numbers too, as which some readers take them."""
 AS_THEY_ARE = frozenset({str, int, bool, type(None)})
+
+
+def json_text(value: Any) -> str:
+    """A value as indented JSON; what is not a finite number is null."""
+    return json.dumps(plain(value), indent=1, allow_nan=False)
 
 
 def plain(value: Any) -> Any:

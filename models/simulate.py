@@ -54,7 +54,7 @@ class ClosedLoop:
 
 
 @dataclass(frozen=True)
-class Run:
+class SimulatedRun:
     """A simulated manoeuvre: time (N+1,) s, states (N+1, n), rudder command and rudder (N+1,) rad."""
 
     time_s: NDArray[np.float64]
@@ -275,7 +275,7 @@ def closed_loop(
     environment: ArrayLike | None = None,
     x0: ArrayLike | None = None,
     integrator: str = "rk4",
-) -> Run:
+) -> SimulatedRun:
     """Hull, steering gear and helmsman together, N+1 samples long as `control.reference` is.
 
     Commands change at samples and the rudder is linear between them, so that `simulate` repeats the run exactly
@@ -307,7 +307,7 @@ def closed_loop(
         KINDS.index(control.kind), _array(control.reference, 1), setting_of(control), heading, yaw_rate,
         linkage(model.instruments), states, order, rudder,
     )  # fmt: skip
-    return Run(dt * np.arange(count, dtype=float), states, order, rudder)
+    return SimulatedRun(dt * np.arange(count, dtype=float), states, order, rudder)
 
 
 def setting_of(control: ClosedLoop) -> NDArray[np.float64]:

@@ -74,7 +74,7 @@ Real = Annotated[StrictInt | StrictFloat, Field(allow_inf_nan=False), needs("a f
 Side = Annotated[Literal["port", "starboard"], needs("port or starboard")]
 
 
-class Quantity(FileContent):
+class NumberWithUnit(FileContent):
     """A number with its unit; None where it is not known."""
 
     value: Real | None

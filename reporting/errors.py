@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from ..diagnosis.trace import Trace
+    from ..diagnosis.result import Trace
 
 
 @np.errstate(over="ignore", invalid="ignore")

@@ -11,7 +11,7 @@ from .tables import Column, Table, csv, in_markdown, make_table, markdown
 
 if TYPE_CHECKING:
     from ..bench.exam.exam_file import Manifest
-    from ..bench.exam.scores import Score, WorldScore
+    from ..bench.exam.scores import EntrantScore, WorldScore
     from ..models.model import Model
 
 KIND = Column("kind of world", lambda one: one.kind)
@@ -77,14 +77,14 @@ def equations_text(models: Mapping[str, Model]) -> str:
     return "\n".join(lines).rstrip() + "\n"
 
 
-def overall(scores: Sequence[Score]) -> Table:
+def overall(scores: Sequence[EntrantScore]) -> Table:
     """One row an entrant, over all worlds."""
     from ..bench.exam.scores import ALL
 
     return make_table(_columns(), [one for one in scores if one.kind == ALL], "All worlds")
 
 
-def by_kind(scores: Sequence[Score]) -> Table:
+def by_kind(scores: Sequence[EntrantScore]) -> Table:
     """One row an entrant and kind of world."""
     from ..bench.exam.scores import ALL
 
@@ -145,13 +145,13 @@ MEANING = """- **points**, by which entrants are compared: 1 where an answer is 
   state and knows no gusts; geometric means over channels and worlds. No prediction counts as the base model's."""
 
 
-def text(scores: Sequence[Score], rows: Sequence[WorldScore]) -> str:
+def text(scores: Sequence[EntrantScore], rows: Sequence[WorldScore]) -> str:
     """The scores as Markdown."""
     tables = (overall(scores), by_kind(scores), worlds(rows))
     parts = [f"## {table.title}\n\n{markdown(table)}" for table in tables]
     return "\n".join(["# Scores of the exam", "", MEANING, "", "\n\n".join(parts).rstrip(), ""])
 
 
-def scores_csv(scores: Sequence[Score]) -> str:
+def scores_csv(scores: Sequence[EntrantScore]) -> str:
     """Scores of every entrant over all worlds and by kind as CSV."""
     return csv(make_table([KIND, *_columns()], list(scores)))

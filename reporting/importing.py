@@ -13,7 +13,7 @@ from .tables import Column, Table, make_table
 if TYPE_CHECKING:
     from ..datasets.importing.draft import DraftColumn, Question
     from ..datasets.importing.provenance import ChannelSource
-    from ..datasets.importing.report import Fault, ImportReport
+    from ..datasets.importing.report import FileFault, ImportReport
     from ..datasets.record import Record
 
 LONGEST = 28
@@ -38,7 +38,7 @@ def column_table(columns: Sequence[DraftColumn]) -> Table:
     return make_table(shown, columns)
 
 
-def fault_table(faults: Sequence[Fault]) -> Table:
+def fault_table(faults: Sequence[FileFault]) -> Table:
     """A row a fault."""
     shown = [
         Column("file", lambda fault: fault.table),
@@ -71,7 +71,7 @@ def terminal(report: ImportReport, records: Sequence[Record]) -> str:
     return "\n".join([*parts, "", *(repr(record).strip("<>") for record in records)])
 
 
-def draft_text(columns: Sequence[DraftColumn], questions: Sequence[Question], faults: Sequence[Fault]) -> str:
+def draft_text(columns: Sequence[DraftColumn], questions: Sequence[Question], faults: Sequence[FileFault]) -> str:
     """Columns, what is asked with the lines of a map that answer it, and faults."""
     parts = [tables.console(column_table(columns)), ""] if columns else []
     for question in questions:

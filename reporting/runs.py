@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..datasets.display import Curve, continuous, shown_name, shown_unit, time_figure
+from ..datasets.display import LabelledLine, continuous, shown_name, shown_unit, time_figure
 from ..models.errors import BadInput
 from .errors import rms
 from .numbers import DEG, number
@@ -18,7 +18,7 @@ from .plots import COLOURS, INK, SOFT, Sheet, chart
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..diagnosis.trace import Trace
+    from ..diagnosis.result import Trace
     from ..estimation.validation.result import Validation
 
 CHANNELS = ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s")
@@ -148,7 +148,7 @@ def figure_of(records: Sequence[RecordRuns], name: str | None, what: str) -> Fig
     every = {"measured": record.measured, **record.runs}
     panels = {
         channel: [
-            Curve(label, record.time, continuous(channel, run[channel]))
+            LabelledLine(label, record.time, continuous(channel, run[channel]))
             for label, run in every.items()
             if channel in run
         ]

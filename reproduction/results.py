@@ -12,7 +12,7 @@ from ..models.errors import BadInput
 from ..models.folders import make_folder, write_atomic
 from ..models.plain import plain
 from .claims.claim import Claim, Paper, Reference
-from .runner import StudyRun
+from .runner import Run, is_of, result_of
 from .verdicts import spread
 from .verdicts.spread import NOTHING, Spread
 from .verdicts.verdict import Judged, judge
@@ -49,13 +49,14 @@ class Results:
         return judge(claim, values, told, searched, over)
 
 
-def of_runs(paper: Paper, runs: Sequence[StudyRun]) -> Results:
+def of_runs(paper: Paper, runs: Sequence[Run]) -> Results:
     """Spreads of the paper's finished runs."""
     values, failures = {}, {}
     for study in paper.studies:
-        own = [run for run in runs if run.job.study == study and run.job.paper == paper.paper]
-        values[study] = spread.summarise([run.values for run in own if run.error is None], paper.logarithmic(study))
-        errors = [run.error for run in own if run.error]
+        own = [run for run in runs if is_of(run, paper.paper, study)]
+        errors = [run["row"]["error"] for run in own if run["row"]["error"]]
+        given = [result_of(run).values for run in own if not run["row"]["error"]]
+        values[study] = spread.summarise(given, paper.logarithmic(study))
         if errors:
             failures[study] = errors[0]
     return Results(paper.paper, values, failures)

@@ -1,26 +1,22 @@
-"""Executes studies over their seeds and stores every finished run in a file, so that a stopped computation resumes."""
+"""Studies as runs of the bench, one a study and index: it executes them, and keeps each in its store when it ends."""
 
 from __future__ import annotations
 
-import io
-import json
-import time
-import zlib
-from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-from zipfile import BadZipFile
 
 import numpy as np
 
+from ..bench import runner
 from ..bench.environment import code_version, environment
-from ..bench.execution import one_line, quiet
-from ..bench.store import check_vacant, locked
-from ..models.data_file import load
-from ..models.errors import BadInput, EnvironmentFault
-from ..models.folders import check_regular, make_folder, write_atomic
+from ..bench.execution import guarded, measured_cost
+from ..bench.journal import read_runs
+from ..bench.kinds.base import TIMES, RunKind, Tables
+from ..bench.store import MANIFEST, RUNS, Store, read_manifest
+from ..models.errors import BadInput
+from ..models.folders import check_regular
 from ..models.plain import plain
 from .claims.claim import Paper
 from .papers.study import StudyResult, stream, studies_of
@@ -28,9 +24,11 @@ from .papers.study import StudyResult, stream, studies_of
 if TYPE_CHECKING:
     from ..bench.pool import Pool
 
-MANIFEST, RUNS = "reproduction.json", "runs"
-STORED = Path(__file__).parent / "stored"
+STORED = Path(__file__).parent / "stored" / RUNS
 """Stored runs of studies on measured sets, used where the data are missing."""
+KEYS = {"paper": "string", "study": "string", "index": "int"}
+Run = dict[str, Any]
+"""A finished run: key, row (with status and error), parameters (name and value of every number), series."""
 
 
 @dataclass(frozen=True)
@@ -42,20 +40,51 @@ class StudyJob:
     index: int
     seed: int = 0
 
-    def path(self, directory: Path) -> Path:
-        """The file of the stored run."""
-        return directory / RUNS / self.paper / self.study / f"{self.index:04d}.json"
+    @property
+    def key(self) -> str:
+        """The same for every seed: a directory holds the runs of one."""
+        return f"{self.paper}/{self.study}/{self.index:04d}"
+
+    def row_key(self) -> dict[str, Any]:
+        """The key columns of the store."""
+        return {"paper": self.paper, "study": self.study, "index": self.index}
 
 
-@dataclass(frozen=True)
-class StudyRun:
-    """A finished run; `error` says why it has no values."""
+class StudyKind(RunKind):
+    """Runs of studies: a number a row of the long table, arrays for figures beside it."""
 
-    job: StudyJob
-    values: dict[str, Any]
-    series: dict[str, np.ndarray]
-    error: str | None
-    cpu_s: float
+    name = "reproduction"
+    tables = Tables(
+        keys=tuple(KEYS),
+        wide_file="studies.parquet",
+        wide=KEYS | {"status": "string", "error": "string"} | TIMES,
+        long_file="values.parquet",
+        long=KEYS | {"name": "string", "value": "float"},
+        long_keys=("name",),
+    )
+
+    def execute(self, spec: StudyJob) -> Run:
+        """One run; an exception in it becomes its error."""
+        study = studies_of(spec.paper)[spec.study]
+        if study.measured and not is_available(study.measured) and (stored := runs_of([spec], read_runs(STORED))):
+            return stored[0]
+        series: dict[str, Any] = {}
+
+        def work(row: dict[str, Any]) -> list[dict[str, Any]]:
+            with measured_cost(row):
+                result = study.function(stream(spec.paper, spec.study, spec.index, spec.seed), index=spec.index)
+            series.update(result.series if spec.index < study.drawn else {})
+            return [{"name": name, "value": float(value)} for name, value in result.values.items()]
+
+        return plain(guarded(spec, work) | {"series": series})
+
+
+class StudyStore(Store):
+    """The directory of a reproduction; runs that failed are made again."""
+
+    @property
+    def finished(self) -> frozenset[str]:
+        return frozenset(run["key"] for run in self.runs if not run["row"]["error"])
 
 
 def plan(papers: Sequence[Paper], seed: int = 0) -> list[StudyJob]:
@@ -70,68 +99,34 @@ def plan(papers: Sequence[Paper], seed: int = 0) -> list[StudyJob]:
     return sorted(found, key=lambda job: job.index)
 
 
-@contextmanager
-def open_directory(directory: Path, resume: bool, seed: int = 0) -> Generator[None]:
-    """Make a directory of runs, or check that a started one was made by this version, and hold it for this process.
+def open_store(directory: Path, resume: bool, planned: int, seed: int = 0) -> Store:
+    """The store of a directory, which is made, or was started by this version with this seed, for this process alone.
 
     Raises `BadInput` where it is not vacant, not to be resumed, or held by another process.
     """
-    path = directory / MANIFEST
-    resume = resume and check_regular(path)
-    if not resume:
-        check_vacant(directory, MANIFEST)
-    make_folder(directory)
-    with locked(directory):
-        if not resume:
-            check_vacant(directory, MANIFEST)
-            text = json.dumps({"version": code_version(), "seed": seed, **environment()}, indent=1)
-            write_atomic(path, text.encode() + b"\n")
-        elif _manifest(path).get("version") != code_version():
-            hint = "start again in a new directory"
-            raise BadInput("cannot be resumed: version differs from the one it was started with", file=path, hint=hint)
-        elif _manifest(path).get("seed") != seed:
-            raise BadInput(f"cannot be resumed with seed {seed}: it was started with another one", file=path)
-        yield
+    expected = {"version": code_version(), "seed": seed}
+    if not (resume and check_regular(directory / MANIFEST)):
+        manifest = {"kind": StudyKind.name, "suite": StudyKind.name, "planned": planned, **expected, **environment()}
+        return StudyStore.create(directory, manifest, StudyKind())
+    runner.refuse_other(directory, read_manifest(directory, StudyKind.name), expected)
+    return StudyStore.resume(directory, StudyKind())
 
 
-def compute(
-    jobs: Sequence[StudyJob], directory: Path, pool: Pool, watch: Callable[[StudyRun | None], object] = lambda run: None
-) -> None:
-    """Execute the runs that the directory lacks and store each when it ends.
+def compute(jobs: Sequence[StudyJob], store: Store, pool: Pool, watch: Callable[[Run | None], object]) -> list[Run]:
+    """Execute the runs that the store lacks, and the stored runs of all jobs in their order.
 
-    `watch` is called with every run, with None for one that was stored before.  Failed and damaged runs are repeated.
+    `watch` is called with every run, with None for one that was stored before.
     """
-    todo = []
-    for job in jobs:
-        stored = _undamaged(job, directory)
-        if stored is None or stored.error:
-            todo.append(job)
-        else:
-            watch(None)
-    for job, result, error in pool.outcomes(execute, todo):
-        run = result if error is None else _lost(job, error)
-        write_run(run, directory)
-        watch(run)
+    for _ in store.finished.intersection(job.key for job in jobs):
+        watch(None)
+    runner.execute(jobs, store, pool, watch)
+    return runs_of(jobs, store.runs)
 
 
-def execute(job: StudyJob) -> StudyRun:
-    """One run; an exception in it becomes its error."""
-    study = studies_of(job.paper)[job.study]
-    if study.measured and not is_available(study.measured) and (stored := read_run(job, STORED)) is not None:
-        return stored
-    begin = time.process_time()
-    values, series, error = {}, {}, None
-    with quiet():
-        try:
-            result = study.function(stream(job.paper, job.study, job.index, job.seed), index=job.index)
-            values = {key: plain(value) for key, value in result.values.items()}
-            series = {name: np.asarray(array) for name, array in result.series.items()}
-        except EnvironmentFault:
-            raise
-        except Exception as reason:
-            error = one_line(f"{type(reason).__name__}: {reason}")
-    kept = series if job.index < study.drawn else {}
-    return StudyRun(job, values, kept, error, time.process_time() - begin)
+def runs_of(jobs: Iterable[StudyJob], stored: Iterable[Run]) -> list[Run]:
+    """The stored ones of the runs, in order."""
+    by_key = {run["key"]: run for run in stored}
+    return [by_key[job.key] for job in jobs if job.key in by_key]
 
 
 def is_available(measured: str) -> bool:
@@ -141,58 +136,12 @@ def is_available(measured: str) -> bool:
     return (data_dir() / dataset(measured).folder).is_dir()
 
 
-def write_run(run: StudyRun, directory: Path) -> None:
-    """Store a run: first its series, then, atomically, the file that marks it as finished."""
-    path = run.job.path(directory)
-    make_folder(path.parent, within=directory)
-    if run.series:
-        buffer = io.BytesIO()
-        np.savez_compressed(buffer, allow_pickle=False, **run.series)
-        write_atomic(path.with_suffix(".npz"), buffer.getvalue())
-    stored = {"values": run.values, "error": run.error, "cpu_s": round(run.cpu_s, 3)}
-    write_atomic(path, json.dumps(plain(stored), allow_nan=False).encode() + b"\n")
+def is_of(run: Run, paper: str, study: str) -> bool:
+    """Whether it is a run of a paper's study."""
+    return (run["row"]["paper"], run["row"]["study"]) == (paper, study)
 
 
-def read_run(job: StudyJob, directory: Path) -> StudyRun | None:
-    """A stored run; None where there is none."""
-    path = job.path(directory)
-    if not check_regular(path):
-        return None
-    try:
-        data = load(path)
-        values, error = dict(data["values"]), data["error"]
-        series = path.with_suffix(".npz")
-        arrays = dict(np.load(series)) if check_regular(series) else {}
-        return StudyRun(job, values, arrays, None if error is None else str(error), float(data["cpu_s"]))
-    except (ValueError, KeyError, TypeError, OSError, EOFError, BadZipFile, zlib.error) as error:
-        raise BadInput(f"cannot be read ({one_line(error)})", file=path) from None
-
-
-def _undamaged(job: StudyJob, directory: Path) -> StudyRun | None:
-    try:
-        return read_run(job, directory)
-    except BadInput:
-        return None
-
-
-def stored_runs(jobs: Sequence[StudyJob], directory: Path) -> Iterator[StudyRun]:
-    """The stored ones of the runs."""
-    for job in jobs:
-        run = read_run(job, directory)
-        if run is not None:
-            yield run
-
-
-def result_of(run: StudyRun) -> StudyResult:
-    """A stored run as its study returned it."""
-    values = {key: float("nan") if value is None else value for key, value in run.values.items()}
-    return StudyResult(values, run.series)
-
-
-def _lost(job: StudyJob, error: BaseException) -> StudyRun:
-    return StudyRun(job, {}, {}, one_line(f"worker process died ({type(error).__name__}: {error})"), 0.0)
-
-
-def _manifest(path: Path) -> dict[str, Any]:
-    data = load(path)
-    return data if isinstance(data, dict) else {}
+def result_of(run: Run) -> StudyResult:
+    """A stored run as its study returned it; null is nan."""
+    values = {one["name"]: np.nan if one["value"] is None else one["value"] for one in run["parameters"]}
+    return StudyResult(values, {name: np.array(array, float) for name, array in run["series"].items()})

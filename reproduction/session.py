@@ -14,7 +14,7 @@ from .claims import files
 from .claims.claim import DERIVED, Paper
 from .pages import figures, html, markdown
 from .results import Results
-from .runner import StudyRun
+from .runner import Run
 from .verdicts.spread import Spread
 
 if TYPE_CHECKING:
@@ -36,7 +36,7 @@ def reproduce(
     directory: Path,
     pool: Pool,
     resume: bool = False,
-    watch: Callable[[StudyRun | None], object] = lambda run: None,
+    watch: Callable[[Run | None], object] = lambda run: None,
     seed: int = 0,
 ) -> list[tuple[Paper, Results]]:
     """Compute the runs that the directory lacks.  Its folder `pages` gets results, figures and Markdown pages, its
@@ -45,11 +45,10 @@ def reproduce(
     Raises `BadInput` if the directory has other contents, or another process computes there.
     """
     jobs = runner.plan(chosen, seed)
-    with runner.open_directory(directory, resume, seed):
+    with runner.open_store(directory, resume, len(jobs), seed) as store:
         for folder in (directory / PAGES, directory / INTERACTIVE):
             make_folder(folder, within=directory)
-        runner.compute(jobs, directory, pool, watch)
-        runs = list(runner.stored_runs(jobs, directory))
+        runs = runner.compute(jobs, store, pool, watch)
         found = [(paper, _drawn(paper, results.of_runs(paper, runs), runs, directory / PAGES)) for paper in chosen]
         for _, one in found:
             results.write(one, directory / PAGES)
@@ -81,11 +80,11 @@ def rows(found: Sequence[tuple[Paper, Results]]) -> list[dict[str, Any]]:
     ]
 
 
-def _drawn(paper: Paper, found: Results, runs: Sequence[StudyRun], directory: Path) -> Results:
+def _drawn(paper: Paper, found: Results, runs: Sequence[Run], directory: Path) -> Results:
     """The results with the digests of the figures, which are drawn where their study has runs."""
     digests = {}
     for figure in paper.figures:
-        own = [run for run in runs if (run.job.paper, run.job.study) == (paper.paper, figure.study) and not run.error]
+        own = [run for run in runs if runner.is_of(run, paper.paper, figure.study) and not run["row"]["error"]]
         if own:
             digests[figure.id] = figures.write(paper, figure, [runner.result_of(run) for run in own], directory)
     return dataclasses.replace(found, figures=digests)

@@ -237,13 +237,13 @@ def test_example_cause_finds_the_effect_of_the_truth_simulator(injectable, rng):
 def test_example_suite_is_listed_and_holds_what_it_says(tmp_path, monkeypatch):
     from helmbench.bench import suites
     from helmbench.bench.kinds import kind_of
-    from helmbench.bench.kinds.base import Selection
+    from helmbench.bench.kinds.base import RunSelection
 
     (tmp_path / "gentle.yaml").write_text(example("yaml", "A suite: one YAML file"), encoding="utf-8")
     monkeypatch.setattr(suites, "FOLDER", tmp_path)
     assert suites.suite_names() == ["gentle"]
     suite = suites.load_suite("gentle")
-    specs = kind_of(suite.kind).plan(suite, Selection("gentle"))
+    specs = kind_of(suite.kind).plan(suite, RunSelection("gentle"))
     rows = [spec.row_key() for spec in specs]
     assert len(rows) == 2 * 2 * 2 * 2 * 2
     assert {row["train"] for row in rows} == {"zigzag:5/5", "zigzag:5/5+turn:10"}
@@ -252,8 +252,8 @@ def test_example_suite_is_listed_and_holds_what_it_says(tmp_path, monkeypatch):
 def test_example_score_fills_its_column(tmp_path, monkeypatch):
     from helmbench.bench import runner, suites
     from helmbench.bench.kinds import kind_of
-    from helmbench.bench.kinds.base import Selection
-    from helmbench.bench.scores import registry
+    from helmbench.bench.kinds.base import RunSelection
+    from helmbench.bench.scores import base as registry
     from helmbench.bench.store import read_tables
 
     (tmp_path / "mine.yaml").write_text(
@@ -262,8 +262,8 @@ def test_example_score_fills_its_column(tmp_path, monkeypatch):
     loaded("helmbench.bench.scores.nearly_right", example("python", "A score: one file"), tmp_path, monkeypatch)
     registry.scores.cache_clear()
     suite = suites.load_suite(str(tmp_path / "mine.yaml"))
-    specs = kind_of(suite.kind).plan(suite, Selection("mine"))
-    with inline() as workers, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:
+    specs = kind_of(suite.kind).plan(suite, RunSelection("mine"))
+    with inline() as workers, runner.open_store(tmp_path / "out", suite, RunSelection("mine"), specs) as store:
         runner.run(specs, store, workers)
     monkeypatch.undo()
     registry.scores.cache_clear()

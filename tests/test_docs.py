@@ -55,10 +55,22 @@ def gives_what_it_says(folder: Path, names: dict) -> None:
     assert names["results"].complete
 
 
+def describes_the_moment(_: Path, names: dict) -> None:
+    """The page of an effect that nobody knows: what it depends on, its size, what its term does to held-out runs."""
+    found = names["found"]
+    (force,) = found.remaining
+    assert (found.verdict, force.axis, force.depends_on) == ("described", "N", ("heading",))
+    sine = next(size for size in force.sizes if size.parameter.endswith("_sin"))
+    assert abs(sine.value - 6e6) < 2.5 * (sine.high - sine.low) / 2.0 and sine.low > 5e6
+    heading = [names[which].score("heading_rad").rmse for which in ("before", "after")]
+    assert heading[1] < 0.1 * heading[0]
+
+
 CHECKS: dict[str, Callable[[Path, dict], None]] = {
     "tour": names_the("current"),
     "diagnose": names_the("yaw_rate_bias"),
     "from-python": gives_what_it_says,
+    "unknown-effect": describes_the_moment,
 }
 """Page -> what must hold after its blocks have run in a folder, with the names of its Python."""
 

@@ -2,7 +2,7 @@
 
 from joblib.externals.loky import process_executor
 
-from helmbench.cli._shared import Group, TwoSets
+from helmbench.cli._shared import CommandGroup, TwoSets
 from helmbench.datasets import indices, manoeuvres
 from helmbench.datasets.many import SimulatedRuns
 from helmbench.datasets.record import Record, RecordMeta
@@ -18,8 +18,8 @@ from helmbench.models.lanes import open_loops
 USED = (
     ABCSampler.infer_relative_search_space,  # by Optuna
     ABCSampler.sample_relative,
-    Group.format_commands,  # by click
-    Group.list_commands,
+    CommandGroup.format_commands,  # by click
+    CommandGroup.list_commands,
     TwoSets.format_options,
     Interval.low_open,  # by `_asdict`
     Interval.high_open,

@@ -19,10 +19,10 @@ from ...models.errors import BadInput, CannotFit, EnvironmentFault, FitFailed
 from ...models.plain import plain
 from ..execution import one_line, quiet
 from ..kinds.diagnosis.names import named
+from .exam_file import GROUP
 from .folder import Exam
 from .key import SCHEMA
 from .motion import SCORED, Motion, opening, predicted_or_none
-from .names import GROUP
 from .submission import FILE
 from .submission_file import SaidRegime
 

@@ -23,12 +23,10 @@ from ...models.plain import plain
 from ...models.temporary import temporary_folder
 from ...models.yaml_file import checked
 from ..suites import load_suite
-from .exam_file import Manifest, WorldFiles
-from .files import read_file
+from .exam_file import Manifest, WorldFiles, cause_list, group_list, read_file
 from .key import SCHEMA, digest, read_key, world_key
 from .key_file import Key
 from .motion import logged, opening, without_motion
-from .names import cause_list, group_list
 from .submission_file import submission_schema
 from .worlds import World, draw
 

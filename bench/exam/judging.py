@@ -15,7 +15,7 @@ from ..kinds.diagnosis.judge import KNOWN, UNKNOWN, judge, judge_names, of_base,
 from ..kinds.diagnosis.localisation import localisation, stated_regimes
 from ..kinds.diagnosis.names import BASE, named
 from .key_file import WorldKey
-from .submission import Stated
+from .submission import StatedDiagnosis
 
 ALONE = ("alone", "both", "adequate", "unexplained")
 """Outcomes in which what was named is right."""
@@ -41,13 +41,13 @@ class EffectSizes:
     interval: float | None
 
 
-def naming(said: Stated, key: WorldKey) -> dict[str, Any]:
+def naming(said: StatedDiagnosis, key: WorldKey) -> dict[str, Any]:
     """The outcome, as the suites judge a diagnosis."""
     spec = key.spec
     return judge_names(said, frozenset(key.right)) if key.right else judge(said, spec.group, spec.injected, spec.base)
 
 
-def is_alone(judged: Mapping[str, Any], said: Stated, key: WorldKey) -> bool:
+def is_alone(judged: Mapping[str, Any], said: StatedDiagnosis, key: WorldKey) -> bool:
     """Whether what was named is right, nothing else was named, and no effect was named in two findings."""
     tied = judged["outcome"] == "both" and said.verdict == "tied"
     return judged["outcome"] in ALONE and not judged["false_names"] and not tied and not _repeats(said, key)
@@ -65,13 +65,13 @@ def points(judged: Mapping[str, Any], alone: bool, share: float | None) -> int:
     return -1 if judged["outcome"] == "false_alarm" or (judged["false_names"] and not share) else 0
 
 
-def _repeats(said: Stated, key: WorldKey) -> bool:
+def _repeats(said: StatedDiagnosis, key: WorldKey) -> bool:
     injected = set(key.spec.injected)
     holding = [held for f in said.causes if (held := injected & {f.cause, *f.tied_with})]
     return not key.right and len(holding) > len(set().union(*holding))
 
 
-def right_share(said: Stated, key: WorldKey) -> float | None:
+def right_share(said: StatedDiagnosis, key: WorldKey) -> float | None:
     """Right names over the names that were stated or had to be (Jaccard index); None of a control.
 
     Names that would do as well count as the others, names of which each is right as one.  Beside a base model of which
@@ -89,7 +89,7 @@ def right_share(said: Stated, key: WorldKey) -> float | None:
     return len(stated & right) / len(stated | right | _own_names(said, spec.base))
 
 
-def _names(said: Stated, base: str) -> Iterator[str]:
+def _names(said: StatedDiagnosis, base: str) -> Iterator[str]:
     """Names of causes that count."""
     imperfect = base not in (EXACT, UNSTATED)
     for finding in said.causes:
@@ -98,7 +98,7 @@ def _names(said: Stated, base: str) -> Iterator[str]:
                 yield name
 
 
-def _own_names(said: Stated, base: str) -> frozenset[str]:
+def _own_names(said: StatedDiagnosis, base: str) -> frozenset[str]:
     """Groups of the base model's own numbers that are named, where they count."""
     if base not in (EXACT, UNSTATED):
         return frozenset()
@@ -106,7 +106,7 @@ def _own_names(said: Stated, base: str) -> frozenset[str]:
     return frozenset(f"group:{name}" for some in texts if some for name in some)
 
 
-def sizes(said: Stated, key: WorldKey) -> list[EffectSizes]:
+def sizes(said: StatedDiagnosis, key: WorldKey) -> list[EffectSizes]:
     """Sizes of the effects that are named, each effect once."""
     if key.spec.group not in KNOWN:
         return []
@@ -141,7 +141,7 @@ def _interval_score(row: Mapping[str, Any]) -> float:
     return min((row["high"] - row["low"] + 2.0 / (1.0 - LEVEL) * outside) / abs(row["true"]), LARGEST)
 
 
-def regime_skill(said: Stated, key: WorldKey) -> float | None:
+def regime_skill(said: StatedDiagnosis, key: WorldKey) -> float | None:
     """F1 of the samples in the stated regimes, rescaled: 0 is that of "everywhere" and below, 1 the best.
 
     None where nothing acts in a regime.

@@ -51,7 +51,7 @@ class WorldScore:
 
 
 @dataclass(frozen=True)
-class Score:
+class EntrantScore:
     """Scores of an entrant over the worlds of a kind, or over all.
 
     points : mean over the worlds.  alone : share of the worlds; right_share : mean over those in which something is
@@ -78,7 +78,7 @@ class Score:
     to_best: float
 
 
-def score(folder: Path, key: Path, submissions: Sequence[Path]) -> tuple[list[Score], list[WorldScore]]:
+def score(folder: Path, key: Path, submissions: Sequence[Path]) -> tuple[list[EntrantScore], list[WorldScore]]:
     """Scores of submissions by kind of world and over all, and of every answer.
 
     Raises
@@ -143,7 +143,7 @@ def _geometric(ratios: Iterable[float]) -> float:
     return exp(fmean(log(float(np.clip(one, LEAST_RATIO, LARGEST_RATIO))) for one in ratios))
 
 
-def summary(rows: Sequence[WorldScore]) -> list[Score]:
+def summary(rows: Sequence[WorldScore]) -> list[EntrantScore]:
     """Scores of every entrant, over all worlds and by kind."""
     found = []
     for entrant in dict.fromkeys(row.entrant for row in rows):
@@ -155,10 +155,10 @@ def summary(rows: Sequence[WorldScore]) -> list[Score]:
     return found
 
 
-def _summed(entrant: str, kind: str, rows: Sequence[WorldScore]) -> Score:
+def _summed(entrant: str, kind: str, rows: Sequence[WorldScore]) -> EntrantScore:
     effects = [one for row in rows for one in row.sizes]
     wrong, intervals = ([x for e in effects if (x := getattr(e, name)) is not None] for name in ("error", "interval"))
-    return Score(
+    return EntrantScore(
         entrant,
         kind,
         len(rows),

@@ -26,9 +26,8 @@ from ...models.model import Model, model_from_json
 from ...models.suggestions import suggestion
 from ...models.yaml_file import checked
 from ..kinds.diagnosis.names import BASE
-from .files import read_file
-from .names import GROUP
-from .submission_file import Answer, Named, SaidSize, Submission
+from .exam_file import GROUP, read_file
+from .submission_file import NamedCause, SaidSize, Submission, WorldAnswer
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -42,7 +41,7 @@ SAME_TIME_S = 1e-6
 
 
 @dataclass(frozen=True)
-class Stated:
+class StatedDiagnosis:
     """An answer as `judge` takes it."""
 
     model: Model
@@ -57,9 +56,9 @@ class Read:
     file: Path
     content: Submission
 
-    def answer(self, world: str) -> Answer:
+    def answer(self, world: str) -> WorldAnswer:
         """What is said of a world."""
-        return self.content.worlds.get(world, Answer())
+        return self.content.worlds.get(world, WorldAnswer())
 
 
 def read_submission(path: Path, exam: Exam) -> Read:
@@ -102,7 +101,7 @@ def read_submissions(paths: Sequence[Path], exam: Exam) -> list[Read]:
     return list(found.values())
 
 
-def _check_names(answer: Answer, world: WorldFiles, causes: Mapping[str, Any], place: str) -> None:
+def _check_names(answer: WorldAnswer, world: WorldFiles, causes: Mapping[str, Any], place: str) -> None:
     known = {*causes, *world.groups}
     records = {*world.train, *world.held_out}
     said = [(one.cause, one.coefficient) for one in answer.named]
@@ -133,15 +132,15 @@ def _check_sizes(sizes: Sequence[SaidSize], records: AbstractSet[str], at: str) 
         seen.add((size.parameter, size.record))
 
 
-def stated(answer: Answer, model: Model) -> Stated:
+def stated(answer: WorldAnswer, model: Model) -> StatedDiagnosis:
     """An answer in the form in which a diagnosis is judged."""
     found = tuple(map(_finding, answer.named))
     if not found:
-        return Stated(model, "unexplained" if answer.unexplained else "adequate", ())
-    return Stated(model, "tied" if any(one.tied_with for one in answer.named) else "named", found)
+        return StatedDiagnosis(model, "unexplained" if answer.unexplained else "adequate", ())
+    return StatedDiagnosis(model, "tied" if any(one.tied_with for one in answer.named) else "named", found)
 
 
-def _finding(one: Named) -> Finding:
+def _finding(one: NamedCause) -> Finding:
     """A group of the base model's own numbers becomes the cause `base_coefficients` with that group."""
     details: dict[str, Any] = {} if one.regime is None else {"regime": one.regime.model_dump()}
     details |= {} if one.coefficient is None else {"coefficient": one.coefficient}

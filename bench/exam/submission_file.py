@@ -47,7 +47,7 @@ class SaidRegime(FileContent):
     threshold: Real = 0.0
 
 
-class Named(FileContent):
+class NamedCause(FileContent):
     """One thing that is wrong.
 
     cause : a name of causes.json, or `group:` and a group of the base model's own numbers (exam.json).  tied_with :
@@ -61,7 +61,7 @@ class Named(FileContent):
     coefficient: Short | None = None
 
 
-class Answer(FileContent):
+class WorldAnswer(FileContent):
     """What is said of one world.
 
     named : what is wrong, the surest first; empty: nothing is.  unexplained : something is wrong that has no name here.
@@ -69,7 +69,7 @@ class Answer(FileContent):
     in.  model : file of an extended model (helmbench's model.json), which is simulated where there is no such motion.
     """
 
-    named: Annotated[tuple[Named, ...], Field(max_length=MOST_NAMED)] = ()
+    named: Annotated[tuple[NamedCause, ...], Field(max_length=MOST_NAMED)] = ()
     unexplained: Flag = False
     motion: dict[Short, Short] = Field(default_factory=dict)
     model: Short | None = None
@@ -82,7 +82,7 @@ class Submission(FileContent):
     exam: Short
     entrant: EntrantName
     about: Text = ""
-    worlds: dict[Short, Answer] = Field(default_factory=dict)
+    worlds: dict[Short, WorldAnswer] = Field(default_factory=dict)
 
 
 def submission_schema() -> dict[str, Any]:

@@ -14,7 +14,7 @@ from ..faults.effects import kind_of
 from ..faults.effects.sensors import SensorKind
 from ..faults.frames import Frames
 from ..faults.ships import sister_numbers
-from ..kinds.base import Selection, Suite
+from ..kinds.base import RunSelection, Suite
 from ..kinds.diagnosis.bases import EXACT, UNSTATED
 from ..kinds.diagnosis.bugs import bug_of, numbers_of, with_numbers
 from ..kinds.diagnosis.execute import base_of, injected_of, right_names
@@ -92,7 +92,7 @@ def draw(suite: Suite, seed: int, count: int, vessels: Sequence[str] = ()) -> li
     """
     if suite.kind != "diagnosis":
         raise BadInput("is no suite of diagnoses", file=f"suite {suite.name}", hint="an exam needs injected effects")
-    selection = Selection(suite.name, methods=("innovations",), vessels=tuple(vessels), seed=seed)
+    selection = RunSelection(suite.name, methods=("innovations",), vessels=tuple(vessels), seed=seed)
     cases: dict[str, list[CaseSpec]] = {}
     for spec in plan(suite, selection):
         if spec.method != ORACLE and is_hidden(spec):

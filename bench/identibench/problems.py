@@ -27,7 +27,7 @@ from ...models.folders import make_folder, write_atomic
 from ...models.plain import plain
 from ..environment import code_version
 from ..kinds import IDENTIFICATION, kind_of
-from ..kinds.base import Selection, Suite
+from ..kinds.base import RunSelection, Suite
 from ..kinds.identification.plan import task_key
 from ..kinds.identification.problems import problem
 from ..store import check_vacant
@@ -38,7 +38,7 @@ from .columns import RATE, SIDE
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ..kinds.identification.plan import RunSpec
-    from ..kinds.identification.problems import Problem, Task, Truth
+    from ..kinds.identification.problems import FitTask, Task, Truth
 
 MANIFEST, README = "problems.json", "README.md"
 TEXT = """# Problems of helmbench's suite {suite}
@@ -99,7 +99,7 @@ def export_problems(
         raise BadInput(f"suite {found.name} identifies nothing", hint="its kind must be identification")
     check_trust(found.texts, suite, False)
     kind = kind_of(found.kind)
-    specs = cast("Sequence[RunSpec]", kind.plan(found, Selection(suite, (), tuple(vessels), seeds)))
+    specs = cast("Sequence[RunSpec]", kind.plan(found, RunSelection(suite, (), tuple(vessels), seeds)))
     kind.check(specs)
     tasks = list(dict.fromkeys(spec.task for spec in specs))
     with extras_told():
@@ -134,14 +134,14 @@ def _write(out: Path, name: str, task: Task) -> dict[str, Any]:
     }
 
 
-def _columns(own: Problem) -> tuple[list[str], list[str]]:
+def _columns(own: FitTask) -> tuple[list[str], list[str]]:
     """Inputs and outputs that all records have."""
     shared = set.intersection(*(set(record.channels) for record in (*own.train, *own.held_out)))
     ordered = in_order(shared)
     return [c for c in ordered if c in INPUTS], [c for c in ordered if c in TOGETHER]
 
 
-def _truth(truth: Truth, own: Problem) -> dict[str, Any]:
+def _truth(truth: Truth, own: FitTask) -> dict[str, Any]:
     units = dict(zip(own.model.parameter_names, own.model.parameter_units, strict=True))
     return {
         name: {"value": value, "unit": units[name], "kind": truth.kind, "crb_sd": truth.crb_sd.get(name)}

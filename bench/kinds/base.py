@@ -5,12 +5,14 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from importlib import import_module
 from itertools import islice
 from pathlib import Path
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
 
 from ...models.errors import BadInput
+
+if TYPE_CHECKING:
+    from ...models.yaml_file import FileContent
 
 TIMES = {"wall_s": "float", "cpu_s": "float", "peak_memory_mib": "float"}
 """The last columns of a table of runs, and the only ones in which two equal runs may differ."""
@@ -45,7 +47,7 @@ class Spec(Protocol):
 
 
 @dataclass(frozen=True)
-class Selection:
+class RunSelection:
     """What of a suite is run; empty and None mean what the suite says.
 
     `methods` not named by an open entry are added to it; `vessels` also selects measured sets by their names.
@@ -109,33 +111,46 @@ class Tables:
     long_keys: tuple[str, ...]
 
 
-class Kind(ABC):
-    """A kind of suite.
+class RunKind(ABC):
+    """What the runner executes and the store keeps.
 
-    Attributes
-    ----------
-    name : the folder's name, `kind` in suite files and manifests.
-    failure_columns : columns by which a failed run is listed.
+    name : `kind` in manifests.
     """
 
     name: ClassVar[str]
-    failure_columns: ClassVar[tuple[str, ...]]
 
     @property
     @abstractmethod
     def tables(self) -> Tables:
         """What is stored."""
 
-    def suite_models(self) -> Any:
-        """The module with the pydantic models of a suite file, `Head` and `Entry`."""
-        return import_module(f".{self.name}.suite", __package__)
+    @abstractmethod
+    def execute(self, spec: Any) -> dict[str, Any]:
+        """One finished run, `{"key", "row", "parameters"}`, with built-in types only; failures become its row."""
+
+    def content(self, spec: Any) -> str | None:
+        """Digest of all that the result depends on, whatever the suite is called; None: it is always run anew."""
+        return None
+
+
+class Kind(RunKind):
+    """A kind of suite; its name is the folder's, `kind` also in suite files.
+
+    failure_columns : columns by which a failed run is listed.
+    """
+
+    failure_columns: ClassVar[tuple[str, ...]]
 
     @abstractmethod
-    def with_seed(self, suite: Suite, selection: Selection) -> Selection:
+    def suite_models(self) -> tuple[type[FileContent], type[FileContent]]:
+        """What a suite file holds beside its entries, and an entry, as pydantic models."""
+
+    @abstractmethod
+    def with_seed(self, suite: Suite, selection: RunSelection) -> RunSelection:
         """The selection with the seed that the plan starts from; `BadInput` for one that cannot be used."""
 
     @abstractmethod
-    def plan(self, suite: Suite, selection: Selection) -> Sequence[Spec]:
+    def plan(self, suite: Suite, selection: RunSelection) -> Sequence[Spec]:
         """Every run, in order; `BadInput` for unknown methods or vessels, and where nothing is left to run."""
 
     @abstractmethod
@@ -143,16 +158,8 @@ class Kind(ABC):
         """What the manifest says beside what it says of every suite."""
 
     @abstractmethod
-    def execute(self, spec: Any) -> dict[str, Any]:
-        """One finished run, `{"key", "row", "parameters"}`, with built-in types only; failures become its row."""
-
-    @abstractmethod
     def describe(self, row: Mapping[str, Any]) -> str:
         """A failed run in words."""
 
-    def content(self, spec: Any) -> str | None:
-        """Digest of all that the result depends on, whatever the suite is called; None: it is always run anew."""
-        return None
-
-    def check(self, specs: Iterable[Any]) -> None:  # noqa: B027, most kinds need nothing
+    def check(self, specs: Iterable[Any]) -> None:
         """Raise `BadInput` where something that the runs need is missing on this machine."""

@@ -1,6 +1,5 @@
-"""Scores of an estimate: one file each, found by the registry; the columns of the results table follow from them."""
+"""Scores of an estimate: found in the files of this folder; the columns of the results table follow from them."""
 
-from .base import Outcome, Score, score
-from .registry import compute, score_columns, scores
+from .base import Outcome, ScoreFunction, compute, score, score_columns, scores
 
-__all__ = ["Outcome", "Score", "compute", "score", "score_columns", "scores"]
+__all__ = ["Outcome", "ScoreFunction", "compute", "score", "score_columns", "scores"]

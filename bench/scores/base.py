@@ -1,14 +1,17 @@
-"""What a score is: a function of an outcome, and the columns that it fills."""
+"""A score: a function of an outcome, with its columns; every file of this folder holds one or more."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
+
+from ...models.discovery import modules_in
 
 if TYPE_CHECKING:
     from ...estimation.estimates.estimate import Estimate
-    from ..kinds.identification.problems import Problem
+    from ..kinds.identification.problems import FitTask
 
 LAST = 10_000
 
@@ -25,7 +28,7 @@ class Outcome:
     prediction : errors of predicted held-out records, as `estimation.run.prediction.prediction_scores` gives them.
     """
 
-    problem: Problem
+    problem: FitTask
     estimate: Estimate
     parameters: Sequence[Mapping[str, Any]]
     prediction: Mapping[str, Any]
@@ -37,7 +40,7 @@ class Outcome:
 
 
 @dataclass(frozen=True, eq=False)
-class Score:
+class ScoreFunction:
     """A function of an outcome that returns values of its columns; columns that it leaves out stay empty.
 
     `columns` is name -> type (string, int, float, bool); columns stand in the order of `rank`, those of a score without
@@ -49,6 +52,31 @@ class Score:
     rank: int
 
 
-def score(columns: Mapping[str, str], rank: int = LAST) -> Callable[[Callable[[Outcome], Mapping[str, Any]]], Score]:
+def score(
+    columns: Mapping[str, str], rank: int = LAST
+) -> Callable[[Callable[[Outcome], Mapping[str, Any]]], ScoreFunction]:
     """Decorator that makes a function a score."""
-    return lambda function: Score(function, columns, rank)
+    return lambda function: ScoreFunction(function, columns, rank)
+
+
+# ---- Finding scores: every file of this folder.
+
+
+@lru_cache(maxsize=1)
+def scores() -> dict[str, ScoreFunction]:
+    """Function's name -> its score, in the order of the columns."""
+    every = (
+        item for module in modules_in(__package__) for item in vars(module).values() if isinstance(item, ScoreFunction)
+    )
+    found = {item.compute.__name__: item for item in every}
+    return dict(sorted(found.items(), key=lambda item: (item[1].rank, item[0])))
+
+
+def score_columns() -> dict[str, str]:
+    """Name -> type of every score's columns."""
+    return {name: kind for score in scores().values() for name, kind in score.columns.items()}
+
+
+def compute(outcome: Outcome) -> dict[str, Any]:
+    """Values of every score's columns."""
+    return {name: value for score in scores().values() for name, value in score.compute(outcome).items()}

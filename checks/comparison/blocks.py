@@ -1,6 +1,8 @@
-"""Least squares over blocks of whitened rows: sums per block, robust covariance from the blocks, explained sums.
+"""Least squares over blocks of whitened rows: sums per block, robust covariance from the blocks, explained sums; and
+means of sizes that may differ between records.
 
-Everything after the sums is algebra with few numbers, so that forward selection is quick.
+Rows are whitened where their noise is white noise on a random walk (the local-level model).  Everything after the sums
+is algebra with few numbers, so that forward selection is quick.
 """
 
 from __future__ import annotations
@@ -11,10 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from ...models.linear_algebra import matrix_rank, pinv
-from ..statistics.tails import f_tail
+from ..tails import f_tail, normal_quantile, student_quantile
 
 BLOCKS = 12
 """Blocks a record is cut into: their scores tell how far the rows are from independent."""
+LONGEST_GAP = 5
+"""Samples that may be lost of a channel before its integral starts anew after them."""
 
 
 class Rows(NamedTuple):
@@ -41,6 +45,32 @@ class BlockFit(NamedTuple):
     covariance: np.ndarray
     blocks: int
     inflation: np.ndarray
+
+
+def whitened_steps(series: np.ndarray, joined: np.ndarray, white: float, walk: np.ndarray) -> np.ndarray:
+    """Steps of series (m, T) between samples, whitened: their noise has unit variance and is uncorrelated.
+
+    The noise of a step is e[k] - e[k - 1] + w[k], e white with standard deviation `white`, w with `walk` (T - 1,): its
+    covariance is tridiagonal, and its Cholesky factor bidiagonal.
+
+    joined (T - 1,) : steps that count; where one does not, the series starts anew.
+
+    Returns
+    -------
+    (m, J) for the J steps that count.
+    """
+    from scipy.linalg import cholesky_banded, solve_banded
+
+    steps = np.diff(series, axis=1)[:, joined]
+    place = np.flatnonzero(joined)
+    if not place.size:
+        return steps
+    bands = np.empty((2, place.size))
+    bands[0] = 2.0 * white**2 + walk[place] ** 2
+    bands[1, :-1] = np.where(np.diff(place) == 1, -(white**2), 0.0)
+    bands[1, -1] = 0.0
+    factor = cholesky_banded(bands, lower=True)
+    return solve_banded((1, 0), factor, steps.T).T
 
 
 def sums_of(rows: Rows, place: np.ndarray) -> Sums:
@@ -103,3 +133,36 @@ def p_value(fit: BlockFit, places: Sequence[int]) -> float:
     if dof <= k:
         return 1.0
     return f_tail(wald * (dof - k + 1) / (dof * k), k, dof - k + 1)
+
+
+class Mean(NamedTuple):
+    """Mean over records with its interval, the standard deviation between records, and the p-value of equal sizes."""
+
+    value: float
+    low: float
+    high: float
+    between: float
+    p_equal: float
+
+
+def random_effects_mean(values: np.ndarray, spread: np.ndarray, level: float = 0.90, dof: float = np.inf) -> Mean:
+    """Mean of sizes (R,) with standard errors (R,), by DerSimonian and Laird, interval by Hartung and Knapp.
+
+    dof : degrees of freedom of each standard error.  The interval is at least as wide as that of equal sizes
+    (the modification of Roever, Knapp and Friede 2015, doi 10.1186/s12874-015-0091-1), and for one record its own.
+    """
+    weight = 1.0 / np.maximum(spread, 1e-300) ** 2
+    n, whole = values.size, float(weight.sum())
+    fixed = float(weight @ values / whole)
+    own = 0.5 * (1.0 + level)
+    if n == 1:
+        half = float((student_quantile(own, dof) if np.isfinite(dof) else normal_quantile(own)) * spread[0])
+        return Mean(fixed, fixed - half, fixed + half, 0.0, 1.0)
+    q = float(weight @ (values - fixed) ** 2)
+    p = f_tail(q / (n - 1), n - 1, n * dof if np.isfinite(dof) else 1e9)
+    between = max(q - (n - 1), 0.0) / (whole - float(weight @ weight) / whole)
+    weight = 1.0 / (np.maximum(spread, 1e-300) ** 2 + between)
+    mean = float(weight @ values / weight.sum())
+    scatter = float(weight @ (values - mean) ** 2) / (n - 1)
+    half = float(student_quantile(own, n - 1) * np.sqrt(max(scatter, 1.0) / weight.sum()))
+    return Mean(mean, mean - half, mean + half, float(np.sqrt(between)), p)

@@ -17,9 +17,8 @@ from ...datasets.instruments import corrected
 from ...datasets.signals import integral, sensor_sd
 from ..integrity.runs import never_changes
 from ..registry import sensor_errors
-from .blocks import Rows, Sums, sums_of
+from .blocks import LONGEST_GAP, Rows, Sums, sums_of, whitened_steps
 from .series import SensedMotion, SensorEffect, log_of, path_of, turn_of
-from .whitening import LONGEST_GAP, whitened_steps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

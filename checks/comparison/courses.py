@@ -15,7 +15,7 @@ import numpy as np
 from ...datasets.columns import HEADING, VELOCITIES
 from ...datasets.signals import bridged
 from ..result import Size
-from ..statistics.tails import student_quantile
+from ..tails import student_quantile
 from .blocks import Rows, Sums, explained, fit, p_value, sums_of
 from .selection import LEVEL, TIE
 
@@ -75,13 +75,13 @@ def _pattern(records: Sequence[Record], lags: Sequence[float]) -> Deviation | No
     if not parts or _range(np.concatenate(headings)) < LEAST_RANGE:
         return None
     parts = _standardised(parts)
-    found = fit(parts, DEVIATION)
+    pattern = fit(parts, DEVIATION)
     share = explained(parts, DEVIATION) / max(sum(p.square for p in parts), 1e-300)
-    if p_value(found, DEVIATION) > LEVEL or share < SHARE:
+    if p_value(pattern, DEVIATION) > LEVEL or share < SHARE:
         return None
-    spread = np.sqrt(np.diag(found.covariance))
-    half = student_quantile(0.95, max(found.blocks - 2, 1)) * spread
-    values = -found.values
+    spread = np.sqrt(np.diag(pattern.covariance))
+    half = student_quantile(0.95, max(pattern.blocks - 2, 1)) * spread
+    values = -pattern.values
     sizes = tuple(
         Size(n, float(v), float(v - h), float(v + h), "rad") for n, v, h in zip("cs", values, half, strict=True)
     )

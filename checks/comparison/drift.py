@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ..sensors import CurrentDrift
-from ..statistics.tails import student_quantile
+from ..tails import student_quantile
 from .blocks import BLOCKS, Rows, Sums, explained, fit, p_value, sums_of
 from .chains import Chain, Option, rows_of
 from .selection import LEVEL, TIE
@@ -28,13 +28,13 @@ class Drift(NamedTuple):
 
 def drifts(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) -> list[Drift]:
     """Steady drift of each record (corrected for `chosen`), estimated with what is left of the chosen effects."""
-    found = []
+    out = []
     for record in records:
         part = _with_drift(chain, record, chosen)
         one = fit([part], range(part.score.shape[1]))
         at = list(range(one.values.size - 2, one.values.size))
-        found.append(Drift(record.name, one.values[at], one.covariance[np.ix_(at, at)], p_value(one, at)))
-    return found
+        out.append(Drift(record.name, one.values[at], one.covariance[np.ix_(at, at)], p_value(one, at)))
+    return out
 
 
 def _with_drift(chain: Chain, record: Record, options: Sequence[Option]) -> Sums:

@@ -14,10 +14,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...models.errors import BadInput, CannotFit
-from ..statistics.random_effects import Mean, random_effects_mean
-from ..statistics.selection import grown
-from ..statistics.tails import student_quantile
-from .blocks import BLOCKS, BlockFit, Sums, explained, fit, p_value
+from ..tails import student_quantile
+from .blocks import BLOCKS, BlockFit, Mean, Sums, explained, fit, p_value, random_effects_mean
 from .chains import Chain, Option, sums, why_not
 
 if TYPE_CHECKING:
@@ -65,7 +63,7 @@ class Compared:
 
     chain: Chain
     records: tuple[Record, ...]
-    found: tuple[Sizes, ...]
+    sizes: tuple[Sizes, ...]
     reasons: tuple[str, ...]
     tested: tuple[tuple[Option, float], ...] = ()
     absurd: str | None = None
@@ -75,7 +73,7 @@ class Compared:
         """What is removed from records: what matters, and delays between heading and yaw rate that do not, as a model's
         innovations show those that are far too small to matter."""
         delays = not self.chain.of_positions
-        return [s for s in self.found if s.material or (delays and s.option.effects[0].delay)]
+        return [s for s in self.sizes if s.material or (delays and s.option.effects[0].delay)]
 
     @cached_property
     def corrected(self) -> list[Record]:
@@ -110,13 +108,13 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
             reasons.append(f"{record.name} cannot be compared: {error}")
     if not kept or not options:
         return Compared(chain, (), (), tuple(reasons))
-    chosen = grown(_Agreement(chain, kept, options), _Chosen(), MOST)
-    found = _without_small(chain, kept, _sized(chain, kept, chosen.options, chosen.facts))
+    chosen = _chosen(chain, kept, options)
+    sizes = _without_small(chain, kept, _sized(chain, kept, chosen.options, chosen.facts))
     tested = tuple(zip(options, chosen.alone, strict=True))
-    absurd = next((why for s in found if s.material and (why := _no_instruments(chain, s))), None)
+    absurd = next((why for s in sizes if s.material and (why := _no_instruments(chain, s))), None)
     if absurd is not None:
         return Compared(chain, tuple(kept), (), (*reasons, absurd), tested, absurd)
-    return Compared(chain, tuple(kept), found, tuple(reasons), tested)
+    return Compared(chain, tuple(kept), sizes, tuple(reasons), tested)
 
 
 def _no_instruments(chain: Chain, s: Sizes) -> str | None:
@@ -163,37 +161,38 @@ class _Trial(NamedTuple):
     inflation: float
 
 
-@dataclass(frozen=True)
-class _Agreement:
-    """The criterion: what options explain of the differences between channels."""
-
-    chain: Chain
-    records: Sequence[Record]
-    options: Sequence[Option]
-
-    def tried(self, now: _Chosen, step: int) -> tuple[_Chosen, list[_Trial]]:
-        """Options that are significant in records that are corrected for the chosen ones."""
-        left = [o for o in self.options if o.cause not in [c.cause for c in now.options]]
-        tried = [*now.options, *left]
-        current = _refined(self.chain, self.records, now.options)[0] if now.options else self.records
-        at, parts = _columns(tried), [sums(self.chain, r, tried) for r in current]
-        held = [c for places in at[: len(now.options)] for c in places]
-        trials = []
-        for option, places in zip(left, at[len(now.options) :], strict=True):
-            p, z, inflation = _evidence(parts, held, places, option)
-            gained = explained(parts, [*held, *places]) if p < LEVEL else 0.0
-            trials.append(_Trial(option, gained, p, z, inflation))
-        alone = now.alone if now.options else tuple(t.z for t in trials)
-        return replace(now, alone=alone), [t for t in trials if t.p < LEVEL]
-
-    def entered(self, now: _Chosen, tried: Sequence[_Trial], step: int) -> _Chosen | None:
-        """With the option that explains most, and its rivals."""
-        if not tried:
-            return None
-        best = max(tried, key=lambda t: t.explained)
-        near = (t.option for t in tried if best.explained - t.explained < TIE * best.inflation)
+def _chosen(chain: Chain, records: Sequence[Record], options: Sequence[Option]) -> _Chosen:
+    """Options by forward selection: of those that are significant in records which are corrected for the ones before,
+    the one that explains most enters, with its rivals."""
+    chosen = _Chosen()
+    for _ in range(MOST):
+        trials = _trials(chain, records, options, chosen.options)
+        alone = chosen.alone or tuple(t.z for t in trials)
+        trials = [t for t in trials if t.p < LEVEL]
+        if not trials:
+            return replace(chosen, alone=alone)
+        best = max(trials, key=lambda t: t.explained)
+        near = (t.option for t in trials if best.explained - t.explained < TIE * best.inflation)
         rivals = tuple(o for o in near if o.cause != best.option.cause)
-        return _Chosen((*now.options, best.option), (*now.facts, (rivals, best.p, best.z)), now.alone)
+        chosen = _Chosen((*chosen.options, best.option), (*chosen.facts, (rivals, best.p, best.z)), alone)
+    return chosen
+
+
+def _trials(
+    chain: Chain, records: Sequence[Record], options: Sequence[Option], entered: Sequence[Option]
+) -> list[_Trial]:
+    """All other options beside those that entered, in records that are corrected for these."""
+    left = [o for o in options if o.cause not in [c.cause for c in entered]]
+    every = [*entered, *left]
+    current = _refined(chain, records, entered)[0] if entered else records
+    at, parts = _columns(every), [sums(chain, r, every) for r in current]
+    held = [c for places in at[: len(entered)] for c in places]
+    trials = []
+    for option, places in zip(left, at[len(entered) :], strict=True):
+        p, z, inflation = _evidence(parts, held, places, option)
+        gained = explained(parts, [*held, *places]) if p < LEVEL else 0.0
+        trials.append(_Trial(option, gained, p, z, inflation))
+    return trials
 
 
 def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Option) -> tuple[float, float, float]:
@@ -226,31 +225,31 @@ def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Option], fa
     values = np.stack([f.values for f in each])
     spread = np.stack([np.sqrt(np.diag(f.covariance)) for f in each])
     means = _means(values, spread, whole)
-    found = []
+    out = []
     for option, at, (rivals, p, z) in zip(chosen, _columns(chosen), facts, strict=True):
         own = tuple(means[c] for c in at)
         material = _matters(chain, records, option, values[:, at], spread[:, at], own)
-        found.append(Sizes(option, values[:, at], spread[:, at], own, material, p, z, rivals))
-    return tuple(found)
+        out.append(Sizes(option, values[:, at], spread[:, at], own, material, p, z, rivals))
+    return tuple(out)
 
 
-def _without_small(chain: Chain, records: Sequence[Record], found: tuple[Sizes, ...]) -> tuple[Sizes, ...]:
+def _without_small(chain: Chain, records: Sequence[Record], sizes: tuple[Sizes, ...]) -> tuple[Sizes, ...]:
     """The sizes of what matters, estimated without what does not and is nearly collinear with it: that would move them
     by more than itself."""
-    options, large = [s.option for s in found], [s for s in found if s.material]
-    if not large or len(large) == len(found):
-        return found
+    options, large = [s.option for s in sizes], [s for s in sizes if s.material]
+    if not large or len(large) == len(sizes):
+        return sizes
     spread = _refined(chain, records, options)[1].covariance
     size = np.sqrt(np.maximum(np.diag(spread), 1e-300))
     near = np.abs(spread / np.outer(size, size)) > COLLINEAR
     at = _columns(options)
-    told = [c for s, places in zip(found, at, strict=True) if s.material for c in places]
-    kept = [s for s, places in zip(found, at, strict=True) if s.material or not near[np.ix_(places, told)].any()]
-    if len(kept) == len(found):
-        return found
+    of_large = [c for s, places in zip(sizes, at, strict=True) if s.material for c in places]
+    kept = [s for s, places in zip(sizes, at, strict=True) if s.material or not near[np.ix_(places, of_large)].any()]
+    if len(kept) == len(sizes):
+        return sizes
     again = _sized(chain, records, [s.option for s in kept], [(s.rivals, s.p, s.z) for s in kept])
     by_option = {s.option: s for s in again}
-    return tuple(by_option.get(s.option, s) for s in found)
+    return tuple(by_option.get(s.option, s) for s in sizes)
 
 
 def _matters(
@@ -282,9 +281,9 @@ def _means(values: np.ndarray, spread: np.ndarray, whole: BlockFit) -> list[Mean
 
     One size that differs between records bends what all rows together say of the others.
     """
-    told = np.isfinite(values)
+    known = np.isfinite(values)
     means = [
-        random_effects_mean(values[told[:, c], c], spread[told[:, c], c], dof=BLOCKS - 1)
+        random_effects_mean(values[known[:, c], c], spread[known[:, c], c], dof=BLOCKS - 1)
         for c in range(values.shape[1])
     ]
     if any(mean.p_equal < DIFFERENT for mean in means):
@@ -314,26 +313,26 @@ def _refined(
         step = fit(parts, range(values.size))
         before, values = values, np.clip(values + step.values, low, high)
         current = [corrected_for(r, chosen, values) for r in records]
-    told = [_told(chain, record, chosen) for record in records]
-    each = [_own(part, before, own) for part, own in zip(parts, told, strict=True)]
+    testable = [_of_one(chain, record, chosen) for record in records]
+    each = [_own(part, before, own) for part, own in zip(parts, testable, strict=True)]
     return current, step._replace(values=values), each
 
 
-def _told(chain: Chain, record: Record, chosen: Sequence[Option]) -> list[int]:
+def _of_one(chain: Chain, record: Record, chosen: Sequence[Option]) -> list[int]:
     """Columns of the chosen options that one record can tell by itself."""
     return [c for o, at in zip(chosen, _columns(chosen), strict=True) if _testable(o, chain, [record]) for c in at]
 
 
-def _own(part: Sums, values: np.ndarray, told: list[int]) -> BlockFit:
+def _own(part: Sums, values: np.ndarray, columns: list[int]) -> BlockFit:
     """Sizes in one record from those of all by one step; nan, infinite spread for what it cannot tell by itself."""
     step = values.copy()
     step[:] = np.nan
     covariance = np.full((values.size, values.size), np.nan)
     covariance[np.diag_indices(values.size)] = np.inf
-    if told:
-        own = fit([part], told)
-        step[told] = values[told] + own.values
-        covariance[np.ix_(told, told)] = own.covariance
+    if columns:
+        own = fit([part], columns)
+        step[columns] = values[columns] + own.values
+        covariance[np.ix_(columns, columns)] = own.covariance
     return BlockFit(step, covariance, BLOCKS, np.ones(values.size))
 
 

@@ -9,10 +9,9 @@ import numpy as np
 from ...datasets.columns import RUDDERS, TRACK, TURN
 from ...datasets.geometry import velocity_over_ground
 from ...datasets.signals import bridged, integral, white_noise
-from ..base import FileCheck
-from ..fault import Fault, exact
+from ..base import Fault, FileCheck, exact
 from ..integrity.runs import never_changes
-from .stamps import stamps
+from .repeats import stamps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -81,8 +80,8 @@ def rate_is_derived(values: np.ndarray, rate: np.ndarray, time: np.ndarray) -> s
         "backward": (np.diff(values) / np.diff(time), rate[1:]),
         "forward": (np.diff(values) / np.diff(time), rate[:-1]),
     }
-    for name, (quotient, given) in quotients.items():
-        off = 1.4826 * float(np.median(np.abs(quotient - given)))
+    for name, (quotient, own_rate) in quotients.items():
+        off = 1.4826 * float(np.median(np.abs(quotient - own_rate)))
         if noise > 0.0 and off < 0.1 * noise / dt:
             return (
                 f"it equals the {name} difference quotient to {off:.2g}, though noise would make that {noise / dt:.2g}"
@@ -124,13 +123,13 @@ class DerivedChannel(FileCheck):
     separate_by = "the raw output of each sensor"
 
     def find(self, record: Record) -> list[Fault]:
-        found = [Fault(f"{a} and {b} hold the same numbers", (a, b), material=False) for a, b in equal_columns(record)]
+        faults = [Fault(f"{a} and {b} hold the same numbers", (a, b), material=False) for a, b in equal_columns(record)]
         if record.n < 3 or stamps(record.time_s).missing > MISSING * record.n:
-            return found  # noise over steps that differ is not comparable
+            return faults  # noise over steps that differ is not comparable
         if record.has(*TURN):
             why = rate_is_derived(record.heading_unwrapped(), record.column(TURN[1]), record.time_s)
             if why:
-                found.append(Fault(f"yaw_rate_rad_s is made from heading_rad: {why}", TURN))
+                faults.append(Fault(f"yaw_rate_rad_s is made from heading_rad: {why}", TURN))
         if record.has(*TRACK):
             velocity = velocity_over_ground(record)
             whys = [
@@ -138,8 +137,8 @@ class DerivedChannel(FileCheck):
                 for name, rate in zip(TRACK[3:], (velocity.real, velocity.imag), strict=True)
             ]
             if all(whys):
-                found.append(Fault(f"surge_m_s and sway_m_s are made from the positions: {whys[0]}", TRACK[1:]))
-        return found
+                faults.append(Fault(f"surge_m_s and sway_m_s are made from the positions: {whys[0]}", TRACK[1:]))
+        return faults
 
 
 class RudderFromSensor(FileCheck):
@@ -150,7 +149,7 @@ class RudderFromSensor(FileCheck):
     separate_by = "a rudder angle feedback, or a rudder order that does not depend on the sensors"
 
     def find(self, record: Record) -> list[Fault]:
-        found = []
+        faults = []
         for rudder in (name for name in RUDDERS if record.has(name)):
             for name in ("yaw_rate_rad_s", "heading_rad"):
                 if not record.has(name):
@@ -162,5 +161,5 @@ class RudderFromSensor(FileCheck):
                         f"the noise of {rudder} goes with that of {name} at lag zero (correlation {correlation:.2f}, "
                         f"z = {z:.0f})"
                     )
-                    found.append(Fault(said, (rudder, name), (exact("correlation", correlation, "1"),)))
-        return found
+                    faults.append(Fault(said, (rudder, name), (exact("correlation", correlation, "1"),)))
+        return faults

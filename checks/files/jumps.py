@@ -10,9 +10,8 @@ from ...datasets.columns import HEADING, POSITIONS, TRACK
 from ...datasets.geometry import position_over_ground, velocity_over_ground
 from ...datasets.signals import bridged, integral
 from ...datasets.spikes import without_spikes_in_time
-from ..base import FileCheck
-from ..comparison.whitening import LONGEST_GAP
-from ..fault import Fault, exact
+from ..base import Fault, FileCheck, exact
+from ..comparison.blocks import LONGEST_GAP
 from ..integrity.runs import never_changes
 
 if TYPE_CHECKING:
@@ -41,17 +40,17 @@ class Jump(NamedTuple):
 
 def jumps(record: Record) -> list[Jump]:
     """Jumps of heading (by the yaw rate) and positions (by heading and velocities), where these are known."""
-    found = []
+    out = []
     if record.has("heading_rad", "yaw_rate_rad_s") and not never_changes(record.column("yaw_rate_rad_s")):
-        found += _jumps(record, "heading_rad", record.heading_unwrapped(), record.column("yaw_rate_rad_s"))
+        out += _jumps(record, "heading_rad", record.heading_unwrapped(), record.column("yaw_rate_rad_s"))
     if record.has("surge_m_s", "north_m", "east_m") and not never_changes(record.column("surge_m_s")):
         speed = np.abs(record.column("surge_m_s"))
         if record.has("sway_m_s"):
             speed = np.hypot(speed, record.column("sway_m_s"))
         for name in POSITIONS:
             rate = _toward(record, name)
-            found += _jumps(record, name, record.column(name), rate, np.nan_to_num(speed))
-    return found
+            out += _jumps(record, name, record.column(name), rate, np.nan_to_num(speed))
+    return out
 
 
 def _toward(record: Record, name: str) -> np.ndarray:
@@ -72,14 +71,14 @@ def _jumps(
         return []
     x, r, t = values[known], rate[known], time[known]
     span = np.diff(t)
-    given = 0.5 * (r[1:] + r[:-1]) * span
+    by_rate = 0.5 * (r[1:] + r[:-1]) * span
     top = np.abs(r) if most is None else most[known]
     fastest = float(np.percentile(top, 99))
-    error = np.diff(x) - given
+    error = np.diff(x) - by_rate
     usual = 1.4826 * float(np.median(np.abs(error - np.median(error))))
     seen = np.diff(np.cumsum(np.isfinite(values))[known]) > SIDE  # a gap of the rate alone says nothing of the change
     allowed = np.where(seen, np.inf, np.maximum(LIMIT * usual, 2.0 * fastest * span))
-    found = []
+    out = []
     for k in np.flatnonzero((np.abs(error) > allowed) & (np.abs(np.diff(x)) > allowed)) + 1:
         if abs(error[k - 1]) < COARSE * _resolution(x, int(k)):
             continue
@@ -87,8 +86,8 @@ def _jumps(
         path = np.concatenate([[0.0], np.cumsum(error[a : b - 1])])
         shift = float(np.median(path[k - a :]) - np.median(path[: k - a]))
         if min(k, x.size - k) >= SIDE and abs(shift) > 0.5 * abs(error[k - 1]):
-            found.append(Jump(int(known[k]), name, float(x[k] - x[k - 1]), float(allowed[k - 1]), float(error[k - 1])))
-    return found
+            out.append(Jump(int(known[k]), name, float(x[k] - x[k - 1]), float(allowed[k - 1]), float(error[k - 1])))
+    return out
 
 
 def _resolution(x: np.ndarray, k: int) -> float:
@@ -124,7 +123,7 @@ class Splice(FileCheck):
     separate_by = "the original files, piece by piece"
 
     def find(self, record: Record) -> list[Fault]:
-        found, time, every = [], record.time_s, jumps(record)
+        faults, time, every = [], record.time_s, jumps(record)
         moved = [j for j in every if j.channel != HEADING]
         way = LATE_S * _usual_speed(record) if moved else 0.0
         far = {j.k for j in moved if abs(j.error) > way}
@@ -147,8 +146,8 @@ class Splice(FileCheck):
             reset = [j for j in large if _stays(record, j)]
             steps = tuple((name, j.k, j.error) for j in reset)
             turns = tuple((j.k, j.error) for j in reset if _carries_velocities(record, j))
-            found.append(Fault(said, (name,), size, blanks=blanks, steps=steps, turns=turns, standing=joined))
-        return found
+            faults.append(Fault(said, (name,), size, blanks=blanks, steps=steps, turns=turns, standing=joined))
+        return faults
 
 
 def _usual_speed(record: Record) -> float:

@@ -10,8 +10,7 @@ import numpy as np
 
 from ...datasets.signals import sensor_sd
 from ...datasets.spikes import AROUND, LIMIT, without_spikes_in_time
-from ..base import ChannelCheck, FileCheck
-from ..fault import Fault, exact
+from ..base import ChannelCheck, Fault, FileCheck, exact
 from ..integrity.runs import runs_of
 
 if TYPE_CHECKING:
@@ -35,7 +34,7 @@ class Outliers(ChannelCheck):
     """Isolated gross errors: share of samples far from the curve through their neighbours."""
 
     id, rank = "outliers", 100
-    named = True
+    is_cause = True
     separate_by = "the sensor's own quality flag"
 
     def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
@@ -103,7 +102,7 @@ class ImpossibleSamples(ChannelCheck):
     """Single samples thousands of times as large as all others: a sentinel for a missing value, or a broken row."""
 
     id, rank = "impossible_samples", -10
-    named = True
+    is_cause = True
     separate_by = "the sensor's own quality flag"
 
     def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
@@ -131,7 +130,7 @@ class YawRateSaturation(FileCheck):
     faster."""
 
     id, where, rank, unit = "yaw_rate_saturation", "sensor", 10, "rad/s"
-    named = True
+    is_cause = True
     beyond = ("yaw_rate", "limit")
     separate_by = "the sensor's data sheet: its range"
 

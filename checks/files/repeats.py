@@ -1,18 +1,17 @@
-"""Checks of a record's channels that stay the same: dead, frozen, or in coarse steps."""
+"""Checks of a record's time stamps, and of channels that stay the same: dead, frozen, or in coarse steps."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...datasets.columns import CANONICAL, TRACK, VELOCITIES
-from ..base import ChannelCheck, FileCheck
-from ..fault import SENSED, Fault, exact
+from ..base import SENSED, ChannelCheck, Fault, FileCheck, exact
+from ..integrity.averages import swing
 from ..integrity.readings import track_error
 from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution
-from ..integrity.wraps import swing
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -32,14 +31,14 @@ class ConstantChannel(FileCheck):
     separate_by = "a record in which the quantity surely changes"
 
     def find(self, record: Record) -> list[Fault]:
-        found = []
+        faults = []
         for name, values in record.channels.items():
             known = values[np.isfinite(values)]
             if not known.size:
-                found.append(Fault(f"{name} has no value at all", (name,)))
+                faults.append(Fault(f"{name} has no value at all", (name,)))
             elif known.size > 1 and never_changes(known):
-                found.append(_constant(record, name, float(np.median(known))))
-        return found
+                faults.append(_constant(record, name, float(np.median(known))))
+        return faults
 
 
 def _constant(record: Record, name: str, value: float) -> Fault:
@@ -87,3 +86,80 @@ class CoarseChannel(ChannelCheck):
         if step > SEEN * spread:
             said = f"{name} takes steps of {step:.3g}, {100.0 * step / spread:.1f} % of its standard deviation"
             yield Fault(said, (name,), (exact("step", step, CANONICAL[name]),), step > MATTERS * spread)
+
+
+# ---- time stamps
+LATE, UNEVEN, MISSING = 0.2, 0.05, 1.5
+"""Shares of the median step: from which one stamp is late, steps are uneven, rows are missing."""
+
+
+class Stamps(NamedTuple):
+    """Median step s, rows missing and in how many gaps, longest gap s, late stamps, share of other uneven steps,
+    and the standard deviation of the uneven steps, s."""
+
+    step_s: float
+    missing: int
+    gaps: int
+    longest_s: float
+    late: np.ndarray
+    uneven: float
+    spread_s: float
+
+
+def stamps(time: np.ndarray) -> Stamps:
+    """What the times (N,) of a record show, N >= 3."""
+    steps = np.diff(time)
+    dt = float(np.median(steps))
+    gap = steps > MISSING * dt
+    off = np.abs(steps - dt)
+    pair = (off[:-1] > LATE * dt) & (np.abs(steps[:-1] + steps[1:] - 2.0 * dt) < 0.1 * dt)
+    late = np.flatnonzero(pair) + 1
+    of_pairs = np.zeros(steps.size, bool)
+    of_pairs[late - 1] = of_pairs[late] = True
+    uneven = (off > UNEVEN * dt) & ~of_pairs & ~gap
+    rows = np.maximum(np.round(steps[gap & ~of_pairs] / dt) - 1.0, 1.0)
+    return Stamps(
+        dt,
+        int(rows.sum()),
+        rows.size,
+        float(steps[gap].max(initial=0.0)),
+        late,
+        float(np.mean(uneven)),
+        float(np.std(steps[~gap])),
+    )
+
+
+UNEVEN_SHARE = 0.02
+MISSING_SHARE = 0.02
+TOO_MANY, TOO_LONG = 0.1, 0.2
+"""Share of the rows that may be missing, and share of the record that one gap may take, for a motion to be followed."""
+LONG = 20
+"""Steps below which no gap is too long."""
+
+
+class TimeStamps(FileCheck):
+    """Time stamps that repeat, go back, come late or irregularly, or rows that are missing."""
+
+    id, rank, unit = "time_stamps", 10, "s"
+    ends = True
+    separate_by = "the logger's own sample counter"
+
+    def find(self, record: Record) -> list[Fault]:
+        if record.n < 3:
+            return []
+        s, faults = stamps(record.time_s), []
+        if s.missing:
+            said = f"{s.missing} rows are missing in {s.gaps} gaps of up to {s.longest_s:.4g} s (step {s.step_s:.4g} s)"
+            much = s.missing > MISSING_SHARE * record.n
+            share = s.missing / (record.n + s.missing)
+            torn = s.longest_s > max(TOO_LONG * float(np.ptp(record.time_s)), LONG * s.step_s)
+            size = (exact("longest gap", s.longest_s, "s"),)
+            faults.append(Fault(said, ("time_s",), size, much or torn, standing=share > TOO_MANY or torn))
+        if s.late.size:
+            at = ", ".join(f"{record.time_s[k]:.6g}" for k in s.late[:3])
+            said = f"{s.late.size} stamps come early or late between their neighbours, at {at} s"
+            faults.append(Fault(said, ("time_s",)))
+        if s.uneven > UNEVEN_SHARE:
+            said = f"{100.0 * s.uneven:.0f} % of the steps differ from {s.step_s:.4g} s by more than 5 %"
+            faults.append(Fault(said, ("time_s",), (exact("standard deviation of the step", s.spread_s, "s"),)))
+        return faults

@@ -10,24 +10,26 @@ from ...datasets.axes import track_of
 from ...datasets.columns import POSITIONS, RUDDERS, TRACK, TURN, VELOCITIES
 from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq
-from ..base import FileCheck
-from ..fault import Fault, cleaned, exact
-from ..integrity.averages import averages_of
-from ..integrity.ratios import (
+from ..base import Fault, FileCheck, cleaned, exact
+from ..integrity.averages import SMALL_TURN, averages_of, wraps_at_small_turn
+from ..integrity.readings import (
     AGREE,
     ANGLES,
+    BETTER,
+    LEAST,
     PLACES,
     SPEEDS,
     Ratio,
+    better_reading,
+    course_askew,
     course_ratio,
     heading_ratio,
     over_windows,
     speed_ratio,
+    track_error,
     turns_back,
     unit_of,
 )
-from ..integrity.readings import BETTER, LEAST, better_reading, course_askew, track_error
-from ..integrity.wraps import SMALL_TURN, wraps_at_small_turn
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -115,13 +117,13 @@ class WrongUnit(FileCheck):
         return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), factors=factors)
 
     def _rudders(self, record: Record) -> list[Fault]:
-        found = []
+        faults = []
         for name in RUDDERS:
             most = float(np.nanmax(np.abs(record.column(name)), initial=0.0)) if record.has(name) else 0.0
             if most > LARGEST_RUDDER:
                 said = f"{name} reaches {most:.4g} rad: it holds degrees"
-                found.append(Fault(said, (name,), (exact("largest", most, "rad"),), factors={name: DEGREE}))
-        return found
+                faults.append(Fault(said, (name,), (exact("largest", most, "rad"),), factors={name: DEGREE}))
+        return faults
 
 
 def _odd(said: str, ratio: float, odd: float, columns: tuple[str, ...]) -> Fault | None:
@@ -197,10 +199,10 @@ class ChannelSign(FileCheck):
 
     def _of_course(self, record: Record) -> Fault | None:
         """Positions alone, without velocities or together with them: their track turns to the other side."""
-        found = track_of(averages_of(record))
-        if found is None or not found.mirrored:
+        track = track_of(averages_of(record))
+        if track is None or not track.mirrored:
             return None
-        said = f"the track turns against the heading, as if {found.reading}; or the heading counts anticlockwise"
+        said = f"the track turns against the heading, as if {track.reading}; or the heading counts anticlockwise"
         return Fault(said, POSITIONS, standing=True)
 
 
@@ -256,23 +258,23 @@ def _side_scales(record: Record) -> SideScales | None:
     known = np.isfinite(heading) & np.isfinite(rate)
     if known.sum() < FEWEST:
         return None
-    turned, given = over_windows(record.time_s[known], heading[known], rate[known])
+    turned, by_rate = over_windows(record.time_s[known], heading[known], rate[known])
     if turned.size < FEWEST:
         return None
     least = max(TURNS * float(np.quantile(np.abs(turned), USUAL)), CLEAR * np.sqrt(2.0) * sensor_sd(heading[known]))
     if min(np.mean(turned > least), np.mean(turned < -least)) < MANOEUVRES:
         return None
     clear = np.abs(turned) > least
-    return _fitted(turned[clear], given[clear])
+    return _fitted(turned[clear], by_rate[clear])
 
 
-def _fitted(turned: np.ndarray, given: np.ndarray) -> SideScales | None:
+def _fitted(turned: np.ndarray, by_rate: np.ndarray) -> SideScales | None:
     """Scales of the changes (M,) that the yaw rate gives over those of the heading, rad."""
     offset = np.ones(turned.size)
     one = np.stack([turned, offset], axis=1)
     two = np.stack([np.maximum(turned, 0.0), np.minimum(turned, 0.0), offset], axis=1)
-    left, before = (float(np.std(given - x @ lstsq(x, given))) for x in (two, one))
-    if not left < min(EXPLAINED * float(np.std(given)), TWO_SCALES * before):
+    left, before = (float(np.std(by_rate - x @ lstsq(x, by_rate))) for x in (two, one))
+    if not left < min(EXPLAINED * float(np.std(by_rate)), TWO_SCALES * before):
         return None
-    starboard, port, _ = lstsq(two, given).tolist()
+    starboard, port, _ = lstsq(two, by_rate).tolist()
     return SideScales(starboard, port)

@@ -1,4 +1,5 @@
-"""Long records as averages over a few samples each: what a comparison of channels needs of them.
+"""Long records as averages over a few samples each: what a comparison of channels needs of them; and headings without
+their wraps, whatever their unit is.
 
 Delays, scales and offsets between channels are told by motions that last as long as the ship's turning.  Averages over
 equally many samples of all channels keep these, what channels owe to each other (psi' = r holds for averages too), and
@@ -14,12 +15,13 @@ import numpy as np
 
 from ...datasets.columns import HEADING
 from ...datasets.signals import sensor_sd
-from ..fault import SENSED
-from .wraps import continuous
+from ..base import SENSED
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
+SMALL_TURN = 2.0 * np.pi * np.pi / 180.0
+"""A full turn in radians that was taken for degrees, rad."""
 MOST = 50_000
 """Samples up to which a record is compared as it is, and that a longer one should be averaged to."""
 SHARE = 0.04
@@ -84,3 +86,34 @@ def _turning_time_s(heading: np.ndarray, record: Record) -> float:
             return float(np.sqrt(max(power - noise * span**2 / 3.0, 0.0) / (bend - noise)))
         count *= 2
     return float(np.ptp(record.time_s))
+
+
+# ---- wraps
+def without_wraps(heading: np.ndarray) -> np.ndarray:
+    """Heading (N,) without its wraps: at a full turn in radians, in degrees, or in radians taken for degrees."""
+    turn, step, span = 2.0 * np.pi, float(np.max(np.abs(np.diff(heading)))), float(np.ptp(heading))
+    if span > 3.0 * turn and step > 0.5 * 360.0:
+        turn = 360.0
+    elif wraps_at_small_turn(heading):
+        turn = SMALL_TURN
+    return np.unwrap(heading, period=turn) if span < 1.2 * turn else heading
+
+
+def swing(record: Record) -> float:
+    """Range of a record's headings, rad; 0 where none is known."""
+    heading = record.heading_unwrapped() if record.has("heading_rad") else np.zeros(1)
+    return float(np.nanmax(heading) - np.nanmin(heading)) if np.isfinite(heading).any() else 0.0
+
+
+def continuous(heading: np.ndarray) -> np.ndarray:
+    """Heading (N,) without its wraps, gaps as they are."""
+    known, out = np.isfinite(heading), heading.copy()
+    if known.sum() > 1:
+        out[known] = without_wraps(heading[known])
+    return out
+
+
+def wraps_at_small_turn(heading: np.ndarray) -> bool:
+    """Whether a heading (N,) without gaps wraps at a full turn in radians that was taken for degrees."""
+    span, step = float(np.ptp(heading)), float(np.max(np.abs(np.diff(heading))))
+    return span < 1.01 * SMALL_TURN and step > 0.9 * SMALL_TURN

@@ -1,4 +1,8 @@
-"""Readings of a record's columns: how well heading, rates, velocities and positions agree, as they are or exchanged."""
+"""Readings of a record's columns: how well heading, rates, velocities and positions agree, as they are or exchanged;
+and the ratio of what a channel shows to what another one gives, which tells units and signs.
+
+Of long records, ratios and disagreements are those of averages.
+"""
 
 from __future__ import annotations
 
@@ -10,15 +14,28 @@ import numpy as np
 
 from ...datasets.axes import Track, goes_astern, track_of
 from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
-from ...datasets.geometry import body_velocities, position_over_ground, velocity_over_ground
+from ...datasets.geometry import body_velocities, over_ground, position_over_ground, velocity_over_ground
 from ...datasets.signals import integral
-from .averages import averages_of
-from .ratios import WINDOW_S, whole_windows
-from .wraps import continuous
+from .averages import averages_of, continuous, without_wraps
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
+WINDOW_S = 8.0
+FEWEST_OF_RATIO = 30
+MOVES = 0.2
+"""Share of the usual way made in a window from which it has a course."""
+USUAL = 0.75
+"""Quantile of the ways made in windows that is taken for the usual one: windows over a jump may be the largest."""
+WHOLE = 1.5
+"""Times its usual duration beyond which a window holds a gap."""
+AGREE = 0.95
+"""Correlation from which a ratio is believed."""
+NEAR = 0.06
+"""Share by which a ratio may differ from that of two units."""
+ANGLES = {np.pi / 180.0: "radians where degrees are meant", 180.0 / np.pi: "degrees where radians are meant"}
+PLACES = {1.0 / 0.3048: "ft", 1e-3: "km", 1.0 / 1852.0: "nautical miles"}
+SPEEDS = {3600.0 / 1852.0: "knots", 3.6: "km/h", 1.0 / 0.3048: "ft/s"}
 BETTER = 0.5
 """Share of the present disagreement below which another reading of the columns is believed."""
 FEWEST = 20
@@ -51,8 +68,8 @@ def to_body(record: Record) -> Record:
 def about_track(record: Record) -> Record:
     """The heading turned by the mean angle between the way made and the way that heading and velocities give, where
     that is beyond what a compass may err."""
-    given, moved = _ways(record)
-    angle = float(np.angle(np.sum(given * np.conj(moved)))) if given.size else 0.0
+    by_log, moved = _ways(record)
+    angle = float(np.angle(np.sum(by_log * np.conj(moved)))) if by_log.size else 0.0
     return record if abs(angle) < ASKEW else record.with_channels(heading_rad=record.heading_unwrapped() - angle)
 
 
@@ -143,18 +160,18 @@ def rate_error(record: Record, name: str) -> float:
     psi, rate, time = psi[known], rate[known], time[known]
     step = min(max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time)))), time.size // 2)
     turned = psi[step:] - psi[:-step]
-    given = integral(rate, time)
-    error = turned - (given[step:] - given[:-step])
+    by_rate = integral(rate, time)
+    error = turned - (by_rate[step:] - by_rate[:-step])
     return float(np.sqrt(np.mean(error**2) / max(np.mean(turned**2), 1e-300)))
 
 
 def track_error(record: Record) -> float:
     """Error of the displacement over windows that heading and velocities give, as a share of the way made; nan for too
     few samples."""
-    given, moved = _ways(record)
-    if not given.size:
+    by_log, moved = _ways(record)
+    if not by_log.size:
         return float("nan")
-    return float(np.sqrt(np.mean(np.abs(moved - given) ** 2) / max(np.mean(np.abs(moved) ** 2), 1e-300)))
+    return float(np.sqrt(np.mean(np.abs(moved - by_log) ** 2) / max(np.mean(np.abs(moved) ** 2), 1e-300)))
 
 
 def _ways(record: Record) -> tuple[np.ndarray, np.ndarray]:
@@ -169,3 +186,111 @@ def _ways(record: Record) -> tuple[np.ndarray, np.ndarray]:
     way = integral(velocity[known], time)
     whole = whole_windows(time, step)
     return (way[step:] - way[:-step])[whole], (place[step:] - place[:-step])[whole]
+
+
+# ---- ratios
+class Ratio(NamedTuple):
+    """Slope of a channel's changes over those that another one gives, and their correlation."""
+
+    slope: float
+    correlation: float
+
+
+def heading_ratio(record: Record) -> Ratio | None:
+    """Heading's changes over those that the yaw rate gives; None where they cannot be compared.
+
+    A heading that wraps at 360 is unwrapped there.
+    """
+    record = averages_of(record)
+    if not record.has(*TURN):
+        return None
+    heading = record.column("heading_rad")
+    known = np.isfinite(heading) & np.isfinite(record.column("yaw_rate_rad_s"))
+    if known.sum() < FEWEST_OF_RATIO:
+        return None
+    rate = record.column("yaw_rate_rad_s")[known]
+    return _ratio(*over_windows(record.time_s[known], without_wraps(heading[known]), rate), FEWEST_OF_RATIO // 2)
+
+
+def course_ratio(record: Record) -> Ratio | None:
+    """Changes of the track's course over those of the heading, over windows; None where they cannot be compared."""
+    record = averages_of(record)
+    if not record.has("heading_rad", "north_m", "east_m"):
+        return None
+    place = position_over_ground(record)
+    known = np.isfinite(place) & np.isfinite(record.column("heading_rad"))
+    if known.sum() < FEWEST_OF_RATIO:
+        return None
+    place, heading = place[known], without_wraps(record.column("heading_rad")[known])
+    w = max(_window(record.time_s[known]), 2)
+    way = place[w:] - place[:-w]
+    course, turned = np.angle(way[w:] * np.conj(way[:-w])), heading[w + w // 2 :] - heading[w // 2 : -w]
+    turned = turned[: course.size]
+    whole = whole_windows(record.time_s[known], w)
+    fast = np.minimum(np.abs(way[w:]), np.abs(way[:-w])) > MOVES * np.median(np.abs(way))
+    fast &= whole[w:] & whole[:-w]
+    return _ratio(course[fast], turned[fast], FEWEST_OF_RATIO + 1)
+
+
+def speed_ratio(record: Record) -> float | None:
+    """Way that the velocities give over the way that positions show, median over windows; None where they cannot be
+    compared.
+
+    Without a heading it is the length of the path: a craft that turns in a window comes to less.
+    """
+    record = averages_of(record)
+    if not record.has("surge_m_s", "north_m", "east_m"):
+        return None
+    surge, sway = (
+        record.column("surge_m_s"),
+        record.column("sway_m_s") if record.has("sway_m_s") else np.zeros(record.n),
+    )
+    headed = record.has("heading_rad")
+    velocity = over_ground(surge, sway, record.column("heading_rad")) if headed else np.hypot(surge, sway)
+    place = position_over_ground(record)
+    known = np.isfinite(velocity) & np.isfinite(place)
+    if known.sum() < FEWEST_OF_RATIO:
+        return None
+    time, place = record.time_s[known], place[known]
+    w, way = _window(time), integral(velocity[known], time)
+    moved, by_log = np.abs(place[w:] - place[:-w]), np.abs(way[w:] - way[:-w])
+    fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (by_log > 0.0) & whole_windows(time, w)
+    return float(np.median(by_log[fast] / moved[fast])) if fast.any() else None
+
+
+def over_windows(time: np.ndarray, values: np.ndarray, rate: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Changes (M,) of values (N,) and of the integral of their rate (N,) over windows without a gap."""
+    w = _window(time)
+    whole, by_rate = whole_windows(time, w), integral(rate, time)
+    return (values[w:] - values[:-w])[whole], (by_rate[w:] - by_rate[:-w])[whole]
+
+
+def _ratio(change: np.ndarray, other: np.ndarray, fewest: int) -> Ratio | None:
+    """Changes (M,) over those that are given (M,); None of too few, or where nothing changes."""
+    spread = float(np.sqrt(np.mean(other**2) * np.mean(change**2))) if change.size >= fewest else 0.0
+    if not spread > 0.0:
+        return None
+    both = float(np.mean(other * change))
+    return Ratio(both / float(np.mean(other**2)), both / spread)
+
+
+def _window(time: np.ndarray) -> int:
+    """Samples of a window, at most a quarter of the record."""
+    return int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, max(time.size // 4, 2)))
+
+
+def whole_windows(time: np.ndarray, w: int) -> np.ndarray:
+    """(M,) windows of w samples without a gap inside."""
+    span = time[w:] - time[:-w]
+    return span < WHOLE * np.median(span)
+
+
+def turns_back(ratio: float) -> bool:
+    """Whether a ratio is that of a turned sign, beside the error of a scale: not of another unit or quantity."""
+    return 0.5 < -ratio < 2.0
+
+
+def unit_of(ratio: float, units: dict[float, str]) -> str | None:
+    """Name of the unit whose ratio to SI this is, sign left aside; None for none."""
+    near = [name for value, name in units.items() if abs(abs(ratio) / value - 1.0) < NEAR]
+    return near[0] if near else None

@@ -18,7 +18,7 @@ import numpy as np
 from ..signals import integral
 from ..yaw_response import YawResponse, yaw_response
 from . import roles
-from .evidence import Series
+from .evidence import ClockSeries
 from .units import UNITS
 
 GRID, COARSE = 1500, 400
@@ -80,7 +80,7 @@ class Meaning:
 
 
 @dataclass(frozen=True)
-class Motion:
+class EvenColumns:
     """Columns of one table on an even grid.
 
     time : (n,) s.  values : name -> (n,), angles without their jumps.  turns : name -> period of a column that jumps by
@@ -110,7 +110,7 @@ class Motion:
         return meaning.sign * UNITS[meaning.unit].factor * self.values[name]
 
 
-def motion_of(time: np.ndarray, columns: Mapping[str, np.ndarray], known: Mapping[str, Meaning]) -> Motion | None:
+def motion_of(time: np.ndarray, columns: Mapping[str, np.ndarray], known: Mapping[str, Meaning]) -> EvenColumns | None:
     """Columns (N,) over rising times (N,), s, on an even grid; those that never change are left out."""
     fresh = np.isfinite(time)
     fresh[fresh] = np.concatenate([[True], np.diff(np.maximum.accumulate(time[fresh])) > 0.0])
@@ -129,7 +129,7 @@ def motion_of(time: np.ndarray, columns: Mapping[str, np.ndarray], known: Mappin
         straight, period = _without_jumps(own[sound])
         turns |= {name: period} if period else {}
         values[name] = np.interp(grid, at[sound], smooth(straight, width))
-    return Motion(grid - grid[0], values, turns, {n: m for n, m in known.items() if n in values})
+    return EvenColumns(grid - grid[0], values, turns, {n: m for n, m in known.items() if n in values})
 
 
 def _without_jumps(values: np.ndarray) -> tuple[np.ndarray, float]:
@@ -167,7 +167,7 @@ def straight(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return centred - t * float(t @ centred) / float(t @ t)
 
 
-def rate_fit(motion: Motion, whole: str, rate: str) -> tuple[float, float]:
+def rate_fit(motion: EvenColumns, whole: str, rate: str) -> tuple[float, float]:
     """(share of a column beyond a straight line that k times the integral of another one explains, k)."""
     summed = integral(motion.values[rate], motion.time)
     y, z = straight(motion.time, motion.values[whole]), straight(motion.time, summed)
@@ -194,7 +194,7 @@ def likeness(wanted: np.ndarray, values: np.ndarray) -> float:
 
 
 @dataclass(frozen=True)
-class Track:
+class VelocityColumns:
     """Velocities to north and east, m/s, of two columns, and what these are."""
 
     north: np.ndarray
@@ -205,7 +205,7 @@ class Track:
 class Relations:
     """The relations between the columns of a table."""
 
-    def __init__(self, motion: Motion) -> None:
+    def __init__(self, motion: EvenColumns) -> None:
         self.motion = motion
         n = motion.time.size
         self.width = max(3, n // 60)
@@ -256,7 +256,7 @@ class Relations:
 
     # ---- tracks
 
-    def tracks(self, heading: str, of: Meaning) -> Iterator[Track]:
+    def tracks(self, heading: str, of: Meaning) -> Iterator[VelocityColumns]:
         """Pairs of positions whose course goes with a heading."""
         psi = smooth(self.motion.si(heading, of), self.width)[self.coarse]
         for meanings in self._pairs(heading):
@@ -287,7 +287,7 @@ class Relations:
         steady = float(np.std(np.diff(self.motion.values[name])) + abs(np.diff(self.motion.values[name]).mean()))
         return rough < 1.5 * steady
 
-    def _track(self, psi: np.ndarray, meanings: dict[str, Meaning]) -> Track | None:
+    def _track(self, psi: np.ndarray, meanings: dict[str, Meaning]) -> VelocityColumns | None:
         """The track of two columns with the sign of the second that goes with a heading; None where neither does."""
         (first, one), (second, other) = meanings.items()
         north, east = self._over_ground(meanings)
@@ -303,7 +303,7 @@ class Relations:
         value = worth(share) - offset / BIAS
         said = {"why": why, "worth": value / 2.0}
         told = {first: replace(one, **said), second: replace(other, sign=other.sign * sign, **said)}
-        return Track(north, sign * east, told)
+        return VelocityColumns(north, sign * east, told)
 
     def _over_ground(self, meanings: Mapping[str, Meaning]) -> tuple[np.ndarray, np.ndarray]:
         """Velocities (n,) to north and east, m/s, of two columns of positions."""
@@ -316,7 +316,7 @@ class Relations:
 
     # ---- what follows from heading and track
 
-    def velocities(self, track: Track, psi: np.ndarray, taken: set[str]) -> Iterator[tuple[str, Meaning]]:
+    def velocities(self, track: VelocityColumns, psi: np.ndarray, taken: set[str]) -> Iterator[tuple[str, Meaning]]:
         """Columns that are a velocity over ground, forward or to starboard, the speed or the course of a track."""
         psi = smooth(psi, self.width)
         c, s = np.cos(psi), np.sin(psi)
@@ -499,7 +499,7 @@ def _mirror(meaning: Meaning, from_east: bool) -> Meaning:
     return replace(meaning, sign=-meaning.sign, offset=round(quarter, 9))
 
 
-def assignments(motion: Motion) -> list[Assignment]:
+def assignments(motion: EvenColumns) -> list[Assignment]:
     """What the open columns may be: the choice of heading, yaw rate, track and rudder that explains most, and those
     near it that contradict it; without any where nothing tells."""
     relations, best = Relations(motion), dict[frozenset, Assignment]()
@@ -538,14 +538,14 @@ def _without_heading(relations: Relations) -> list[Assignment]:
     return sorted(found, key=lambda made: -made.worth)
 
 
-def _is_near(motion: Motion, made: Assignment, first: Assignment) -> bool:
+def _is_near(motion: EvenColumns, made: Assignment, first: Assignment) -> bool:
     """Whether an assignment is nearly as good as the first: also that in the other unit, where no track tells it."""
     told = {q for _, q, _ in first.main} & {"north", "latitude"} or motion.turns
     return made.worth > first.worth - (NEAR if told else NEAR_UNIT)
 
 
 def _completed(
-    relations: Relations, heading: tuple[str, Meaning], rate: tuple[str, Meaning] | None, track: Track | None
+    relations: Relations, heading: tuple[str, Meaning], rate: tuple[str, Meaning] | None, track: VelocityColumns | None
 ) -> Iterator[dict[str, Meaning]]:
     """All columns that follow from a choice of heading, yaw rate and track: for each that may be the rudder."""
     motion, (name, of) = relations.motion, heading
@@ -566,7 +566,7 @@ def _completed(
         yield told | (_with_order(motion, *helm, taken) if helm else {})
 
 
-def _with_order(motion: Motion, name: str, helm: Meaning, taken: set[str]) -> dict[str, Meaning]:
+def _with_order(motion: EvenColumns, name: str, helm: Meaning, taken: set[str]) -> dict[str, Meaning]:
     """What steers, and its order or its answer, where another column moves alike and one is earlier."""
     own = _series(motion, name)
     size = float(np.ptp(own.values))
@@ -581,8 +581,8 @@ def _with_order(motion: Motion, name: str, helm: Meaning, taken: set[str]) -> di
     return {name: helm}
 
 
-def _series(motion: Motion, name: str) -> Series:
-    return Series(motion.time, motion.values[name], "", False)
+def _series(motion: EvenColumns, name: str) -> ClockSeries:
+    return ClockSeries(motion.time, motion.values[name], "", False)
 
 
 def _unique(meanings: Iterator[tuple[str, Meaning]]) -> dict[str, Meaning]:

@@ -13,7 +13,7 @@ from .draft import Answer, Question
 from .gps_time import EPOCH_S, WEEK_S, leap_seconds
 from .motions import Lag, offset_by_motion
 from .offsets import NEAR_S, OVERLAP, estimate_offset
-from .report import Fault
+from .report import FileFault
 from .times import clock_question
 
 ZONE_STEP_S, LONGEST_ZONE_S = 900.0, 14.0 * 3600.0
@@ -60,7 +60,7 @@ def _on_date(stream: Stream, other: Stream) -> Stream:
     return replace(stream, time=stream.time + origin + whole, dated=True, zoned=stream.zoned or stream.gps, done=done)
 
 
-def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Fault], list[Question]]:
+def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[FileFault], list[Question]]:
     """The streams on one clock, that which states UTC or else of the rudder; what was done, doubts, and questions for
     clocks that nothing tells."""
     clocks: dict[str, list[Stream]] = {}
@@ -78,7 +78,7 @@ def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[Faul
         waiting.remove(own)
         if setting.doubt:
             faults.append(
-                Fault(own[0].label, setting.told, "give clock_offset_s of this table in the map if it is wrong")
+                FileFault(own[0].label, setting.told, "give clock_offset_s of this table in the map if it is wrong")
             )
         elif setting.told:
             done.append(f"{own[0].label}: {setting.told}")

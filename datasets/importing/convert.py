@@ -13,7 +13,7 @@ from .draft import NOT_USED
 from .finding import EITHER_SIDE, either_side
 from .mapping import ColumnMap, TableMap
 from .raw import RawColumn, RawTable
-from .report import Fault
+from .report import FileFault
 from .times import TableTime
 from .units import UNITS
 
@@ -76,7 +76,7 @@ class Stream:
         return float(np.median(np.diff(self.time)))
 
 
-def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[list[Stream], list[Fault]]:
+def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[list[Stream], list[FileFault]]:
     """The quantities of a table, of every run of it where its time starts again, and its faults; none where a fault is
     fatal."""
     faults = _row_faults(table)
@@ -112,17 +112,17 @@ def _part(stream: Stream, kept: np.ndarray, run: int) -> Stream:
     return replace(stream, label=label, time=stream.time[kept], quantities=quantities, kept=kept, run=run)
 
 
-def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[Fault]:
+def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[FileFault]:
     """The longest time without rows, where it is that of many."""
     steps = np.diff(time)
     k = int(np.argmax(steps))
     if not steps[k] > max(HOLE_S, HOLE_STEPS * float(np.median(steps))):
         return []
     hint = "was the log cut, or its clock set (summer time)? cut the record there"
-    return [Fault(table.label, f"no row for {steps[k]:.4g} s before this one", hint, int(table.rows[kept[k + 1]]))]
+    return [FileFault(table.label, f"no row for {steps[k]:.4g} s before this one", hint, int(table.rows[kept[k + 1]]))]
 
 
-def _row_faults(table: RawTable) -> list[Fault]:
+def _row_faults(table: RawTable) -> list[FileFault]:
     """One fault for rows that the reader left out."""
     if not table.faults:
         return []
@@ -131,23 +131,26 @@ def _row_faults(table: RawTable) -> list[Fault]:
     row, message, _ = next(iter(table.faults))
     more = f" ({len(table.faults)} of {total} rows are wrong, this is the first)" if len(table.faults) > 1 else ""
     hint = "mend or remove them" if many else "left out"
-    return [Fault(table.label, message + more, hint, row=row, fatal=many)]
+    return [FileFault(table.label, message + more, hint, row=row, fatal=many)]
 
 
-def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[list[np.ndarray], list[Fault]]:
+def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[list[np.ndarray], list[FileFault]]:
     """(indices of rows with times that rise, of every run; faults)."""
     name = mapping.time.columns[-1] if mapping.time.columns else None
-    faults: list[Fault] = []
+    faults: list[FileFault] = []
     known = np.flatnonzero(np.isfinite(time))
     missing = np.flatnonzero(~np.isfinite(time))
     if missing.size:
         many = missing.size > FEW * time.size and missing.size > 2
         said = f"{missing.size} of {time.size} rows have no time of the form {mapping.time.form!r}"
         hint = "state the form in the mapping" if many else "left out"
-        faults.append(Fault(table.label, said, hint, _row(table, missing[0]), name, many))
+        faults.append(FileFault(table.label, said, hint, _row(table, missing[0]), name, many))
     if known.size < 3:
         said = f"{known.size} rows with a time"
-        return [known], [*faults, Fault(table.label, said, "a log needs some minutes of them", column=name, fatal=True)]
+        return [known], [
+            *faults,
+            FileFault(table.label, said, "a log needs some minutes of them", column=name, fatal=True),
+        ]
     parts = _runs_of(time, known)
     kept, late = zip(*(_rising(time, part) for part in parts), strict=True)
     faults += _late_faults(table, time, np.concatenate(late), name)
@@ -157,7 +160,7 @@ def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[
         said = said.replace(", and at 0 later places", "")
         short = sum(part.size for part in kept) - sum(part.size for part in long)
         hint = "a record each" + (f"; {short} rows in runs too short for one left out" if short else "")
-        faults.append(Fault(table.label, said, hint, _row(table, parts[1][0]), name))
+        faults.append(FileFault(table.label, said, hint, _row(table, parts[1][0]), name))
     return long if len(parts) > 1 and long else list(kept), faults
 
 
@@ -185,19 +188,19 @@ def _rising(time: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]
     return rows[rises], rows[~rises]
 
 
-def _late_faults(table: RawTable, time: np.ndarray, late: np.ndarray, name: str | None) -> list[Fault]:
+def _late_faults(table: RawTable, time: np.ndarray, late: np.ndarray, name: str | None) -> list[FileFault]:
     """What is wrong with rows whose time is not above all before them."""
     back = late[time[late] < time[late - 1]]
     if back.size:
         many = late.size > FEW * time.size
         said = f"time goes back in {back.size} place{'s' if back.size > 1 else ''}"
         hint = "cut the file there, or sort it by time" if many else f"{late.size} rows left out"
-        return [Fault(table.label, said, hint, _row(table, back[0]), name, many)]
+        return [FileFault(table.label, said, hint, _row(table, back[0]), name, many)]
     if late.size:
         many = late.size > 0.5 * time.size
         hint = "the time is too coarse: log it with fractions of a second" if many else "the first of each was kept"
         said = f"{late.size} rows repeat the time of the row before"
-        return [Fault(table.label, said, hint, _row(table, late[0]), name, many)]
+        return [FileFault(table.label, said, hint, _row(table, late[0]), name, many)]
     return []
 
 
@@ -205,7 +208,7 @@ def _row(table: RawTable, index: int) -> int:
     return int(table.rows[index])
 
 
-def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np.ndarray, list[Fault]]:
+def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np.ndarray, list[FileFault]]:
     """The column in SI units, and a fault where cells are no numbers."""
     if entry.unit == "deg min":
         numbers = _degrees_minutes(column)
@@ -219,13 +222,13 @@ def _converted(table: RawTable, column: RawColumn, entry: ColumnMap) -> tuple[np
     empty = not np.isfinite(values).any()
     if empty:
         hint = "check its cells, or leave it out of the mapping"
-        return values, [Fault(table.label, "no number in the whole column", hint, column=column.name, fatal=True)]
+        return values, [FileFault(table.label, "no number in the whole column", hint, column=column.name, fatal=True)]
     if not bad.size:
         return values, []
     many = bad.size > MANY * values.size
     said = f"{column.text(bad[0])!r} is not a number ({bad.size} such cells)"
     hint = "map another column, or write what it means as an empty cell" if many else "taken as gaps"
-    return values, [Fault(table.label, said, hint, _row(table, bad[0]), column.name, many)]
+    return values, [FileFault(table.label, said, hint, _row(table, bad[0]), column.name, many)]
 
 
 def _degrees_minutes(column: RawColumn) -> np.ndarray:

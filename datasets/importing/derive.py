@@ -10,7 +10,7 @@ import numpy as np
 from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
 from .geodesy import headings_of_track, on_plane
-from .report import Fault
+from .report import FileFault
 
 DIRECT = {
     "rudder": "rudder_rad",
@@ -51,13 +51,13 @@ class Channels:
         self.found: dict[str, np.ndarray] = {DIRECT[k]: v for k, v in quantities.items() if k in DIRECT}
         self.sources: dict[str, tuple[str, ...]] = {DIRECT[k]: (k,) for k in quantities if k in DIRECT}
         self.steps: list[str] = []
-        self.faults: list[Fault] = []
+        self.faults: list[FileFault] = []
         self.facts: dict[str, Any] = {}
         self.variation: float | None = None
 
     def warn(self, message: str, hint: str = "") -> None:
         """Add a fault that does not end the import."""
-        self.faults.append(Fault(self.label, message, hint))
+        self.faults.append(FileFault(self.label, message, hint))
 
 
 def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], variation_deg: float | None) -> Channels:
@@ -169,7 +169,9 @@ def _check_track(made: Channels) -> None:
         quarter = abs(abs(turn) - math.pi / 2.0) < 0.35
         hint = "give the heading sign -1 in the mapping" + (", and exchange north and east" if quarter else "")
         hint += "; mathematical angles count from east to north"
-        made.faults.append(Fault(made.label, "the heading turns against the track", hint, column="heading", fatal=True))
+        made.faults.append(
+            FileFault(made.label, "the heading turns against the track", hint, column="heading", fatal=True)
+        )
     elif straight > 0.9 and abs(drift) > 0.35:
         said = f"the ship moves {math.degrees(drift):+.0f} deg from its heading on average"
         made.warn(said, "check the zero of the heading, and which of north and east is which")

@@ -10,7 +10,7 @@ import numpy as np
 from ..angles import unwrapped
 from ..grammar import DEGREE
 from ..signals import integral
-from .units import Unit
+from .units import LogUnit
 
 FEWEST = 20
 """Samples in common below which nothing is compared."""
@@ -31,7 +31,7 @@ MOST = 50_000
 
 
 @dataclass(frozen=True)
-class Series:
+class ClockSeries:
     """Values (N,) over times (N,), s; series of an equal clock, or that are both dated, can be compared."""
 
     time: np.ndarray
@@ -39,12 +39,12 @@ class Series:
     clock: str
     dated: bool
 
-    def comparable(self, other: Series) -> bool:
+    def comparable(self, other: ClockSeries) -> bool:
         """Whether the times are of one clock."""
         return self.clock == other.clock or (self.dated and other.dated)
 
 
-def known(series: Series, angle: bool = False) -> tuple[np.ndarray, np.ndarray]:
+def known(series: ClockSeries, angle: bool = False) -> tuple[np.ndarray, np.ndarray]:
     """(times, values) that are known, times rising; an angle without its jumps."""
     values = unwrapped(series.values) if angle else series.values
     sound = np.isfinite(series.time) & np.isfinite(values)
@@ -53,7 +53,7 @@ def known(series: Series, angle: bool = False) -> tuple[np.ndarray, np.ndarray]:
     return time[rising], values[rising]
 
 
-def together(first: Series, second: Series, angle_first=False, angle_second=False):
+def together(first: ClockSeries, second: ClockSeries, angle_first=False, angle_second=False):
     """(times, first, second) at the times of the slower of two series; None where they share too few."""
     if not first.comparable(second):
         return None
@@ -67,7 +67,7 @@ def together(first: Series, second: Series, angle_first=False, angle_second=Fals
     return grid, np.interp(grid, t1, x1), np.interp(grid, t2, x2)
 
 
-def rate_ratio(angle: Series, rate: Series) -> float | None:
+def rate_ratio(angle: ClockSeries, rate: ClockSeries) -> float | None:
     """Changes of an angle, rad, over those of the integral of a rate; None where they do not correlate."""
     shared = together(angle, rate, angle_first=True)
     if shared is None:
@@ -90,7 +90,7 @@ def _ratio(wanted: np.ndarray, given: np.ndarray) -> float | None:
     return math.copysign(math.sqrt(other / power), correlation) if abs(correlation) > AGREEING else None
 
 
-def slope(first: Series, second: Series) -> float | None:
+def slope(first: ClockSeries, second: ClockSeries) -> float | None:
     """Changes of the first series over those of the second about their means; None where they do not correlate."""
     shared = together(first, second)
     if shared is None:
@@ -99,7 +99,7 @@ def slope(first: Series, second: Series) -> float | None:
     return _ratio(a - a.mean(), b - b.mean())
 
 
-def follows(first: Series, second: Series, longest_s: float = 20.0) -> int | None:
+def follows(first: ClockSeries, second: ClockSeries, longest_s: float = 20.0) -> int | None:
     """1 where the first series follows the second some seconds later, -1 where it follows its opposite; else None.
 
     Of a long series averages are compared, over no more than a twentieth of the longest time: lags of parts of that
@@ -140,7 +140,7 @@ def _correlation(a: np.ndarray, b: np.ndarray) -> float:
     return float(a @ b) / power if power > 0.0 else 0.0
 
 
-def as_of_one_clock(series: Series, other: Series) -> Series:
+def as_of_one_clock(series: ClockSeries, other: ClockSeries) -> ClockSeries:
     """A series on the clock of another, where both count seconds from a start and last as long: for a comparison that
     allows for lags."""
     if series.dated or other.dated or not (series.time.size and other.time.size):
@@ -150,7 +150,7 @@ def as_of_one_clock(series: Series, other: Series) -> Series:
     return replace(series, clock=other.clock) if shared > SAME_RUN * (max(b, d) - min(a, c)) else series
 
 
-def size_ratio(first: Series, second: Series) -> float | None:
+def size_ratio(first: ClockSeries, second: ClockSeries) -> float | None:
     """The size of the first over that of the second, both positive in the main; None where the ratio varies widely."""
     shared = together(first, second)
     if shared is None:
@@ -165,7 +165,7 @@ def size_ratio(first: Series, second: Series) -> float | None:
     return middle if middle != 0.0 and spread < 0.35 * abs(middle) else None
 
 
-def nearest(size: float, units: tuple[Unit, ...], within: float) -> Unit | None:
+def nearest(size: float, units: tuple[LogUnit, ...], within: float) -> LogUnit | None:
     """The unit whose factor is the nearest to a size, if it is within a share of it."""
     best = min(units, key=lambda unit: abs(math.log(abs(size) / unit.factor)))
     return best if abs(abs(size) / best.factor - 1.0) < within else None
@@ -174,7 +174,7 @@ def nearest(size: float, units: tuple[Unit, ...], within: float) -> Unit | None:
 # ------------------------------------------------------------------------------------------------ tracks
 
 
-def track_velocity(north: Series, east: Series) -> tuple[Series, Series] | None:
+def track_velocity(north: ClockSeries, east: ClockSeries) -> tuple[ClockSeries, ClockSeries] | None:
     """Velocities to north and east, m/s, of a track in metres, over windows of some seconds."""
     shared = together(north, east)
     if shared is None:
@@ -190,11 +190,11 @@ def track_velocity(north: Series, east: Series) -> tuple[Series, Series] | None:
     span = time[2 * width :] - time[: -2 * width]
     middle = time[width:-width]
     north_speed, east_speed = (n[2 * width :] - n[: -2 * width]) / span, (e[2 * width :] - e[: -2 * width]) / span
-    one = Series(middle, north_speed, north.clock, north.dated)
-    return one, Series(middle, east_speed, north.clock, north.dated)
+    one = ClockSeries(middle, north_speed, north.clock, north.dated)
+    return one, ClockSeries(middle, east_speed, north.clock, north.dated)
 
 
-def sense(heading: Series, north: Series, east: Series) -> tuple[str, float] | None:
+def sense(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[str, float] | None:
     """How a heading, rad, turns with the course of velocities to north and east: ('with', mean of course - heading) or
     ('against', mean of course + heading); None where the course hardly changes or nothing agrees."""
     first = together(heading, north, angle_first=True)
@@ -222,7 +222,7 @@ def _agreement(angle: np.ndarray) -> tuple[float, float]:
     return float(abs(mean)), float(np.angle(mean))
 
 
-def body(heading: Series, north: Series, east: Series) -> tuple[Series, Series] | None:
+def body(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[ClockSeries, ClockSeries] | None:
     """Velocities forward and to starboard of velocities over ground and a heading, rad."""
     first = together(heading, north, angle_first=True)
     second = together(heading, east, angle_first=True)
@@ -232,6 +232,6 @@ def body(heading: Series, north: Series, east: Series) -> tuple[Series, Series] 
     ve = second[2]
     forward, starboard = vn * np.cos(psi) + ve * np.sin(psi), -vn * np.sin(psi) + ve * np.cos(psi)
     return (
-        Series(time, forward, heading.clock, heading.dated),
-        Series(time, starboard, heading.clock, heading.dated),
+        ClockSeries(time, forward, heading.clock, heading.dated),
+        ClockSeries(time, starboard, heading.clock, heading.dated),
     )

@@ -11,7 +11,7 @@ from .draft import NOT_USED, About, Answer, Question, Sure
 from .mapping import flow
 from .quantities import quantities
 from .raw import RawColumn, RawTable
-from .units import Unit, candidates
+from .units import LogUnit, candidates
 
 LEVELS: tuple[Sure, ...] = ("stated", "other channel", "physics", "guess")
 AS_RECORD = "as the record's positive rudder"
@@ -39,7 +39,7 @@ TURNED = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class ColumnFinding:
     """A column and what is known of it.
 
     may_be : quantities that the name may mean, likeliest first; one where it is known, none where it is not used.
@@ -51,7 +51,7 @@ class Finding:
     table: RawTable
     column: RawColumn
     may_be: tuple[str, ...] = ()
-    unit: Unit | None = None
+    unit: LogUnit | None = None
     factor: float = 1.0
     offset: float = 0.0
     sign: int = 1
@@ -80,23 +80,23 @@ class Finding:
         """Dimension of the first quantity that it may be."""
         return quantities()[self.may_be[0]].dimension
 
-    def values(self, unit: Unit | None = None) -> np.ndarray:
+    def values(self, unit: LogUnit | None = None) -> np.ndarray:
         """(N,) in SI units and radians, with another unit if one is given."""
         used = unit or self.unit
         assert used is not None
         found = self.sign * used.factor * self.factor * self.column.numbers + self.offset * used.factor
         return either_side(found) if self.quantity in EITHER_SIDE else found
 
-    def told(self, sure: Sure, why: str, **changes: object) -> Finding:
+    def told(self, sure: Sure, why: str, **changes: object) -> ColumnFinding:
         """The finding with more that is known: as sure as the least sure of it."""
         level = max(self.sure, sure, key=LEVELS.index)
         return replace(self, sure=level, why=(*self.why, why), **changes)
 
-    def unused(self, why: str) -> Finding:
+    def unused(self, why: str) -> ColumnFinding:
         """The finding of a column that is not used."""
         return replace(self, may_be=(), unit=None, why=(why,), sure="stated", questions=(), signed=False)
 
-    def asking(self, question: Question) -> Finding:
+    def asking(self, question: Question) -> ColumnFinding:
         """The finding with one more question."""
         return replace(self, questions=(*self.questions, question), sure="guess")
 
@@ -121,7 +121,7 @@ def either_side(angles: np.ndarray) -> np.ndarray:
     return np.where(turned, (angles + np.pi) % (2.0 * np.pi) - np.pi, angles) if turned.any() else angles
 
 
-def is_full_circle(finding: Finding) -> bool:
+def is_full_circle(finding: ColumnFinding) -> bool:
     """Whether angles go from zero to a full turn, in degrees or radians, and lie at both ends of it."""
     known = finding.column.numbers[np.isfinite(finding.column.numbers)]
     turn = 360.0 if known.size and known.max() > 7.0 else 2.0 * np.pi
@@ -130,12 +130,12 @@ def is_full_circle(finding: Finding) -> bool:
     )
 
 
-def identifier(finding: Finding, about: About) -> str:
+def identifier(finding: ColumnFinding, about: About) -> str:
     """The id of a question about a column."""
     return f"{finding.table.label}/{finding.column.name}/{about}"
 
 
-def line_of(finding: Finding, **changes: object) -> str:
+def line_of(finding: ColumnFinding, **changes: object) -> str:
     """The line of the map that says what a finding says, with changes."""
     entry: dict[str, object] = {"column": finding.column.name, "to": finding.quantity or "?"}
     entry["unit"] = finding.unit.name if finding.unit else "?"
@@ -151,12 +151,12 @@ def line_of(finding: Finding, **changes: object) -> str:
     return flow(entry)
 
 
-def not_used(finding: Finding) -> Answer:
+def not_used(finding: ColumnFinding) -> Answer:
     """The answer that a column is not used."""
     return Answer(NOT_USED, "do not use this column", line_of(finding, to=NOT_USED))
 
 
-def ask_unit(finding: Finding, text: str, units: Sequence[Unit] | None = None) -> Finding:
+def ask_unit(finding: ColumnFinding, text: str, units: Sequence[LogUnit] | None = None) -> ColumnFinding:
     """The finding with a question for its unit."""
     units = units or candidates(finding.dimension)
     answers = [Answer(unit.name, unit.name, line_of(finding, unit=unit.name)) for unit in units]
@@ -168,8 +168,8 @@ def ask_unit(finding: Finding, text: str, units: Sequence[Unit] | None = None) -
 
 
 def ask_scale(
-    finding: Finding, text: str, number: str, unit: str, usual: Sequence[float], per: float, zero: float = 0.0
-) -> Finding:
+    finding: ColumnFinding, text: str, number: str, unit: str, usual: Sequence[float], per: float, zero: float = 0.0
+) -> ColumnFinding:
     """The finding with a question for the size of a number: answers and numbers are units for `per` of the column above
     the number `zero`."""
     scales: list[dict[str, object]] = [{"factor": size / per} for size in usual]
@@ -185,7 +185,9 @@ def ask_scale(
     return finding.asking(question)
 
 
-def ask_sign(finding: Finding, text: str, answers: Sequence[tuple[str, str, Mapping[str, object]]]) -> Finding:
+def ask_sign(
+    finding: ColumnFinding, text: str, answers: Sequence[tuple[str, str, Mapping[str, object]]]
+) -> ColumnFinding:
     """The finding with a question for its sign: (key, text, changes of the map's line) each."""
     made = [Answer(key, said, line_of(finding, **changes)) for key, said, changes in answers]
     question = Question(
@@ -194,7 +196,7 @@ def ask_sign(finding: Finding, text: str, answers: Sequence[tuple[str, str, Mapp
     return finding.asking(question)
 
 
-def ask_numbers(finding: Finding) -> Finding:
+def ask_numbers(finding: ColumnFinding) -> ColumnFinding:
     """The finding with the question whether the commas of its numbers stand for thousands or for decimals."""
     first = next(iter(finding.column.first(1)), "")
     text = f"{finding.column.name!r}: does the comma of {first} stand for thousands or for decimals?"
@@ -209,7 +211,7 @@ def ask_numbers(finding: Finding) -> Finding:
     return finding.asking(question)
 
 
-def ask_quantity(finding: Finding, text: str, may_be: Sequence[str]) -> Finding:
+def ask_quantity(finding: ColumnFinding, text: str, may_be: Sequence[str]) -> ColumnFinding:
     """The finding with a question for its quantity."""
     made = [Answer(name, name.replace("_", " "), line_of(finding, to=name)) for name in may_be]
     question = Question(

@@ -15,8 +15,8 @@ from ..record import Side, is_side
 from . import meanings, no_rudder, open_units, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
 from .evidence import nearest, rate_ratio, size_ratio
-from .finding import Finding, ask_quantity, ask_sign, ask_unit, identifier
-from .log import Log, speeds
+from .finding import ColumnFinding, ask_quantity, ask_sign, ask_unit, identifier
+from .log import RawLog, speeds
 from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose
 from .quantities import NOT_USED_AS, quantities
@@ -33,9 +33,9 @@ CONFLICT = (0.7, 1.4)
 """Ratio of two channels outside of which a stated unit is questioned."""
 
 
-def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> Log:
+def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> RawLog:
     """The findings of all columns, as far as the log, the map and the answers tell them."""
-    log = Log([], {})
+    log = RawLog([], {})
     answers = shared_questions.for_equal_headers(tables, answers)
     for table in tables:
         entry = entry_of(table, mapping)
@@ -74,7 +74,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     return log
 
 
-def _asked_before(found: Finding, answers: Dict[str, str]) -> Finding:
+def _asked_before(found: ColumnFinding, answers: Dict[str, str]) -> ColumnFinding:
     """The finding with the question for its quantity where that has its answer: what that tells of other columns is
     told at once."""
     vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in answers
@@ -91,7 +91,7 @@ def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> 
     return {column.column: column for column in entry.columns if column.column not in other} if entry else {}
 
 
-def _chosen(log: Log, answers: Dict[str, str]) -> None:
+def _chosen(log: RawLog, answers: Dict[str, str]) -> None:
     """Columns that an answer makes the rudder, or what tells the turning."""
     for key in ("rudder", "turning"):
         label, _, quantity = answers.get(key, "").rpartition("/")
@@ -113,7 +113,7 @@ def _chosen(log: Log, answers: Dict[str, str]) -> None:
                 )
 
 
-def stated_side(log: Log) -> Side | None:
+def stated_side(log: RawLog) -> Side | None:
     """The side of a positive rudder that a file states."""
     sides = {f.side for name in ("rudder_command", "rudder") for f in log.findings if f.quantity == name and f.side}
     rudder = {f.side for f in log.findings if f.quantity == "rudder" and f.side}
@@ -121,7 +121,7 @@ def stated_side(log: Log) -> Side | None:
     return side if is_side(side) else None
 
 
-def _as_rudder(log: Log, found: Finding) -> Finding:
+def _as_rudder(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A rudder command with the sign of the rudder, as both state their sides or as they move."""
     if found.quantity != "rudder_command" or found.signed:
         return found
@@ -132,7 +132,7 @@ def _as_rudder(log: Log, found: Finding) -> Finding:
     return signs_told.command_sign(log, found)
 
 
-def _each(log: Log, answers: Dict[str, str], step: Callable[[Finding], Finding]) -> None:
+def _each(log: RawLog, answers: Dict[str, str], step: Callable[[ColumnFinding], ColumnFinding]) -> None:
     """One step for every finding that is used; a question that has its answer is settled."""
     for i, found in enumerate(log.findings):
         if found.may_be:
@@ -159,7 +159,7 @@ def missing(table: RawTable, entry: TableMap) -> list[str]:
 # ------------------------------------------------------------------------------------------------ answers
 
 
-def _answered(found: Finding, answers: Dict[str, str]) -> Finding:
+def _answered(found: ColumnFinding, answers: Dict[str, str]) -> ColumnFinding:
     """The finding with what its questions' answers say."""
     for question in found.questions:
         key = answers.get(question.id)
@@ -171,7 +171,7 @@ def _answered(found: Finding, answers: Dict[str, str]) -> Finding:
     return found
 
 
-def _with_answer(found: Finding, question: Question, key: str) -> Finding:
+def _with_answer(found: ColumnFinding, question: Question, key: str) -> ColumnFinding:
     answer = question.answer(key) or _as_number(question, key)
     if answer is None:
         known = ", ".join(answer.key for answer in question.answers)
@@ -213,13 +213,13 @@ def _as_number(question: Question, key: str) -> Answer | None:
 # ------------------------------------------------------------------------------------------------ checks
 
 
-def _not_through_water(found: Finding) -> Finding:
+def _not_through_water(found: ColumnFinding) -> ColumnFinding:
     if found.quantity in NOT_USED_AS and "quantity" not in found.bounded:
         return found.unused(NOT_USED_AS[str(found.quantity)])
     return found
 
 
-def _checked(log: Log, found: Finding) -> Finding:
+def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding, with a question where physics or another channel contradicts what is stated."""
     if found.quantity is None or found.questions or found.unit is None:
         return found
@@ -243,14 +243,14 @@ def _checked(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _ask_against(log: Log, found: Finding, against: str) -> Finding:
+def _ask_against(log: RawLog, found: ColumnFinding, against: str) -> ColumnFinding:
     opened = signs_told.as_open(found)
     asked = signs_told.ask(log, opened)
     question = replace(asked.questions[-1], text=f"Which way does {found.column.name!r} count? {against}.")
     return replace(asked, questions=(question,))
 
 
-def _turning_against(log: Log, found: Finding) -> Finding:
+def _turning_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     series = log.series(found)
     if series is None:
         return found
@@ -271,7 +271,7 @@ def _turning_against(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _contradicted(log: Log, found: Finding) -> Finding | None:
+def _contradicted(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     """The finding with a question for a unit that another channel contradicts; None where none does."""
     assert found.unit is not None
     raw = log.series(found, raw=True)
@@ -292,7 +292,7 @@ def _contradicted(log: Log, found: Finding) -> Finding | None:
     return None
 
 
-def _ask_unit(log: Log, found: Finding) -> Finding:
+def _ask_unit(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the question for its unit; unused where nothing would be done with the answer."""
     known = found.column.numbers[np.isfinite(found.column.numbers)]
     if known.size and np.ptp(known) == 0.0 and known[0] == 0.0 and found.quantity not in RUDDERS_AND_TURNING:
@@ -305,7 +305,7 @@ def _ask_unit(log: Log, found: Finding) -> Finding:
     return units_told.ask(found)
 
 
-def _ask_sign(log: Log, found: Finding) -> Finding:
+def _ask_sign(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if found.quantity is None or found.unit is None or found.signed or found.questions:
         return found
     told = _as_rudder(log, signs_told.by_channel(log, found))
@@ -315,7 +315,7 @@ def _ask_sign(log: Log, found: Finding) -> Finding:
 # ------------------------------------------------------------------------------------------------ times
 
 
-def _settle_times(log: Log) -> None:
+def _settle_times(log: RawLog) -> None:
     """The forms of times that are open, where a rate and its angle, or a speed and its track, tell the time's unit."""
     for label, time in log.times.items():
         if time.form is not None or len(time.forms) < 2 or set(time.forms) & {"day first", "month first"}:
@@ -329,7 +329,7 @@ def _settle_times(log: Log) -> None:
             log.times[label] = replace(time, form=form, likely=form, sure="other channel", why=why, question=None)
 
 
-def _fits(log: Log, label: str, time: TableTime) -> bool:
+def _fits(log: RawLog, label: str, time: TableTime) -> bool:
     """Whether channels of a table agree with each other under a form of its time."""
     log.times[label] = time
     log.forget_times(label)

@@ -10,7 +10,7 @@ from functools import cache
 
 from .names import named, words
 from .quantities import quantities, side_words, word_list
-from .units import NO_UNIT, TIME_WORDS, Unit, tidy, unit_of
+from .units import NO_UNIT, TIME_WORDS, LogUnit, tidy, unit_of
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
 TAIL = re.compile(r"(?:,|;|\s/|:|\s(?=°)|\bin\b|\ben\b|\bi\b|\bem\b)\s*([^,;:]+)$")
@@ -52,7 +52,7 @@ TIMES = re.compile(r"(?<![a-zA-Z0-9])[x×*]\s?(10{1,9})(?![\d.])")
 
 
 @dataclass(frozen=True)
-class Header:
+class ColumnHeader:
     """words : of the name, without unit and sign.  units : texts that state a unit.  suffixes : other ways to cut the
     words, each with the unit that its last words spell.  positive : side of a positive number, '' where none is stated.
     foreign : a unit that is stated and says no size.  unread : what stands at the place of a unit and is none that is
@@ -67,7 +67,7 @@ class Header:
     unread: str = ""
     times: float = 1.0
 
-    def unit(self, dimension: str) -> tuple[Unit | None, float]:
+    def unit(self, dimension: str) -> tuple[LogUnit | None, float]:
         """(the unit of that dimension that is stated, what its numbers are multiplied with); None where none is."""
         for text in self.units:
             unit, factor = scaled_unit(text, dimension)
@@ -76,7 +76,7 @@ class Header:
         return None, 1.0
 
 
-def read_header(name: str, unit: str = "") -> Header:
+def read_header(name: str, unit: str = "") -> ColumnHeader:
     """The parts of a header; `unit` is what a row of units says."""
     name, unit = (unicodedata.normalize("NFKC", text).replace("\u2212", "-") for text in (name, unit))
     positive, name, unit = _sign(TWICE.sub(r"\1", LABELS.sub(" ", name).strip()), unit)
@@ -105,7 +105,7 @@ def read_header(name: str, unit: str = "") -> Header:
     unread = "" if units else next((piece for piece in other if _is_unread(piece, rest)), "")
     known = words(" ".join([rest, *(piece for piece in other if piece != unread)]))
     foreign = next((text for text in units if not _sized(text) and tidy(text) not in TIME_WORDS | {"-", "--"}), "")
-    return Header(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign,
+    return ColumnHeader(known, tuple(units), () if sized else _suffixes(known), positive, "" if sized else foreign,
                   unread, float(times[1]) if times else 1.0)  # fmt: skip
 
 
@@ -144,7 +144,7 @@ def says_unit(text: str) -> bool:
     return _sized(text) or tidy(text) in TIME_WORDS or tidy(text) in NO_UNIT
 
 
-def scaled_unit(text: str, dimension: str | None = None) -> tuple[Unit | None, float]:
+def scaled_unit(text: str, dimension: str | None = None) -> tuple[LogUnit | None, float]:
     """(unit, factor) of `deg`, `0.1 deg`, `1/10 deg`, `1e-7 deg`; (None, 1) where it is no unit (of that dimension)."""
     place = re.fullmatch(r"(°|deg|degrees)\s*(?:([ew]|n)|\s(s))", text.strip().lower())
     unit = unit_of(place[1] if place else text, dimension)

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 
@@ -25,21 +25,20 @@ from .clocks import on_dates
 from .convert import Stream, streams_of
 from .derive import derive
 from .draft import NOT_USED, TIME, Answer, DraftColumn, Question
-from .finding import AS_RECORD, Finding
+from .finding import AS_RECORD, ColumnFinding
 from .guess import entry_of, examine, missing, stated_side
-from .log import Log
+from .log import RawLog
 from .mapping import ColumnMap, Mapping, TableMap, TimeMap, uses
 from .merge import Merged, merge
 from .provenance import channel_sources
 from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .reading import WITHOUT_NAME
-from .report import Fault, ImportFault, ImportReport, refuse_fatal, span
+from .report import FileFault, ImportFault, ImportReport, refuse_fatal, span
+from .result import Aside, Import
 from .sources import read_raw
 from .times import TableTime
 
-Aside: TypeAlias = "dict[str, dict[str, Any]]"
-"""Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
 RUDDER_SIDE, VARIATION = "rudder side", "variation"
 """Ids of the questions for the side of a positive rudder, and for the magnetic variation."""
 LED_BY_TRACK = {"latitude", "north", "velocity_north", "speed_over_ground"}
@@ -49,23 +48,13 @@ SAME_RUN = 5.0
 
 
 @dataclass(frozen=True)
-class Options:
+class ImportOptions:
     """What the user says besides the mapping; None: told by the log or left open."""
 
     vessel: str | None = None
     positive_rudder: Side | None = None
     step_s: float | None = None
     variation_deg: float | None = None
-
-
-@dataclass(frozen=True)
-class Imported:
-    """Records of a log, the mapping that made them, the report, and columns that are kept aside."""
-
-    records: tuple[Record, ...]
-    mapping: Mapping
-    report: ImportReport
-    aside: Aside
 
 
 @dataclass(frozen=True)
@@ -78,12 +67,12 @@ class Drafted:
     columns: tuple[DraftColumn, ...]
     questions: tuple[Question, ...]
     mapping: Mapping | None
-    faults: tuple[Fault, ...]
+    faults: tuple[FileFault, ...]
 
 
 def draft_tables(
-    tables: Sequence[RawTable], mapping: Mapping | None, options: Options, answers: Dict[str, str]
-) -> tuple[Drafted, Imported | None]:
+    tables: Sequence[RawTable], mapping: Mapping | None, options: ImportOptions, answers: Dict[str, str]
+) -> tuple[Drafted, Import | None]:
     """What every column of a log is taken for with the questions that are open, and the import where none is.
 
     Parameters
@@ -124,8 +113,8 @@ def chosen_parts(
 
 
 def import_tables(
-    tables: Sequence[RawTable], mapping: Mapping | None, options: Options, answers: Dict[str, str]
-) -> Imported:
+    tables: Sequence[RawTable], mapping: Mapping | None, options: ImportOptions, answers: Dict[str, str]
+) -> Import:
     """Import logs as records.
 
     Parameters
@@ -142,8 +131,8 @@ def import_tables(
 
 
 def _imported(
-    tables: Sequence[RawTable], mapping: Mapping | None, options: Options, answers: Dict[str, str]
-) -> tuple[Drafted, Imported]:
+    tables: Sequence[RawTable], mapping: Mapping | None, options: ImportOptions, answers: Dict[str, str]
+) -> tuple[Drafted, Import]:
     tables, chosen = chosen_parts(tables, mapping, answers)
     log = examine(tables, mapping, answers)
     drafted = _draft(tables, mapping, log, answers)
@@ -168,7 +157,7 @@ def _imported(
     short = any(fault.fatal for fault in faults)
     refuse_fatal(faults, rows, draft, () if short else drafted.questions)
     if not streams:
-        empty = Fault(tables[0].label, "no row has a time and a value", "check the column of the time", fatal=True)
+        empty = FileFault(tables[0].label, "no row has a time and a value", "check the column of the time", fatal=True)
         refuse_fatal([*faults, empty], rows, draft)
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside, questions, sources = [], {}, [], []
@@ -199,7 +188,7 @@ def _imported(
     made = draft.model_copy(update={"positive_rudder": said.positive_rudder or side, **facts})
     rows = tuple(replace(r, sign=f"positive to {side}") if side and r.sign == AS_RECORD else r for r in rows)
     report = ImportReport(rows, tuple(steps), tuple(faults), tuple(sources))
-    return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Imported(
+    return replace(drafted, columns=rows, mapping=made, faults=tuple(faults)), Import(
         tuple(records), made, report, aside
     )
 
@@ -216,27 +205,27 @@ def _same_side(records: Sequence[Record], questions: Sequence[Question]) -> tupl
 
 def _without_use(
     tables: Sequence[RawTable], streams: Sequence[Stream], used: Sequence[Stream], entries: Sequence[TableMap]
-) -> list[Fault]:
+) -> list[FileFault]:
     """A fault for every file without a column that is used, and for every table that is in no run."""
     files = {entry.file for entry in entries if uses(entry)}
     idle = [file for file in dict.fromkeys(table.file for table in tables) if file not in files]
     labels = {label for stream in used for label in (stream.label, *stream.parts)}
     hint = "name its columns in a map, if it should"
-    faults = [Fault(file, "no column of this file is used: it adds nothing to the record", hint) for file in idle]
+    faults = [FileFault(file, "no column of this file is used: it adds nothing to the record", hint) for file in idle]
     hint = "give clock_offset_s in the map if it is of the same time"
     return faults + [
-        Fault(s.label, "its times are those of no run: it adds nothing to a record", hint)
+        FileFault(s.label, "its times are those of no run: it adds nothing to a record", hint)
         for s in streams
         if s.label not in labels
     ]
 
 
-def _too_short(streams: Sequence[Stream]) -> list[Fault]:
+def _too_short(streams: Sequence[Stream]) -> list[FileFault]:
     """Why no record can be made, where all tables are shorter than one."""
     if not streams or max(stream.time.size for stream in streams) >= MIN_SAMPLES:
         return []
     longest = max(streams, key=lambda stream: stream.time.size)
-    return [Fault(longest.label, f"{longest.time.size} samples", f"a record needs {MIN_SAMPLES}", fatal=True)]
+    return [FileFault(longest.label, f"{longest.time.size} samples", f"a record needs {MIN_SAMPLES}", fatal=True)]
 
 
 def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
@@ -252,7 +241,7 @@ def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
             tables += [replace(table, file=str(path)) for table in found] if several else found
         except BadInput as error:
             faults.append(
-                Fault(str(error.file or path), error.message, error.hint or "", error.row, error.column, True)
+                FileFault(str(error.file or path), error.message, error.hint or "", error.row, error.column, True)
             )
     refuse_fatal(faults)
     if not tables:
@@ -260,7 +249,7 @@ def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
     return tables
 
 
-def _options(mapping: Mapping | None, given: Options, answers: Dict[str, str]) -> Options:
+def _options(mapping: Mapping | None, given: ImportOptions, answers: Dict[str, str]) -> ImportOptions:
     """The options, those of the mapping where the user says nothing, and what was answered."""
     side = given.positive_rudder or (mapping.positive_rudder if mapping else None) or answers.get(RUDDER_SIDE)
     variation = given.variation_deg
@@ -280,7 +269,7 @@ def _options(mapping: Mapping | None, given: Options, answers: Dict[str, str]) -
 # ------------------------------------------------------------------------------------------------ columns
 
 
-def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answers: Dict[str, str]) -> Drafted:
+def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: RawLog, answers: Dict[str, str]) -> Drafted:
     """A row a column, the questions, and a map with all of it."""
     rows = [row for table in tables for row in _rows(table, log)]
     timed = [time.question for time in log.times.values() if time.question is not None]
@@ -309,7 +298,7 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: Log, answer
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
 
 
-def _first(log: Log, answers: Dict[str, str]) -> Iterator[Finding]:
+def _first(log: RawLog, answers: Dict[str, str]) -> Iterator[ColumnFinding]:
     """The findings without those of headings and sways whose way the track tells once its own axes are answered, and
     without columns that have no names, which their motion tells once their time is answered."""
     untimed = {label for label, time in log.times.items() if time.question is not None and not time.columns}
@@ -348,15 +337,15 @@ def _with_questions(rows: Sequence[DraftColumn], questions: Sequence[Question]) 
     )
 
 
-def _mismatch(table: RawTable, mapping: Mapping) -> Fault:
+def _mismatch(table: RawTable, mapping: Mapping) -> FileFault:
     """Why no entry of a map is that of a table."""
     near = min(mapping.tables, key=lambda entry: len(missing(table, entry)))
     said = f"the mapping needs column {missing(table, near)[0]!r}, which this table lacks"
     has = ", ".join(column.name for column in table.columns)
-    return Fault(table.label, said, f"it has {has}", fatal=not table.sheet)
+    return FileFault(table.label, said, f"it has {has}", fatal=not table.sheet)
 
 
-def _entry(table: RawTable, mapping: Mapping | None, log: Log) -> TableMap:
+def _entry(table: RawTable, mapping: Mapping | None, log: RawLog) -> TableMap:
     """The entry of a table in a map: every column of it."""
     given = entry_of(table, mapping)
     own = [f for f in log.findings if f.table is table]
@@ -367,7 +356,7 @@ def _entry(table: RawTable, mapping: Mapping | None, log: Log) -> TableMap:
     return TableMap(file=table.file, sheet=table.sheet, time=time, clock_offset_s=offset, columns=columns)
 
 
-def _column_map(found: Finding) -> ColumnMap:
+def _column_map(found: ColumnFinding) -> ColumnMap:
     if not found.may_be:
         return ColumnMap(column=found.column.name, to=NOT_USED)
     if found.quantity is None or any(question.about == "quantity" for question in found.questions):
@@ -399,7 +388,7 @@ def _opened(mapping: Mapping | None, time: bool) -> Mapping | None:
     return mapping.model_copy(update={"tables": tables})
 
 
-def _rows(table: RawTable, log: Log) -> list[DraftColumn]:
+def _rows(table: RawTable, log: RawLog) -> list[DraftColumn]:
     time = log.times[table.label]
     own = {f.column.name: f for f in log.findings if f.table is table}
     return [
@@ -416,7 +405,7 @@ def _time_row(table: RawTable, column: RawColumn, time: TableTime) -> DraftColum
     )
 
 
-def _row(found: Finding) -> DraftColumn:
+def _row(found: ColumnFinding) -> DraftColumn:
     column = found.column
     quantity = found.may_be[0] if 0 < len(found.may_be) < len(quantities()) else NOT_USED
     unit = found.unit.name if found.unit is not None else column.unit if not found.may_be else ""
@@ -487,8 +476,8 @@ def _goes_on(first: Stream, second: Stream) -> bool:
 
 
 def _record(
-    name: str, merged: Merged, options: Options, log: Log
-) -> tuple[Record | None, list[str], list[Fault], list[Question], dict[str, tuple[str, ...]]]:
+    name: str, merged: Merged, options: ImportOptions, log: RawLog
+) -> tuple[Record | None, list[str], list[FileFault], list[Question], dict[str, tuple[str, ...]]]:
     """The record of a run, what was done, faults, what is asked, and the quantities of each channel."""
     made = derive(name, merged.time, merged.quantities, options.variation_deg)
     ends = merged.time[0], merged.time[-1]
@@ -497,7 +486,7 @@ def _record(
     faults = [*made.faults, *constant]
     known = np.isfinite(np.array(list(channels.values()))).any(axis=0) if channels else np.zeros(0, dtype=bool)
     if known.sum() < MIN_SAMPLES:
-        fault = Fault(name, f"{int(known.sum())} samples", f"a record needs {MIN_SAMPLES}", fatal=True)
+        fault = FileFault(name, f"{int(known.sum())} samples", f"a record needs {MIN_SAMPLES}", fatal=True)
         return None, [], [*faults, fault], [], {}
     start = float(merged.time[0])
     facts = made.facts | _start(merged)
@@ -506,7 +495,7 @@ def _record(
     record, told, more, asked = _signed(record, options.positive_rudder, log)
     if "heading_magnetic" in merged.quantities and "heading" not in merged.quantities and made.variation is None:
         asked.append(_variation_question(log))
-    more += [Fault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
+    more += [FileFault(d.record, d.message, d.hint, column=d.column, fatal=d.fatal) for d in doubts(record)]
     notes = "; ".join(map(str, [*faults, *more])) or None
     record = replace(record, meta=replace(record.meta, notes=notes))
     return record, [*merged.steps, *made.steps, *told], [*faults, *more], asked, made.sources
@@ -521,20 +510,20 @@ def _start(merged: Merged) -> dict[str, str]:
     return {"start_utc": stamp} if zoned else {"start_of_unknown_zone": stamp.removesuffix("+00:00")}
 
 
-def _variation_question(log: Log) -> Question:
+def _variation_question(log: RawLog) -> Question:
     text = "The heading is magnetic and no variation is known: how many degrees to east is it?"
     answers = (Answer("0", "0: use it as true heading", "magnetic_variation_deg: 0"),)
     number = "degrees to east: magnetic_variation_deg: NUMBER"
     return Question(VARIATION, "quantity", *_place(log, "heading_magnetic"), text, answers, number)
 
 
-def _place(log: Log, *wanted: str) -> tuple[str, str]:
+def _place(log: RawLog, *wanted: str) -> tuple[str, str]:
     """Table and column of the first of some quantities."""
     found = next(f for name in wanted for f in log.findings if f.quantity == name)
     return found.table.label, found.column.name
 
 
-def _living(name: str, found: dict[str, np.ndarray], short: bool) -> tuple[dict[str, np.ndarray], list[Fault]]:
+def _living(name: str, found: dict[str, np.ndarray], short: bool) -> tuple[dict[str, np.ndarray], list[FileFault]]:
     """Channels without those that never change or have no value, dead sensors; a rudder may be held, which is told.
 
     short : whether tables go on before or after the record, where a channel may change.
@@ -546,15 +535,17 @@ def _living(name: str, found: dict[str, np.ndarray], short: bool) -> tuple[dict[
         dead = known.size == 0 or (np.ptp(known) == 0.0 and channel not in MAY_BE_CONSTANT)
         said = f"{known[0]:.4g} in every row" if known.size else "no value"
         if dead and channel not in RUDDERS:
-            faults.append(Fault(name, said, f"{why} the channel is left out", column=channel))
+            faults.append(FileFault(name, said, f"{why} the channel is left out", column=channel))
             continue
         if dead:
-            faults.append(Fault(name, said, "was the rudder held, or is its sensor dead?", column=channel))
+            faults.append(FileFault(name, said, "was the rudder held, or is its sensor dead?", column=channel))
         kept[channel] = values
     return kept, faults
 
 
-def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[str], list[Fault], list[Question]]:
+def _signed(
+    record: Record, given: Side | None, log: RawLog
+) -> tuple[Record, list[str], list[FileFault], list[Question]]:
     """The record with the side of its positive rudder: as given, as the file states it, or told by the yaw response."""
     if not any(map(record.has, RUDDERS)):
         return record, [f"{record.name}: there is no rudder in this log; sensors can be checked"], [], []
@@ -563,7 +554,7 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
         doubt = rudder_sign_doubt(record)
         hint = "check --positive-rudder, or the signs of rudder and heading"
         said = f"the ship turns against a rudder that is positive to {given}"
-        return record, [], [Fault(record.name, said, hint)] if doubt else [], []
+        return record, [], [FileFault(record.name, said, hint)] if doubt else [], []
     stated = stated_side(log)
     told = steering_side(record)
     if record.has(*TWIN):
@@ -582,7 +573,7 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
     known = record.rudder()[np.isfinite(record.rudder())]
     if not known.size or np.ptp(known) == 0.0:
         hint = "give --positive-rudder port or starboard"
-        return record, [], [Fault(record.name, "the yaw response does not tell the rudder's sign", hint)], []
+        return record, [], [FileFault(record.name, "the yaw response does not tell the rudder's sign", hint)], []
     text = "To which side does a positive rudder turn the ship? " + (
         f"The file says to {stated}, and the yaw response the other side."
         if stated
@@ -591,17 +582,17 @@ def _signed(record: Record, given: Side | None, log: Log) -> tuple[Record, list[
     return record, [], [], [_side_question(log, text, told[0] if told else "starboard")]
 
 
-def _twin(record: Record, told: tuple[Side, float] | None) -> tuple[list[str], list[Fault]]:
+def _twin(record: Record, told: tuple[Side, float] | None) -> tuple[list[str], list[FileFault]]:
     """What the yaw response says of two propellers that steer."""
     if told is None:
         return [f"{record.name}: the yaw response does not tell which propeller is to port; as named or answered"], []
     if told[0] == "starboard":
         return [f"{record.name}: more thrust to port turns the ship to {told[0]} (confidence {told[1]:.0%})"], []
     hint = "port and starboard exchanged? exchange the two columns in the mapping"
-    return [], [Fault(record.name, "the ship turns against its two propellers", hint, column=TWIN[0])]
+    return [], [FileFault(record.name, "the ship turns against its two propellers", hint, column=TWIN[0])]
 
 
-def _side_question(log: Log, text: str, first: str) -> Question:
+def _side_question(log: RawLog, text: str, first: str) -> Question:
     sides = sorted(("starboard", "port"), key=lambda side: side != first)
     answers = tuple(Answer(side, f"to {side}", f"positive_rudder: {side}") for side in sides)
     return Question(RUDDER_SIDE, "rudder side", *_place(log, "rudder", "rudder_command"), text, answers)

@@ -271,7 +271,7 @@ def distinct(names: Sequence[str]) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Rows:
+class DataRows:
     """The rows of data of a table: the texts of its columns, their line numbers (N,), what is left out, and what was
     done."""
 
@@ -281,7 +281,7 @@ class Rows:
     done: tuple[str, ...] = ()
 
 
-PlainRows: TypeAlias = Callable[[Layout, int], Rows | None]
+PlainRows: TypeAlias = Callable[[Layout, int], DataRows | None]
 """Reads the rows from a line number on at once; None where they need a closer look."""
 
 
@@ -316,7 +316,7 @@ def table_of(
     return RawTable(file, tuple(columns), rows.numbers, sheet, file, header.notes, said, rows.faults)
 
 
-def _rows(lines: Iterable[Line], layout: Layout, start: int, file: str) -> Rows:
+def _rows(lines: Iterable[Line], layout: Layout, start: int, file: str) -> DataRows:
     """The rows of data, line by line."""
     body = _Body(layout, file)
     for line in lines:
@@ -324,7 +324,7 @@ def _rows(lines: Iterable[Line], layout: Layout, start: int, file: str) -> Rows:
             body.add(line)
     body.store()
     numbers = np.concatenate([np.zeros(0, dtype=int), *body.numbers])
-    return Rows(body.columns(), numbers, tuple(body.faults), tuple(body.done()))
+    return DataRows(body.columns(), numbers, tuple(body.faults), tuple(body.done()))
 
 
 def of_other_width(line: Line, width: int) -> Rejected:

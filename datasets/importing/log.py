@@ -9,24 +9,24 @@ import numpy as np
 
 from ..angles import unwrapped
 from .draft import Question
-from .evidence import Series, together, track_velocity
-from .finding import Finding
+from .evidence import ClockSeries, together, track_velocity
+from .finding import ColumnFinding
 from .geodesy import on_plane
 from .times import TableTime
-from .units import Unit
+from .units import LogUnit
 
 
 @dataclass
-class Log:
+class RawLog:
     """Findings of all columns, the times of their tables by label, and what is asked of columns of a table together."""
 
-    findings: list[Finding]
+    findings: list[ColumnFinding]
     times: dict[str, TableTime]
     proposals: list[Question] = field(default_factory=list)
     _seconds: dict[str, np.ndarray | None] = field(default_factory=dict)
-    _velocities: dict[tuple[object, ...], tuple[Series, Series] | None] = field(default_factory=dict)
+    _velocities: dict[tuple[object, ...], tuple[ClockSeries, ClockSeries] | None] = field(default_factory=dict)
 
-    def seconds(self, finding: Finding) -> np.ndarray | None:
+    def seconds(self, finding: ColumnFinding) -> np.ndarray | None:
         """(N,) times of the finding's table, s; None where no time is known."""
         label = finding.table.label
         if label not in self._seconds:
@@ -38,16 +38,16 @@ class Log:
         """Compute the times of a table again."""
         self._seconds.pop(label, None)
 
-    def series(self, finding: Finding, unit: Unit | None = None, raw: bool = False) -> Series | None:
+    def series(self, finding: ColumnFinding, unit: LogUnit | None = None, raw: bool = False) -> ClockSeries | None:
         """The values of a finding over time: in SI units, with another unit if one is given, or as in the file."""
         time = self.seconds(finding)
         if time is None:
             return None
         values = finding.column.numbers if raw else finding.values(unit)
         clock = finding.table.clock or finding.table.label
-        return Series(time, values, clock, self.times[finding.table.label].dated)
+        return ClockSeries(time, values, clock, self.times[finding.table.label].dated)
 
-    def all(self, *wanted: str, signed: bool = True) -> Iterator[tuple[Finding, Series]]:
+    def all(self, *wanted: str, signed: bool = True) -> Iterator[tuple[ColumnFinding, ClockSeries]]:
         """Findings of quantities whose unit (and sign) is known, with their series."""
         for finding in self.findings:
             if finding.quantity in wanted and finding.unit is not None and (finding.signed or not signed):
@@ -55,11 +55,11 @@ class Log:
                 if series is not None and np.isfinite(series.values).any():
                     yield finding, series
 
-    def first(self, *wanted: str, signed: bool = True) -> tuple[Finding, Series] | None:
+    def first(self, *wanted: str, signed: bool = True) -> tuple[ColumnFinding, ClockSeries] | None:
         """The first of them."""
         return next(self.all(*wanted, signed=signed), None)
 
-    def tracks(self) -> Iterator[tuple[str, Series, Series]]:
+    def tracks(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         """(name, velocity to north, velocity to east) of all positions and velocities over ground that are known."""
         yield from self._pairs("velocity_north", "velocity_east")
         for (first, north), (second, east) in self.beside("latitude", "longitude"):
@@ -72,7 +72,7 @@ class Log:
                 yield f"{first.column.name}, {second.column.name}", *velocity
         yield from self._courses()
 
-    def axes(self) -> Iterator[tuple[str, Series, Series]]:
+    def axes(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         """(name, velocity along the first axis, along the second) of positions in a plane of which it is open which one
         is that to north: their speed, and their course but for its sense, are those of a track."""
         for first in self.findings:
@@ -86,8 +86,8 @@ class Log:
                 yield f"{first.column.name}, {second.column.name}", *velocity
 
     def _velocity_of_degrees(
-        self, first: Finding, second: Finding, latitude: Series, longitude: Series
-    ) -> tuple[Series, Series] | None:
+        self, first: ColumnFinding, second: ColumnFinding, latitude: ClockSeries, longitude: ClockSeries
+    ) -> tuple[ClockSeries, ClockSeries] | None:
         """The velocity of latitudes and longitudes, computed once for equal units, signs and times."""
         key = (id(first.column), id(second.column), first.unit, second.unit, first.sign, second.sign, id(latitude.time))
         if key not in self._velocities:
@@ -96,24 +96,26 @@ class Log:
                 self._velocities[key] = None
             else:
                 north, east, _ = on_plane(*shared[1:])
-                parts = (Series(shared[0], x, latitude.clock, latitude.dated) for x in (north, east))
+                parts = (ClockSeries(shared[0], x, latitude.clock, latitude.dated) for x in (north, east))
                 self._velocities[key] = track_velocity(*parts)
         return self._velocities[key]
 
-    def _pairs(self, one: str, other: str) -> Iterator[tuple[str, Series, Series]]:
+    def _pairs(self, one: str, other: str) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         for (first, north), (second, east) in self.beside(one, other):
             yield f"{first.column.name}, {second.column.name}", north, east
 
-    def _courses(self) -> Iterator[tuple[str, Series, Series]]:
+    def _courses(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         for (first, speed), (second, course) in self.beside("speed_over_ground", "course_over_ground"):
             shared = together(speed, course, angle_second=True)
             if shared is not None:
                 time, size, angle = shared
                 parts = (size * np.cos(angle), size * np.sin(angle))
-                north, east = (Series(time, part, speed.clock, speed.dated) for part in parts)
+                north, east = (ClockSeries(time, part, speed.clock, speed.dated) for part in parts)
                 yield f"{first.column.name}, {second.column.name}", north, east
 
-    def beside(self, one: str, other: str) -> Iterator[tuple[tuple[Finding, Series], tuple[Finding, Series]]]:
+    def beside(
+        self, one: str, other: str
+    ) -> Iterator[tuple[tuple[ColumnFinding, ClockSeries], tuple[ColumnFinding, ClockSeries]]]:
         """Pairs of two quantities of comparable clocks."""
         others = list(self.all(other))
         for first in self.all(one):
@@ -121,7 +123,9 @@ class Log:
             if second is not None:
                 yield first, second
 
-    def turns(self, tracks: Iterable[tuple[str, Series, Series]] | None = None) -> Iterator[tuple[str, Series]]:
+    def turns(
+        self, tracks: Iterable[tuple[str, ClockSeries, ClockSeries]] | None = None
+    ) -> Iterator[tuple[str, ClockSeries]]:
         """(name, course of a track, rad, without jumps) of all tracks, or of some."""
         for name, north, east in self.tracks() if tracks is None else tracks:
             shared = together(north, east)
@@ -129,12 +133,12 @@ class Log:
                 time, n, e = shared
                 moving = np.hypot(n, e) > 0.2 * np.quantile(np.hypot(n, e), 0.9)
                 course = np.where(moving, np.arctan2(e, n), np.nan)
-                yield name, Series(time, unwrapped(course), north.clock, north.dated)
+                yield name, ClockSeries(time, unwrapped(course), north.clock, north.dated)
 
 
-def speeds(tracks: Sequence[tuple[str, Series, Series]]) -> Iterator[tuple[str, Series]]:
+def speeds(tracks: Sequence[tuple[str, ClockSeries, ClockSeries]]) -> Iterator[tuple[str, ClockSeries]]:
     """(name, speed over ground, m/s) of tracks."""
     for name, north, east in tracks:
         shared = together(north, east)
         if shared is not None:
-            yield name, Series(shared[0], np.hypot(shared[1], shared[2]), north.clock, north.dated)
+            yield name, ClockSeries(shared[0], np.hypot(shared[1], shared[2]), north.clock, north.dated)

@@ -14,10 +14,10 @@ from ..signals import integral
 from . import units_told
 from .by_motion import smooth, straight
 from .draft import NOT_USED, Answer, Question, Sure
-from .evidence import LEAST_TURN_RAD, Series, body, sense, size_ratio, slope, together, track_velocity
-from .finding import WITH_SIDE, Finding, ask_quantity, identifier, line_of
+from .evidence import LEAST_TURN_RAD, ClockSeries, body, sense, size_ratio, slope, together, track_velocity
+from .finding import WITH_SIDE, ColumnFinding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
-from .log import Log, speeds
+from .log import RawLog, speeds
 from .names import words
 from .quantities import quantities
 from .reading import UNSIGNED, frame_stated
@@ -47,7 +47,7 @@ def unsigned() -> frozenset[str]:
     return UNSIGNED | {"heading"}
 
 
-def settle(log: Log, found: Finding) -> Finding:
+def settle(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the quantity that other columns tell; unchanged where they do not."""
     if len(found.may_be) < 2 or found.questions:
         return found
@@ -64,11 +64,11 @@ def settle(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _decided(found: Finding, quantity: str, why: str, sure: Sure = "other channel") -> Finding:
+def _decided(found: ColumnFinding, quantity: str, why: str, sure: Sure = "other channel") -> ColumnFinding:
     return found.told(sure, why, may_be=(quantity,), signed=quantity in unsigned())
 
 
-def _speed(log: Log, found: Finding) -> Finding:
+def _speed(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     raw = log.series(found, raw=True)
     taken = next(
         (f for f in log.findings if f.quantity == "speed_over_ground" and f.table.clock == found.table.clock), None
@@ -90,7 +90,7 @@ def _speed(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _velocity(log: Log, found: Finding) -> Finding:
+def _velocity(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A velocity that is that of a track to north or to east, and not both; or one along the ship's own axes."""
     series = None if found.unit is None else log.series(found)
     if series is None:
@@ -108,7 +108,7 @@ def _velocity(log: Log, found: Finding) -> Finding:
     return _of_axis(log, found) or _of_ship(log, found)
 
 
-def _of_axis(log: Log, found: Finding) -> Finding | None:
+def _of_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     """A velocity along an axis of which the position is known, beside another column that is the one along the ship's
     own axis: vx beside x and u."""
     body, place = ("surge", "x") if "surge" in found.may_be else ("sway", "y")
@@ -125,7 +125,7 @@ def _of_axis(log: Log, found: Finding) -> Finding | None:
     return None
 
 
-def _of_ship(log: Log, found: Finding) -> Finding:
+def _of_ship(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A velocity along an axis of the ship, where it and that along the other axis point ahead, but for a drift that
     goes with the yaw rate; of velocities over ground the difference from the heading, either way, goes with it."""
     own = next((quantity for quantity in ("surge", "sway") if quantity in found.may_be), "")
@@ -155,7 +155,7 @@ def _left(drift: np.ndarray, rate: np.ndarray) -> float:
     return 1.0 - float(np.mean((drift - drift.mean()) * (rate - rate.mean()))) ** 2 / power if power > 0.0 else 1.0
 
 
-def _course(log: Log, found: Finding) -> Finding:
+def _course(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A course is a heading where the course over ground is another column, or the other way round; or where the
     integral of the yaw rate is all of it, without the drift."""
     turned = _turned_by(log, found)
@@ -170,7 +170,7 @@ def _course(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _turned_by(log: Log, found: Finding) -> float:
+def _turned_by(log: RawLog, found: ColumnFinding) -> float:
     """Share of a direction, beyond its straight line, that the integral of a yaw rate of the same table explains; 0
     where there is none."""
     rates = [f for f in log.findings if f.quantity == "yaw_rate" and f.table is found.table]
@@ -194,7 +194,7 @@ def _turned_by(log: Log, found: Finding) -> float:
     return 0.0
 
 
-def _track_along(log: Log, found: Finding, left: float) -> str:
+def _track_along(log: RawLog, found: ColumnFinding, left: float) -> str:
     """The track along which a direction goes much nearer than along the integral of a yaw rate, which leaves a share of
     its variance; '' where there is none."""
     series = log.series(found) if found.unit is not None else None
@@ -209,7 +209,7 @@ def _track_along(log: Log, found: Finding, left: float) -> str:
     return ""
 
 
-def _gyro(log: Log, found: Finding) -> Finding:
+def _gyro(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if _turned_by(log, found) > TURNED:
         return _decided(found, "heading", "it is the integral of the yaw rate")
     numbers = found.column.numbers[np.isfinite(found.column.numbers)]
@@ -220,7 +220,7 @@ def _gyro(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _axis(log: Log, found: Finding) -> Finding:
+def _axis(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """Which of two axes points north, by latitudes, or by a heading whose sense is known."""
     other = _other_axis(log, found)
     if other is None:
@@ -240,7 +240,7 @@ def _axis(log: Log, found: Finding) -> Finding:
     return _axis_by_position(log, found, x) or _axis_by_heading(log, found, x, y) or found
 
 
-def _other_axis(log: Log, found: Finding) -> Finding | None:
+def _other_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     """The other axis of the same table: x beside y."""
     pairs = [f for f in log.findings if f.table is found.table and f is not found]
     turned = [f for f in pairs if f.may_be == tuple(reversed(found.may_be))]
@@ -248,20 +248,20 @@ def _other_axis(log: Log, found: Finding) -> Finding | None:
     return next(iter([*turned, *settled]), None)
 
 
-def _axis_by_position(log: Log, found: Finding, x: Series) -> Finding | None:
+def _axis_by_position(log: RawLog, found: ColumnFinding, x: ClockSeries) -> ColumnFinding | None:
     for (_, lat), (_, lon) in log.beside("latitude", "longitude"):
         shared = together(lat, lon)
         if shared is None or np.abs(shared[1]).max() > 1.58:
             continue
         north, east, _ = on_plane(shared[1], shared[2])
         for quantity, values in (("north", north), ("east", east)):
-            ratio = slope(Series(shared[0], values, lat.clock, lat.dated), x)
+            ratio = slope(ClockSeries(shared[0], values, lat.clock, lat.dated), x)
             if ratio is not None and ratio > 0.0:
                 return _decided(found, quantity, f"{quantity}: agrees with latitude and longitude")
     return None
 
 
-def _axis_by_heading(log: Log, found: Finding, x: Series, y: Series) -> Finding | None:
+def _axis_by_heading(log: RawLog, found: ColumnFinding, x: ClockSeries, y: ClockSeries) -> ColumnFinding | None:
     velocity = track_velocity(x, y)
     pair = log.first("heading")
     if velocity is None or pair is None:
@@ -274,7 +274,7 @@ def _axis_by_heading(log: Log, found: Finding, x: Series, y: Series) -> Finding 
     return None
 
 
-def ask(log: Log, found: Finding) -> Finding:
+def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the question for its quantity, as one that waits for the answer to another one, or as the answer
     to that tells it."""
     told = settle(log, found)
@@ -289,7 +289,7 @@ def ask(log: Log, found: Finding) -> Finding:
     return ask_quantity(found, f"What is {found.column.name!r}: {shown}? No other channel tells it.", found.may_be)
 
 
-def _open_axis(log: Log, found: Finding) -> Finding | None:
+def _open_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     """A position of the same table of which it is open whether it is that to north or to east."""
     own = (f for f in log.findings if f.table is found.table and f.quantity is None)
     return next((f for f in own if {*f.may_be} == {"north", "east"}), None)
@@ -298,7 +298,9 @@ def _open_axis(log: Log, found: Finding) -> Finding | None:
 # ------------------------------------------------------------------------------------------------ twins
 
 
-def without_twins(log: Log, answers: Dict[str, str], answered: Callable[[Finding, Dict[str, str]], Finding]) -> None:
+def without_twins(
+    log: RawLog, answers: Dict[str, str], answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding]
+) -> None:
     """Of columns of one file for the same quantity one is used: the others agree with it, or it is asked."""
     groups: dict[tuple[str, str], list[int]] = {}
     for i, found in enumerate(log.findings):
@@ -309,13 +311,13 @@ def without_twins(log: Log, answers: Dict[str, str], answered: Callable[[Finding
             _one_of(log, sorted(places, key=lambda i: _rank(log.findings[i])), answers, answered)
 
 
-def _rank(found: Finding) -> tuple[int, int, int]:
+def _rank(found: ColumnFinding) -> tuple[int, int, int]:
     """Columns that are surely of a quantity first: chosen by the user, without questions, with the most numbers."""
     chosen = 0 if "quantity" in found.bounded else 1
     return chosen, len(found.questions), -int(np.isfinite(found.column.numbers).sum())
 
 
-def _one_of(log: Log, places: list[int], answers: Dict[str, str], answered: Callable) -> None:
+def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: Callable) -> None:
     first, *others = places
     for i in others:
         found, used = log.findings[i], log.findings[first]
@@ -339,7 +341,7 @@ def _one_of(log: Log, places: list[int], answers: Dict[str, str], answered: Call
                 first = i
 
 
-def difference(log: Log, one: Finding, other: Finding) -> tuple[bool, str] | None:
+def difference(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> tuple[bool, str] | None:
     """(whether two columns agree, a sentence); None where they cannot be compared."""
     unit = one.unit or other.unit
     first, second = (log.series(f, f.unit or unit) if f.unit or unit else None for f in (one, other))
@@ -363,7 +365,7 @@ def difference(log: Log, one: Finding, other: Finding) -> tuple[bool, str] | Non
     return near, f"is {shown:.3g} {unit_text} from {named} (root mean square)".replace("  ", " ")
 
 
-def _which(used: Finding, found: Finding, told: str) -> Finding:
+def _which(used: ColumnFinding, found: ColumnFinding, told: str) -> ColumnFinding:
     """A second column of a quantity, with the question which of the two is used."""
     quantity = found.may_be[0]
     text = f"{used.column.name!r} and {found.column.name!r} are both a {quantity.replace('_', ' ')}: which one is used?"

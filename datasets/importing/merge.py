@@ -15,7 +15,7 @@ from .clocks import align
 from .convert import Stream
 from .draft import Question
 from .quantities import quantities
-from .report import Fault
+from .report import FileFault
 
 SLOW_MATTERS = frozenset({"propeller", "propeller_thrust", "wind_speed", "wind_direction", "magnetic_variation"})
 """Quantities that change slowly: a logger of these alone does not set the time step."""
@@ -38,7 +38,9 @@ class Merged:
     streams: tuple[Stream, ...]
 
 
-def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merged | None, list[Fault], list[Question]]:
+def merge(
+    streams: Sequence[Stream], step_s: float | None = None
+) -> tuple[Merged | None, list[FileFault], list[Question]]:
     """One run from streams of several loggers, or from a single one, faults, and questions for their clocks.
 
     A single stream keeps its samples unless `step_s` asks for another step.  Several are put on a grid with the step
@@ -58,12 +60,12 @@ def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merge
         return Merged(aligned[0].time, _together(aligned), dated, tuple(done), tuple(aligned)), faults, []
     if (many := _samples(aligned, step_s)) > MOST_SAMPLES:
         said = f"a step of {_step(aligned, step_s):.3g} s gives {many:.3g} samples"
-        return None, [*faults, Fault(aligned[0].label, said, "give a longer --step", fatal=True)], []
+        return None, [*faults, FileFault(aligned[0].label, said, "give a longer --step", fatal=True)], []
     grid, step = _grid(aligned, step_s)
     if grid.size < 3:
         said = "the loggers have no time in common: " + ", ".join(_extent(stream) for stream in aligned)
         hint = "give the files of one run, or clock_offset_s in the mapping"
-        return None, [*faults, Fault(aligned[0].label, said, hint, fatal=True)], []
+        return None, [*faults, FileFault(aligned[0].label, said, hint, fatal=True)], []
     faults += [fault for stream in aligned if (fault := _outside(stream, grid)) is not None]
     placed = []
     for stream in aligned:
@@ -73,13 +75,13 @@ def merge(streams: Sequence[Stream], step_s: float | None = None) -> tuple[Merge
     return Merged(grid, _together(placed), dated, tuple(done), tuple(aligned)), faults, []
 
 
-def _outside(stream: Stream, grid: np.ndarray) -> Fault | None:
+def _outside(stream: Stream, grid: np.ndarray) -> FileFault | None:
     """How many rows of a stream lie outside of the time that all cover, where these are many."""
     count = int(np.sum((stream.time < grid[0] - stream.step) | (stream.time > grid[-1] + stream.step)))
     if count <= OUTSIDE * stream.time.size:
         return None
     said = f"{count} of {stream.time.size} rows lie outside of the {np.ptp(grid):.4g} s that all tables cover"
-    return Fault(stream.label, said, "left out; import the file alone to keep them")
+    return FileFault(stream.label, said, "left out; import the file alone to keep them")
 
 
 def _together(streams: Sequence[Stream]) -> dict[str, np.ndarray]:
@@ -112,12 +114,12 @@ def _after_clock_was_set(stream: Stream) -> Stream:
     return replace(stream, time=stream.time[first:], quantities=quantities, kept=kept, done=done)
 
 
-def _time_fault(stream: Stream) -> Fault | None:
+def _time_fault(stream: Stream) -> FileFault | None:
     """Why the times of a stream cannot be those of a run."""
     wrong = time_fault(stream.time if not stream.dated else stream.time - stream.time[0])
     if wrong is None:
         return None
-    return Fault(stream.label, wrong.message, f"{wrong.hint}; --map can state the form", fatal=True)
+    return FileFault(stream.label, wrong.message, f"{wrong.hint}; --map can state the form", fatal=True)
 
 
 # ------------------------------------------------------------------------------------------------ samples

@@ -1,9 +1,9 @@
 """Offsets between the clocks of loggers that share no channel, by what one's channels make of the other's.
 
-A ship drifts outward in a turn, later than it turns: course(t) = heading(t) - a r(t) - b r_T(t) + const., a, b >= 0,
-with r_T the yaw rate r through a first-order lag T; that is sway over yaw of the linear equations of manoeuvring
-(Nomoto et al. 1957, Int. Shipb. Progr. 4).  The yaw rate answers the rudder (`yaw_response`).  The offset is the one
-that leaves the least of course and yaw rate.
+A ship drifts outward in a turn, later than it turns: course(t) = heading(t) - a q(t) - b q_T(t) + const., a, b >= 0,
+with q the yaw rate over the speed, and q_T the same through a first-order lag T; that is sway over yaw of the linear
+equations of manoeuvring (Nomoto et al. 1957, Int. Shipb. Progr. 4), whose sway velocity is drift angle times speed.
+The yaw rate answers the rudder (`yaw_response`).  The offset is the one that leaves the least of course and yaw rate.
 """
 
 from __future__ import annotations
@@ -36,6 +36,8 @@ MOST_BY_RUDDER_S = 30.0
 LAGS_S = (0.0, 0.7, 1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 17.0, 25.0, 38.0, 57.0)
 """Time constants that are tried for the drift."""
 LEAST_TURN_RAD = 0.2
+LEAST_SPEED = 0.2
+"""Share of the usual speed below which a ship has no course that tells anything."""
 NEAR_S = 1.0
 """Seconds by which an offset may miss the range of those that explain nearly as much."""
 SMOOTHED_S = 4.0
@@ -63,7 +65,7 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
 
     near_s : largest offset that is looked for; None: any that leaves enough in common.
     """
-    one, other = _Motion.of(first), _Motion.of(second)
+    one, other = _LoggedAngles.of(first), _LoggedAngles.of(second)
     course, yaw = "the course over ground drifts as the heading turns", "the yaw follows the rudder"
     tried = (
         (one.course, other.heading, 1.0, course),
@@ -75,8 +77,9 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
         if led is None or leader is None or not np.ptp(led[1]) > LEAST_TURN_RAD:
             continue
         near = near_s if told == course else min(near_s or 0.0, MOST_BY_RUDDER_S)
-        window = one.window_s if sign > 0.0 else other.window_s
-        left, most = (_by_course(window), COURSE_LEFT) if told == course else (_by_rudder, YAW_LEFT)
+        mover = one if sign > 0.0 else other
+        by_course = _by_course(mover.window_s, mover.speed)
+        left, most = (by_course, COURSE_LEFT) if told == course else (_by_rudder, YAW_LEFT)
         found = _searched(led, leader, left, most, near)
         if found is not None:
             low, high = sorted((sign * found[1], sign * found[2]))
@@ -85,13 +88,14 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
 
 
 @dataclass(frozen=True)
-class _Motion:
+class _LoggedAngles:
     """Course, heading and rudder, rad, of a logger, as far as it has them; turn: heading, or else course.
 
-    window_s : time over which the course is a mean.
+    window_s : time over which the course is a mean.  speed : over ground, in any unit, beside the course.
     """
 
     course: Curve | None
+    speed: Curve | None
     heading: Curve | None
     rudder: Curve | None
     window_s: float = 0.0
@@ -101,10 +105,10 @@ class _Motion:
         return self.heading or self.course
 
     @classmethod
-    def of(cls, streams: Sequence[Stream]) -> _Motion:
-        course, window = next((made for s in streams if (made := _course(s))[0] is not None), (None, 0.0))
+    def of(cls, streams: Sequence[Stream]) -> _LoggedAngles:
+        track = next((made for s in streams if (made := _course(s))[0] is not None), (None, None, 0.0))
         heading, rudder = (next((c for s in streams if (c := made(s))), None) for made in (_heading, _rudder))
-        return cls(course, heading, rudder, window)
+        return cls(*track[:2], heading, rudder, track[2])
 
 
 def _known(time: np.ndarray, values: np.ndarray) -> Curve | None:
@@ -126,36 +130,38 @@ def _rudder(stream: Stream) -> Curve | None:
     return None if values is None else _known(stream.time, values)
 
 
-def _course(stream: Stream) -> tuple[Curve | None, float]:
-    """(the course over ground without jumps, the time, s, over which it is a mean): of positions, of velocities, or
-    logged."""
+def _course(stream: Stream) -> tuple[Curve | None, Curve | None, float]:
+    """(the course over ground without jumps, the speed where it is known, the time, s, over which both are means): of
+    positions, of velocities, or logged."""
     q = stream.quantities
     if "course_over_ground" in q:
-        return _known(stream.time, unwrapped(q["course_over_ground"])), 0.0
+        speed = _known(stream.time, q["speed_over_ground"]) if "speed_over_ground" in q else None
+        return _known(stream.time, unwrapped(q["course_over_ground"])), speed, 0.0
     if "velocity_north" in q and "velocity_east" in q:
-        return _of_velocity(stream.time, q["velocity_north"], q["velocity_east"]), 0.0
+        return *_of_velocity(stream.time, q["velocity_north"], q["velocity_east"]), 0.0
     if "latitude" in q and "longitude" in q and np.isfinite(q["latitude"] + q["longitude"]).sum() >= FEWEST:
         north, east, _ = on_plane(q["latitude"], q["longitude"])
     elif "north" in q and "east" in q:
         north, east = q["north"], q["east"]
     else:
-        return None, 0.0
+        return None, None, 0.0
     known = np.isfinite(north) & np.isfinite(east)
     time, north, east = stream.time[known], north[known], east[known]
     if time.size < FEWEST:
-        return None, 0.0
+        return None, None, 0.0
     step = float(np.median(np.diff(time)))
     width = max(1, round(SMOOTHED_S / step))
     middle = (time[width:] + time[:-width]) / 2.0
-    course = _of_velocity(middle, north[width:] - north[:-width], east[width:] - east[:-width])
-    return course, width * step
+    return *_of_velocity(middle, north[width:] - north[:-width], east[width:] - east[:-width]), width * step
 
 
-def _of_velocity(time: np.ndarray, north: np.ndarray, east: np.ndarray) -> Curve | None:
+def _of_velocity(time: np.ndarray, north: np.ndarray, east: np.ndarray) -> tuple[Curve | None, Curve | None]:
+    """(course, speed) where the ship moves."""
     speed = np.hypot(north, east)
     with np.errstate(invalid="ignore"):
-        moving = speed > 0.2 * np.nanquantile(speed, 0.9) if np.isfinite(speed).any() else speed > 0.0
-    return _known(time, unwrapped(np.where(moving, np.arctan2(east, north), np.nan)))
+        moving = speed > LEAST_SPEED * np.nanquantile(speed, 0.9) if np.isfinite(speed).any() else speed > 0.0
+    course = np.where(moving, np.arctan2(east, north), np.nan)
+    return _known(time, unwrapped(course)), _known(time, np.where(moving, speed, np.nan))
 
 
 # ------------------------------------------------------------------------------------------------ search
@@ -201,7 +207,7 @@ def _common(led: Curve, leader: Curve, offset: float) -> tuple[np.ndarray, np.nd
     return time, np.interp(time, *led)
 
 
-def _by_course(window_s: float) -> Left:
+def _by_course(window_s: float, speed: Curve | None) -> Left:
     """A function for the share of a course, a mean over a time, that heading and drift leave."""
     from scipy.ndimage import uniform_filter1d
     from scipy.optimize import nnls
@@ -216,11 +222,19 @@ def _by_course(window_s: float) -> Left:
             return math.nan
         step = float(time[1] - time[0])
         psi = uniform_filter1d(np.interp(time - offset, *heading), max(1, round(window_s / step)), mode="nearest")
-        rate, drift, one = np.gradient(psi, time), led - psi, np.ones(time.size)
+        rate, drift, one = _over_speed(np.gradient(psi, time), time, speed), led - psi, np.ones(time.size)
         columns = (np.column_stack([-rate, -_lagged(rate, step, lag), one, -one]) for lag in LAGS_S)
         return min(nnls(each, drift)[1] for each in columns) ** 2 / power
 
     return left
+
+
+def _over_speed(rate: np.ndarray, time: np.ndarray, speed: Curve | None) -> np.ndarray:
+    """Yaw rate (N,) over speed, that relative to its mean; the rate itself where no speed is known."""
+    if speed is None:
+        return rate
+    own = np.interp(time, *speed)
+    return rate * own.mean() / np.maximum(own, LEAST_SPEED * own.mean()) if own.mean() > 0.0 else rate
 
 
 def _lagged(values: np.ndarray, step: float, lag: float) -> np.ndarray:

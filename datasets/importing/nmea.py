@@ -34,7 +34,7 @@ DATED = 1e8
 
 
 @dataclass
-class Group:
+class SentenceGroup:
     """Sentences of a kind of one talker: lines, places in the log, stamps beside them, and numbers field by field."""
 
     kind: str
@@ -61,7 +61,7 @@ class Sentences:
     states none.
     """
 
-    groups: dict[str, Group] = field(default_factory=dict)
+    groups: dict[str, SentenceGroup] = field(default_factory=dict)
     clocks: array[float] = field(default_factory=lambda: array("d"))
     days: array[float] = field(default_factory=lambda: array("d"))
     faults: list[Rejected] = field(default_factory=list)
@@ -74,7 +74,7 @@ class Sentences:
         if kind == "RPM":  # one table for every shaft and engine
             name += f" {message.source}{message.engineshaftnum}"
         if name not in self.groups:
-            self.groups[name] = Group(kind, talker, numbers=[array("d") for _ in KINDS[kind]])
+            self.groups[name] = SentenceGroup(kind, talker, numbers=[array("d") for _ in KINDS[kind]])
         void = is_void(message)
         self.others[f"{kind} with status V or mode N"] += void
         self.stamped += bool(stamp)
@@ -285,7 +285,7 @@ def _times(found: Sentences, path: Path) -> np.ndarray:
     return out
 
 
-def _table(path: Path, name: str, group: Group, times: np.ndarray | None) -> RawTable:
+def _table(path: Path, name: str, group: SentenceGroup, times: np.ndarray | None) -> RawTable:
     by = f"{'NovAtel' if group.kind in LOGS else 'NMEA 0183'} states it: {group.kind}" + (
         "" if name == group.kind else f" of talker {group.talker}"
     )

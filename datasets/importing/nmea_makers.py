@@ -19,7 +19,7 @@ NO_SOLUTION = ("INS_INACTIVE", "INS_ALIGNING", "INSUFFICIENT_OBS", "NO_CONVERGEN
 
 
 @dataclass(frozen=True)
-class Parts:
+class SentenceParts:
     """A sentence as its fields; `time` and `date` where it states them."""
 
     msgID: str
@@ -28,7 +28,7 @@ class Parts:
     date: datetime.date | None = None
 
 
-Read = Callable[[Parts], object]
+Read = Callable[[SentenceParts], object]
 Entry = tuple[str, str, str, Read]
 """Name, quantity ('not used' or one), unit, and how it is read."""
 
@@ -41,7 +41,7 @@ def number(place: int) -> Read:
 def lettered(place: int, negative: str) -> Read:
     """The number in a field, negative where the field behind it is that letter."""
 
-    def read(m: Parts) -> object:
+    def read(m: SentenceParts) -> object:
         value, letter = number(place)(m), number(place + 1)(m)
         return None if not value or not letter else float(str(value)) * (-1.0 if letter == negative else 1.0)
 
@@ -106,7 +106,7 @@ def maker_kind(address: str, body: str) -> str:
     return f"{address}{subtype}"
 
 
-def maker_message(kind: str, body: str) -> Parts:
+def maker_message(kind: str, body: str) -> SentenceParts:
     """The fields of a sentence of one make, behind its address and kind.
 
     Raises
@@ -117,10 +117,10 @@ def maker_message(kind: str, body: str) -> Parts:
     cells = cells[2 if kind != cells[0] else 1 :]
     if not any(cells):
         raise IndexError(kind)
-    return Parts(kind, tuple(cells))
+    return SentenceParts(kind, tuple(cells))
 
 
-def novatel_message(sentence: str) -> Parts | None:
+def novatel_message(sentence: str) -> SentenceParts | None:
     """The fields of a log of NovAtel with its time; None where its header is not one."""
     head, _, data = sentence[1:].partition("*")[0].partition(";")
     header, cells = head.split(","), data.split(",")
@@ -133,7 +133,9 @@ def novatel_message(sentence: str) -> Parts | None:
     moment = datetime.datetime.fromtimestamp(float(utc_of_gps(week, seconds)), datetime.UTC) if timed else None
     lost = any(cell in NO_SOLUTION for cell in (*cells[:2], *cells[-1:]))
     day = moment.date() if moment else None
-    return Parts("lost" if lost else novatel_kind(sentence), tuple(cells), moment.time() if moment else None, day)
+    return SentenceParts(
+        "lost" if lost else novatel_kind(sentence), tuple(cells), moment.time() if moment else None, day
+    )
 
 
 def novatel_kind(sentence: str) -> str:

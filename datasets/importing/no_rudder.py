@@ -10,9 +10,9 @@ import numpy as np
 from ..rudder_sign import SIGN_SHARE
 from ..yaw_response import yaw_response
 from .draft import Answer, Question
-from .evidence import Series, together
-from .finding import WITH_SIDE, Finding
-from .log import Log
+from .evidence import ClockSeries, together
+from .finding import WITH_SIDE, ColumnFinding
+from .log import RawLog
 from .mapping import Mapping, flow
 from .names import named, words
 from .quantities import quantities
@@ -36,7 +36,9 @@ ACCELERATIONS = frozenset({"accel", "acceleration", "acc", "accy"})
 """Words for what a yaw rate follows as it does a rudder."""
 
 
-def questions(tables: Sequence[RawTable], log: Log, mapping: Mapping | None, answers: Dict[str, str]) -> list[Question]:
+def questions(
+    tables: Sequence[RawTable], log: RawLog, mapping: Mapping | None, answers: Dict[str, str]
+) -> list[Question]:
     """Questions for the column of the rudder, and for one that tells the turning, where none is known or asked."""
     may_be = {quantity for f in log.findings for quantity in f.may_be}
     asked = []
@@ -61,19 +63,19 @@ def _said(mapping: Mapping | None, answers: Dict[str, str]) -> bool:
     return answers.get(RUDDER) == NONE or (mapping is not None and mapping.rudder == NONE)
 
 
-def rudders(log: Log) -> list[Finding]:
+def rudders(log: RawLog) -> list[ColumnFinding]:
     """Columns that could be the rudder: called so and not read, or without a known name, as large as a rudder, and the
     yaw rate answers them, where there is one."""
     turning = turnings(log)
     return [f for f in log.findings if _is_called(f) or (_is_servo_like(f) and _answered_by(log, f, turning))]
 
 
-def _is_refused(found: Finding) -> bool:
+def _is_refused(found: ColumnFinding) -> bool:
     """Whether the name of a column says that it is something else: then only what answers it tells."""
     return not set(found.why) & set(NAMELESS)
 
 
-def _is_called(found: Finding) -> bool:
+def _is_called(found: ColumnFinding) -> bool:
     """Whether an unused column that varies is called a rudder."""
     column = found.column
     called = set(named(words(column.called or column.name)).may_be) & set(WITH_SIDE)
@@ -82,23 +84,23 @@ def _is_called(found: Finding) -> bool:
     return bool(called) and own and not found.may_be and column.numeric and float(np.ptp(known)) > 0.0
 
 
-def turnings(log: Log) -> list[Series]:
+def turnings(log: RawLog) -> list[ClockSeries]:
     """Yaw rates, rad/s, of all columns that tell them: of a yaw rate, a heading, a track."""
     rates = [series for _, series in log.all("yaw_rate", signed=False)]
     angles = [s for _, s in log.all("heading", "heading_magnetic", signed=False)] or [s for _, s in log.turns()]
     return rates or [_derivative(series) for series in angles]
 
 
-def _derivative(angle: Series) -> Series:
+def _derivative(angle: ClockSeries) -> ClockSeries:
     known = np.isfinite(angle.values) & np.isfinite(angle.time)
     time, values = angle.time[known], np.unwrap(angle.values[known])
     rises = np.concatenate([[True], np.diff(time) > 0.0]) if time.size else known[:0]
     time, values = time[rises], values[rises]
     rate = np.gradient(values, time) if time.size > 1 else np.zeros(time.size)
-    return Series(time, rate, angle.clock, angle.dated)
+    return ClockSeries(time, rate, angle.clock, angle.dated)
 
 
-def _is_servo_like(found: Finding) -> bool:
+def _is_servo_like(found: ColumnFinding) -> bool:
     """Whether an unused column without a known name has the size and the unit of a rudder."""
     column = found.column
     if found.may_be or column.known or set(found.why) & set(DECIDED) or not column.numeric:
@@ -122,7 +124,7 @@ def is_pulse(numbers: np.ndarray) -> bool:
     return PULSE_US[0] <= low < 1500.0 < high <= PULSE_US[1]
 
 
-def _answered_by(log: Log, found: Finding, turning: Sequence[Series]) -> bool:
+def _answered_by(log: RawLog, found: ColumnFinding, turning: Sequence[ClockSeries]) -> bool:
     """Whether a yaw rate answers the column as one answers a rudder; also where none can be compared with it."""
     series = log.series(found, raw=True)
     compared = [] if series is None else [share for r in turning if (share := response(series, r)) is not None]
@@ -131,7 +133,7 @@ def _answered_by(log: Log, found: Finding, turning: Sequence[Series]) -> bool:
     return any(compared)
 
 
-def response(steering: Series, rate: Series) -> float | None:
+def response(steering: ClockSeries, rate: ClockSeries) -> float | None:
     """The share of the yaw rate that what steers explains, with the sign of its gain; 0 where it explains little, None
     where they cannot be compared."""
     shared = together(steering, rate)
@@ -141,7 +143,7 @@ def response(steering: Series, rate: Series) -> float | None:
     return told.share * told.gain if told is not None and told.is_sure(SIGN_SHARE) else 0.0
 
 
-def _which_rudder(tables: Sequence[RawTable], able: Sequence[Finding]) -> Question:
+def _which_rudder(tables: Sequence[RawTable], able: Sequence[ColumnFinding]) -> Question:
     listed = ", ".join(f.column.name for f in able)
     answers = tuple(_as(f, RUDDER) for f in able)
     none = Answer(NONE, "there is no rudder in this log: sensors can be checked, no model identified", "rudder: none")
@@ -150,7 +152,7 @@ def _which_rudder(tables: Sequence[RawTable], able: Sequence[Finding]) -> Questi
     return Question(RUDDER, "quantity", first.table.label, first.column.name, text, (*answers, none))
 
 
-def _which_turning(tables: Sequence[RawTable], log: Log) -> Question:
+def _which_turning(tables: Sequence[RawTable], log: RawLog) -> Question:
     able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.numbers[np.isfinite(f.column.numbers)]) > 0]
     answers = tuple(_as(f, quantity) for f in able for quantity in ("heading", "yaw_rate"))
     names = ", ".join(column.name for table in tables for column in table.columns)
@@ -158,7 +160,7 @@ def _which_turning(tables: Sequence[RawTable], log: Log) -> Question:
     return Question(TURNING, "quantity", tables[0].label, tables[0].columns[0].name, text, answers)
 
 
-def _as(found: Finding, quantity: str) -> Answer:
+def _as(found: ColumnFinding, quantity: str) -> Answer:
     assert quantity in quantities()
     line = flow({"column": found.column.name, "to": quantity, "unit": "?"})
     text = f"{found.column.name} is the {quantity.replace('_', ' ')}"

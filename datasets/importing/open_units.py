@@ -9,12 +9,12 @@ import numpy as np
 
 from . import meanings, units_told
 from .draft import Answer, Question
-from .finding import WITH_SIDE, Finding
-from .log import Log
+from .finding import WITH_SIDE, ColumnFinding
+from .log import RawLog
 from .proposal import NONE, key_of
 from .quantities import quantities
 from .raw import RawTable
-from .units import UNITS, Unit
+from .units import UNITS, LogUnit
 
 YES = "1"
 """Key of the answer that all of it is right."""
@@ -30,7 +30,7 @@ MOST_RPS = 15.0
 """Largest number of a propeller's revolutions a second."""
 
 
-def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
+def propose(log: RawLog, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
     """Take the likely units of the columns of each table that have none, with one question for all of them; none where
     it is answered that they are not right, or only one is open."""
     for table in tables:
@@ -51,7 +51,7 @@ def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) ->
             log.proposals.append(question)
 
 
-def is_open(found: Finding) -> bool:
+def is_open(found: ColumnFinding) -> bool:
     """Whether nothing says the unit of a column whose dimension is known, and it is not all zero; a rudder beyond all
     angles is in another measure, which is asked alone."""
     dimensions = {quantities()[quantity].dimension for quantity in found.may_be}
@@ -61,7 +61,7 @@ def is_open(found: Finding) -> bool:
     return len(dimensions) == 1 and not (told or beyond) and dimensions != {"force"} and bool(np.any(known))
 
 
-def _take_likely(log: Log, table: RawTable, places: Sequence[int]) -> None:
+def _take_likely(log: RawLog, table: RawTable, places: Sequence[int]) -> None:
     """Put the likely units into a log: lengths in metres, then what these and other columns tell, then by size."""
     for ready in (("length",), ("angle",), ("angular rate",), ("speed",), ("rotation",)):
         for i in places:
@@ -78,13 +78,13 @@ def _take_likely(log: Log, table: RawTable, places: Sequence[int]) -> None:
                     log.findings[i] = units_told.by_channel(log, meanings.settle(log, found))
 
 
-def _last(log: Log, place: int) -> bool:
+def _last(log: RawLog, place: int) -> bool:
     """Whether no rudder of the same table is open, whose unit tells that of its order."""
     own = log.findings[place]
     return not any(f.table is own.table and f.quantity == "rudder" and f.unit is None for f in log.findings)
 
 
-def _by_size(log: Log, table: RawTable, found: Finding) -> Unit:
+def _by_size(log: RawLog, table: RawTable, found: ColumnFinding) -> LogUnit:
     """The likely unit of a column: that of the others of its table, or by its size."""
     size, in_radians = units_told.size_of(found), _in_radians(log, table)
     if found.dimension == "angle":
@@ -99,7 +99,7 @@ def _by_size(log: Log, table: RawTable, found: Finding) -> Unit:
     return UNITS["rps" if size <= MOST_RPS else "rpm"]
 
 
-def _in_radians(log: Log, table: RawTable) -> bool:
+def _in_radians(log: RawLog, table: RawTable) -> bool:
     """Whether all angles of a table are in radians, or may be."""
     angles = [f for f in log.findings if f.table is table and f.may_be and f.may_be[0] in ANGLES]
     stated = {f.unit.name for f in angles if f.unit is not None}
@@ -109,7 +109,7 @@ def _in_radians(log: Log, table: RawTable) -> bool:
     return stated == {"rad"} or (not stated and small)
 
 
-def _is_fast(log: Log, table: RawTable, found: Finding) -> bool:
+def _is_fast(log: RawLog, table: RawTable, found: ColumnFinding) -> bool:
     """Whether a position moves faster than any craft if it is in metres."""
     series = log.series(found, raw=True)
     if series is None or not np.isfinite(series.time).any():
@@ -119,7 +119,7 @@ def _is_fast(log: Log, table: RawTable, found: Finding) -> bool:
     return moved > units_told.FASTEST_M_S * lasts
 
 
-def _meant(found: Finding, unit: Unit | None, factor: float, sure: bool) -> Finding:
+def _meant(found: ColumnFinding, unit: LogUnit | None, factor: float, sure: bool) -> ColumnFinding:
     """The finding of a column with its likely unit."""
     why = "as answered" if sure else "its unit is likely, by its size and how the columns move together"
     return replace(
@@ -128,7 +128,7 @@ def _meant(found: Finding, unit: Unit | None, factor: float, sure: bool) -> Find
     )  # fmt: skip
 
 
-def _question(identifier: str, likely: Sequence[Finding]) -> Question:
+def _question(identifier: str, likely: Sequence[ColumnFinding]) -> Question:
     told = ", ".join(f"{f.column.name} is {_kind(f)} [{_unit(f)}]" for f in likely)
     text = f"The file does not state these units. By size and how the columns move together {told}. Is this right?"
     answers = (
@@ -139,10 +139,10 @@ def _question(identifier: str, likely: Sequence[Finding]) -> Question:
     return Question(identifier, "columns", first.table.label, first.column.name, text, answers)
 
 
-def _kind(found: Finding) -> str:
+def _kind(found: ColumnFinding) -> str:
     return " or ".join(quantity.replace("_", " ") for quantity in found.may_be)
 
 
-def _unit(found: Finding) -> str:
+def _unit(found: ColumnFinding) -> str:
     assert found.unit is not None
     return found.unit.name if found.factor == 1.0 else f"{found.factor:g} {found.unit.name}"

@@ -14,7 +14,7 @@ import numpy as np
 from ..arrow_csv import FEWEST_BYTES, arrow
 from .cell_texts import Texts
 from .cells import GAPS
-from .layout import LONGEST, Layout, Line, PlainRows, Rows, is_header_again, of_other_width
+from .layout import LONGEST, DataRows, Layout, Line, PlainRows, is_header_again, of_other_width
 
 PLAIN = bytes(sorted({*range(32, 127), *b"\t\r\n"} - {*b'"#%!*('}))
 """Characters of plain rows: none that quotes or begins a comment."""
@@ -33,7 +33,7 @@ def plain_reader(text: str, separator: str, trailing: int | None) -> PlainRows |
     return lambda layout, start: _plain_rows(text, separator, trailing, layout, start)
 
 
-def _plain_rows(text: str, separator: str, trailing: int | None, layout: Layout, start: int) -> Rows | None:
+def _plain_rows(text: str, separator: str, trailing: int | None, layout: Layout, start: int) -> DataRows | None:
     body = _from_line(text, start)
     if trailing not in (None, layout.width + 1) or not _is_plain(body):
         return None
@@ -47,7 +47,7 @@ def _plain_rows(text: str, separator: str, trailing: int | None, layout: Layout,
     if any(len(cell) > LONGEST for line in odd for cell in line.cells) or not _all_are_data(cells, layout):
         return None
     numbers = np.arange(start, start + len(cells[0]) + len(odd))
-    return Rows(cells, np.delete(numbers, [line.number - start for line in odd]), tuple(faults))
+    return DataRows(cells, np.delete(numbers, [line.number - start for line in odd]), tuple(faults))
 
 
 def _from_line(text: str, number: int) -> bytes:

@@ -12,9 +12,9 @@ import numpy as np
 
 from .beside import of_side
 from .draft import NOT_USED, Answer, Question
-from .evidence import Series, together
-from .finding import Finding, line_of
-from .log import Log
+from .evidence import ClockSeries, together
+from .finding import ColumnFinding, line_of
+from .log import RawLog
 from .no_rudder import PROPELLERS, is_unsteered, response
 from .quantities import word_list
 from .units import UNITS, unit_of
@@ -38,7 +38,7 @@ class _Pair:
     signed: bool
 
 
-def settle(log: Log, answers: Dict[str, str]) -> None:
+def settle(log: RawLog, answers: Dict[str, str]) -> None:
     """Make two columns the thrusts to port and starboard where a craft has no rudder, or ask which ones they are."""
     if not is_unsteered({quantity for f in log.findings for quantity in f.may_be}):
         return
@@ -61,16 +61,16 @@ def settle(log: Log, answers: Dict[str, str]) -> None:
         )
 
 
-def _in_newtons(log: Log, pair: _Pair) -> bool:
+def _in_newtons(log: RawLog, pair: _Pair) -> bool:
     both = (log.findings[pair.port], log.findings[pair.starboard])
     return all(unit_of(f.column.unit, "force") or _named_force(f) for f in both)
 
 
-def _named_force(found: Finding) -> bool:
+def _named_force(found: ColumnFinding) -> bool:
     return found.column.name.endswith(("_N", "_kN", "(N)", "[N]", "(kN)", "[kN]"))
 
 
-def _pairs(log: Log) -> Iterator[_Pair]:
+def _pairs(log: RawLog) -> Iterator[_Pair]:
     """Pairs of columns that may be two propellers."""
     able = {i: f for i, f in enumerate(log.findings) if _may_drive(f)}
     done = set()
@@ -92,7 +92,7 @@ def _pairs(log: Log) -> Iterator[_Pair]:
             yield from (pair for pair in _numbered(log, rest) if pair.share)
 
 
-def _may_drive(found: Finding) -> bool:
+def _may_drive(found: ColumnFinding) -> bool:
     """Whether a column is not used for its name, or is a thrust or revolutions of one of several propellers."""
     column = found.column
     known = column.numbers[np.isfinite(column.numbers)]
@@ -106,7 +106,7 @@ def _drives(others: frozenset[str]) -> bool:
     return bool({re.sub(r"\d+$", "", word) for word in others} & word_list("actuators"))
 
 
-def _numbered(log: Log, places: list[int]) -> Iterator[_Pair]:
+def _numbered(log: RawLog, places: list[int]) -> Iterator[_Pair]:
     """Pairs of columns whose names differ in a number only, and of equal units."""
     for i, j in combinations(places, 2):
         one, two = log.findings[i].column, log.findings[j].column
@@ -115,7 +115,7 @@ def _numbered(log: Log, places: list[int]) -> Iterator[_Pair]:
             yield _pair(log, i, j, sided=False)
 
 
-def _opposed(log: Log, one: int, other: int) -> bool:
+def _opposed(log: RawLog, one: int, other: int) -> bool:
     """Whether a yaw rate answers two columns the opposite way."""
     series = [log.series(log.findings[i], raw=True) for i in (one, other)]
     for _, rate in log.all("yaw_rate", signed=False):
@@ -125,14 +125,14 @@ def _opposed(log: Log, one: int, other: int) -> bool:
     return False
 
 
-def _pair(log: Log, port: int, starboard: int, sided: bool) -> _Pair:
+def _pair(log: RawLog, port: int, starboard: int, sided: bool) -> _Pair:
     one, two = (log.series(log.findings[i], raw=True) for i in (port, starboard))
     if one is None or two is None:
         return _Pair(port, starboard, sided, None, False)
     shared = together(one, two)
     if shared is None:
         return _Pair(port, starboard, sided, None, False)
-    difference = Series(shared[0], shared[1] - shared[2], one.clock, one.dated)
+    difference = ClockSeries(shared[0], shared[1] - shared[2], one.clock, one.dated)
     for signed in (True, False):
         for _, rate in log.all("yaw_rate", signed=signed):
             share = response(difference, rate)
@@ -141,7 +141,7 @@ def _pair(log: Log, port: int, starboard: int, sided: bool) -> _Pair:
     return _Pair(port, starboard, sided, None, False)
 
 
-def _use(log: Log, port: int, starboard: int, why: str) -> None:
+def _use(log: RawLog, port: int, starboard: int, why: str) -> None:
     for place, quantity in ((port, PORT), (starboard, STARBOARD)):
         found = log.findings[place]
         stated = unit_of(found.column.unit, "force") or (UNITS["kN"] if found.column.name.endswith("kN") else None)
@@ -153,14 +153,14 @@ def _use(log: Log, port: int, starboard: int, why: str) -> None:
         )  # fmt: skip
 
 
-def _offset(found: Finding) -> float:
+def _offset(found: ColumnFinding) -> float:
     """What is added to a servo's pulse, which is 1500 us at rest."""
     known = found.column.numbers[np.isfinite(found.column.numbers)]
     pulse = PULSE_US[0] <= known.min() and known.max() <= PULSE_US[1] and known.max() > 1000.0
     return -NEUTRAL_US if pulse else 0.0
 
 
-def _as_answered(log: Log, pairs: list[_Pair], key: str) -> None:
+def _as_answered(log: RawLog, pairs: list[_Pair], key: str) -> None:
     if key == NOT_USED:
         return
     for pair in pairs:
@@ -170,11 +170,11 @@ def _as_answered(log: Log, pairs: list[_Pair], key: str) -> None:
                 return
 
 
-def _key(log: Log, port: int, starboard: int) -> str:
+def _key(log: RawLog, port: int, starboard: int) -> str:
     return f"{log.findings[port].column.name}, {log.findings[starboard].column.name}"
 
 
-def _question(log: Log, pairs: list[_Pair], against: bool) -> Question:
+def _question(log: RawLog, pairs: list[_Pair], against: bool) -> Question:
     ordered = sorted(pairs, key=lambda pair: (not pair.sided, -abs(pair.share or 0.0)))[:4]
     answers = []
     for pair in ordered:
@@ -189,7 +189,7 @@ def _question(log: Log, pairs: list[_Pair], against: bool) -> Question:
     return Question(PROPELLERS, "quantity", first.table.label, first.column.name, text, (*answers, none))
 
 
-def _answer(log: Log, port: int, starboard: int) -> Answer:
+def _answer(log: RawLog, port: int, starboard: int) -> Answer:
     one, two = log.findings[port], log.findings[starboard]
     text = f"{one.column.name} to port, {two.column.name} to starboard; their difference steers, their mean drives"
     lines = [

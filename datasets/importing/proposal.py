@@ -13,7 +13,7 @@ from .by_motion import Assignment, Meaning, assignments, motion_of
 from .clock import Form, guess_form
 from .draft import NOT_USED, Answer, Question
 from .evidence import together
-from .finding import Finding, line_of
+from .finding import ColumnFinding, line_of
 from .geodesy import on_plane
 from .names import Named
 from .quantities import quantities
@@ -21,7 +21,7 @@ from .times import TableTime
 from .units import UNITS
 
 if TYPE_CHECKING:
-    from .log import Log
+    from .log import RawLog
     from .raw import RawTable
 
 NONE, SEVERAL = "none", "several"
@@ -34,7 +34,7 @@ NEEDED = (("rudder", "rudder_command"), ("heading", "yaw_rate", "heading_magneti
 
 
 @dataclass(frozen=True)
-class Proposal:
+class ColumnAssignment:
     """What some columns of a table are, and the column and form of its time."""
 
     assignment: Assignment
@@ -45,7 +45,7 @@ TELL_SENSE = {"heading", "yaw_rate", "sway", "north", "east", "velocity_north", 
 """Quantities of which one that is known tells to which side the others are positive."""
 
 
-def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
+def propose(log: RawLog, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
     """Take the columns that no name tells for what they are by their motion, with a question for each table that says
     all of it; those of an answer surely.  Where none is right one more question says which column is wrong: the others
     are taken, and nothing is where several are wrong.
@@ -61,18 +61,18 @@ def propose(log: Log, tables: Sequence[RawTable], answers: Mapping[str, str]) ->
             _propose(log, table, able, answers)
 
 
-def _named(log: Log) -> Iterator[Finding]:
+def _named(log: RawLog) -> Iterator[ColumnFinding]:
     return (f for f in log.findings if not _is_open(f))
 
 
-def _is_open(found: Finding) -> bool:
+def _is_open(found: ColumnFinding) -> bool:
     """Whether no name says what a column of numbers is."""
     numbers = found.column.numbers if found.column.numeric else np.zeros(0)
     unknown = (not found.may_be and found.why == (Named().why,)) or len(found.may_be) == len(quantities())
     return unknown and not found.bounded and bool(np.isfinite(numbers).sum() > 1)
 
 
-def _propose(log: Log, table: RawTable, able: Sequence[Finding], answers: Mapping[str, str]) -> None:
+def _propose(log: RawLog, table: RawTable, able: Sequence[ColumnFinding], answers: Mapping[str, str]) -> None:
     wrong = answers.get(_id_of_wrong(table))
     made = _proposals(log, table, able) if len(able) <= MOST_COLUMNS and wrong != SEVERAL else []
     if not made:
@@ -97,7 +97,7 @@ def key_of(question: Question, answers: Mapping[str, str]) -> str | None:
     return key
 
 
-def _take(log: Log, table: RawTable, able: Sequence[Finding], chosen: Proposal, sure: bool) -> None:
+def _take(log: RawLog, table: RawTable, able: Sequence[ColumnFinding], chosen: ColumnAssignment, sure: bool) -> None:
     """Put what a proposal says into the log: the time of the table, and what its open columns are."""
     log.times[table.label] = chosen.time
     log.forget_times(table.label)
@@ -123,7 +123,7 @@ def _keys(question: Question) -> str:
     return ", ".join(answer.key for answer in question.answers)
 
 
-def _meant(found: Finding, meaning: Meaning | None, sure: bool) -> Finding:
+def _meant(found: ColumnFinding, meaning: Meaning | None, sure: bool) -> ColumnFinding:
     """The finding of a column with what it means."""
     if meaning is None:
         return found.unused("no other column tells what it is")
@@ -137,9 +137,9 @@ def _meant(found: Finding, meaning: Meaning | None, sure: bool) -> Finding:
 # ------------------------------------------------------------------------------------------------ proposals
 
 
-def _proposals(log: Log, table: RawTable, able: Sequence[Finding]) -> list[Proposal]:
+def _proposals(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> list[ColumnAssignment]:
     """What the columns may be, with the time that it needs: the likeliest first."""
-    made: list[Proposal] = []
+    made: list[ColumnAssignment] = []
     senses = set[str]()
     for time in _times(log, table, able):
         found = time.seconds(table)
@@ -150,14 +150,14 @@ def _proposals(log: Log, table: RawTable, able: Sequence[Finding]) -> list[Propo
         values |= {f.column.name: f.column.numbers for f in able if f.column.name not in time.columns}
         motion = motion_of(found[0], values, known)
         whole = assignments(motion) if motion is not None else []
-        made += [Proposal(one, time) for one in whole if len(one.meanings) > 1]
+        made += [ColumnAssignment(one, time) for one in whole if len(one.meanings) > 1]
     made.sort(key=lambda proposal: -proposal.assignment.worth)
     alike = [p for p in made if p.time == made[0].time][:MOST]
     turned = made[0].assignment.mirrored if made and not senses else []
     return [*alike, *(replace(made[0], assignment=assignment) for assignment in turned)]
 
 
-def _times(log: Log, table: RawTable, able: Sequence[Finding]) -> Iterator[TableTime]:
+def _times(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> Iterator[TableTime]:
     """The time of a table, or what may be it where no name tells: columns that rise evenly, in each form."""
     stated = log.times[table.label]
     if stated.columns or stated.form == "rows":
@@ -182,7 +182,7 @@ def _unevenness(numbers: np.ndarray) -> float:
     return float(np.std(known - slope * rows - start) / np.ptp(known))
 
 
-def _known(log: Log, table: RawTable, time: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, Meaning]]:
+def _known(log: RawLog, table: RawTable, time: np.ndarray) -> tuple[dict[str, np.ndarray], dict[str, Meaning]]:
     """Columns of a table whose meaning is known, in SI units: (values, meanings); positions of a globe on a plane."""
     values: dict[str, np.ndarray] = {}
     known: dict[str, Meaning] = {}
@@ -208,7 +208,7 @@ def _known(log: Log, table: RawTable, time: np.ndarray) -> tuple[dict[str, np.nd
 # ------------------------------------------------------------------------------------------------ question
 
 
-def _question(table: RawTable, able: Sequence[Finding], made: Sequence[Proposal]) -> Question:
+def _question(table: RawTable, able: Sequence[ColumnFinding], made: Sequence[ColumnAssignment]) -> Question:
     """The question which of the proposals is right."""
     first = made[0]
     clock = [f"{first.time.columns[0]} is the time ({first.time.form})"] if first.time.sure == "other channel" else []
@@ -223,7 +223,7 @@ def _question(table: RawTable, able: Sequence[Finding], made: Sequence[Proposal]
     return Question(question_of(table.label), "columns", table.label, at, text, (*answers, rest))
 
 
-def _question_of_wrong(table: RawTable, first: Proposal) -> Question:
+def _question_of_wrong(table: RawTable, first: ColumnAssignment) -> Question:
     """The question which column of the proposal is not what it is proposed to be."""
     meanings = first.assignment.meanings
     told = ", ".join(f"{name} is {_said(m)}" for name, m in meanings.items())
@@ -240,7 +240,7 @@ def _said(meaning: Meaning) -> str:
     return f"{meaning.quantity.replace('_', ' ')} [{meaning.unit}{sign}]"
 
 
-def _difference(first: Proposal, other: Proposal) -> str:
+def _difference(first: ColumnAssignment, other: ColumnAssignment) -> str:
     """What another proposal says otherwise."""
     mine, its = first.assignment.meanings, other.assignment.meanings
     changed = [f"{n} is {_said(m)}" for n, m in its.items() if n not in mine or _said(mine[n]) != _said(m)]
@@ -248,7 +248,7 @@ def _difference(first: Proposal, other: Proposal) -> str:
     return ", ".join([*changed, *dropped])
 
 
-def _lines(able: Sequence[Finding], first: Proposal, made: Proposal) -> str:
+def _lines(able: Sequence[ColumnFinding], first: ColumnAssignment, made: ColumnAssignment) -> str:
     """The lines of the map that say what a proposal says otherwise than the first, which the draft holds."""
     mine, its = first.assignment.meanings, made.assignment.meanings
     changed = [f for f in able if mine.get(f.column.name) != its.get(f.column.name)]

@@ -11,13 +11,13 @@ import numpy as np
 from ..columns import ACCEPTED
 from .cells import EITHER, GAPS
 from .draft import NOT_USED
-from .finding import WITH_SIDE, Finding, ask_numbers, ask_quantity, ask_scale, is_full_circle
-from .headers import PERCENT, Header, read_header, sign_stated, west_or_south
+from .finding import WITH_SIDE, ColumnFinding, ask_numbers, ask_quantity, ask_scale, is_full_circle
+from .headers import PERCENT, ColumnHeader, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
 from .names import Named, named, words
 from .quantities import RATE_OF, mathematical_words, quantities
 from .raw import RawColumn, RawTable
-from .units import UNITS, Unit, unit_of
+from .units import UNITS, LogUnit, unit_of
 
 NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
@@ -39,13 +39,13 @@ UNSIGNED = frozenset(
 """Quantities without a sign, or whose name states it; a rudder's is that of the record's positive rudder."""
 
 
-def stated(table: RawTable, column: RawColumn, given: ColumnMap | None, mapped: bool) -> Finding:
+def stated(table: RawTable, column: RawColumn, given: ColumnMap | None, mapped: bool) -> ColumnFinding:
     """The finding of a column from what is said of it; `mapped`: there is a map, and it need not name the column."""
-    base = Finding(table, column)
+    base = ColumnFinding(table, column)
     return _with_missing(_stated(base, given, mapped))
 
 
-def _with_missing(found: Finding) -> Finding:
+def _with_missing(found: ColumnFinding) -> ColumnFinding:
     """The finding, with the number that stands for missing values."""
     missing = found.column.missing
     if not found.may_be or missing is None:
@@ -54,7 +54,7 @@ def _with_missing(found: Finding) -> Finding:
     return replace(found, why=(*found.why, f"{missing:g} stands for a missing value ({count} cells)"))
 
 
-def _stated(base: Finding, given: ColumnMap | None, mapped: bool) -> Finding:
+def _stated(base: ColumnFinding, given: ColumnMap | None, mapped: bool) -> ColumnFinding:
     column = base.column
     if given is not None:
         return _from_map(base, given)
@@ -65,7 +65,7 @@ def _stated(base: Finding, given: ColumnMap | None, mapped: bool) -> Finding:
     return _from_header(base)
 
 
-def _from_map(base: Finding, given: ColumnMap) -> Finding:
+def _from_map(base: ColumnFinding, given: ColumnMap) -> ColumnFinding:
     if given.to == NOT_USED:
         return base.unused("the map says so")
     header = _from_header(base)
@@ -84,7 +84,7 @@ def _from_map(base: Finding, given: ColumnMap) -> Finding:
     return decided
 
 
-def _from_format(base: Finding) -> Finding:
+def _from_format(base: ColumnFinding) -> ColumnFinding:
     column = base.column
     if column.known in (NOT_USED, "time"):
         return base.unused(column.source)
@@ -92,7 +92,7 @@ def _from_format(base: Finding) -> Finding:
     return replace(base, may_be=(column.known,), unit=unit, signed=True, side=column.side, why=(column.source,))
 
 
-def _from_header(base: Finding) -> Finding:
+def _from_header(base: ColumnFinding) -> ColumnFinding:
     column = base.column
     header = read_header(_called(base.table, column), column.unit)
     if column.numeric and all(NAMELESS.fullmatch(one.name) for one in base.table.columns):
@@ -124,7 +124,7 @@ def _from_header(base: Finding) -> Finding:
     return ask_numbers(found) if column.style == "open" and _either(column) else found
 
 
-def _label(column: RawColumn) -> tuple[Header, Named, str] | None:
+def _label(column: RawColumn) -> tuple[ColumnHeader, Named, str] | None:
     """What a line above the header calls a column whose name says nothing: `CH1: rudder angle`; None for nothing."""
     headers = [header for text in column.said if (header := read_header(text, column.unit)).words]
     labels = [(header, *_name(header)) for header in headers]
@@ -162,7 +162,7 @@ def _either(column: RawColumn) -> bool:
     return bool(told) and all(EITHER.fullmatch(text) and "," in text for text in told)
 
 
-def _name(header: Header) -> tuple[Named, str]:
+def _name(header: ColumnHeader) -> tuple[Named, str]:
     """(what the words say, the unit that their last ones spell)."""
     for head, text in header.suffixes:
         name = named(head)
@@ -174,7 +174,7 @@ def _name(header: Header) -> tuple[Named, str]:
     return named(header.words), ""
 
 
-def _doubted(found: Finding, name: Named) -> Finding:
+def _doubted(found: ColumnFinding, name: Named) -> ColumnFinding:
     shown = " ".join(name.extra)
     text = f"Is {found.column.name!r} a column of {' or '.join(found.may_be)}? {shown!r} in its name is not known."
     asked = ask_quantity(found, text, found.may_be)
@@ -183,14 +183,14 @@ def _doubted(found: Finding, name: Named) -> Finding:
     return replace(asked, questions=(*others, replace(question, doubt=doubt)))
 
 
-def _with_times(found: Finding, times: float) -> Finding:
+def _with_times(found: ColumnFinding, times: float) -> ColumnFinding:
     """A finding whose header says `x10`, with the question whether the numbers are ten times the value."""
     assert found.unit is not None
     text = f"{found.column.name!r} says x{times:g}: is one of the file {1.0 / times:g} {found.unit.name}, or 1?"
     return ask_scale(found, text, found.unit.name, found.unit.name, (1.0 / times, 1.0), 1.0)
 
 
-def _with_unit(found: Finding, header: Header, suffix: str, said: list[Header]) -> Finding:
+def _with_unit(found: ColumnFinding, header: ColumnHeader, suffix: str, said: list[ColumnHeader]) -> ColumnFinding:
     """The finding with the unit that is stated, and what it leaves of the quantities that the name may mean."""
     headers = [header, *said]
     lettered = found.column.lettered
@@ -210,7 +210,7 @@ def _with_unit(found: Finding, header: Header, suffix: str, said: list[Header]) 
     return _with_foreign(found, foreign or other) if foreign or other else found
 
 
-def _stated_unit(headers: list[Header], texts: list[str], dimension: str) -> tuple[Unit | None, float]:
+def _stated_unit(headers: list[ColumnHeader], texts: list[str], dimension: str) -> tuple[LogUnit | None, float]:
     for header in headers:
         unit, factor = header.unit(dimension)
         if unit is not None:
@@ -219,14 +219,14 @@ def _stated_unit(headers: list[Header], texts: list[str], dimension: str) -> tup
     return found, 1.0
 
 
-def _with_foreign(found: Finding, text: str) -> Finding:
+def _with_foreign(found: ColumnFinding, text: str) -> ColumnFinding:
     """A finding whose stated unit is none of the quantity: of a rudder per cent or volts."""
     if found.may_be[0] in WITH_SIDE and len(found.may_be) == 1:
         return replace(found, why=(*found.why, f"unit {text!r} stated"), foreign=text)
     return found.unused(f"{' or '.join(found.may_be)}? its unit {text!r} is none of it")
 
 
-def ask_foreign(found: Finding) -> Finding:
+def ask_foreign(found: ColumnFinding) -> ColumnFinding:
     """The finding of a rudder in a unit that is no angle, with the question for its scale."""
     text = found.foreign
     numbers = np.abs(found.column.numbers[np.isfinite(found.column.numbers)])
@@ -263,7 +263,7 @@ EAST = re.compile(r"\beast\b|\bmath|\benu\b|\bned\b", re.IGNORECASE)
 """What a header says of a heading that does not count from north."""
 
 
-def _with_sign(found: Finding, positive: str) -> Finding:
+def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
     """The finding with the sign that its header, its letters or its name states."""
     lettered = found.column.lettered
     positive = positive or ("starboard" if lettered and lettered.positive == "starboard" else "")
@@ -294,13 +294,13 @@ def _with_sign(found: Finding, positive: str) -> Finding:
     return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or goes_ahead(found))
 
 
-def as_in_a_record(found: Finding) -> bool:
+def as_in_a_record(found: ColumnFinding) -> bool:
     """Whether a column has the name of a record's column, as several of its table do."""
     own = [column.name for column in found.table.columns if column.name in ACCEPTED]
     return found.column.name in own and len(own) >= FEWEST_OF_RECORD
 
 
-def _with_sense(found: Finding) -> Finding:
+def _with_sense(found: ColumnFinding) -> ColumnFinding:
     """A heading with the way that it counts, where its name or what is said of it states that."""
     frame = frame_stated(found.table)
     text = " ".join((_called(found.table, found.column), *found.column.said, frame)).lower()
@@ -320,7 +320,7 @@ def frame_stated(table: RawTable) -> str:
     return stated.pop() if len(stated) == 1 else ""
 
 
-def goes_ahead(found: Finding) -> bool:
+def goes_ahead(found: ColumnFinding) -> bool:
     """Whether a speed forward is positive in the main."""
     numbers = found.column.numbers
     return found.quantity == "surge" and bool(np.nanmedian(numbers) > 0.0)

@@ -20,7 +20,7 @@ MOST_TOLD = 4
 
 
 @dataclass(frozen=True)
-class Fault:
+class FileFault:
     """Something wrong with a file: where, what, what to do, and whether the import ends by it."""
 
     table: str
@@ -40,7 +40,7 @@ class ImportReport:
 
     columns: tuple[DraftColumn, ...]
     steps: tuple[str, ...]
-    faults: tuple[Fault, ...]
+    faults: tuple[FileFault, ...]
     channels: tuple[ChannelSource, ...] = ()
 
 
@@ -50,7 +50,7 @@ class ImportFault(BadInput):
 
     def __init__(
         self,
-        faults: Sequence[Fault],
+        faults: Sequence[FileFault],
         columns: Sequence[DraftColumn] = (),
         draft: Mapping | None = None,
         questions: Sequence[Question] = (),
@@ -71,15 +71,15 @@ class ImportFault(BadInput):
         return ImportFault, (self.faults, self.columns, self.draft, self.questions)
 
 
-def _as_fault(question: Question) -> Fault:
+def _as_fault(question: Question) -> FileFault:
     lines = " or ".join(answer.line for answer in question.answers[:3]) or question.number
-    return Fault(
+    return FileFault(
         question.table, question.text, f"put into the map: {lines}", column=question.column or None, fatal=True
     )
 
 
 def refuse_fatal(
-    faults: Iterable[Fault],
+    faults: Iterable[FileFault],
     columns: Sequence[DraftColumn] = (),
     draft: Mapping | None = None,
     questions: Sequence[Question] = (),

@@ -9,9 +9,9 @@ from itertools import combinations
 
 import numpy as np
 
-from .evidence import FEWEST, Series, known, liveliest, together
-from .finding import WITH_SIDE, Finding, ask_quantity
-from .log import Log
+from .evidence import FEWEST, ClockSeries, known, liveliest, together
+from .finding import WITH_SIDE, ColumnFinding, ask_quantity
+from .log import RawLog
 from .names import words
 
 RUDDER, ORDER = WITH_SIDE
@@ -32,7 +32,9 @@ STEPPED, SLEWED = 0.8, 0.4
 """Share of all movement in single steps: of an order above the first, of a rudder below the second."""
 
 
-def settle(log: Log, answers: Dict[str, str], answered: Callable[[Finding, Dict[str, str]], Finding]) -> None:
+def settle(
+    log: RawLog, answers: Dict[str, str], answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding]
+) -> None:
     """Make the earlier of two rudders the order and the later one the rudder; ask where a name says the opposite."""
     able = [i for i, found in enumerate(log.findings) if _may_steer(found)]
     for i, j in combinations(able, 2):
@@ -45,13 +47,17 @@ def settle(log: Log, answers: Dict[str, str], answered: Callable[[Finding, Dict[
             _assign(log, first, then, answers, answered)
 
 
-def _may_steer(found: Finding) -> bool:
+def _may_steer(found: ColumnFinding) -> bool:
     rudder = bool(found.may_be) and set(found.may_be) <= set(WITH_SIDE) and found.column.numeric
     return rudder and not set(words(found.column.name)) & SMOOTHED
 
 
 def _assign(
-    log: Log, first: int, then: int, answers: Dict[str, str], answered: Callable[[Finding, Dict[str, str]], Finding]
+    log: RawLog,
+    first: int,
+    then: int,
+    answers: Dict[str, str],
+    answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding],
 ) -> None:
     order, rudder = log.findings[first], log.findings[then]
     if order.may_be == rudder.may_be == (ORDER,):  # an order and what limits it
@@ -65,7 +71,7 @@ def _assign(
     log.findings[then] = _as(rudder, RUDDER, f"the answer: it follows column {order.column.name}")
 
 
-def _as(found: Finding, quantity: str, why: str) -> Finding:
+def _as(found: ColumnFinding, quantity: str, why: str) -> ColumnFinding:
     """A column in its role; a doubt about its name is settled by that."""
     if found.may_be == (quantity,) and not any(q.about == "quantity" for q in found.questions):
         return found if why in found.why else replace(found, why=(*found.why, why))
@@ -76,8 +82,11 @@ def _as(found: Finding, quantity: str, why: str) -> Finding:
 
 
 def _asked(
-    order: Finding, rudder: Finding, answers: Dict[str, str], answered: Callable[[Finding, Dict[str, str]], Finding]
-) -> tuple[Finding, Finding]:
+    order: ColumnFinding,
+    rudder: ColumnFinding,
+    answers: Dict[str, str],
+    answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding],
+) -> tuple[ColumnFinding, ColumnFinding]:
     """An earlier and a later column whose names say the opposite, with the question which one is the order."""
     text = (
         f"{rudder.column.name!r} is called an order, and it follows {order.column.name!r}: is it the rudder, "
@@ -94,18 +103,18 @@ def _asked(
 # ------------------------------------------------------------------------------------------------ which is earlier
 
 
-def leader(log: Log, one: Finding, two: Finding) -> int:
+def leader(log: RawLog, one: ColumnFinding, two: ColumnFinding) -> int:
     """1 where the first column is the order of the second, -1 the other way round, 0 where nothing tells it."""
     first, second = log.series(one, raw=True), log.series(two, raw=True)
     return lead(first, second) if first is not None and second is not None else 0
 
 
-def lead(first: Series, second: Series) -> int:
+def lead(first: ClockSeries, second: ClockSeries) -> int:
     """1 where the first of two series is the order of the second, -1 the other way round, 0 where nothing tells it."""
     return steps(first, second) or (leads(first, second) if first.clock == second.clock else 0)
 
 
-def leads(first: Series, second: Series) -> int:
+def leads(first: ClockSeries, second: ClockSeries) -> int:
     """1 where the second series follows the first as a rudder its order, -1 the other way round, 0 where neither."""
     shared = together(first, second)
     if shared is None:
@@ -146,7 +155,7 @@ def _servo(order: np.ndarray, rudder: np.ndarray) -> float:
     return float(left @ moved) / power**0.5 if power > 0.0 else 0.0
 
 
-def steps(first: Series, second: Series) -> int:
+def steps(first: ClockSeries, second: ClockSeries) -> int:
     """1 where the first series goes in steps and the second slews, -1 the other way round, 0 where neither; also for
     series of two clocks, whose lag says nothing."""
     shares = []

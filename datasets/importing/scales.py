@@ -11,7 +11,7 @@ from itertools import combinations
 import numpy as np
 
 from .draft import NOT_USED, Answer, Question
-from .evidence import Series, rate_ratio
+from .evidence import ClockSeries, rate_ratio
 from .mapping import Mapping
 from .names import is_time, named, words
 from .quantities import quantities
@@ -232,9 +232,9 @@ def _scale_of_time(table: RawTable, two: TwoScales) -> str:
     angle = next((c for c in table.columns if named(words(c.name)).may_be[:1] == ("heading",)), None)
     if seconds is None or angle is None:
         return ""
-    heading = Series(seconds[0], angle.numbers * _or(angle, math.radians(1.0)), "", False)
+    heading = ClockSeries(seconds[0], angle.numbers * _or(angle, math.radians(1.0)), "", False)
     for scale, rate in _rates(table, two):
-        ratio = rate_ratio(heading, Series(seconds[0], rate.numbers * _or(rate, math.radians(1.0)), "", False))
+        ratio = rate_ratio(heading, ClockSeries(seconds[0], rate.numbers * _or(rate, math.radians(1.0)), "", False))
         if ratio is not None and abs(math.log(abs(ratio))) < 0.25 * math.log(two.size):
             return scale
     return ""

@@ -28,7 +28,7 @@ HELD, LEAVING = 0.8, 0.95
 
 
 @dataclass(frozen=True)
-class Segment:
+class ManoeuvreSegment:
     """Samples start:stop; kind 'zigzag', 'turn', 'straight' or 'other', and its text as in `list_manoeuvres`."""
 
     kind: str
@@ -46,7 +46,7 @@ class _Stretch:
     stop: int
 
 
-def cut(record: Record) -> list[tuple[Segment, Record]]:
+def cut(record: Record) -> list[tuple[ManoeuvreSegment, Record]]:
     """The manoeuvres of a record, each with its part of the record; the whole record where there is only one."""
     out = []
     counts: dict[str, int] = {}
@@ -60,7 +60,7 @@ def cut(record: Record) -> list[tuple[Segment, Record]]:
     return out
 
 
-def find_segments(record: Record) -> list[Segment]:
+def find_segments(record: Record) -> list[ManoeuvreSegment]:
     """The manoeuvres of a record in their order; empty where there is no rudder, or it is not known or never laid."""
     rudder = _filled(record.rudder()) if any(map(record.has, RUDDERS)) else None
     if rudder is None:
@@ -121,10 +121,10 @@ def _between_straights(stretches: Sequence[_Stretch]) -> list[list[_Stretch]]:
     return groups
 
 
-def _named(record: Record, rudder: np.ndarray, group: Sequence[_Stretch]) -> Segment:
+def _named(record: Record, rudder: np.ndarray, group: Sequence[_Stretch]) -> ManoeuvreSegment:
     start, stop = group[0].start, group[-1].stop
     if group[0].side == 0:
-        return Segment("straight", "straight", start, stop)
+        return ManoeuvreSegment("straight", "straight", start, stop)
     lead = int(np.searchsorted(record.time_s, record.time_s[start] - LEAD_S))
     angles = [float(np.median(np.abs(rudder[s.start : s.stop][_held(rudder[s.start : s.stop])]))) for s in group]
     usual = float(np.median(angles))
@@ -135,10 +135,10 @@ def _named(record: Record, rudder: np.ndarray, group: Sequence[_Stretch]) -> Seg
     if len(group) > REVERSALS and alike:
         reached = _heading_at_reversals(record, group)
         text = f"zigzag:{round(math.degrees(usual))}/{reached}{side}" if reached else ""
-        return Segment("zigzag", text, lead, stop)
+        return ManoeuvreSegment("zigzag", text, lead, stop)
     if len(group) == 1 and _turned(record, group[0]) > LEAST_TURN_RAD:
-        return Segment("turn", f"turn:{round(math.degrees(usual))}{side}", lead, stop)
-    return Segment("other", "", lead, stop)
+        return ManoeuvreSegment("turn", f"turn:{round(math.degrees(usual))}{side}", lead, stop)
+    return ManoeuvreSegment("other", "", lead, stop)
 
 
 def _held(angle: np.ndarray, share: float = HELD) -> np.ndarray:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from .draft import NOT_USED, Question
-from .finding import Finding
+from .finding import ColumnFinding
 from .raw import RawTable
 
 
@@ -22,7 +22,7 @@ def for_equal_headers(tables: Sequence[RawTable], answers: Dict[str, str]) -> di
     return out
 
 
-def for_equal_doubts(findings: Sequence[Finding], answers: Dict[str, str]) -> dict[str, str]:
+def for_equal_doubts(findings: Sequence[ColumnFinding], answers: Dict[str, str]) -> dict[str, str]:
     """The answers, each also for the columns whose names raise the same doubt."""
     out = dict(answers)
     asked = [question for found in findings for question in found.questions if question.doubt]

@@ -8,8 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from .evidence import as_of_one_clock, body, follows, rate_ratio, sense, slope, together
-from .finding import Finding, ask_sign
-from .log import Log
+from .finding import ColumnFinding, ask_sign
+from .log import RawLog
 from .reading import frame_stated
 
 NEAR = 0.6
@@ -21,7 +21,7 @@ OUTWARD = 0.7
 QUARTER = math.pi / 2.0
 
 
-def by_channel(log: Log, found: Finding) -> Finding:
+def by_channel(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the sign that another channel tells; unchanged where none does."""
     if found.signed or found.quantity is None or found.unit is None:
         return found
@@ -30,7 +30,7 @@ def by_channel(log: Log, found: Finding) -> Finding:
     return way(log, found) if way is not None else found
 
 
-def _heading(log: Log, found: Finding) -> Finding:
+def _heading(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     frame = frame_stated(found.table)
     if frame and found.unit is not None:
         quarter = round(QUARTER / found.unit.factor, 9)
@@ -59,7 +59,7 @@ def _heading(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _with_sense(found: Finding, told: tuple[str, float], why: str) -> Finding:
+def _with_sense(found: ColumnFinding, told: tuple[str, float], why: str) -> ColumnFinding:
     assert found.unit is not None
     turned, angle = told
     if turned == "with" and abs(angle) < NEAR:
@@ -73,7 +73,7 @@ def _with_sense(found: Finding, told: tuple[str, float], why: str) -> Finding:
     return found
 
 
-def _yaw_rate(log: Log, found: Finding) -> Finding:
+def _yaw_rate(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     series = log.series(found)
     if series is None:
         return found
@@ -87,7 +87,7 @@ def _yaw_rate(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _roll_rate(log: Log, found: Finding) -> Finding:
+def _roll_rate(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     series = log.series(found)
     for other, roll in log.all("roll"):
         ratio = rate_ratio(roll, series) if series is not None else None
@@ -97,7 +97,7 @@ def _roll_rate(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _along(log: Log, found: Finding) -> Finding:
+def _along(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The sign of a speed forward or sideways by a track and a heading."""
     series = log.series(found)
     if series is None:
@@ -118,7 +118,7 @@ def _along(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _turned_outward(log: Log, found: Finding) -> Finding | None:
+def _turned_outward(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     """The yaw rate of the same table that is positive to the same side as a sway: in right-handed axes both are, and a
     ship that turns drifts outward; None where the numbers do not say both."""
     sway = log.series(found, raw=True)
@@ -136,7 +136,7 @@ def _correlated(one: np.ndarray, other: np.ndarray) -> float:
     return float(one @ other) / power if power > 0.0 else 0.0
 
 
-def command_sign(log: Log, found: Finding) -> Finding:
+def command_sign(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A rudder command with the sign of the rudder, which follows it."""
     series = log.series(found) if found.unit is not None else None
     other = log.first("rudder")
@@ -153,7 +153,7 @@ def command_sign(log: Log, found: Finding) -> Finding:
 # ------------------------------------------------------------------------------------------------ questions
 
 
-def waits(log: Log, found: Finding) -> str:
+def waits(log: RawLog, found: ColumnFinding) -> str:
     """The column whose sign is asked and will tell this one's; '' where there is none."""
     if found.quantity == "sway":
         rate = _turned_outward(log, found)
@@ -169,7 +169,7 @@ def waits(log: Log, found: Finding) -> str:
     return ""
 
 
-def ask(log: Log, found: Finding) -> Finding:
+def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the question for its sign, or as one that waits for another's."""
     name, unit = found.column.name, found.unit
     assert unit is not None
@@ -202,7 +202,7 @@ def ask(log: Log, found: Finding) -> Finding:
     return ask_sign(found, text, answers)
 
 
-def against_track(log: Log, found: Finding) -> str:
+def against_track(log: RawLog, found: ColumnFinding) -> str:
     """What contradicts the way that a heading counts; '' where nothing does."""
     series = log.series(found)
     if series is None:
@@ -218,6 +218,6 @@ def against_track(log: Log, found: Finding) -> str:
     return ""
 
 
-def as_open(found: Finding) -> Finding:
+def as_open(found: ColumnFinding) -> ColumnFinding:
     """The finding with its sign open again."""
     return replace(found, signed=False, sign=1, offset=0.0)

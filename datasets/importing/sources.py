@@ -16,10 +16,9 @@ from .contained import read_contained
 from .formats.autopilots import with_px4
 from .formats.dataflash_text import looks_like_dataflash, read_dataflash
 from .formats.expedition import looks_like_expedition, read_expedition
-from .formats.gpx import looks_like_gpx, read_gpx
+from .formats.gpx import looks_like_gpx, looks_like_tcx, read_gpx, read_tcx
 from .formats.hypack import looks_like_hypack, read_hypack
-from .formats.influx import looks_like_influx, read_influx
-from .formats.influx_lines import looks_like_line_protocol, read_line_protocol
+from .formats.influx import looks_like_influx, looks_like_line_protocol, read_influx, read_line_protocol
 from .formats.json_records import looks_like_json, read_json
 from .formats.labview import looks_like_labview, read_labview
 from .formats.mavlink_text import looks_like_mavlink_text, read_mavlink_text
@@ -27,12 +26,10 @@ from .formats.messages import with_messages
 from .formats.moos import looks_like_alog, read_alog
 from .formats.n2k import looks_like_n2k, read_n2k
 from .formats.named_values import looks_like_named_values, read_named_values
-from .formats.pospac import with_pospac
 from .formats.program_headers import with_plain_header
 from .formats.ros import with_ros
-from .formats.sbet import looks_like_sbet, read_sbet
+from .formats.sbet import looks_like_sbet, read_sbet, with_pospac
 from .formats.signalk import with_signal_k
-from .formats.tcx import looks_like_tcx, read_tcx
 from .formats.transposed import looks_transposed, read_transposed
 from .instruments import by_instrument
 from .layout import distinct

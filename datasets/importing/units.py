@@ -16,7 +16,7 @@ def words_of(text: str) -> frozenset[str]:
 
 
 @dataclass(frozen=True)
-class Unit:
+class LogUnit:
     """A unit: its name in mapping files, dimension, factor to SI (radians) and the spellings of logs."""
 
     name: str
@@ -26,13 +26,13 @@ class Unit:
 
 
 _ALL = (
-    Unit(
+    LogUnit(
         "rad",
         "angle",
         1.0,
         ("рад", "라디안", "rad", "rads", "radian", "radians", "radiant", "radianes", "ラジアン", "弧度"),
     ),
-    Unit(
+    LogUnit(
         "deg",
         "angle",
         DEGREE,
@@ -73,11 +73,11 @@ _ALL = (
             "°(t)",
         ),
     ),
-    Unit("gon", "angle", math.pi / 200.0, ("gon", "gons", "gradian", "gradians", "grads", "neugrad")),
-    Unit("mrad", "angle", 1e-3, ("mrad", "milliradian", "milliradians")),
-    Unit("cdeg", "angle", 0.01 * DEGREE, ("cdeg", "centideg", "centidegrees")),
-    Unit("1e-7 deg", "angle", 1e-7 * DEGREE, ("dege7", "deg1e7", "1e-7deg", "dege-7")),
-    Unit(
+    LogUnit("gon", "angle", math.pi / 200.0, ("gon", "gons", "gradian", "gradians", "grads", "neugrad")),
+    LogUnit("mrad", "angle", 1e-3, ("mrad", "milliradian", "milliradians")),
+    LogUnit("cdeg", "angle", 0.01 * DEGREE, ("cdeg", "centideg", "centidegrees")),
+    LogUnit("1e-7 deg", "angle", 1e-7 * DEGREE, ("dege7", "deg1e7", "1e-7deg", "dege-7")),
+    LogUnit(
         "deg min",
         "angle",
         DEGREE,
@@ -94,7 +94,7 @@ _ALL = (
             "degmin",
         ),
     ),
-    Unit(
+    LogUnit(
         "rad/s",
         "angular rate",
         1.0,
@@ -113,7 +113,7 @@ _ALL = (
             "弧度/秒",
         ),
     ),
-    Unit(
+    LogUnit(
         "deg/s",
         "angular rate",
         DEGREE,
@@ -143,8 +143,8 @@ _ALL = (
             "grados/seg",
         ),
     ),
-    Unit("mrad/s", "angular rate", 1e-3, ("mrad/s", "mrad/sec")),
-    Unit(
+    LogUnit("mrad/s", "angular rate", 1e-3, ("mrad/s", "mrad/sec")),
+    LogUnit(
         "deg/min",
         "angular rate",
         DEGREE / 60.0,
@@ -171,9 +171,9 @@ _ALL = (
             "degres/mn",
         ),
     ),
-    Unit("rad/min", "angular rate", 1.0 / 60.0, ("rad/min", "rads/min", "radian/min", "radians/min")),
-    Unit("deg/h", "angular rate", DEGREE / 3600.0, ("deg/h", "deg/hr", "°/h")),
-    Unit(
+    LogUnit("rad/min", "angular rate", 1.0 / 60.0, ("rad/min", "rads/min", "radian/min", "radians/min")),
+    LogUnit("deg/h", "angular rate", DEGREE / 3600.0, ("deg/h", "deg/hr", "°/h")),
+    LogUnit(
         "m/s",
         "speed",
         1.0,
@@ -199,7 +199,7 @@ _ALL = (
             "metros/s",
         ),
     ),
-    Unit(
+    LogUnit(
         "kn",
         "speed",
         KNOT,
@@ -235,20 +235,20 @@ _ALL = (
             "节速",
         ),
     ),
-    Unit("km/h", "speed", 1.0 / 3.6, ("km/h", "kmh", "kph", "kmph", "km/t", "km/hr", "公里/小时", "km/std")),
-    Unit("cm/s", "speed", 0.01, ("cm/s", "cm/sec")),
-    Unit("mm/s", "speed", 0.001, ("mm/s", "mm/sec")),
-    Unit("mph", "speed", 0.44704, ("mph", "mi/h", "miles/h")),
-    Unit("ft/s", "speed", 0.3048, ("ft/s", "ft/sec", "fps")),
-    Unit("m/min", "speed", 1.0 / 60.0, ("m/min",)),
-    Unit("m", "length", 1.0, ("m", "meter", "metre", "meters", "metres", "metros", "米", "メートル")),
-    Unit("km", "length", 1000.0, ("km", "kilometer", "kilometre", "kilometers", "kilometres")),
-    Unit("cm", "length", 0.01, ("cm",)),
-    Unit("mm", "length", 0.001, ("mm",)),
-    Unit("nmi", "length", 1852.0, ("nmi", "nm", "sm", "nauticalmiles")),
-    Unit("ft", "length", 0.3048, ("ft", "feet", "foot")),
-    Unit("rps", "rotation", 1.0, ("rps", "1/s", "hz", "rev/s", "r/s", "tr/s", "u/s", "转/秒")),
-    Unit(
+    LogUnit("km/h", "speed", 1.0 / 3.6, ("km/h", "kmh", "kph", "kmph", "km/t", "km/hr", "公里/小时", "km/std")),
+    LogUnit("cm/s", "speed", 0.01, ("cm/s", "cm/sec")),
+    LogUnit("mm/s", "speed", 0.001, ("mm/s", "mm/sec")),
+    LogUnit("mph", "speed", 0.44704, ("mph", "mi/h", "miles/h")),
+    LogUnit("ft/s", "speed", 0.3048, ("ft/s", "ft/sec", "fps")),
+    LogUnit("m/min", "speed", 1.0 / 60.0, ("m/min",)),
+    LogUnit("m", "length", 1.0, ("m", "meter", "metre", "meters", "metres", "metros", "米", "メートル")),
+    LogUnit("km", "length", 1000.0, ("km", "kilometer", "kilometre", "kilometers", "kilometres")),
+    LogUnit("cm", "length", 0.01, ("cm",)),
+    LogUnit("mm", "length", 0.001, ("mm",)),
+    LogUnit("nmi", "length", 1852.0, ("nmi", "nm", "sm", "nauticalmiles")),
+    LogUnit("ft", "length", 0.3048, ("ft", "feet", "foot")),
+    LogUnit("rps", "rotation", 1.0, ("rps", "1/s", "hz", "rev/s", "r/s", "tr/s", "u/s", "转/秒")),
+    LogUnit(
         "rpm",
         "rotation",
         1.0 / 60.0,
@@ -271,11 +271,11 @@ _ALL = (
             "tpm",
         ),
     ),
-    Unit("rad/s shaft", "rotation", 1.0 / math.tau, ("rad/s", "rad/sec")),
-    Unit("N", "force", 1.0, ("n", "newton")),
-    Unit("kN", "force", 1000.0, ("kn",)),
+    LogUnit("rad/s shaft", "rotation", 1.0 / math.tau, ("rad/s", "rad/sec")),
+    LogUnit("N", "force", 1.0, ("n", "newton")),
+    LogUnit("kN", "force", 1000.0, ("kn",)),
 )
-UNITS: dict[str, Unit] = {unit.name: unit for unit in _ALL}
+UNITS: dict[str, LogUnit] = {unit.name: unit for unit in _ALL}
 TIME_WORDS = frozenset(
     [
         "s",
@@ -351,7 +351,7 @@ def tidy(text: str) -> str:
     return text.replace("minutes", "min").replace("minute", "min").replace("//", "/")
 
 
-def unit_of(text: str, dimension: str | None = None) -> Unit | None:
+def unit_of(text: str, dimension: str | None = None) -> LogUnit | None:
     """The unit that a text spells, of the dimension if one is given; None where it spells none."""
     spelt = tidy(text)
     found = [unit for unit in _ALL if spelt in unit.spellings and dimension in (None, unit.dimension)]
@@ -369,6 +369,6 @@ CANDIDATES = {
 """Dimension -> units that a column without a unit may be in, the likeliest first."""
 
 
-def candidates(dimension: str) -> tuple[Unit, ...]:
+def candidates(dimension: str) -> tuple[LogUnit, ...]:
     """The units of a dimension that a column without a unit may be in."""
     return tuple(UNITS[name] for name in CANDIDATES[dimension])

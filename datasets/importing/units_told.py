@@ -9,12 +9,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import Series, nearest, rate_ratio, size_ratio, slope, together
-from .finding import EITHER_SIDE, Finding, ask_scale, ask_unit, is_full_circle
-from .log import Log, speeds
+from .evidence import ClockSeries, nearest, rate_ratio, size_ratio, slope, together
+from .finding import EITHER_SIDE, ColumnFinding, ask_scale, ask_unit, is_full_circle
+from .log import RawLog, speeds
 from .quantities import quantities
 from .reading import ask_foreign
-from .units import UNITS, Unit, candidates
+from .units import UNITS, LogUnit, candidates
 
 LARGEST_RAD = {"rudder": 1.65, "rudder_command": 1.65, "roll": 1.6, "latitude": math.pi / 2.0, "longitude": 3.15,
                "magnetic_variation": 3.15, "magnetic_deviation": 1.6}  # fmt: skip
@@ -31,7 +31,7 @@ WITHIN = {"angular rate": 0.25, "speed": 0.07, "length": 0.1, "angle": 0.2}
 SPEEDS = ("speed_over_ground", "speed_through_water", "surge")
 
 
-def by_channel(log: Log, found: Finding) -> Finding:
+def by_channel(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the unit that another channel tells; unchanged where none does."""
     if found.quantity is None or found.unit is not None:
         return found
@@ -55,7 +55,7 @@ def by_channel(log: Log, found: Finding) -> Finding:
     return found
 
 
-def _by_copy(log: Log, found: Finding, raw: Series) -> Finding | None:
+def _by_copy(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFinding | None:
     """The finding of an angle that another column holds in another unit, with the unit that their factor tells."""
     if found.dimension != "angle":
         return None
@@ -71,11 +71,11 @@ def _by_copy(log: Log, found: Finding, raw: Series) -> Finding | None:
     return None
 
 
-def _by_course(log: Log, found: Finding, raw: Series) -> Finding | None:
+def _by_course(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFinding | None:
     """The finding of a course or heading with the one unit in which it goes along a track."""
     if found.quantity not in ("course_over_ground", "heading"):
         return None
-    courses: list[tuple[str, tuple[Series, ...]]] = [(name, (course,)) for name, course in log.turns()]
+    courses: list[tuple[str, tuple[ClockSeries, ...]]] = [(name, (course,)) for name, course in log.turns()]
     courses += [(name, (course, _mirrored(course))) for name, course in log.turns(log.axes())]
     for name, senses in courses:
         fits: dict[str, float] = {}
@@ -90,12 +90,12 @@ def _by_course(log: Log, found: Finding, raw: Series) -> Finding | None:
     return None
 
 
-def _mirrored(course: Series) -> Series:
+def _mirrored(course: ClockSeries) -> ClockSeries:
     """The course of a track whose axes are exchanged."""
     return replace(course, values=math.pi / 2.0 - course.values)
 
 
-def copy_factor(one: Series, other: Series) -> float | None:
+def copy_factor(one: ClockSeries, other: ClockSeries) -> float | None:
     """What the second series is to be multiplied by to be the first; None where it is no copy."""
     shared = together(one, other)
     if shared is None:
@@ -106,7 +106,7 @@ def copy_factor(one: Series, other: Series) -> float | None:
     return factor if factor and float(np.abs(a - factor * b).max()) < COPY * size else None
 
 
-def sizes(log: Log, found: Finding, raw: Series) -> Iterable[tuple[str, float]]:
+def sizes(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> Iterable[tuple[str, float]]:
     """(name of another channel, SI units for one of the column's numbers)."""
     quantity = str(found.quantity)
     if quantity == "yaw_rate":
@@ -130,11 +130,11 @@ def sizes(log: Log, found: Finding, raw: Series) -> Iterable[tuple[str, float]]:
         yield from _along(log, found)
 
 
-def _named(found: Iterable[tuple[Finding, float | None]]) -> Iterable[tuple[str, float]]:
+def _named(found: Iterable[tuple[ColumnFinding, float | None]]) -> Iterable[tuple[str, float]]:
     return ((f"column {f.column.name}", abs(size)) for f, size in found if size)
 
 
-def _turning(log: Log, raw: Series) -> Iterable[tuple[str, float]]:
+def _turning(log: RawLog, raw: ClockSeries) -> Iterable[tuple[str, float]]:
     yield from _named((f, rate_ratio(s, raw)) for f, s in log.all("heading", "heading_magnetic", signed=False))
     for name, course in log.turns():
         size = rate_ratio(course, raw)
@@ -142,7 +142,7 @@ def _turning(log: Log, raw: Series) -> Iterable[tuple[str, float]]:
             yield f"the turning of {name}", abs(size)
 
 
-def _moving(log: Log, raw: Series) -> Iterable[tuple[str, float]]:
+def _moving(log: RawLog, raw: ClockSeries) -> Iterable[tuple[str, float]]:
     for name, speed in speeds([*log.tracks(), *log.axes()]):
         size = size_ratio(speed, raw)
         if size:
@@ -153,7 +153,7 @@ def _moving(log: Log, raw: Series) -> Iterable[tuple[str, float]]:
             yield f"column {other.column.name}", abs(size)
 
 
-def _along(log: Log, found: Finding) -> Iterable[tuple[str, float]]:
+def _along(log: RawLog, found: ColumnFinding) -> Iterable[tuple[str, float]]:
     """Of a position in a plane: the speed of both positions, in their unit, against a speed over ground."""
     from .evidence import track_velocity
 
@@ -174,7 +174,7 @@ def _along(log: Log, found: Finding) -> Iterable[tuple[str, float]]:
             yield f"column {speed.column.name}", abs(size)
 
 
-def _rudder_scale(log: Log, found: Finding, raw: Series) -> Finding:
+def _rudder_scale(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFinding:
     """Degrees for one of a rudder in per cent or volts, where another rudder channel tells them."""
     other = "rudder_command" if found.quantity == "rudder" else "rudder"
     for own, series in log.all(other, signed=False):
@@ -189,7 +189,7 @@ def _rudder_scale(log: Log, found: Finding, raw: Series) -> Finding:
 # ------------------------------------------------------------------------------------------------ physics
 
 
-def size_of(found: Finding) -> float:
+def size_of(found: ColumnFinding) -> float:
     """The 99 % quantile of the sizes of the numbers."""
     numbers = found.factor * found.column.numbers
     if found.may_be[:1] and found.may_be[0] in EITHER_SIDE and is_full_circle(found):
@@ -199,7 +199,7 @@ def size_of(found: Finding) -> float:
     return float(np.quantile(known, 0.99)) if known.size else 0.0
 
 
-def by_physics(log: Log, found: Finding) -> Finding:
+def by_physics(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the only unit that is possible, where there is only one."""
     if found.quantity is None or found.unit is not None or found.foreign or found.unread:
         return found
@@ -209,13 +209,13 @@ def by_physics(log: Log, found: Finding) -> Finding:
     return found.told("physics", why, unit=unit) if unit is not None else found
 
 
-def _texts(found: Finding) -> Finding:
+def _texts(found: ColumnFinding) -> ColumnFinding:
     if found.quantity in ("latitude", "longitude") and found.column.first(1):
         return found.told("stated", "degrees and minutes, as the cells show", unit=UNITS["deg min"])
     return found.unused("no numbers in the column")
 
 
-def _possible(log: Log, found: Finding) -> tuple[Unit | None, str]:
+def _possible(log: RawLog, found: ColumnFinding) -> tuple[LogUnit | None, str]:
     quantity, size = str(found.quantity), size_of(found)
     told = f"values up to {size:.6g} can only be"
     if quantity in ("latitude", "longitude"):
@@ -233,19 +233,19 @@ def _possible(log: Log, found: Finding) -> tuple[Unit | None, str]:
     return None, ""
 
 
-def _jumps(found: Finding) -> bool:
+def _jumps(found: ColumnFinding) -> bool:
     """Whether angles lie at both ends of the full circle and not between them."""
     shares = found.column.numbers / (2.0 * math.pi if np.nanmax(found.column.numbers) < 7.0 else 360.0)
     return float(np.nanmean((shares > 0.25) & (shares < 0.75))) < 0.01
 
 
-def _names_angle(found: Finding) -> bool:
+def _names_angle(found: ColumnFinding) -> bool:
     """Whether the name says that it is an angle."""
     name = found.column.name.lower()
     return any(word in name for word in ("angle", "winkel", "vinkel", "lage", "角", "ángulo", "angulo", "rsa"))
 
 
-def _of_position(log: Log, found: Finding, size: float, told: str) -> tuple[Unit | None, str]:
+def _of_position(log: RawLog, found: ColumnFinding, size: float, told: str) -> tuple[LogUnit | None, str]:
     least = 90.0 if found.quantity == "latitude" else 180.0
     numbers = found.column.numbers[np.isfinite(found.column.numbers)]
     if least * 1.0001 < size <= 100.0 * least and np.all(np.abs(numbers) % 100.0 < 60.0):
@@ -265,7 +265,7 @@ def _of_position(log: Log, found: Finding, size: float, told: str) -> tuple[Unit
     )
 
 
-def _minutes(log: Log, found: Finding) -> bool:
+def _minutes(log: RawLog, found: ColumnFinding) -> bool:
     """Whether the other coordinate can only be degrees and minutes, or has no unit yet and could be."""
     other = "longitude" if found.quantity == "latitude" else "latitude"
     beside = next((f for f in log.findings if f.quantity == other and f.table is found.table), None)
@@ -273,7 +273,7 @@ def _minutes(log: Log, found: Finding) -> bool:
     return beside is not None and beside.unit is None and size_of(beside) > limit * 1.0001
 
 
-def impossible(found: Finding) -> bool:
+def impossible(found: ColumnFinding) -> bool:
     """Whether the numbers cannot be in the unit that is stated."""
     if found.unit is None or found.quantity is None or not np.isfinite(found.column.numbers).any():
         return False
@@ -290,7 +290,7 @@ def impossible(found: Finding) -> bool:
 # ------------------------------------------------------------------------------------------------ questions
 
 
-def ask(found: Finding) -> Finding:
+def ask(found: ColumnFinding) -> ColumnFinding:
     """The finding with the question for its unit."""
     name, size = found.column.name, size_of(found)
     if found.foreign:
@@ -303,7 +303,7 @@ def ask(found: Finding) -> Finding:
     return ask_unit(found, text, able or None)
 
 
-def _ask_rudder(found: Finding, text: str, size: float) -> Finding:
+def _ask_rudder(found: ColumnFinding, text: str, size: float) -> ColumnFinding:
     """Degrees or radians, or a share of the largest angle: per cent, or -1 to 1."""
     able = [u for u in candidates("angle") if not impossible(replace(found, unit=u))]
     full = 1.0 if size <= 1.05 else 100.0

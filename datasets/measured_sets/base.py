@@ -9,7 +9,7 @@ from ..record import Record
 
 
 @dataclass(frozen=True)
-class Run:
+class MeasuredRun:
     """One file of a measured set: its name and SHA-256 as stored, and the manoeuvre that it holds.
 
     below : folder below the set's address in which it is published.
@@ -35,12 +35,12 @@ class Dataset:
     url: str
     folder: str
     citation: str
-    runs: Mapping[str, Run]
+    runs: Mapping[str, MeasuredRun]
     read: Callable[[bytes, str, str], Record]
     licence: str = "not stated; not redistributed here"
     known: str = ""
     convert: Callable[[bytes], bytes] | None = None
 
-    def address(self, run: Run) -> str:
+    def address(self, run: MeasuredRun) -> str:
         """Where the file of a run is published."""
         return "/".join(part for part in (self.url, run.below, run.published or run.file) if part)

@@ -8,7 +8,7 @@ import io
 import numpy as np
 
 from ..record import Record, RecordMeta
-from .base import Dataset, Run
+from .base import Dataset, MeasuredRun
 
 FULL_DIFFERENCE_N = 110.5
 """Difference of force between the two propellers that stands for a rudder angle of 1 rad."""
@@ -74,7 +74,7 @@ BLUEBOAT = Dataset(
     folder="blueboat",
     citation=CITATION,
     runs={
-        stem: Run(f"{stem}.csv", sha256, "", "sorted_data", f"fixed_{number:08d}.csv")
+        stem: MeasuredRun(f"{stem}.csv", sha256, "", "sorted_data", f"fixed_{number:08d}.csv")
         for stem, (number, sha256) in RUNS.items()
     },
     read=_read,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..record import Record, RecordMeta
-from .base import Dataset, Run
+from .base import Dataset, MeasuredRun
 
 FOLDERS = {"zigzag": "zigzag", "turn": "turning", "random": "random"}
 """Kind of run -> folder in which the set publishes it."""
@@ -60,7 +60,7 @@ ESSO_OSAKA = Dataset(
     folder="esso_osaka",
     citation=CITATION,
     runs={
-        stem: Run(f"{stem}.csv", sha256, stem.partition("_")[0], FOLDERS[stem.partition("_")[0]])
+        stem: MeasuredRun(f"{stem}.csv", sha256, stem.partition("_")[0], FOLDERS[stem.partition("_")[0]])
         for stem, sha256 in SHA256.items()
     },
     read=_read,

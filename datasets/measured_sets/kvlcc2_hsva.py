@@ -6,7 +6,7 @@ import numpy as np
 
 from ..geometry import body_velocities
 from ..record import Record, RecordMeta
-from .base import Dataset, Run
+from .base import Dataset, MeasuredRun
 
 HSVA_HEADER_LINES = 4
 
@@ -46,10 +46,10 @@ def _read_hsva(content: bytes, name: str, manoeuvre: str) -> Record:
     return Record(time, channels, name=name, meta=meta)
 
 
-def _hsva_run(stem: str, sha256: str) -> tuple[str, Run]:
+def _hsva_run(stem: str, sha256: str) -> tuple[str, MeasuredRun]:
     rudder, heading = (int(part) for part in stem.split("_")[1:3])
     side = ":port" if stem.endswith("_P") else ""
-    return stem, Run(f"HSVA_CPMC_KVLCC2_{stem}.dat", sha256, f"zigzag:{rudder}/{heading}{side}")
+    return stem, MeasuredRun(f"HSVA_CPMC_KVLCC2_{stem}.dat", sha256, f"zigzag:{rudder}/{heading}{side}")
 
 
 HSVA_CITATION = "HSVA 2006, free-running model tests of KVLCC2; SIMMAN 2008 workshop"

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..geometry import body_velocities
 from ..record import Record, RecordMeta
-from .base import Dataset, Run
+from .base import Dataset, MeasuredRun
 
 HEADER_LINES = 3
 SCALE = 320.0 / 7.0
@@ -52,11 +52,11 @@ def _read(content: bytes, name: str, manoeuvre: str) -> Record:
     return Record(np.arange(north.size) * STEP_S / root, channels, name=name, meta=meta)
 
 
-def _run(stem: str, sha256: str) -> tuple[str, Run]:
+def _run(stem: str, sha256: str) -> tuple[str, MeasuredRun]:
     kind, _, angle = stem.partition("_")
     side, size = (":port" if angle.startswith("-") else ""), angle.removeprefix("-")
     manoeuvre = f"zigzag:{size}/{size}{side}" if kind == "zz" else f"turn:{size}{side}"
-    return stem, Run(f"MARIN_FREE_KVLCC2_{stem}_m.dat", sha256, manoeuvre)
+    return stem, MeasuredRun(f"MARIN_FREE_KVLCC2_{stem}_m.dat", sha256, manoeuvre)
 
 
 CITATION = "MARIN 2007, free-running model tests of KVLCC2; SIMMAN 2008 workshop"

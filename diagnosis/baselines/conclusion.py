@@ -19,7 +19,7 @@ from ..gain.held_out_flows import adapted, of_held_out, transferred
 from ..gain.runs import with_runs
 from ..prepared import prepared
 from ..registry import Diagnoser
-from ..report.outcome import diagnosis_of
+from ..report.verdict import diagnosis_of
 from ..result import Entry, Finding
 from .output_error import FilterRuns, RunFit, rms
 
@@ -50,12 +50,12 @@ class OfFreeRuns(Diagnoser):
         """Choose causes by the free runs of the training records, and measure the gain on the held-out ones."""
         clock = time.perf_counter(), time.process_time()
         options = options.checked(model)
-        given, others = prepared(train, model, options), prepared(held_out, model, options)
-        runs = FilterRuns(model, given)
-        chosen, verdict, reason = self.choose(runs, model, given, options)
-        found = conclude(runs, others, chosen, verdict, reason, options)
-        found = replace(with_runs(found, (), (), held_out, options.channels), traces=())
-        return replace(found, wall_s=time.perf_counter() - clock[0], cpu_s=time.process_time() - clock[1])
+        own, others = prepared(train, model, options), prepared(held_out, model, options)
+        runs = FilterRuns(model, own)
+        chosen, verdict, reason = self.choose(runs, model, own, options)
+        diagnosis = conclude(runs, others, chosen, verdict, reason, options)
+        diagnosis = replace(with_runs(diagnosis, (), (), held_out, options.channels), traces=())
+        return replace(diagnosis, wall_s=time.perf_counter() - clock[0], cpu_s=time.process_time() - clock[1])
 
     @abstractmethod
     def choose(
@@ -83,7 +83,7 @@ def conclude(
     setting = chosen[-1].fit.setting if chosen else runs.start
     bank = [Entry(c.id, "named" if c in names else "not_significant", None, None, None, "") for c in causes().values()]
     roles = [*((name, "train") for name in est.record_names), *((record.name, "held_out") for record in held_out)]
-    told = diagnosis_of(
+    diagnosis = diagnosis_of(
         (est.model, extended_model(est, setting, names)),
         replace(options, base_parameters="file"),
         (verdict, reason),
@@ -92,7 +92,7 @@ def conclude(
         noise={},
     )
     own = [p for c in chosen for p in c.variant if p.record is not None]
-    return replace(told, records=tuple(roles), of_held_out=_of_held_out(runs, held_out, setting, own))
+    return replace(diagnosis, records=tuple(roles), of_held_out=_of_held_out(runs, held_out, setting, own))
 
 
 def findings(runs: FilterRuns, chosen: Sequence[Chosen], rng: np.random.Generator) -> list[Finding]:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...checks.statistics.tails import chi2_tail
+from ...checks.tails import chi2_tail
 from ..searches.change_point import ByChangePoint, longest
 from .conclusion import Chosen, OfFreeRuns, fittable
 from .output_error import FilterRuns, RunFit, cost, rms
@@ -86,13 +86,13 @@ class ResidualBic(OfFreeRuns):
 
 def whiteness(fit: RunFit, runs: FilterRuns) -> float:
     """Smallest p-value of the Ljung-Box tests of all channels and records, times their number."""
-    found = []
+    p_values = []
     for a, b in zip(runs.est.edges[:-1], runs.est.edges[1:], strict=True):
         for series in fit.residuals[a:b].T:
             known = series[~np.isnan(series)]
             if known.size > 5 * LAGS:
-                found.append(float(chi2_tail(ljung_box(known), LAGS)))
-    return min(1.0, min(found, default=1.0) * max(len(found), 1))
+                p_values.append(float(chi2_tail(ljung_box(known), LAGS)))
+    return min(1.0, min(p_values, default=1.0) * max(len(p_values), 1))
 
 
 def ljung_box(series: np.ndarray) -> float:

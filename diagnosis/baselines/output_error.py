@@ -85,8 +85,8 @@ class FilterRuns:
         columns = self.columns(s, variant, now)
         for _ in range(most):
             change = _step(columns, now, weight)
-            s, found = self._best_along(s, variant, change, now, weight)
-            gained, now = cost(now, weight) - cost(found, weight), found
+            s, there = self._best_along(s, variant, change, now, weight)
+            gained, now = cost(now, weight) - cost(there, weight), there
             columns = self.columns(s, variant, now)
             if not gained > 0.1:
                 break
@@ -97,9 +97,9 @@ class FilterRuns:
             trial = s
             for p, step in zip(variant, change * 0.5**power, strict=True):
                 trial = self.est.at(trial, p, self.est.value(trial, p) + float(step))
-            found = self.residuals(trial)
-            if cost(found, weight) < cost(now, weight):
-                return trial, found
+            there = self.residuals(trial)
+            if cost(there, weight) < cost(now, weight):
+                return trial, there
         return s, now
 
 

@@ -75,9 +75,9 @@ class SparseRegression(OfFreeRuns):
         terms = sorted((t for eq in equations(model, train) for t in survivors(*eq)), reverse=True, key=lambda t: t[0])
         share, label, cause = terms[0] if terms else (0.0, "", None)
         bank, _ = testable(runs.est)
-        named = next((c for c in bank if c.id == cause), None)
-        verdict = "adequate" if not terms else "unexplained" if named is None else "named"
-        chosen = [] if named is None else [Chosen(named, *fit_cause(runs, runs.base(), named, bank[named]))]
+        entry = next((c for c in bank if c.id == cause), None)
+        verdict = "adequate" if not terms else "unexplained" if entry is None else "named"
+        chosen = [] if entry is None else [Chosen(entry, *fit_cause(runs, runs.base(), entry, bank[entry]))]
         reason = f"{label} explains {share:.1%} of a residual" if terms else "no term explains a residual"
         return chosen, verdict, reason
 
@@ -88,17 +88,17 @@ def survivors(y: np.ndarray, library: dict[str, np.ndarray], causes: dict[str, s
     x = np.column_stack([library[name] for name in names])
     x = x / (np.linalg.norm(x, axis=0) + 1e-300)
     chosen: list[int] = []
-    found, explained, left = [], 0.0, y
+    out, explained, left = [], 0.0, y
     for _ in range(MOST):
         j = int(np.argmax(np.abs(x.T @ left)))
         gained = _predicted(x[:, [*chosen, j]], y) - explained
         if j in chosen or gained < LEAST:
             break
         chosen.append(j)
-        found.append((gained, names[j], causes[names[j]]))
+        out.append((gained, names[j], causes[names[j]]))
         explained += gained
         left = y - x[:, chosen] @ lstsq(x[:, chosen], y)
-    return found
+    return out
 
 
 def _predicted(x: np.ndarray, y: np.ndarray) -> float:
@@ -128,13 +128,13 @@ def _record_equations(model: Model, record: Record) -> list[tuple]:
     from ...datasets.signals import bridged
     from ...estimation.records.series import samples
 
-    found = {s: samples(record, s) for s in ("psi", "r", "u", "v", "x", "y")} | {"d": record.rudder()}
-    series = {s: bridged(values, record.time_s) for s, values in found.items() if values is not None}
+    columns = {s: samples(record, s) for s in ("psi", "r", "u", "v", "x", "y")} | {"d": record.rudder()}
+    series = {s: bridged(values, record.time_s) for s, values in columns.items() if values is not None}
     series.setdefault("r", np.gradient(series["psi"], record.time_s) if "psi" in series else np.zeros(record.n))
     pairs = {s: (values, np.gradient(values, record.time_s)) for s, values in series.items()}
     terms = _library(pairs, record.time_s)
     own = _force_equations(model, record, pairs, terms)
-    if "psi" in pairs and found["r"] is not None:
+    if "psi" in pairs and columns["r"] is not None:
         own.append((pairs["psi"][1] - pairs["r"][0], {k: terms[k] for k in RATES if k in terms}, RATES))
     if model.is_3dof and {"x", "y", "u", "v", "psi"} <= pairs.keys():
         own += _track_equations(pairs)
@@ -170,14 +170,14 @@ def _force_equations(model: Model, record: Record, pairs: dict, terms: dict) -> 
     from ...estimation.records.series import inputs_of
     from ...models.simulate import regression
 
-    given = inputs_of(record, model)
+    inputs = inputs_of(record, model)
     rate = {"q": pairs["r"][1], "delta_rate": pairs["d"][1], "delta": pairs["d"][0]}
     states = [s for s in model.regression_states]
     if any(s not in pairs and s != "q" and s not in ("psi", "x", "y") for s in states):
         return []
     zero = np.zeros_like(pairs["r"][0])
     x = np.column_stack([rate[s] if s == "q" else pairs[s][0] if s in pairs else zero for s in states])
-    u = np.column_stack([rate[s] if s in rate else given[s] for s in model.regression_inputs])
+    u = np.column_stack([rate[s] if s in rate else inputs[s] for s in model.regression_inputs])
     moving = ["u", "v", "r"] if model.is_3dof else ["q"] if "q" in states else ["r"]
     a = np.column_stack([np.gradient(rate["q"], record.dt) if s == "q" else pairs[s][1] for s in moving])
     y, phi = regression(model, x, a, u)

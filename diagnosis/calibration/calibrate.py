@@ -15,14 +15,14 @@ from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.run.run import squares_of
 from ...estimation.selection.score import jackknife
 from ...estimation.selection.selection import mean_squares
-from ...models.coefficient_groups import OWN, Group, groups_of, grown
+from ...models.coefficient_groups import OWN, Group, groups_of, grown, with_values
 from ...models.errors import BadInput, CannotFit
 from ...models.instruments import combined
 from ..causes.missing_terms import ConstantForce
 from ..causes.registry import causes_of
 from ..free_runs.units import FEWEST, names_of_units
 from ..gain.guard import WORSE
-from ..gain.own import own_run
+from ..gain.runs import own_run
 from ..one_bank.behind import behind_causes, in_flows, instruments_behind
 from ..one_bank.diagnose import choice_and_diagnosis
 from ..options import Options
@@ -33,6 +33,7 @@ from .group_fits import (
     GroupFit,
     GroupSteps,
     NamedGroup,
+    errors_of,
     every_number,
     fit_groups,
     loses,
@@ -42,9 +43,9 @@ from .group_fits import (
 )
 from .ingredients import floor, ingredients
 from .left_out import left_out_traces, remaining
-from .regimes import Proposal, confirmation
+from .regimes import confirmation, places_of
 from .result import Calibration, Moved, RunEffect, Share, StepTold
-from .whole_records import HeldOut, columns_of_states, errors_of, states_of, whole_records, with_held_out
+from .whole_records import HeldOut, columns_of_states, states_of, whole_records, with_held_out
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -104,7 +105,7 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
 class _Sides(NamedTuple):
     """Records as they were corrected, without what known causes explain, and the held-out ones as they were read."""
 
-    given: Prepared
+    corrected: Prepared
     behind: Prepared
     held_out: HeldOut
 
@@ -128,38 +129,29 @@ def _named_groups(
     return out
 
 
-def _proposal(choice: Choice) -> Proposal | None:
-    """The number in a regime that pieces name, with the numbers beside it."""
-    local, final = choice.local, choice.selection.final
-    if local is None or choice.beside:
-        return None
-    names = [n for c in choice.selection.candidates for n in c.names if choice.bank.places[n].kind == "model"]
-    return Proposal(local, {n: final.value(n) for n in (*names, local.size)})
-
-
 def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], choice: Choice | None) -> Calibration:
     """The calibration on true motions by the choice of pieces; None: they cannot be made.
 
     instruments : of the model, of what was corrected and of known causes.
     """
-    given, behind, held = records
-    started, train, groups = time.perf_counter(), given.train, groups_of(model)
+    corrected, behind, held = records
+    started, train, groups = time.perf_counter(), corrected.train, groups_of(model)
     whole = grown(model, groups)
     inside = outside = whole_records(whole, behind)
-    if behind is not given:
-        outside = whole_records(whole, given)
+    if behind is not corrected:
+        outside = whole_records(whole, corrected)
         outside = outside if _names(outside) == _names(inside) else inside
     selection = _selection(inside.train, groups, model, choice)
     base = selection.base if outside is inside else fit_groups(outside.train, ())
     if not selection.steps and loses(
         inside.train, base, selection.base
     ):  # causes that need numbers which are not confirmed
-        plain = _Sides.without_causes(given, held.recorded)
-        return _calibrated(plain, model, combined(model.instruments, given.instruments), None)
-    local = None if choice is None else confirmation(inside.train, selection, groups, _proposal(choice))
+        plain = _Sides.without_causes(corrected, held.recorded)
+        return _calibrated(plain, model, combined(model.instruments, corrected.instruments), None)
+    local = None if choice is None else confirmation(inside.train, selection, groups, choice)
     if local is not None:
         selection, groups = local.selection, [*groups, local.group]
-        inside = inside.with_numbers(local.proposal.places(whole))
+        inside = inside.with_numbers(places_of(local.local, whole))
     shares = _shares(inside.train, base, selection)
     verdict, reason = _verdict(inside.train, base, selection, shares)
     if selection.steps and len(train) < FEWEST:
@@ -184,7 +176,7 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
         model=model,
         extended=extended,
         calibrated=calibrated,
-        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in given.held_out]),
+        records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in corrected.held_out]),
         verdict=verdict,
         reason=reason,
         moved=moved,
@@ -234,8 +226,8 @@ def _selection(runs: FreeRuns, groups: Sequence[Group], model: Model, choice: Ch
         return GroupSteps(base, (), base)
     changes = choice.selection.final.point.values
     if not choice.beside:
-        named = _named_groups(choice, choice.selection.entered, groups, model)
-        return on_whole_records(runs, base, named, changes)
+        by_pieces = _named_groups(choice, choice.selection.entered, groups, model)
+        return on_whole_records(runs, base, by_pieces, changes)
     entered = () if choice.few is None else choice.few.entered
     few = on_whole_records(runs, base, _named_groups(choice, entered, groups, model), {})
     own = Group(OWN, "all of the model's own numbers", None, {n.name: n.sd for n in choice.bank.own})
@@ -260,20 +252,12 @@ def _built(
     model holds."""
     if local is not None and fit is final:
         return extended
-    return _with_values(replace(runs.bank.model, instruments=instruments), _values(runs, fit))
+    return with_values(replace(runs.bank.model, instruments=instruments), _values(runs, fit))
 
 
 def _values(runs: FreeRuns, fit: GroupFit) -> dict[str, float]:
     """Number of the model -> its value by a fit."""
     return {name: x + fit.fitted.value(name) for name, x in runs.bank.values.items()}
-
-
-def _with_values(model: Model, values: Mapping[str, float]) -> Model:
-    """The model with other values of its numbers."""
-    coefficients, constants = (
-        np.array([values[n] for n in names]) for names in (model.coordinates, model.constant_names)
-    )
-    return replace(model, coefficients=coefficients, constants=constants)
 
 
 def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str, tuple[float, float]]:
@@ -287,7 +271,7 @@ def _with_numbers(model: Model, runs: FreeRuns, final: GroupFit, kind: str, inst
     fit put them; kind : of the two models, in the name of the new one."""
     smallest = grown(replace(model, instruments=instruments), final.groups)
     name = f"{model.id}+{kind}" if final.groups else model.id
-    return replace(_with_values(smallest, _values(runs, final)), id=name)
+    return replace(with_values(smallest, _values(runs, final)), id=name)
 
 
 def _moved(runs: FreeRuns, final: GroupFit, groups: Sequence[Group]) -> tuple[Moved, ...]:
@@ -325,12 +309,18 @@ def _keeps_ratio(runs: FreeRuns, fitted: Fitted, one: str, other: str) -> bool:
 
 def _shares(runs: FreeRuns, fit: GroupFit, selection: GroupSteps) -> dict[str, Share]:
     """Shares of the base model's squared free-run error, by column; given : the base model without known causes."""
-    base, beside, after = (mean_squares(runs, a.blind) for a in (fit, selection.base, selection.final))
+    base, with_causes, after = (mean_squares(runs, a.blind) for a in (fit, selection.base, selection.final))
     adapted = np.minimum(mean_squares(runs, selection.final.fitted.left_out), after)
     noise = np.minimum(runs.noise, adapted)
     out = {}
     for c, column in enumerate(runs.channels):
-        parts = (beside[c] - after[c], after[c] - adapted[c], noise[c], adapted[c] - noise[c], base[c] - beside[c])
+        parts = (
+            with_causes[c] - after[c],
+            after[c] - adapted[c],
+            noise[c],
+            adapted[c] - noise[c],
+            base[c] - with_causes[c],
+        )
         out[column] = Share(*(float(part / base[c]) for part in parts))
     return out
 

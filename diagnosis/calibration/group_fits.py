@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...checks.statistics.tails import student_quantile
+from ...checks.tails import student_quantile
 from ...estimation.selection.minimiser import STEPS, Fitted, minimise
 from ...estimation.selection.number import distinct
 from ...estimation.selection.score import Fall, fall
@@ -25,11 +25,12 @@ from ...estimation.selection.selection import floor_squares, mean_squares
 from ...models.coefficient_groups import parts_of
 from ..free_runs.bank import numbers_of
 from ..gain.guard import WORSE
-from .whole_records import states_of
+from .whole_records import blind_errors, root_mean_squares, states_of
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group
     from ..free_runs.problem import FreeRuns
+    from .whole_records import WholeRecords
 
 SHORT = 4
 """Gauss-Newton steps of a fit that only compares."""
@@ -98,6 +99,13 @@ def fit_groups(
     return GroupFit(tuple(groups), fitted, runs.squares(fitted.without, runs.no_own))
 
 
+def errors_of(on: WholeRecords, fit: GroupFit) -> dict[str, tuple[float, float | None]]:
+    """Column -> errors of left-out training records and of held-out records."""
+    own = root_mean_squares(on.train, fit.blind)
+    held = {} if on.held_out is None else blind_errors(on.held_out, fit.fitted.point.values)
+    return {column: (value, held.get(column)) for column, value in own.items()}
+
+
 def score_fall(runs: FreeRuns, old: GroupFit, new: GroupFit) -> Fall:
     """By how much the mean of two scores of left-out records falls: with own effects, which keep the trim of single
     runs from hiding what a number gains, and without, as a user's simulation runs.
@@ -116,7 +124,7 @@ def whole_and_parts(groups: Sequence[Group]) -> dict[str, Group]:
 
 
 def on_whole_records(
-    runs: FreeRuns, base: GroupFit, named: Sequence[NamedGroup], changes: Mapping[str, float]
+    runs: FreeRuns, base: GroupFit, names: Sequence[NamedGroup], changes: Mapping[str, float]
 ) -> GroupSteps:
     """The groups that pieces name, one after the other on whole records, where left-out records are predicted better by
     more than a standard error; those that entered last are taken back as long as a state of these is predicted worse
@@ -126,7 +134,7 @@ def on_whole_records(
         other minima, too.
     """
     now, steps = base, list[GroupStep]()
-    for group, tied in named:
+    for group, tied in names:
         held = {name for g in now.groups for name in g.sd}
         if held & {*group.sd}:
             continue
@@ -175,15 +183,15 @@ def every_number(runs: FreeRuns, groups: Sequence[Group], selection: GroupSteps)
     Eq. 6 of docs/mathematics/calibration.md.
     """
     chosen = selection.final
-    named = {n.name: n.sd for n in chosen.fitted.numbers}
+    stated = {n.name: n.sd for n in chosen.fitted.numbers}
     free = common(selection.base, groups)
-    if not {name for g in free for name in g.sd} - named.keys():
+    if not {name for g in free for name in g.sd} - stated.keys():
         return chosen
     trials = []
     with suppress(np.linalg.LinAlgError):
         for share in SHARES:
             start = trials[-1] if trials else chosen
-            trials.append(fit_groups(runs, _scaled(free, named, share), start.fitted, steps=SHORT))
+            trials.append(fit_groups(runs, _scaled(free, stated, share), start.fitted, steps=SHORT))
     if not trials:
         return chosen
     falls = [score_fall(runs, chosen, trial) for trial in trials]
@@ -197,11 +205,11 @@ def every_number(runs: FreeRuns, groups: Sequence[Group], selection: GroupSteps)
     return trial if gained and not loses(runs, selection.base, trial) else chosen
 
 
-def _scaled(groups: Sequence[Group], named: dict[str, float], share: float) -> list[Group]:
+def _scaled(groups: Sequence[Group], stated: dict[str, float], share: float) -> list[Group]:
     """The groups with priors at a share of what they state; a number stands in the first group that holds it."""
     out, held = [], set[str]()
     for group in groups:
-        sd = {name: named.get(name, share * own) for name, own in group.sd.items() if name not in held}
+        sd = {name: stated.get(name, share * own) for name, own in group.sd.items() if name not in held}
         held |= sd.keys()
         out += [replace(group, sd=sd)] if sd else []
     return out

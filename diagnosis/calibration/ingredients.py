@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .group_fits import SHORT, fit_groups
+from .group_fits import SHORT, errors_of, fit_groups
 from .result import Ingredient
-from .whole_records import Errors, errors_of, root_mean_squares
+from .whole_records import Errors, root_mean_squares
 
 if TYPE_CHECKING:
     from ...models.coefficient_groups import Group

@@ -9,8 +9,7 @@ import numpy as np
 
 from ..free_runs.problem import Lane
 from ..free_runs.units import names_of_units
-from ..trace import Trace
-from .group_fits import GroupFit
+from ..result import Trace
 from .result import Remaining
 from .whole_records import columns_of_states
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -25,34 +25,19 @@ if TYPE_CHECKING:
     from ..free_runs.bank import Place
     from ..free_runs.problem import FreeRuns
     from ..one_bank.regimes import InRegime
+    from ..one_bank.search import Choice
     from .result import Moved
-
-
-class Proposal(NamedTuple):
-    """A number in a regime as pieces name it, and changes of the numbers beside it and of itself."""
-
-    local: InRegime
-    changes: dict[str, float]
-
-    def places(self, model: Model) -> dict[str, Place]:
-        """What the number moves in a model."""
-        return {self.local.size: place_in(model, self.local.number, self.local.regime)}
 
 
 @dataclass(frozen=True)
 class Confirmation:
-    """The choice with a number in a regime, and the share of the squared free-run error that it takes off left-out
-    records, mean over the states."""
+    """The choice with a number in a regime, the number and where it is wrong, and the share of the squared free-run
+    error that it takes off left-out records, mean over the states."""
 
-    proposal: Proposal
+    local: InRegime
     group: Group
     selection: GroupSteps
     share: float
-
-    @property
-    def local(self) -> InRegime:
-        """The number and where it is wrong."""
-        return self.proposal.local
 
     @property
     def size(self) -> float:
@@ -81,35 +66,41 @@ class Confirmation:
         return self.local.extended(model, self.size)
 
 
-def confirmation(
-    runs: FreeRuns, selection: GroupSteps, groups: Sequence[Group], proposal: Proposal | None
-) -> Confirmation | None:
-    """The choice with the proposed number, None where left-out records are predicted worse by more than chance.
+def confirmation(runs: FreeRuns, selection: GroupSteps, groups: Sequence[Group], choice: Choice) -> Confirmation | None:
+    """The choice with the number in a regime that pieces name, None where they name none, or left-out records are
+    predicted worse with it by more than chance.
 
     Eq. 5 of docs/mathematics/calibration.md.
     """
-    trial = None if proposal is None else _attempted(runs, groups, proposal)
-    if proposal is None or trial is None:
+    local = None if choice.beside else choice.local
+    trial = None if local is None else _attempted(runs, groups, choice, local)
+    if local is None or trial is None:
         return None
     between = score_fall(runs, selection.final, trial)
     if between.gain < -between.error:
         return None
     by = score_fall(runs, selection.base, trial)
     with_it = GroupSteps(selection.base, tuple(GroupStep(g, trial, by) for g in trial.groups), trial)
-    return Confirmation(proposal, trial.groups[-1], with_it, _share(runs, selection, trial))
+    return Confirmation(local, trial.groups[-1], with_it, _share(runs, selection, trial))
 
 
-def _attempted(runs: FreeRuns, groups: Sequence[Group], proposal: Proposal) -> GroupFit | None:
-    """The numbers of a proposal fitted together; None where one of them cannot move."""
+def places_of(local: InRegime, model: Model) -> dict[str, Place]:
+    """What a number in a regime moves in a model."""
+    return {local.size: place_in(model, local.number, local.regime)}
+
+
+def _attempted(runs: FreeRuns, groups: Sequence[Group], choice: Choice, local: InRegime) -> GroupFit | None:
+    """The number in a regime fitted with the numbers of the model beside it; None where one of them cannot move."""
     alone = {name: g for g in whole_and_parts(groups).values() if len(g.sd) == 1 for name in g.sd}
-    local, number = proposal.local, proposal.local.number
-    others = [name for name in proposal.changes if name != local.size]
-    if not {*number.change} <= runs.bank.values.keys() or not {*others} <= alone.keys():
+    names = [n for c in choice.selection.candidates for n in c.names if choice.bank.places[n].kind == "model"]
+    number, others = local.number, dict.fromkeys(name for name in names if name != local.size)
+    if not {*number.change} <= runs.bank.values.keys() or not others.keys() <= alone.keys():
         return None
     group = Group(local.size, number.title, None, {local.size: number.sd}, of=number.group)
+    changes = {name: choice.selection.final.value(name) for name in (*others, local.size)}
     try:
-        along = runs.with_numbers(proposal.places(runs.model), {})
-        return fit_groups(along, (*(alone[n] for n in others), group), None, proposal.changes)
+        along = runs.with_numbers(places_of(local, runs.model), {})
+        return fit_groups(along, (*(alone[n] for n in others), group), None, changes)
     except np.linalg.LinAlgError:
         return None
 

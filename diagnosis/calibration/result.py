@@ -10,7 +10,7 @@ from ...models.plain import plain
 
 if TYPE_CHECKING:
     from ...models.model import Model
-    from ..trace import Trace
+    from ..result import Trace
 
 SCHEMA = 3
 EXPLAINABLE = 0.05
@@ -188,5 +188,5 @@ class Calibration:
     def to_json(self) -> dict[str, Any]:
         """The calibration as plain data, without the models' equations."""
         document = {name: value for name, value in self.__dict__.items() if name not in HIDDEN}
-        told = plain(document)
-        return {"schema": SCHEMA, "model": self.model.id, "extended_family": self.extended.family, **told}
+        facts = plain(document)
+        return {"schema": SCHEMA, "model": self.model.id, "extended_family": self.extended.family, **facts}

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from ...estimation.run.stretch import FreeRun
     from ...models.model import Model
     from ..prepared import Prepared
-    from ..trace import Trace
-    from .group_fits import GroupFit
+    from ..result import Trace
 
 
 class WholeRecords(NamedTuple):
@@ -63,13 +62,6 @@ def whole_records(model: Model, records: Prepared) -> WholeRecords:
     train = FreeRuns(bank, units_of(model, records.train, length_s, whole=True), length_s, whole=True)
     held_out = [replace(whole_unit(model, r, length_s), number=i) for i, r in enumerate(records.held_out)]
     return WholeRecords(train, FreeRuns(bank, held_out, length_s, whole=True) if held_out else None)
-
-
-def errors_of(on: WholeRecords, fit: GroupFit) -> dict[str, tuple[float, float | None]]:
-    """Column -> errors of left-out training records and of held-out records."""
-    own = root_mean_squares(on.train, fit.blind)
-    held = {} if on.held_out is None else blind_errors(on.held_out, fit.fitted.point.values)
-    return {column: (value, held.get(column)) for column, value in own.items()}
 
 
 def blind_errors(runs: FreeRuns, values: Mapping[str, float]) -> dict[str, float]:
@@ -118,5 +110,5 @@ class HeldOut(NamedTuple):
 
 def with_held_out(errors: Errors, runs: Sequence[Run]) -> Errors:
     """Errors with those of the runs in the place of held-out ones, in the columns that the runs have."""
-    found = {column: sums.scores()[0] for column, sums in squares_of(runs).items()}
-    return {column: (own, found.get(column, held)) for column, (own, held) in errors.items()}
+    by_column = {column: sums.scores()[0] for column, sums in squares_of(runs).items()}
+    return {column: (own, by_column.get(column, held)) for column, (own, held) in errors.items()}

@@ -1,4 +1,4 @@
-"""Causes in the base model's own numbers: all of them, one coefficient, or mass and inertia together."""
+"""Causes in the base model's own numbers: all of them, one coefficient, mass and inertia together, or its size."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.base import Prior
 from ...checks.result import Size
 from ...estimation.filters.innovations.settings import Parameter
 from ...models.families.extensions import EXTENSIONS
@@ -20,6 +21,17 @@ if TYPE_CHECKING:
 
 OF = "fraction of "
 """What the parameters' names start with; the coefficient follows."""
+
+
+class ShipScale(StageCause):
+    """Records of a similar ship of another size, 1 + k times as long as the model's, after Froude: lengths go with the
+    scale, times and speeds with its square root, rates and revolutions with the inverse of that."""
+
+    id, where, stage = "ship_scale", "sampling", "looked for by free runs of the model"
+    number = Number("k", ("ship_scale",), scale=0.01, low=-0.95, high=100.0)
+    smallest = 0.04
+    prior = Prior(0.3, needs=("u", "r"))
+    separate_by = "length and speed of the ship that the records are of"
 
 
 class BaseCoefficients(StageCause):

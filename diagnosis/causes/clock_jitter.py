@@ -39,7 +39,7 @@ def largest(est: Estimator) -> float:
 
     The third differences of the samples hold that roughness and more (the sensor's noise, bends of the motion).
     """
-    found = LARGEST_SHARE * max(d.step_s for d in est.segments)
+    most = LARGEST_SHARE * max(d.step_s for d in est.segments)
     for c in np.flatnonzero(est.channels).tolist():
         rough, fast, count = 0.0, 0.0, 0
         for d in est.segments:
@@ -48,8 +48,8 @@ def largest(est: Estimator) -> float:
             known = np.isfinite(third) & np.isfinite(rate)
             rough, fast, count = rough + third[known].sum() / 20.0, fast + rate[known].sum(), count + int(known.sum())
         if count > 50 and fast > 0.0:
-            found = min(found, ROUGHER * float(np.sqrt(rough / fast)))
-    return found
+            most = min(most, ROUGHER * float(np.sqrt(rough / fast)))
+    return most
 
 
 class ClockJitter(Cause):

@@ -10,8 +10,7 @@ import numpy as np
 
 from ...estimation.filters.innovations.settings import Parameter
 from ...estimation.filters.innovations.vector import SYMBOLS
-from ..searches.profile import ByProfile
-from ..searches.score import ByScore
+from ..searches.score import ByProfile, ByScore
 from .base import NEEDS_3DOF, Cause, NotTestable, require_3dof, term
 
 if TYPE_CHECKING:

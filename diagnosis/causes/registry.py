@@ -28,13 +28,13 @@ def all_causes() -> dict[str, Check]:
     """
     added = [cls for cls in installed() if issubclass(cls, Cause)]
     every: list[type[Check]] = [*classes_of(__package__, Cause), *added]
-    found = {name: cls() for name, cls in by_name("cause", every).items()}
-    return dict(sorted((checks() | found).items()))
+    own = {name: cls() for name, cls in by_name("cause", every).items()}
+    return dict(sorted((checks() | own).items()))
 
 
 def causes() -> dict[str, Check]:
     """Identifier -> every cause that a diagnosis tests, sorted; BadInput as `all_causes`."""
-    return {name: entry for name, entry in all_causes().items() if isinstance(entry, Cause) or entry.named}
+    return {name: entry for name, entry in all_causes().items() if isinstance(entry, Cause) or entry.is_cause}
 
 
 def cause(name: str) -> Check:
@@ -52,8 +52,8 @@ def terms_for(model: Model) -> tuple[str, ...]:
     if not model.is_3dof:
         return ()
     own = model.family.split("+")
-    found = {c.extension for c in bank() if c.extension is not None and is_made_up(c.extension)}
-    return tuple(sorted(found - set(own)))
+    terms = {c.extension for c in bank() if c.extension is not None and is_made_up(c.extension)}
+    return tuple(sorted(terms - set(own)))
 
 
 def testable(est: Estimator) -> tuple[dict[Cause, tuple[Variant, ...]], dict[Cause, str]]:

@@ -35,9 +35,7 @@ class WaveSearch(Search):
     """Scanned, then refined by a bounded simplex search; faint waves as if alike in all records, then each its own, as
     course and speed change how waves are met."""
 
-    @property
-    def counts_values(self) -> bool:
-        return True
+    counts_values = True
 
     @property
     def entries(self) -> tuple[str, ...]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ...estimation.diagnosis_only.windows.fit import covariance_of
 from ...estimation.diagnosis_only.windows.problem import mean_of_known, pieces_of, scales_of
 from ...estimation.records.naming import named
 from ...estimation.results.fit import arithmetic_guard, blas_limited
-from ...estimation.validation.horizons import STRAIGHT, mean_ratio
+from ...estimation.validation.horizons import STRAIGHT, TRUSTED, mean_ratio
 from ...estimation.validation.validate import label, validate
 from ...models.errors import BadInput
 from ...models.instruments import INSTRUMENTS
@@ -47,7 +47,9 @@ if TYPE_CHECKING:
     from ...models.model import Model
 
 SLACK = 0.05
-"""Rise of the errors of left-out records that a step may bring and still stand."""
+"""Rise of the errors of left-out records that a step may bring and still stand; fall below those of a craft that goes
+straight, from which the yaw rate is predicted."""
+RATE = "yaw_rate_rad_s"
 LOST = 0.1
 """R2 of the yaw rate that a surge of its own may lose: where nothing was recorded of the thrust, it is far more."""
 
@@ -110,8 +112,11 @@ def _built(
     simulation, told = (None, []) if ship is None else corrected(ship, train)
     speed = numbers_of(train, scales.time_s, TURNS in given)
     watch(AHEAD)
-    kept, model, ahead, notes = _judged(ladder, kept, train, held_out, simulation, speed)
-    notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps)), *told, *notes]
+    grown = _judged(ladder, found, kept, train, held_out, simulation, speed)
+    if _beside_straight(grown.ahead, RATE) > 1.0 - SLACK or _beside_straight(grown.ahead) > 1.0:
+        grown = _by_yaw_rate(grown, train, held_out, simulation, speed)
+    ladder, found, kept, model, ahead = grown[:5]
+    notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps)), *told, *grown.notes]
     final = kept[-1].attempt
     covariance = _covariance(ladder, final, model)
     copied = copied_input(pieces)
@@ -133,38 +138,82 @@ def _built(
     )  # fmt: skip
 
 
+class _Grown(NamedTuple):
+    """What was tried on the records of a ladder, the steps that stand, their model, the errors ahead of it and of what
+    stands beside it, and what must be known."""
+
+    ladder: Ladder
+    climb: Climb
+    kept: list[Step]
+    model: Model
+    ahead: Validation
+    notes: list[str]
+
+
 def _judged(
-    ladder: Ladder, kept: list[Step], train: Sequence[Record], held_out: Sequence[Record], ship: Model | None,
-    speed: dict[str, float],
-) -> tuple[list[Step], Model, Validation, list[str]]:  # fmt: skip
-    """The steps that stand along held-out records, their model, the errors ahead of it and of what stands beside it."""
-    judged, notes = named(list(held_out) or list(train)), list[str]()
-
-    def ahead_of(model: Model) -> Validation:
-        given = {BUILT: model, FIRST: first} | ({} if ship is None else {SHIP: ship})
-        own = with_own_speed(model, speed) if speed else None
-        if own is not None and _bounded(own, [*train, *held_out]):
-            both = validate(given | {OWN_SPEED: own}, judged)
-            if _told_by_speed(both):
-                return both
-        return validate(given, judged)
-
+    ladder: Ladder, found: Climb, kept: list[Step], train: Sequence[Record], held_out: Sequence[Record],
+    ship: Model | None, speed: dict[str, float],
+) -> _Grown:  # fmt: skip
+    """The steps that stand along held-out records."""
     first, model = (model_of(ladder, step.attempt) for step in (kept[0], kept[-1]))
-    ahead = ahead_of(model)
+    ahead, notes = _ahead_of(model, first, train, held_out, ship, speed), list[str]()
     near = max(ahead.horizons_s[:NEAR])
     if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST, near) > WORSE:
         notes.append("Held-out records are predicted worse with all that entered: the steering law alone is the model.")
         kept, model = kept[:1], first
-        ahead = ahead_of(model)
-    if mean_ratio([*ahead.scores, *ahead.simple], BUILT, STRAIGHT) > 1.0:
-        notes.append("No better than a craft that goes straight: the steering of the model is set to zero.")
-        model = _unsteered(model)
-        ahead = ahead_of(model)
+        ahead = _ahead_of(model, first, train, held_out, ship, speed)
     ratio = mean_ratio(ahead.scores, SHIP, BUILT)
     if ship is not None and np.isfinite(ratio):
         more = f"{abs(ratio - 1.0):.0%} {'larger' if ratio > 1.0 else 'smaller'}"
         notes.append(f"The simulation of the particulars has errors of heading and yaw rate ahead that are {more}.")
-    return kept, model, ahead, notes
+    return _Grown(ladder, found, kept, model, ahead, notes)
+
+
+def _ahead_of(
+    model: Model, first: Model, train: Sequence[Record], held_out: Sequence[Record], ship: Model | None,
+    speed: dict[str, float],
+) -> Validation:  # fmt: skip
+    """Errors ahead of a model, of the steering law alone, of particulars, and of surge and sway of its own."""
+    judged = named(list(held_out) or list(train))
+    given = {BUILT: model, FIRST: first} | ({} if ship is None else {SHIP: ship})
+    own = with_own_speed(model, speed) if speed else None
+    if own is not None and _bounded(own, [*train, *held_out]):
+        both = validate(given | {OWN_SPEED: own}, judged)
+        if _told_by_speed(both):
+            return both
+    return validate(given, judged)
+
+
+def _by_yaw_rate(
+    grown: _Grown, train: Sequence[Record], held_out: Sequence[Record], ship: Model | None, speed: dict[str, float]
+) -> _Grown:
+    """What stands where a model is no better than a craft that goes straight: one that is fitted to the yaw rate alone,
+    where this predicts the yaw rate, or else, where it is worse, the damping alone.
+
+    In waves and under sail the slow changes of the neutral angle decide the heading of a window: a fit to it makes the
+    effect of the rudder too small.
+    """
+    here, ladder = grown.ahead, grown.ladder.without_heading()
+    if all(piece.record.has(RATE) for piece in ladder.pieces):
+        found = climb(ladder)
+        other = _judged(ladder, found, _guarded(ladder, found, [*train, *held_out]), train, held_out, ship, speed)
+        if _beside_straight(other.ahead, RATE) < 1.0 - SLACK:
+            note = (
+                "The model is fitted to the yaw rate alone, and predicts no more than that: slow changes of the "
+                "neutral angle decide the heading."
+            )
+            return other._replace(notes=[*other.notes, note])
+    if not _beside_straight(here) > 1.0:
+        return grown
+    first, model = here.models[FIRST], _unsteered(grown.model)
+    note = "No better than a craft that goes straight: the steering of the model is set to zero."
+    ahead = _ahead_of(model, first, train, held_out, ship, speed)
+    return grown._replace(model=model, ahead=ahead, notes=[*grown.notes, note])
+
+
+def _beside_straight(ahead: Validation, *channels: str) -> float:
+    """Errors ahead of the model over those of a craft that goes straight, in some channels or in all."""
+    return mean_ratio([*ahead.scores, *ahead.simple], BUILT, STRAIGHT, channels=channels or TRUSTED)
 
 
 def _guarded(ladder: Ladder, climb: Climb, records: Sequence[Record]) -> list[Step]:
@@ -260,8 +309,8 @@ def _told_by_speed(ahead: Validation) -> bool:
     """Whether surge is predicted better than by its mean, and the yaw rate nearly as well as with the measured speed,
     three lengths ahead."""
     horizon = label(ahead.horizons_s[:NEAR][-1])
-    surge, own = (ahead.score(c, OWN_SPEED, horizon=horizon) for c in ("surge_m_s", "yaw_rate_rad_s"))
-    built = ahead.score("yaw_rate_rad_s", BUILT, horizon=horizon)
+    surge, own = (ahead.score(c, OWN_SPEED, horizon=horizon) for c in ("surge_m_s", RATE))
+    built = ahead.score(RATE, BUILT, horizon=horizon)
     return bool(surge and own and built and surge.r2 > 0.0 and own.r2 > built.r2 - LOST)
 
 

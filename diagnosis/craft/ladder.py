@@ -121,6 +121,11 @@ class Ladder:
     commands: bool
     kept: dict[tuple[str, tuple[tuple[str, float], ...]], Windows] = field(default_factory=dict)
 
+    def without_heading(self) -> Ladder:
+        """The same for the yaw rate alone."""
+        blind = [p._replace(record=p.record.with_channels(heading_rad=None)) for p in self.pieces]
+        return Ladder(blind, self.craft, self.given, self.commands)
+
     def laws(self) -> list[Law]:
         """The laws whose inputs the records measure; of two that are the same on them, the one with more rungs."""
         found = [law for law in LAWS if law.needs <= self.given]
@@ -286,7 +291,7 @@ def _skill(without: Attempt, now: Attempt) -> tuple[float, float]:
     w, sizes = now.fitted.windows, now.fitted.sizes
     still = np.tile(w.start[:, None, [w.model.states.index(s) for s in SYMBOLS]] - w.measured, (2, 1, 1))
     still[:, :, 0] = -np.tile(w.measured[:, :, 0], (2, 1))
-    squares = np.stack([mean_squares(errors, w, sizes) for errors in (now.errors, without.errors, still)])
+    squares = mean_squares((now.errors, without.errors, still), w, sizes)
     channel = 0 if squares[0, :, 0, 1].any() else 1
     total = squares[:, :, channel, 0]
 
@@ -367,16 +372,27 @@ def _excluded(rung: Rung, now: Attempt) -> bool:
 
 
 def _other_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:
-    """The same rungs on the law that does best with them; the step tells of a change."""
+    """The same rungs on the law that does best with them; the step tells of a change.
+
+    Of two laws of as many numbers the one with the smaller errors of left-out blocks and the smaller criterion stands:
+    that the other came first is no reason for it.
+    """
     others = [a for law in ladder.laws() if law is not now.law and (a := ladder.with_law(now, law))]
     found = [(a, *better(now, a)) for a in others]
-    entering = [t for t in found if t[1] > max(LEAST, t[2] * (ERRORS if t[0].count > now.count else 1.0))]
+    entering = [t for t in found if t[1] > max(LEAST, _doubt(now, t[0]) * t[2])]
     entering = entering or [t for t in found if t[0].count < now.count and t[1] > -min(t[2], LEAST)]
     if not entering:
         return now
     attempt, gain, error = max(entering, key=lambda t: t[1])
     steps.append(Step(attempt.law.id, f"instead: {attempt.law.title}", attempt, gain, error))
     return attempt
+
+
+def _doubt(now: Attempt, other: Attempt) -> float:
+    """Standard errors by which another law must do better to take the place of the present one."""
+    if other.count > now.count:
+        return ERRORS
+    return 0.0 if other.fitted.criterion < now.fitted.criterion else LIKELY
 
 
 def _richer_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:

@@ -229,10 +229,10 @@ RUNGS = (
     Rung(
         "second_order", "a second time constant",
         lambda c, s: {
-            "lead": Prior(0.0, 1.5, -5.0, 1.0),
+            "lead": Prior(0.0, 4.0, -20.0, 1.0),
             "lead_T2": Prior(0.5 * c.scales.time_s, 0.5 * c.scales.time_s, _shortest(c), 6.0 * c.scales.time_s),
         },
-        "second_order_lead", ((0.6, -0.6), (0.6, 0.5), (-1.0, 0.0)),
+        "second_order_lead", ((0.2, -0.6), (0.2, 0.5), (-0.4, 0.0), (-1.5, -0.5)),
     ),
     Rung(
         "asymmetry", "more effect to one side than to the other",

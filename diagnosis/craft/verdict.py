@@ -7,12 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...estimation.diagnosis_only.windows.problem import mean_of_known
+from ...estimation.validation.horizons import better_at
 from ...estimation.validation.validate import label
 from ..causes.base import NORMAL_90
 from .records import COPIED, EXCITED
 from .result import ADEQUATE, BUILT, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from ...estimation.validation.result import Validation
     from .ladder import Attempt, Steering
 
@@ -23,8 +26,9 @@ NEAR = 3
 neutral angle of the record decides, which none of them knows."""
 CLEAR, LIKELY, SURE, SHOWN = 0.3, 3.0, 6.0, 2.0
 """The steering acts where left-out errors fall by more than CLEAR and LIKELY standard errors, or by SURE of them, below
-those of a craft that it does not turn; below SHOWN it is not what turns the craft.  A column that has nothing to do
-with the motion, but about its period, was seen to bring .2 and 3.1 standard errors."""
+those of a craft that it does not turn; SHOWN of them are enough where it is clear from the yaw rate alone (SKILLED);
+below SHOWN it is not what turns the craft.  A column that has nothing to do with the motion, but about its period, was
+seen to bring .2 and 3.1 standard errors."""
 
 
 SKILLED = 0.2
@@ -49,17 +53,31 @@ def verdict_of(final: Attempt, acts: Steering, ahead: Validation, copied: float,
     if copied > COPIED:
         share = _percent(copied)
         return FOLLOWS, f"heading and yaw rate of the same moment give {share} of the steering: it follows the motion"
-    if not acts.gain > min(max(CLEAR, LIKELY * acts.error), SURE * acts.error):
+    if not _acts(acts):
         return _without_steering(acts, motion, said)
     trusted = ahead.trusted_s[BUILT]
     if not trusted > 0.0:
-        return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
+        return _not_at_once(known, better_at(ahead.scores, ahead.simple, BUILT), said)
     along = _along(ahead)
     if min(known.values(), default=np.nan) >= GOOD and not along < FAIR:
         return ADEQUATE, f"{said}; trust it for {trusted:.3g} s"
     if along < FAIR:
         said += f", but along the records that it is judged by {_percent(along)} of the yaw rate three lengths ahead"
     return PARTLY, f"{said}; up to {trusted:.3g} s ahead it is better than going on turning, or straight"
+
+
+def _acts(acts: Steering) -> bool:
+    """Whether the steering turns the craft: by the fall of the errors, or by a smaller one and a skill of its own."""
+    enough = SHOWN if acts.skill > max(SKILLED, NORMAL_90 * acts.spread) else LIKELY
+    return acts.gain > min(max(CLEAR, enough * acts.error), SURE * acts.error)
+
+
+def _not_at_once(known: Mapping[str, float], better: Mapping[float, bool], said: str) -> tuple[str, str]:
+    """The verdict where a simple prediction is as good at the shortest time ahead."""
+    first = next((time for time, is_better in better.items() if is_better), None)
+    if first is None or not min(known.values(), default=np.nan) >= GOOD:
+        return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
+    return PARTLY, f"{said}; it is better than going on turning, or straight, from {first:.3g} s ahead on, not before"
 
 
 def _without_steering(acts: Steering, motion: float, said: str) -> tuple[str, str]:

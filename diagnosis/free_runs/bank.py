@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...estimation.selection.number import Number
+from ...models.coefficient_groups import names_of, values_of
 from ..causes.base_coefficients import BaseCoefficients
 
 if TYPE_CHECKING:
@@ -75,16 +76,6 @@ class Bank:
     def values(self) -> dict[str, float]:
         """Number of the model -> its value before any fit."""
         return values_of(self.model)
-
-
-def names_of(model: Model) -> tuple[str, ...]:
-    """Names of the elements of `Model.theta`."""
-    return (*model.coordinates, *model.constant_names)
-
-
-def values_of(model: Model) -> dict[str, float]:
-    """Number of a model -> its value."""
-    return dict(zip(names_of(model), model.theta.tolist(), strict=True))
 
 
 def numbers_of(group: Group, values: Mapping[str, float]) -> list[Number]:

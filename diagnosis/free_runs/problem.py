@@ -14,29 +14,32 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.instruments import REVOLUTIONS
 from ...datasets.signals import sensor_sd
 from ...estimation.records.gaps import SHORTEST
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
+from ...models.coefficient_groups import names_of
 from ...models.errors import CannotFit
-from ...models.instruments import SENSORS
+from ...models.instruments import SENSORS, similar
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from ...models.outputs import thrust_of
-from .bank import names_of
 from .motion import motion_of
-from .scales import (
+from .units import (
     CORRELATION,
+    FEWEST,
     FLOOR,
     NEUTRAL_ANGLE_SD,
     OF_PIECES,
     THRUST,
+    Rudder,
     coarsely_integrated,
+    scales,
     start_sd,
     started_states,
-    units,
+    without_begin,
 )
-from .units import FEWEST, Rudder, without_begin
 
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Point
@@ -93,8 +96,8 @@ class _Driven(NamedTuple):
 
 
 class FreeRuns:
-    """The problem of a fit or a selection (`estimation.selection.minimiser.Problem`): units are pieces of records, or
-    whole ones, which have a neutral rudder angle of their own, too.
+    """The problem of a fit or a selection (`estimation.selection.minimiser.UnitErrors`): units are pieces of records,
+    or whole ones, which have a neutral rudder angle of their own, too.
 
     Eq. 1 of docs/mathematics/calibration.md.
 
@@ -141,7 +144,7 @@ class FreeRuns:
 
     def _floors(self) -> np.ndarray:
         """Errors (C,) of whole records that count as none."""
-        unit, thrust = units(self.bank.model, self.length_s), [u.thrust for u in self.units if u.thrust is not None]
+        unit, thrust = scales(self.bank.model, self.length_s), [u.thrust for u in self.units if u.thrust is not None]
         own = [FLOOR[s] * unit[s] for s in self.symbols]
         mean = np.mean([np.nanmean(np.abs(one)) for one in thrust]) if thrust else 0.0
         return np.array(own if self.thrust is None else [*own, FLOOR[THRUST] * mean])
@@ -301,16 +304,20 @@ class FreeRuns:
         if gain is not None:  # the smoothed yaw acceleration stands in the place of the hidden state
             start[:, 0] -= theta[:, gain] * inputs[:, 0, 0]
         dt = self.units[lanes[0].unit].stretch.series.dt
-        inside = [self._inside(lane, own) for lane, own in zip(lanes, theta, strict=True) if lane.of("regime")]
+        sensed = [self._sensors(lane) if lane.of("sensor") else {} for lane in lanes]
+        clocks = np.array([1.0 + own.get("clock_rate", 0.0) for own in sensed])
+        if "n" in self.model.inputs:
+            recorded = [self.units[lane.unit].record.has(REVOLUTIONS) for lane in lanes]
+            scales = [1.0 + own.get("ship_scale", 0.0) * has for own, has in zip(sensed, recorded, strict=True)]
+            inputs[:, :, self.model.inputs.index("n")] *= np.sqrt(scales)[:, None]
+        inside = {i: self._inside(lane, theta[i]) for i, lane in enumerate(lanes) if lane.of("regime")}
+        local = np.array([i in inside for i in range(len(lanes))])
+        states = np.empty((len(lanes), longest, start.shape[1]))
         with np.errstate(all="ignore"):
-            if not inside:
-                return _Driven(open_loops(self.model, theta, inputs, dt, start), inputs, theta)
-            local = np.array([bool(lane.of("regime")) for lane in lanes])
-            states = np.empty((len(lanes), longest, start.shape[1]))
-            states[~local] = open_loops(self.model, theta[~local], inputs[~local], dt, start[~local])
-            states[local] = open_loops(
-                self.model, theta[local], inputs[local], dt, start[local], *zip(*inside, strict=True)
-            )
+            for clock, regimes in sorted({*zip(clocks.tolist(), local.tolist(), strict=True)}):
+                own = np.flatnonzero((clocks == clock) & (local == regimes))
+                within = zip(*(inside[i] for i in own), strict=True) if regimes else ()
+                states[own] = open_loops(self.model, theta[own], inputs[own], dt / clock, start[own], *within)
         return _Driven(states, inputs, theta)
 
     def _once(self, of: Callable[[_Run], np.ndarray], kinds: Sequence[str], lanes: Sequence[_Run]) -> list[np.ndarray]:
@@ -363,6 +370,8 @@ class FreeRuns:
             if late := own.get(f"{short}_delay"):
                 self._start_later(unit, start, symbol, late)
             start[c] = (start[c] - own.get(f"{short}_bias", 0.0)) / (1.0 + own.get(f"{short}_scale", 0.0))
+        if "r" not in self.symbols:  # from the heading, in recorded time
+            start[self.bank.model.states.index("r")] *= 1.0 + own.get("clock_rate", 0.0)
         if "axis_misalignment" in own:
             surge, sway = self.bank.model.states.index("u"), self.bank.model.states.index("v")
             _turn(start[None, :], surge, sway, -own["axis_misalignment"])
@@ -383,7 +392,7 @@ class FreeRuns:
 
     def _sensors(self, lane: _Run) -> dict[str, float]:
         """Instruments of a lane's sensors that are not ideal."""
-        return {entry: x for n, x in lane.of("sensor").items() for entry in self.places[n].entries}
+        return similar({entry: x for n, x in lane.of("sensor").items() for entry in self.places[n].entries})
 
     def _drifts(self, lane: _Run) -> list[tuple[int, float, float]]:
         """Channels whose sensors drift in a lane, with their errors at the start of the record and growth in a
@@ -445,14 +454,14 @@ class FreeRuns:
         """Errors (C, B, N) of the lanes of one unit."""
         k = lanes[0].unit
         series = self.units[k].stretch.series
-        shown = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
+        channels = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
         if self.thrust is not None:
-            shown = np.concatenate([shown, self._thrust(driven, len(series.inputs))[None]])
+            channels = np.concatenate([channels, self._thrust(driven, len(series.inputs))[None]])
         for place, lane in enumerate(lanes):
             if any(lane.of(kind) for kind in SHOWN):
-                self._show(lane, shown[:, place], series.dt)
+                self._show(lane, channels[:, place], series.dt)
         measured, known = self._by_channel[k]
-        error = measured - np.moveaxis(series.observe(np.moveaxis(shown, 2, 0)), 0, 2)
+        error = measured - np.moveaxis(series.observe(np.moveaxis(channels, 2, 0)), 0, 2)
         limit = self._limit[:, None, None]
         return np.fmax(np.fmin(error, limit), -limit) * known  # a run that is lost has the limit in the place of nan
 

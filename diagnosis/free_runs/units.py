@@ -1,8 +1,9 @@
-"""What is left out: pieces of records of some eight ship lengths, or whole records, each with a start of its own."""
+"""What is left out: pieces of records of some eight ship lengths, or whole records, each with a start of its own; and
+what counts as none and is expected of it: steps, floors of errors, spreads of its own effects."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -17,12 +18,28 @@ from ...estimation.run.stretch import Stretch
 from ...models.errors import CannotFit
 from ...models.time_scale import time_scale_s
 from .motion import lagged
-from .scales import THRUST, coarse
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
 
+THRUST = "propeller_thrust_N"
+CORRELATION = 1.7
+"""Correlation time of the residuals of free runs, in ship lengths sailed (10 s for a 7 m model at 1.18 m/s)."""
+STEP, INTEGRATION_STEP = 0.035, 0.05
+"""Time step, in ship lengths sailed, that records are thinned to, and the largest of the integration: RK4 with it errs
+by under 1e-5 of the yaw rate and the speeds of every vessel here."""
+NEUTRAL_ANGLE_SD = np.deg2rad(0.3)
+"""Standard deviation of a record's neutral rudder angle about the common one, rad."""
+START_SD = {"u": 2.5e-3, "v": 2.5e-3, "r": 3e-3, "psi": 2e-3}
+"""Standard deviation of a record's initial state about the estimated one: shares of speed, of speed / length, rad."""
+UNMEASURED_SD = 0.03
+"""That of velocities that no record measures, and whose start is the model's: share of speed."""
+FLOOR = {"u": 2.5e-3, "v": 2.5e-3, "r": 5e-3, "psi": np.deg2rad(0.5), THRUST: 0.05}
+"""Error of a whole record below which a channel counts as perfect: shares of speed, of speed / length, rad, share of
+the mean thrust."""
+OF_PIECES = 0.3
+"""Share of FLOOR that counts as perfect in pieces, which are shorter."""
 REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
 """L/U of a ship of 160 m at 15 kn, s."""
 LENGTHS = 8.0
@@ -195,3 +212,32 @@ def _starts(model: Model, record: Record, pieces: Sequence[Stretch]) -> list[np.
         for column in hidden:
             state[column] = np.interp(piece.grid_s[0], whole.grid_s, whole.states_along[:, column])
     return states
+
+
+# ---- scales
+def scales(model: Model, length_s: float) -> dict[str, float]:
+    """State -> the unit of START_SD and FLOOR, SI; length_s : time of one ship length, s."""
+    speed = model.speed_m_s if np.isfinite(model.speed_m_s) else 1.0
+    return {"u": speed, "v": speed, "r": 1.0 / length_s, "psi": 1.0}
+
+
+def started_states(model: Model) -> tuple[str, ...]:
+    """States whose initial value belongs to a record."""
+    return tuple(s for s in START_SD if s in model.states)
+
+
+def start_sd(model: Model, length_s: float, measured: Collection[str]) -> np.ndarray:
+    """(S,) prior standard deviations of the initial values of `started_states`, SI; measured : states that are."""
+    unit = scales(model, length_s)
+    sd = {s: UNMEASURED_SD if s in ("u", "v") and s not in measured else share for s, share in START_SD.items()}
+    return np.array([sd[s] * unit[s] for s in started_states(model)])
+
+
+def coarse(record: Record, length_s: float) -> Record:
+    """The record thinned to STEP."""
+    return record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
+
+
+def coarsely_integrated(model: Model, length_s: float) -> Model:
+    """The model with integration steps of INTEGRATION_STEP where its own are shorter."""
+    return replace(model, max_step_s=max(model.max_step_s, INTEGRATION_STEP * length_s))

@@ -39,8 +39,8 @@ def extended_model(
         values += [row[est.index[name]] for name in names]
         taken |= set(names)
     extended = replace(model, id=_named(model, causes), family=family, coefficients=np.array(values, float))
-    found = {**_instruments(est, row, taken), **(instruments or {})}
-    return replace(extended, constants=_constants(extended, est, row), instruments=combined(model.instruments, found))
+    numbers = {**_instruments(est, row, taken), **(instruments or {})}
+    return replace(extended, constants=_constants(extended, est, row), instruments=combined(model.instruments, numbers))
 
 
 def _named(model: Model, causes: Sequence[Cause]) -> str:
@@ -57,9 +57,9 @@ def _constants(extended: Model, est: Estimator, row: np.ndarray) -> np.ndarray:
 def _instruments(est: Estimator, row: np.ndarray, taken: set[str]) -> dict[str, float]:
     """Numbers of rudder, sensors and waves that differ from the ideal and are not in the equations."""
     waves = row[est.index["wave_rms"]] > 0.0
-    found = {}
+    out = {}
     for name in OUTER:
         i = est.index[name]
         if name in INSTRUMENTS and name not in taken and (row[i] != est.base[i] or (waves and name in WAVES)):
-            found[name] = float(row[i])
-    return found
+            out[name] = float(row[i])
+    return out

@@ -26,8 +26,8 @@ STEPS, ENOUGH = 6, 0.05
 
 def of_state(state: State, records: Sequence[Record]) -> dict[str, dict[str, float]]:
     """As `of_held_out`, of the accepted causes; nothing without records."""
-    found = [a for a in state.accepted if not isinstance(a.cause, Unmodelled) and a.cause.search.steady]
-    steady = [p for a in found for p in a.variant if p.record is not None]
+    lasting = [a for a in state.accepted if not isinstance(a.cause, Unmodelled) and a.cause.search.steady]
+    steady = [p for a in lasting for p in a.variant if p.record is not None]
     if not (records and steady):
         return {}
     est, of_record = state.est, [p for a in state.accepted for p in a.variant if p.record is not None]

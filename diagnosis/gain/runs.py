@@ -3,6 +3,10 @@
 The runs are those of every command (`estimation/run`): the base model's error on a record is the same number as by
 `validate`.  An extended model has what was corrected in the records as its instruments.  What belongs to a held-out
 record (its current, its wind) is estimated on its first part and stated.
+
+A trial's own neutral rudder angle and start belong to the trial, not to the model: half a degree of neutral angle is
+ten degrees of heading after a zigzag.  Both are fitted along the record itself, under the priors that calibrations have
+(section 1 of docs/mathematics/calibration.md, without numbers of the model): what remains is the model's error.
 """
 
 from __future__ import annotations
@@ -15,22 +19,30 @@ import numpy as np
 
 from ...datasets.signals import sensor_sd
 from ...estimation.records.gaps import clock_of
+from ...estimation.records.naming import named
+from ...estimation.results.fit import arithmetic_guard
 from ...estimation.run.run import run_along, squares_of
-from ...models.errors import CannotFit
+from ...estimation.selection.minimiser import minimise
+from ...estimation.validation.validate import validate
+from ...models.errors import BadInput, CannotFit, FitFailed
+from ...models.time_scale import time_scale_s
+from ..free_runs.bank import of_numbers
+from ..free_runs.problem import FreeRuns
+from ..free_runs.units import started_states, whole_unit
 from ..report.verdict import where
-from ..result import Gain
-from ..trace import Trace
-from .own import own_run
+from ..result import Gain, Trace
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.run.run import Run
+    from ...estimation.run.stretch import FreeRun, Stretch
     from ...models.model import Model
     from ..result import Diagnosis
 
 BLOCK_S = 20.0
 """Length of a block, s of a 160 m ship: errors of different blocks count as independent."""
 DRAWS = 1000
+EXTENDED = "extended model"
 
 
 class Pair(NamedTuple):
@@ -72,14 +84,14 @@ def with_runs(
         _without(one, {*diagnosis.model.instruments, *corrected}) for one in (diagnosis.model, diagnosis.extended)
     )
     held = pairs_of(diagnosis.model, diagnosis.extended, held_out, diagnosis.of_held_out, channels)
-    shown = [
+    traces = [
         trace_of(pair.before, pair.after, "train") for pair in pairs_of(base, extended, train, {}, channels, own=False)
     ]
     return replace(
         diagnosis,
         gain=gain_of(held, np.random.default_rng(diagnosis.seed)),
-        traces=(*shown, *(trace_of(pair.before, pair.after, "held_out") for pair in held)),
-        where=tuple(where(shown)),
+        traces=(*traces, *(trace_of(pair.before, pair.after, "held_out") for pair in held)),
+        where=tuple(where(traces)),
     )
 
 
@@ -106,7 +118,7 @@ def pairs_of(
     of_record : name of a record -> values of coefficients of `model` that belong to it.  own : whether runs with the
     record's own neutral angle and start are wanted; otherwise these are the plain ones.
     """
-    found = []
+    out = []
     for record in records:
         after = _with(model, of_record.get(record.name, {}))
         try:
@@ -116,8 +128,8 @@ def pairs_of(
             continue
         block = max(1, round(BLOCK_S * clock_of(base, [record]) / record.dt))
         pair = Pair(plain[0], plain[1], trimmed[0], trimmed[1], block)
-        found.append(pair if channels is None else pair.without({*plain[0].predicted} - {*channels}))
-    return found
+        out.append(pair if channels is None else pair.without({*plain[0].predicted} - {*channels}))
+    return out
 
 
 def _without(model: Model, instruments: Collection[str]) -> Model:
@@ -185,3 +197,35 @@ def ratio_of(old: np.ndarray, new: np.ndarray, rng: np.random.Generator) -> tupl
     low, high = np.quantile(ratios, [0.05, 0.95])
     whole = np.sqrt(new[:, 0].sum() / max(old[:, 0].sum(), 1e-300))
     return float(whole), float(low), float(high)
+
+
+def own_run(stretch: Stretch) -> FreeRun:
+    """The free run with the stretch's own neutral rudder angle and start; the plain one of a model without a time to
+    scale by, and of a few samples."""
+    try:
+        length_s = time_scale_s(stretch.model)
+        unit = whole_unit(stretch.model, stretch.record, length_s, stretch.begin_s)
+        runs = FreeRuns(of_numbers(stretch.model), [unit], length_s, whole=True)
+    except CannotFit:
+        return stretch.free_run()
+    angle, *effects = minimise(runs, (), {}, runs.no_own).point.own[0].tolist()
+    inputs, start = stretch.series.inputs.copy(), stretch.state_at(0)
+    inputs[:, 0] += angle
+    for value, symbol in zip(effects, started_states(stretch.model), strict=True):
+        start[stretch.model.states.index(symbol)] += value
+    return stretch.run(start, inputs)
+
+
+def with_errors_ahead(diagnosis: Diagnosis, records: Sequence[Record]) -> Diagnosis:
+    """The diagnosis with errors ahead along records: those held out, or else those of training.
+
+    The extended model stands first.  Without a model that can be run along the records it stays as it is.
+    """
+    models = {EXTENDED: diagnosis.extended} if diagnosis.extends else {}
+    models |= {diagnosis.model.id: diagnosis.model}
+    known = {name: model for name, model in models.items() if model.known}
+    try:
+        with arithmetic_guard():
+            return replace(diagnosis, ahead=validate(known, named(records))) if known else diagnosis
+    except (BadInput, FitFailed):
+        return diagnosis

@@ -49,25 +49,25 @@ def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
     """
     try:
         with arithmetic_guard():
-            given = prepared(records, model, OPTIONS)
-            choice = chosen(runs_of(model, given, OPTIONS), OPTIONS)
+            behind_model = prepared(records, model, OPTIONS)
+            choice = chosen(runs_of(model, behind_model, OPTIONS), OPTIONS)
             if not choice.selection.entered or not _needed(choice):
                 return None
-            beside = replace(extended_model(model, choice, {}), instruments={})
+            with_biases = replace(extended_model(model, choice, {}), instruments={})
             candidates = choice.selection.candidates
-            behind = [corrected(r, instruments_of(choice, candidates, number)) for number, r in enumerate(given)]
-            before, after = _errors(model, records), _errors(beside, behind)
+            behind = [corrected(r, instruments_of(choice, candidates, number)) for number, r in enumerate(behind_model)]
+            before, after = _errors(model, records), _errors(with_biases, behind)
     except (BadInput, CannotFit, FitFailed):
         return None
     ratio = np.exp(-log_fall(before, {c: error for c, error in after.items() if c in TOGETHER}))
     sizes = [replace(size, parameter=one.cause) for one in findings(choice, identified=True) for size in one.sizes]
     angles = [size.value for size in sizes if size.parameter == RudderOffset.id]
     usual = max(map(abs, angles), default=0.0) < USUAL
-    if ratio > (CLEARLY if usual else NEARLY_ALL) or not _on_both_sides(given, angles):
+    if ratio > (CLEARLY if usual else NEARLY_ALL) or not _on_both_sides(behind_model, angles):
         return None
     if not any(size.low > 0.0 or size.high < 0.0 for size in sizes):
         return None
-    return Biases(tuple(sizes), {n: float(x) for n, x in beside.parameters.items()}, before, after)
+    return Biases(tuple(sizes), {n: float(x) for n, x in with_biases.parameters.items()}, before, after)
 
 
 def _on_both_sides(records: Sequence[Record], angles: Sequence[float]) -> bool:
@@ -88,5 +88,5 @@ def _needed(choice: Choice) -> bool:
 
 def _errors(model: Model, records: Sequence[Record]) -> Mapping[str, float]:
     """Channel -> root mean square error of free runs over all records, SI."""
-    found = validate({model.id: model}, named(records), ahead=False)
-    return {s.channel: s.rmse for s in found.scores if s.record is None and s.horizon == FREE and s.channel}
+    validation = validate({model.id: model}, named(records), ahead=False)
+    return {s.channel: s.rmse for s in validation.scores if s.record is None and s.horizon == FREE and s.channel}

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...estimation.selection.number import Candidate, Number
-from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups
+from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups, values_of
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import ConstantForce, MissingTerm, Term
 from ..causes.registry import causes, causes_of
 from ..causes.steering_gear import RudderDelay, RudderFault, RudderOffset
 from ..causes.surroundings import Current, Wind
-from ..free_runs.bank import Bank, Place, numbers_of, places_of, values_of
+from ..free_runs.bank import Bank, Place, numbers_of, places_of
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -68,7 +68,7 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     groups = tuple(g for g in groups if g.extension != OFFSET) or (_unstated(model),)
     pairs = [*_inputs(whole, facts, length_s), *_terms(whole, facts)]
     candidates, places = [c for c, _ in pairs], {n: p for _, own in pairs for n, p in own.items()}
-    told = {c.of: c.of for c in candidates} | causes_of(model)
+    cause_of = {c.of: c.of for c in candidates} | causes_of(model)
     numbers = values_of(whole)
     candidates += [c for g in groups for c in _of_group(g, numbers)]
     places = places_of(whole) | places
@@ -78,10 +78,10 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     if facts.identified:
         barely = every_own_number(groups)
         own = {n.name: n for n in numbers_of(barely, numbers)}
-    kept = [c for c in candidates if only is None or told.get(c.of, BaseCoefficients.id) in only]
+    kept = [c for c in candidates if only is None or cause_of.get(c.of, BaseCoefficients.id) in only]
     terms = every_term()
     series = {name: terms[name].along for name, place in places.items() if place.kind == "term"}
-    return Bank(whole, tuple(kept), tuple(own.values()), places, told, {g.id: g.title for g in groups}, series)
+    return Bank(whole, tuple(kept), tuple(own.values()), places, cause_of, {g.id: g.title for g in groups}, series)
 
 
 def _unstated(model: Model) -> Group:
@@ -186,8 +186,8 @@ def force_units(model: Model, length_s: float) -> dict[str, float]:
 
 def _forces(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Steady forces in body axes along which the motion is measured, each alone and all together."""
-    units, shown = force_units(model, length_s), {"X": "u", "Y": "v"}
-    own = [row for row in FORCES if shown.get(row[0][-1], "r") in {"r", *facts.measured}]
+    units, state_of = force_units(model, length_s), {"X": "u", "Y": "v"}
+    own = [row for row in FORCES if state_of.get(row[0][-1], "r") in {"r", *facts.measured}]
     places = {name: Place("flow", column=column) for name, column, _ in own}
     whole = tuple(Number(name, sd * units[name[-1]]) for name, _, sd in own)
     for numbers in (*((n,) for n in whole), *([whole] if len(whole) > 1 else [])):

@@ -17,14 +17,13 @@ from ..free_runs.problem import FreeRuns
 from ..free_runs.units import length_s, units_of, whole_unit
 from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
-from ..report.findings import of_fault
-from ..report.outcome import diagnosis_of
+from ..report.bank import of_fault
+from ..report.verdict import diagnosis_of
 from .catalogue import Facts, bank_of
 from .search import chosen, with_own_numbers, withdrawn
 from .told import bank_lines, extended_model, findings, verdict
 
 if TYPE_CHECKING:
-    from ...checks.base import Check
     from ...datasets.record import Record
     from ...models.model import Model
     from ..options import Options
@@ -76,14 +75,14 @@ def choice_and_diagnosis(
         outcome = _concluded(model, behind, choice, options)
         return with_runs(outcome, behind.train, behind.instruments, held_out, options.channels)
 
-    runs, barred = runs_of(model, behind.train, options, behind.decided).without(never), set[str]()
+    runs, without_gain = runs_of(model, behind.train, options, behind.decided).without(never), set[str]()
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
     while worsens(diagnosis):
-        last = {one.candidate.of for one in choice.selection.entered[-1:]} - barred
-        if last and len(barred) < BARRED:
-            barred |= last
-            choice = chosen(runs.without(barred), options)
+        last = {one.candidate.of for one in choice.selection.entered[-1:]} - without_gain
+        if last and len(without_gain) < BARRED:
+            without_gain |= last
+            choice = chosen(runs.without(without_gain), options)
         elif (rest := withdrawn(choice)) is not None:
             choice = rest
         else:
@@ -92,7 +91,7 @@ def choice_and_diagnosis(
     return choice, diagnosis
 
 
-def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[Check] = ()) -> FreeRuns:
+def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[str] = ()) -> FreeRuns:
     """The free runs of pieces of records behind the model's instruments, over the whole bank but causes that the
     sensors' channels have decided on.
 
@@ -105,9 +104,7 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
     commanded = not any(r.has("rudder_rad") for r in records)
     identified, exact = options.base_parameters == "identify", options.coefficient_sd == 0.0
     longest_s = max(float(r.time_s[-1]) for r in records)
-    facts = Facts(
-        measured, commanded, len(records), longest_s, identified, exact, {c.id for c in decided}, options.coefficient_sd
-    )
+    facts = Facts(measured, commanded, len(records), longest_s, identified, exact, decided, options.coefficient_sd)
     bank = bank_of(model, facts, length, options.only)
     runs = FreeRuns(bank, units_of(bank.model, records, length), length)
     runs.require_turns()
@@ -117,14 +114,14 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
 def _concluded(model: Model, records: Prepared, choice: Choice, options: Options) -> Diagnosis:
     """The diagnosis without its gain."""
     by_runs = findings(choice, options.base_parameters == "identify")
-    known = {f.cause for f in records.shown.findings}
+    known = {f.cause for f in records.findings}
     of_faults = [of_fault(fault) for fault in records.faults]
-    every = [*of_faults, *records.shown.findings, *(f for f in by_runs if f.cause not in known)]
+    every = [*of_faults, *records.findings, *(f for f in by_runs if f.cause not in known)]
     extended = replace(model, instruments=combined(model.instruments, records.instruments))
     if by_runs:
         extended = extended_model(model, choice, records.instruments)
     said = verdict(choice, every, options.coefficient_sd == 0.0)
-    lines = bank_lines(choice, every, records.shown.statistics)
+    lines = bank_lines(choice, every, records.tested)
     noise = noise_of(records.train, choice)
     outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
     return replace(outcome, of_held_out=of_held_out(model, choice, records))

@@ -26,11 +26,11 @@ from ...estimation.selection.selection import (
     quantile,
     select,
 )
-from ...models.coefficient_groups import LocalNumber, local_numbers
+from ...models.coefficient_groups import LocalNumber, local_numbers, names_of
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, RUDDER_FORCE, regime_parameters
 from ...models.regimes import VARIABLES, Regime, regime, values_of
-from ..free_runs.bank import Place, names_of
+from ..free_runs.bank import Place
 from .catalogue import HULL
 
 if TYPE_CHECKING:
@@ -227,8 +227,8 @@ def _best_threshold(
     for _ in range(HALVINGS if first.regime.variable != "side" else 0):
         own = sorted(fits)
         at = own.index(best())
-        beside = [own[i] for i in (at - 1, at + 1) if 0 <= i < len(own)]
-        middles = [0.5 * (own[at] + t) for t in beside]
+        neighbours = [own[i] for i in (at - 1, at + 1) if 0 <= i < len(own)]
+        middles = [0.5 * (own[at] + t) for t in neighbours]
         halves = [_column(first.number, regime(first.regime.variable, first.regime.side, t)) for t in middles]
         runs = runs.with_numbers(_places(runs.bank.model, halves), {})
         fits |= {c.regime.threshold: (c, fit) for c in halves if (fit := _fitted(runs, base, c)) is not None}

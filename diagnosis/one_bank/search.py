@@ -199,8 +199,8 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     choice = _with_regime(choice, rules)
     if not _left_to_explain(choice.runs, choice.selection):
         return choice
-    beside = _beside(choice, base)
-    return choice if beside is None else Choice(runs, beside, beside=True, few=choice.selection)
+    with_numbers = _beside(choice, base)
+    return choice if with_numbers is None else Choice(runs, with_numbers, beside=True, few=choice.selection)
 
 
 def _with_regime(choice: Choice, rules: Rules) -> Choice:
@@ -220,15 +220,15 @@ def _beside(choice: Choice, base: Fitted) -> Selection | None:
     runs, bank = choice.runs, choice.bank
     whole = minimise(runs, bank.own, {}, base.point.own)
     inputs = [c for c in bank.candidates if c.rank == INPUT]
-    beside = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
+    selection = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
     for fault in choice.selection.entered:
-        if fault.candidate.rank == INPUT and not has_entered(fault.candidate, beside.candidates):
-            wider = with_only(runs, beside, [*beside.entered, fault], bank.own)
-            worse = fall_between(runs, wider.final, beside.final)
-            beside = beside if worse.gain > quantile(runs, CLEAR) * worse.error else wider
-    between = fall_between(runs, choice.selection.final, beside.final)
+        if fault.candidate.rank == INPUT and not has_entered(fault.candidate, selection.candidates):
+            wider = with_only(runs, selection, [*selection.entered, fault], bank.own)
+            worse = fall_between(runs, wider.final, selection.final)
+            selection = selection if worse.gain > quantile(runs, CLEAR) * worse.error else wider
+    between = fall_between(runs, choice.selection.final, selection.final)
     least = 0.0 if len(choice.selection.entered) > FEW else max(between.error, MATTERS[0])
-    return replace(beside, base=base) if between.gain > least else None
+    return replace(selection, base=base) if between.gain > least else None
 
 
 def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:

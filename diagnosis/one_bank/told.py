@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...checks.result import Size
-from ...checks.statistics.tails import chi2_tail, student_tail
+from ...checks.tails import chi2_tail, student_tail
 from ...estimation.selection.selection import independent, mean_squares
-from ...models.coefficient_groups import grown, stated_groups
+from ...models.coefficient_groups import grown, stated_groups, with_values
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, extension_of
 from ...models.instruments import combined
@@ -20,8 +20,7 @@ from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import MissingTerm
 from ..causes.registry import causes
 from ..causes.surroundings import PairCause
-from ..report.bank import lines, of_channels
-from ..report.findings import BY_FREE_RUNS
+from ..report.bank import BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
@@ -73,7 +72,9 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     )
     p = min(1.0, len(choice.bank.candidates) * min(student_tail(strength, max(units - 1, 1)), float(ratio)))
     rivals = [c for one in own for c in one.tied_with]
-    named = {choice.bank.cause_of(c) for c in rivals} - set(map(choice.bank.cause_of, choice.selection.candidates))
+    rival_causes = {choice.bank.cause_of(c) for c in rivals} - set(
+        map(choice.bank.cause_of, choice.selection.candidates)
+    )
     details: dict[str, Any] = {}
     if cause == BaseCoefficients.id:
         details["groups"] = list(dict.fromkeys(_title(choice, one.candidate.of) for one in own))
@@ -89,8 +90,8 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
         for one in own
     )
     sizes = tuple(size for one in own for size in _sizes(choice, cause, one))
-    separate = getattr(causes().get(cause), "separate_by", None) if named or hull else None
-    return Finding(cause, tuple(sorted(named)), BY_FREE_RUNS, strength, p, sizes, details=details, evidence=said,
+    separate = getattr(causes().get(cause), "separate_by", None) if rival_causes or hull else None
+    return Finding(cause, tuple(sorted(rival_causes)), BY_FREE_RUNS, strength, p, sizes, details=details, evidence=said,
                    separate_by=separate)  # fmt: skip
 
 
@@ -159,20 +160,20 @@ def _flow_sizes(choice: Choice, flow: PairCause, one: Entered, half: Mapping[str
 
 
 # ---- bank and verdict
-def bank_lines(choice: Choice, findings: Sequence[Finding], sensors: Mapping[Check, float]) -> tuple[Entry, ...]:
+def bank_lines(choice: Choice, findings: Sequence[Finding], sensors: Mapping[str, float]) -> tuple[Entry, ...]:
     """One line for every cause of the taxonomy; sensors : statistics of those that the channels have decided on."""
     tried = {choice.bank.cause_of(c) for c in choice.bank.candidates}
 
     def otherwise(check: Check) -> Entry:
-        if check in sensors:
-            return of_channels(check, sensors, None)
+        if check.id in sensors:
+            return of_channels(check.id, sensors, None)
         if check.id in tried:
             why = "free runs of left-out pieces are predicted no better with it"
             return Entry(check.id, "not_significant", None, None, None, why)
         why = check.stage if not isinstance(check, Cause) else "no candidate for this model and these channels"
         return Entry(check.id, "not_testable", None, None, None, why)
 
-    return lines(findings, otherwise)
+    return lines(findings, map(otherwise, causes().values()))
 
 
 def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[str, str]:
@@ -205,13 +206,7 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
     places = choice.bank.places
     moved = {name for name in values if places[name].kind == "model"}
     groups = [g for g in stated_groups(model) if g.extension is not None and moved & {*g.sd}]
-    whole = _model_values(choice)
-    out = grown(model, groups) if groups else model
-    out = replace(
-        out,
-        coefficients=np.array([whole[n] for n in out.coordinates]),
-        constants=np.array([whole.get(n, x) for n, x in zip(out.constant_names, out.constants.tolist(), strict=True)]),
-    )
+    out = with_values(grown(model, groups) if groups else model, _model_values(choice))
     for cause, own in _outside(choice, values).items():
         known = {n: own.get(n, 0.0) for n in extension_of(cause).units}
         out = extended(out, cause, known)

@@ -2,78 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...checks.statistics.tails import chi2_quantile, shifted_chi2_tail
-from ..candidate import Unmodelled
-from ..result import Finding
+from ..result import Diagnosis, Finding, Trace
 
 if TYPE_CHECKING:
-    from ...estimation.filters.innovations.estimator import Estimator
-    from ...estimation.filters.innovations.settings import Setting
-    from ..candidate import Candidate
-    from ..causes.base import Cause
-    from ..state import State
-    from ..trace import Trace
+    from ...models.model import Model
+    from ..options import Options
+    from ..result import Entry
 
-EXCITED = 8.0
-"""Yaw motion over its sensor's noise (rms, smoothed) below which a record tells nothing about manoeuvring."""
-RUDDER_MOVED = np.deg2rad(0.3)
 FOLLOWED = 0.5
 """Share of the squared yaw motion that free runs must hold for a cause to be named: nonsense is not followed."""
-FAINTEST = (1e-6, 1e-8)
-"""Heading (rad) and yaw rate (rad/s) that no sensor resolves."""
 NAMED, PARTLY = 0.8, 0.2
 """Shares of the explainable free-run error from which it counts as named, and as partly named."""
-PLAIN = "the residuals are those of the model, its sensors' noise and zero-mean gusts"
-
-
-def undecidable(est: Estimator, start: Setting) -> str | None:
-    """Why the records cannot decide anything (too little motion, too few samples), None if they can."""
-    moved = max(float(np.std(d.rudder)) for d in est.segments)
-    strongest = 0.0
-    for d in est.segments:
-        for c in (0, 1):
-            y = d.measured[:, c]
-            y = y[np.isfinite(y)]
-            if y.size < 20:
-                continue
-            size = max(1, y.size // 200)
-            mean = y[: y.size // size * size].reshape(-1, size).mean(axis=1)
-            if np.std(y) > FAINTEST[c]:
-                strongest = max(strongest, float(np.std(mean) / (start.noise.sensor_sd[c] / np.sqrt(size))))
-    if moved < RUDDER_MOVED or strongest < EXCITED:
-        return (
-            f"the rudder moves by {np.rad2deg(moved):.2f} deg (sd) and the yaw motion is {strongest:.1f} times its "
-            "sensor's noise: the records hold no manoeuvre"
-        )
-    if est.n_values < 60:
-        return f"{est.n_values} measured values are too few"
-    return None
-
-
-def decide(poor: str | None, left: Candidate | None, instead: bool, findings: Sequence[Finding]) -> tuple[str, str]:
-    """The verdict by precedence, and the sentence that supports it.
-
-    left : what is not explained; instead: it stands in the place of what was named, not beside it.
-    """
-    if poor is not None:
-        return "inconclusive", poor
-    if left is not None:
-        effect = left.cause.label if isinstance(left.cause, Unmodelled) else left.cause.id
-        if instead:
-            return "unexplained", f"one other effect ({effect}) is as likely as all that is named"
-        return "unexplained", f"an effect remains unexplained: {effect}"
-    ties = [f for f in findings if f.tied_with]
-    if ties:
-        said = "; ".join(f"{f.cause} cannot be told from {' or '.join(f.tied_with)}" for f in ties)
-        return "tied", said
-    if findings:
-        return "named", f"with what is named, {PLAIN}"
-    return "adequate", PLAIN
 
 
 def by_share(what: str, explained: float) -> tuple[str, str]:
@@ -125,18 +69,6 @@ def next_manoeuvre(poor: str | None, findings: Sequence[Finding]) -> str | None:
     return "; ".join(said) or None
 
 
-def power(state: State, cause: Cause) -> float | None:
-    """Power of a cause's test at the size that its power is stated for, at the family-wise level; None without one."""
-    screened = state.screened.get(cause)
-    if screened is None or cause.power_size is None:
-        return None
-    p, k = screened.variant[0], len(screened.variant)
-    size = cause.power_size * (state.est.clock if p.unit == "s" else 1.0)
-    noncentrality = float(screened.score.information[0, 0]) * size**2
-    threshold = chi2_quantile(state.alpha / state.n_effective, k)
-    return shifted_chi2_tail(threshold, k, max(noncentrality, 1e-9))
-
-
 def where(traces: Sequence[Trace]) -> list[dict[str, Any]]:
     """In which conditions the base model's free-run yaw rate or heading goes wrong: share of the squared error."""
     out = []
@@ -164,3 +96,43 @@ def where(traces: Sequence[Trace]) -> list[dict[str, Any]]:
             out.append({"channel": channel, "condition": label, "share_of_error": share, "share_of_time": time})
         break
     return out
+
+
+def diagnosis_of(
+    models: tuple[Model, Model],
+    options: Options,
+    decided: tuple[str, str],
+    findings: Sequence[Finding],
+    bank: Sequence[Entry],
+    *,
+    noise: Mapping[str, Any],
+    poor: str | None = None,
+    hypothesis: dict[str, Any] | None = None,
+    doubts: tuple[str, ...] = (),
+) -> Diagnosis:
+    """The diagnosis without the names of its records, its gain (`gain.runs`) and its cost, which `diagnose` knows.
+
+    models : base and extended.  decided : verdict and reason.  poor : why the records cannot decide anything; then no
+    cause is told.
+    """
+    return Diagnosis(
+        *models,
+        base_parameters=str(options.base_parameters),
+        records=(),
+        alpha=options.alpha,
+        seed=options.seed,
+        threads=options.threads,
+        verdict=decided[0],
+        reason=decided[1],
+        causes=tuple(findings) if poor is None else (),
+        bank=tuple(bank),
+        gain={},
+        hypothesis=hypothesis,
+        noise=dict(noise),
+        traces=(),
+        where=(),
+        next_manoeuvre=next_manoeuvre(poor, findings),
+        wall_s=0.0,
+        cpu_s=0.0,
+        doubts=doubts,
+    )

@@ -6,31 +6,35 @@ What enters is refitted with all else; what then no longer gains significantly l
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...checks.statistics.selection import grown
-from ...checks.statistics.tails import log_tail
+from ...checks.tails import log_tail
 from ...estimation.diagnosis_only.refit import refit
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise_from_starts
 from ...models.errors import FitFailed
 from ..candidate import Candidate, Screened, Unmodelled, candidate
-from ..selection.failures import Failed, attempted, itself, sorted_out
-from ..selection.levels import FIRST, LATER, LEADERS, MOST_TIED, TIE_NATS, UNMODELLED
-from ..selection.screening import counted, screen
-from ..state import HIDING, State, exceeds_misfit, matters
+from ..state import HIDING, State, exceeds_misfit, is_large, matters
 from ..statistics.gusts import penalised_likelihood
 from ..statistics.score_tests import canonical_correlation
 from . import tests
+from .screening import Failed, attempted, counted, itself, screen, sorted_out
 from .unmodelled import best_unmodelled
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.settings import Setting
     from ..causes.base import Cause
 
+FIRST, LATER, UNMODELLED = 0.5, 0.2, 0.3
+"""How the family-wise level is spent: first cause, later ones, effects outside the bank."""
+LEADERS = 4
+"""Most screened causes that are refitted: of 83 injected effects and the stronger ones of 27 pairs all that were
+significant stood among the first four; what another hides is screened again beside that one."""
+TIE_NATS, MOST_TIED = 4.6, 2
+"""Log p-values within which significant rivals are tied, and how many are named beside the best."""
 LEADING = 0.5
 """Share of the best one's log p-value that a cause needs to be refitted: of 83 injected effects and the stronger ones
 of 27 pairs all that were significant stood above .65 of the best."""
@@ -43,36 +47,9 @@ RACE_NATS, RACE_SHARE = 10.0, 0.3
 """How far behind the best a candidate may be, in nats or as a share of the best, and still be refitted to the end."""
 
 
-@dataclass(frozen=True)
-class Residuals:
-    """The criterion: log likelihood ratios with the noise refitted, less the cost of gusts.
-
-    most : causes that may enter, among which the level of the later ones is shared.
-    """
-
-    most: int
-    rng: np.random.Generator
-
-    def tried(self, now: State, step: int) -> tuple[State, list[Candidate]]:
-        """The leaders of the screen and what is searched for, best first; at first also what is outside the bank."""
-        state, found = _candidates(now, step, now.now.log_likelihood, self.rng)
-        found = sorted(found, key=lambda c: c.log_p)
-        if step == 0:
-            rival = best_unmodelled(state, np.log(state.alpha * UNMODELLED), self.rng)
-            state = replace(state, candidates=tuple(found), rival=rival)
-        return state, found
-
-    def entered(self, now: State, tried: Sequence[Candidate], step: int) -> State | None:
-        """The state with the best candidate that is significant, large enough, and no remains of the others."""
-        share = FIRST if step == 0 else LATER / max(self.most - 1, 1)
-        threshold = np.log(now.alpha * share / now.n_effective)
-        sound = (c for c in tried if c.log_p < threshold and matters(now, c) and exceeds_misfit(now, c))
-        best = next(sound, None)
-        return None if best is None else accepted(now, best, tried, self.rng)
-
-
 def select(state: State, most: int, rng: np.random.Generator) -> State:
-    """Accept causes one after the other while they pass the family-wise level.
+    """Accept causes one after the other while they pass the family-wise level, which the later ones share: by log
+    likelihood ratios with the noise refitted, less the cost of gusts.
 
     Raises
     ------
@@ -81,7 +58,28 @@ def select(state: State, most: int, rng: np.random.Generator) -> State:
     state = noise_fitted(state)
     if state.now.diverged:
         raise FitFailed(f"model {state.est.model.id} cannot be run with the records: its filter is not finite")
-    return grown(Residuals(most, rng), state, most)
+    for step in range(most):
+        state, candidates = _candidates(state, step, state.now.log_likelihood, rng)
+        candidates = sorted(candidates, key=lambda c: c.log_p)
+        if step == 0:  # at first also what is outside the bank
+            rival = best_unmodelled(state, np.log(state.alpha * UNMODELLED), rng)
+            state = replace(state, candidates=tuple(candidates), rival=rival)
+        level = np.log(state.alpha * (FIRST if step == 0 else LATER / max(most - 1, 1)) / state.n_effective)
+        sound = (c for c in candidates if c.log_p < level and matters(state, c) and exceeds_misfit(state, c))
+        best = next(sound, None)
+        if best is None:
+            break
+        state = accepted(state, best, candidates, rng)
+    return state
+
+
+def material(state: State) -> tuple[State, frozenset[Cause]]:
+    """The state without causes whose sizes are below their floors, and these causes."""
+    small: set[Cause] = set()
+    while (least := next((a for a in state.accepted if not is_large(state.est, a, state.setting)), None)) is not None:
+        small.add(_cause(least))
+        state = without(state, least)
+    return state, frozenset(small)
 
 
 def noise_fitted(state: State) -> State:
@@ -102,19 +100,19 @@ def _candidates(state: State, step: int, before: float, rng: np.random.Generator
     screened = screen(state, state.setting, state.now, rng)
     state = counted(state, screened, rng) if step == 0 else replace(state, in_span=state.in_span | screened.in_span)
     state = replace(state, failed={**state.failed, **screened.failed})
-    state, found = _refitted(state, screened.items, before, rng)
-    for complicated in list(found):
+    state, candidates = _refitted(state, screened.items, before, rng)
+    for complicated in list(candidates):
         simpler = simplified(state, complicated, before, rng)
-        if simpler is not None and all(c.log_p > simpler.log_p for c in found if c.cause == simpler.cause):
-            found = [*(c for c in found if c.cause != simpler.cause), simpler]
+        if simpler is not None and all(c.log_p > simpler.log_p for c in candidates if c.cause == simpler.cause):
+            candidates = [*(c for c in candidates if c.cause != simpler.cause), simpler]
 
     def by_search(cause: Cause) -> Candidate | None:
         return cause.search.attempt(cause, state, before, rng)
 
     attempt = attempted(by_search, itself)
     state, tried = sorted_out(state, [attempt(cause) for cause in state.bank if cause not in state.causes])
-    found += [one for one in tried if one is not None]
-    return state, under_gusts(state, refined(state, found, before), before)
+    candidates += [one for one in tried if one is not None]
+    return state, under_gusts(state, refined(state, candidates, before), before)
 
 
 def simplified(state: State, candidate: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
@@ -143,12 +141,12 @@ def _refitted(
     if state.setting.noise.has_forces and calm.log_likelihood > before - HIDING:
         quiet = screen(state, replace(state.setting, noise=state.start.noise), calm, rng).items
         chosen += [i for i in _leaders(quiet, -15.0, 3, LEADING) if i.cause not in have]
-    (state, found), have = sorted_out(state, refits(chosen)), {i.cause for i in chosen}
-    kept = max((c.statistic for c in found), default=0.0)
+    (state, candidates), have = sorted_out(state, refits(chosen)), {i.cause for i in chosen}
+    kept = max((c.statistic for c in candidates), default=0.0)
     further = _leaders(items, level, FURTHER, PROMISING)
     more = [i for i in further if i.cause not in have and -2.0 * i.log_p > kept]
     state, others = sorted_out(state, refits(more))
-    return state, found + others
+    return state, candidates + others
 
 
 def _leaders(items: Sequence[Screened], level: float, most: int, share: float) -> list[Screened]:
@@ -197,8 +195,8 @@ def alike(state: State, first: Candidate, second: Candidate) -> bool:
     """Whether two causes move the innovations alike, each at its own size: else both may be true at once."""
     if not (first.variant and second.variant):
         return True
-    found = [columns(state.est, c.setting, c.variant) for c in (first, second)]
-    return canonical_correlation(state.point.projector, *found) > TIE_CORRELATION
+    both = [columns(state.est, c.setting, c.variant) for c in (first, second)]
+    return canonical_correlation(state.point.projector, *both) > TIE_CORRELATION
 
 
 def _deleted(state: State) -> State:

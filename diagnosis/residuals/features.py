@@ -66,21 +66,21 @@ def features(est: Estimator, now: Innovations) -> list[Feature]:
     for i, d in enumerate(est.segments):
         for name, (family, values) in _basis(est, now.states[est.samples_of(i)], d.time, d.rudder).items():
             basis.setdefault(name, (family, []))[1].append(values)
-    nf, found = est.n_forces, []
+    nf, out = est.n_forces, []
     for name, (family, arrays) in basis.items():
         series = _standard(arrays)
         if series is None:
             continue
-        found += [Feature(name, axis, series, family) for axis in range(nf)]
+        out += [Feature(name, axis, series, family) for axis in range(nf)]
     ramp = _standard([d.time / d.time[-1] - 0.5 for d in est.segments])
     for c in np.flatnonzero(est.channels).tolist():
         if ramp is not None:
-            found.append(Feature(f"drift of the recorded {word(c)}", nf + c, ramp, "sensor"))
+            out.append(Feature(f"drift of the recorded {word(c)}", nf + c, ramp, "sensor"))
         for kind, arrays in _channel_shapes(est, now, c).items():
             series = _standard(arrays)
             if series is not None:
-                found.append(Feature(f"{kind} the recorded {word(c)}", nf + c, series, "sensor"))
-    return found
+                out.append(Feature(f"{kind} the recorded {word(c)}", nf + c, series, "sensor"))
+    return out
 
 
 def word(channel: int) -> str:
@@ -102,8 +102,8 @@ def _basis(est: Estimator, states: np.ndarray, time: np.ndarray, rudder: np.ndar
     """Series of one segment by name: family and values (T,)."""
     signals = _signals(est, states, rudder)
     psi = states[:, est.kernels.STATES.index("psi")]
-    found = _nonlinear(signals) | _memory(est, signals, time) | _of_time(signals, time) | _of_heading(signals, psi)
-    return found | (_of_place(est, signals, states) if est.model.is_3dof else {})
+    basis = _nonlinear(signals) | _memory(est, signals, time) | _of_time(signals, time) | _of_heading(signals, psi)
+    return basis | (_of_place(est, signals, states) if est.model.is_3dof else {})
 
 
 def _signals(est: Estimator, states: np.ndarray, rudder: np.ndarray) -> dict[str, np.ndarray]:
@@ -222,16 +222,16 @@ def _channel_shapes(est: Estimator, now: Innovations, c: int) -> dict[str, list[
 
 def pulses(est: Estimator) -> list[list[tuple[np.ndarray, ...]]]:
     """Unit series over each window of each record, and last of all records at the same time: [record][window]."""
-    found, everywhere = [], []
+    out, everywhere = [], []
     for i, d in enumerate(est.segments):
         edges = np.linspace(0.0, d.time[-1] + 1e-9, WINDOWS + 1)
         still = [np.zeros(other.time.size) for other in est.segments]
         inside = [(d.time >= start) & (d.time < end) for start, end in pairwise(edges)]
-        found.append([(*still[:i], own.astype(float), *still[i + 1 :]) for own in inside])
+        out.append([(*still[:i], own.astype(float), *still[i + 1 :]) for own in inside])
     longest = max(d.time[-1] for d in est.segments) + 1e-9
     for start, end in pairwise(np.linspace(0.0, longest, WINDOWS + 1)):
         everywhere.append(tuple(((d.time >= start) & (d.time < end)).astype(float) for d in est.segments))
-    return [*found, everywhere]
+    return [*out, everywhere]
 
 
 def lines(est: Estimator, now: Innovations) -> tuple[list[tuple[Feature, Feature]], int]:
@@ -243,13 +243,13 @@ def lines(est: Estimator, now: Innovations) -> tuple[list[tuple[Feature, Feature
     chosen = every
     if every.size > MOST_LINES:
         chosen = np.sort(every[np.argsort(_power(est, now, every))[-MOST_LINES:]])
-    found = []
+    out = []
     for omega in chosen:
         waves = [tuple(wave(omega * d.time) for d in est.segments) for wave in (np.cos, np.sin)]
         pair = zip(("cos", "sin"), waves, strict=True)
         cosine, sine = (Feature(f"{name}({omega:.3g} rad/s * time)", axis, arrays, "line") for name, arrays in pair)
-        found.append((cosine, sine))
-    return found, every.size
+        out.append((cosine, sine))
+    return out, every.size
 
 
 def _power(est: Estimator, now: Innovations, frequencies: np.ndarray) -> np.ndarray:

@@ -27,9 +27,9 @@ def unexplained(state: State, rng: np.random.Generator) -> Candidate | None:
     What an unmodelled effect comes near to must be the same throughout the records at a level of its own.
     """
     threshold = float(np.log(state.alpha * UNMODELLED))
-    found = best_unmodelled(state, threshold, rng) if state.accepted else state.rival
-    if found is not None and not _is_small_delay(state, found):
-        return found
+    effect = best_unmodelled(state, threshold, rng) if state.accepted else state.rival
+    if effect is not None and not _is_small_delay(state, effect):
+        return effect
     margin = margin_over_unmodelled(state)
     if margin < 0.0:
         return state.rival
@@ -64,10 +64,10 @@ def _is_small_delay(state: State, candidate: Candidate) -> bool:
     return not delay.matters(est, delay.variants(est)[0], np.array([late_s]))
 
 
-def smallest(found: Sequence[tuple[str, float]]) -> tuple[str, float]:
+def smallest(rows: Sequence[tuple[str, float]]) -> tuple[str, float]:
     """Label of the most significant test, and its log p-value, their number taken into account."""
-    label, log_p = min(found, key=lambda t: t[1])
-    return label, log_p + float(np.log(len(found)))
+    label, log_p = min(rows, key=lambda t: t[1])
+    return label, log_p + float(np.log(len(rows)))
 
 
 def _without_form(state: State, label: str, log_p: float) -> Candidate:

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...checks.statistics.tails import chi2_quantile, log_tail, normal_log_tail
+from ...checks.tails import chi2_quantile, log_tail, normal_log_tail
 from ...estimation.filters.innovations.vector import SYMBOLS
 from ...models.model import CHANNELS as COLUMNS
 from .features import word
@@ -87,15 +87,15 @@ def _conditions(est: Estimator, now: Innovations) -> dict[str, np.ndarray]:
     r = now.states[:, list(est.kernels.STATES).index("r")]
     rudder = est.joined(lambda d: np.abs(d.rudder))
     late = est.joined(lambda d: d.time > 0.5 * d.time[-1])
-    found = {
+    conditions = {
         "in the second half of a record": late,
         "in turns to the other side": r > 0.0,
         "at large yaw rates": np.abs(r) > np.median(np.abs(r)),
         "at large rudder angles": rudder > np.median(rudder),
     }
     if est.n_records > 1:
-        found |= {f"in {name}": est.owner == i for i, name in enumerate(est.record_names)}
-    return {label: np.where(chosen, 1.0, -1.0) for label, chosen in found.items()}
+        conditions |= {f"in {name}": est.owner == i for i, name in enumerate(est.record_names)}
+    return {label: np.where(chosen, 1.0, -1.0) for label, chosen in conditions.items()}
 
 
 def rate_statistic(est: Estimator, now: Innovations) -> float:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from ...checks.statistics.tails import log_tail
+from ...checks.tails import log_tail
 from ...estimation.filters.innovations.derivatives import responses, traces
 from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.settings import Noise, Setting
@@ -89,10 +89,10 @@ class Linearised:
 def try_features(state: State, before: float, rng: np.random.Generator) -> list[Tried]:
     """Features, sets of them and pulses by the likelihood that one step and a level of gusts give, best first."""
     est, s = state.est, state.setting
-    found, bursts = features.features(est, state.now), features.pulses(est)
+    every, bursts = features.features(est, state.now), features.pulses(est)
     waves = features.lines(est, state.now)
     best: dict[tuple[str, ...], Tried] = {}
-    tests = float(len(found))
+    tests = float(len(every))
     for level in GUST_LEVELS if s.noise.has_forces else (1.0,):
         sensors = state.start.noise.sensor_sd if level == 0.0 else s.noise.sensor_sd
         at = replace(s, noise=Noise(sensors, level * s.noise.force_sd, s.noise.correlation_time_s))
@@ -103,7 +103,7 @@ def try_features(state: State, before: float, rng: np.random.Generator) -> list[
         if level < 1.0:
             project = projector(est, at, now, state.parameters, state.precisions()).with_residual(now)
         here = Linearised(est, traces(est, at), project)
-        of_sets, terms = _of_sets(state, found, here, level == 1.0)
+        of_sets, terms = _of_sets(state, every, here, level == 1.0)
         if terms is not None:
             tests = independent_tests(rng, terms)
         cost = gust_cost(est) if s.noise.has_forces and level > 0.0 else 0.0
@@ -196,8 +196,8 @@ def _bursts(state: State, bursts: Sequence[Sequence[Series]], here: Linearised) 
         return np.where(own > 0.0, (along[last] - along[first]) ** 2 / np.where(own > 0.0, own, 1.0), 0.0)
 
     axes = range(est.n_forces)
-    found = state.in_threads(gains, [(axis, series) for axis in axes for series in bursts])
-    gain = np.stack(found).reshape(len(axes), -1)
+    of_axes = state.in_threads(gains, [(axis, series) for axis in axes for series in bursts])
+    gain = np.stack(of_axes).reshape(len(axes), -1)
     out = []
     for axis in axes:
         owner, k = divmod(int(np.argmax(gain[axis])), first.size)
@@ -214,11 +214,11 @@ def best_unmodelled(state: State, threshold: float, rng: np.random.Generator) ->
     threshold -= np.log(SEARCHES)
     gusts = state.point.gusts
     before, gain = gusts.penalised, 2.0 * (now.log_likelihood - gusts.gusty)
-    found = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, s, now, penalised=before)]
+    effects = [Candidate(NOT_GUSTS, (), log_tail(gain, 2), gain, s, now, penalised=before)]
     chosen = [t for t in try_features(state, before, rng)[:12] if t.log_p < threshold + 6.0][:2]
-    found += state.in_threads(lambda t: refit_features(state, t, before), chosen)
-    found.sort(key=lambda c: c.log_p)
-    return next((c for c in found if c.log_p < threshold and exceeds_misfit(state, c)), None)
+    effects += state.in_threads(lambda t: refit_features(state, t, before), chosen)
+    effects.sort(key=lambda c: c.log_p)
+    return next((c for c in effects if c.log_p < threshold and exceeds_misfit(state, c)), None)
 
 
 def margin_over_unmodelled(state: State) -> float:
@@ -226,17 +226,17 @@ def margin_over_unmodelled(state: State) -> float:
     rival = state.rival
     if rival is None or not state.accepted:
         return np.inf
-    named = sum(np.log(a.tests * state.n_effective) + FURTHER_NATS for a in state.accepted) - FURTHER_NATS
-    return state.point.gusts.penalised - named - (rival.penalised - np.log(rival.tests))
+    cost = sum(np.log(a.tests * state.n_effective) + FURTHER_NATS for a in state.accepted) - FURTHER_NATS
+    return state.point.gusts.penalised - cost - (rival.penalised - np.log(rival.tests))
 
 
 def refit_features(state: State, tried: Tried, before: float) -> Candidate:
     """Unmodelled forces or sensor shifts, refitted with the noise; before: penalised likelihood without them."""
     variant = tuple(f.parameter() for f in tried.features)
-    found, now = state.refit(state.setting, variant, 3)
+    setting, now = state.refit(state.setting, variant, 3)
     label = Unmodelled(" + ".join(f.name for f in tried.features))
-    refitted = candidate(label, variant, len(variant), tried.tests ** len(variant), before, found, now)
-    left = penalised_likelihood(state.est, found, now)
+    refitted = candidate(label, variant, len(variant), tried.tests ** len(variant), before, setting, now)
+    left = penalised_likelihood(state.est, setting, now)
     return replace(refitted.with_statistic(2.0 * (left - before)), penalised=left)
 
 
@@ -249,9 +249,9 @@ def confirmed(state: State, left: Candidate, records: Sequence[Record]) -> bool 
     held = estimator(est.model, records, est.unit, est.threads, est.terms)
     s = Setting(np.tile(left.setting.vectors[0], (len(held.segments), 1)), left.setting.noise)
     now = held.evaluate(s)
-    found = {f.key: f for f in features.features(held, now)}
+    by_key = {f.key: f for f in features.features(held, now)}
     for p in left.variant:
-        if p.name not in found:
+        if p.name not in by_key:
             return None
-        s = held.moved(s, found[p.name].parameter(), est.value(left.setting, p))
+        s = held.moved(s, by_key[p.name].parameter(), est.value(left.setting, p))
     return bool(held.evaluate(s).log_likelihood > now.log_likelihood + 2.0)

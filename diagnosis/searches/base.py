@@ -41,10 +41,7 @@ class Search:
 
     scored = False
     steady = True
-
-    @property
-    def counts_values(self) -> bool:
-        return False
+    counts_values = False
 
     @property
     def entries(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...checks.statistics.tails import log_tail
+from ...checks.tails import log_tail
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.estimator import Estimator
 from ...estimation.filters.innovations.settings import Setting
@@ -29,10 +29,7 @@ class ByChangePoint(Search):
 
     grid: int = 12
     steady = False
-
-    @property
-    def counts_values(self) -> bool:
-        return True
+    counts_values = True
 
     def screen(self, cause: Cause, state: State, here: Here, rng: np.random.Generator) -> Screened:
         est = state.est

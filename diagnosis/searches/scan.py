@@ -42,10 +42,7 @@ class ByScan(Search):
     entry: str
     values: Callable[[State], Sequence[float]]
     most: Callable[[Estimator], float] = unlimited
-
-    @property
-    def counts_values(self) -> bool:
-        return True
+    counts_values = True
 
     @property
     def entries(self) -> tuple[str, ...]:
@@ -74,13 +71,13 @@ class ByScan(Search):
 
         ends = np.log([values[max(best - 1, 0)], values[min(best + 1, len(values) - 1)]])
         low, high = min(ends) - 0.3 * (best == 0), max(ends) + 0.3 * (best == len(values) - 1)
-        found: Any = minimize_scalar(
+        best_one: Any = minimize_scalar(
             lambda x: -at(float(np.exp(x)))[1].log_likelihood,
             bounds=(low, high),
             options={"xatol": 0.01, "maxiter": 14},
         )
         (variant,) = state.bank[cause]
-        value = float(np.exp(found.x)) if -found.fun > gains[best] else values[best]
+        value = float(np.exp(best_one.x)) if -best_one.fun > gains[best] else values[best]
         if value > self.most(est):
             return None
         setting, now = state.refit(at(value)[0], variant, 2)

@@ -1,4 +1,5 @@
-"""Causes found by their score: refitted from the present setting or the best of a few starts."""
+"""Causes found by their score: refitted from the present setting or the best of a few starts; scored over values of a
+second parameter that means nothing while the first is zero."""
 
 from __future__ import annotations
 
@@ -8,12 +9,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.tails import log_tail
+from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.estimator import Estimator, Innovations
 from ...estimation.filters.innovations.settings import Setting
 from ..candidate import Candidate, Screened, Variant
 from ..state import State
-from ..statistics.bootstrap import independent_values
-from .base import Search, refitted
+from ..statistics.bootstrap import independent_values, largest_score
+from .base import Here, Search, refitted
 
 if TYPE_CHECKING:
     from ..causes.base import Cause
@@ -46,6 +49,35 @@ class ByScore(Search):
             start = options[int(np.argmax([now.log_likelihood for now in runs]))]
             tests *= independent_values(rng, state.point, runs[1:])
         return refitted(cause, state, item.variant, start, len(item.variant), tests, before)
+
+
+@dataclass(frozen=True)
+class ByProfile(Search):
+    """Score of the first parameter at several values of the second.
+
+    values : of the second parameter, s, for a 160 m ship.
+    """
+
+    values: tuple[float, ...]
+    counts_values = True
+
+    def screen(self, cause: Cause, state: State, here: Here, rng: np.random.Generator) -> Screened:
+        est, (variant,) = state.est, state.bank[cause]
+        first, second = variant
+        values = [x * est.clock - second.origin for x in self.values]
+        rows = np.vstack([columns(est, est.at(here.setting, second, value), (first,)) for value in values])
+        best, score, tests = largest_score(rng, here.projector, rows)
+        log_p = log_tail(score.statistic, 1) + np.log(tests)
+        return Screened(cause, variant, log_p, score, (float(score.step[0]), values[best]), tests)
+
+    def refit(self, cause: Cause, state: State, item: Screened, before: float, rng: np.random.Generator) -> Candidate:
+        est, (first, second) = state.est, item.variant
+        s = est.at(est.at(state.setting, second, item.start[1]), first, item.start[0])
+        s, _ = state.refit(s, (first,), 2)
+        return refitted(cause, state, item.variant, s, 2, float(len(state.bank[cause])), before)
+
+    def n_sizes(self, variant: Variant) -> int:
+        return 1
 
 
 @dataclass(frozen=True)

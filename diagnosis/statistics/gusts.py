@@ -78,13 +78,13 @@ def _proportioned(est: Estimator, s: Setting, now: Innovations) -> float:
         yaw = largest * np.exp(log_yaw)
         return _forced(s, [np.clip(x, *np.multiply(GUST_X, yaw)), np.clip(y, *np.multiply(GUST_Y, yaw)), yaw])
 
-    found = [i.log_likelihood for i in est.many([gust(at) for at in COARSE])]
-    best = int(np.argmax(found))
+    likelihoods = [i.log_likelihood for i in est.many([gust(at) for at in COARSE])]
+    best = int(np.argmax(likelihoods))
     around = COARSE[max(best - 1, 0)], COARSE[min(best + 1, len(COARSE) - 1)]
     fine: Any = minimize_scalar(
         lambda at: -est.evaluate(gust(at)).log_likelihood, bounds=around, method="bounded", options={"xatol": FINE}
     )
-    return min(max(found[best], -float(fine.fun)), now.log_likelihood)
+    return min(max(likelihoods[best], -float(fine.fun)), now.log_likelihood)
 
 
 def _forced(s: Setting, sd: Sequence[float]) -> Setting:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...checks.statistics.tails import chi2_tail, normal_tail
+from ...checks.tails import chi2_tail, normal_tail
 from ...estimation.filters.innovations.estimator import Innovations
 from ...estimation.filters.innovations.noise_fit import CLIP
 from ...estimation.filters.innovations.vector import CHANNELS
@@ -61,8 +61,8 @@ class Projector:
     def terms(self, left: np.ndarray) -> np.ndarray:
         """What each sample adds (m, N) to the scores of projected columns (m, n)."""
         rows = left.reshape(len(left), -1, CHANNELS)
-        found = np.einsum("mnc,nc->mn", rows, self.residual.reshape(-1, CHANNELS))
-        return np.negative(found, out=found)
+        scores = np.einsum("mnc,nc->mn", rows, self.residual.reshape(-1, CHANNELS))
+        return np.negative(scores, out=scores)
 
     def products(self, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Inner products (..., k, k) of projected columns (..., k, n), and (..., k) of those with the residual, without

@@ -60,7 +60,7 @@ def gauss_newton(
         for p, value, step in zip(parameters, values, change * 0.5**power, strict=True):
             trial = est.at(trial, p, value + step)
         moved = np.array([est.value(trial, p) for p in parameters])
-        found = est.evaluate(trial, traced=True)
-        if found.log_likelihood - 0.5 * np.sum(weight * moved**2) > now.log_likelihood - penalty:
-            return trial, found
+        there = est.evaluate(trial, traced=True)
+        if there.log_likelihood - 0.5 * np.sum(weight * moved**2) > now.log_likelihood - penalty:
+            return trial, there
     return s, now

@@ -4,6 +4,8 @@ with half or twice of it."""
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,12 +13,14 @@ import numpy as np
 from ...checks.result import CheckFinding, Size
 from ...datasets.columns import RUDDERS
 from ...models.errors import CannotFit
-from ..records.series import Series, series_of
-from ..simulation.free_run import squares
+from ..run.run import run_of
+from ..run.start import start_state
+from ..run.stretch import stretches_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...models.model import Model
+    from ..run.stretch import FreeRun, Stretch
 
 FACTORS = (0.25, 0.33, 0.4, 0.45, 0.5, 0.55, 0.62, 0.75, 1.0, 1.33, 1.6, 1.8, 2.0, 2.2, 2.5, 3.0, 4.0)
 """Factors on the rudder that are tried."""
@@ -28,9 +32,8 @@ FALL = 0.3
 LOST = 0.2
 """Share of the yaw motion that free runs with the column as it is must lose, and that those with the factor must not:
 they follow."""
-SWAY = (-0.6, -0.3, 0.0, 0.3, 0.6)
-"""Sway at the start of a record that does not measure it, in units of its largest yaw rate times the length: it may
-begin between the turns of a zigzag."""
+YAW = ("yaw_rate_rad_s", "heading_rad")
+"""Channels of which the first that a record has tells the yaw motion."""
 SHORTEST = 3.0
 """Ship lengths of sailing below which the motion is that of the start."""
 BEYOND, USUAL = 1.1, 0.98
@@ -65,8 +68,7 @@ def _beyond_stops(records: Sequence[Record], model: Model) -> CheckFinding | Non
 def _other_angle(records: Sequence[Record], model: Model) -> CheckFinding | None:
     if not model.known:
         return None
-    with np.errstate(all="ignore"):
-        errors = {factor: _yaw_error(records, model, factor) for factor in FACTORS}
+    errors = _yaw_errors(records, model)
     best = min(errors, key=lambda factor: errors[factor])
     if TWICE < best < HALF or not errors[best] < FALL * errors[1.0] or not errors[best] < LOST < errors[1.0]:
         return None
@@ -79,34 +81,28 @@ def _other_angle(records: Sequence[Record], model: Model) -> CheckFinding | None
     return CheckFinding("wrong_unit", "free runs", names, ("rudder_rad",), (size,), said, standing=True)
 
 
-def _with_rudder(record: Record, factor: float) -> Record:
-    """The record with its rudder angles multiplied."""
-    return record.with_channels(**{n: factor * record.column(n) for n in RUDDERS if record.has(n)})
-
-
-def _starts(record: Record, model: Model, series: Series, symbol: str) -> list[np.ndarray]:
-    """Initial states (n,) that the record leaves open."""
-    if "v" not in model.states or record.has("sway_m_s") or symbol != "r":
-        return [series.start]
-    most = float(np.nanmax(np.abs(series.outputs))) * model.particulars.get("L", 0.0)
-    sway = np.eye(len(series.start))[model.states.index("v")]
-    return [series.start + part * most * sway for part in SWAY]
-
-
-def _yaw_error(records: Sequence[Record], model: Model, factor: float) -> float:
-    """Squared error of free runs, in units of the yaw motion, mean over the records."""
-    errors = []
-    length = model.particulars.get("L", 0.0)
+def _yaw_errors(records: Sequence[Record], model: Model) -> dict[float, float]:
+    """Factor on the rudder -> squared error of free runs, in units of the yaw motion, mean over the records."""
+    errors: dict[float, list[float]] = {factor: [] for factor in FACTORS}
+    length, model = model.particulars.get("L", 0.0), replace(model, instruments={})
     for record in records:
         if (record.time_s[-1] - record.time_s[0]) * model.speed_m_s < SHORTEST * length:
             continue
-        symbol = "r" if record.has("yaw_rate_rad_s") else "psi"
         try:
-            series = series_of(_with_rudder(record, factor), model, (symbol,))
+            stretches = stretches_of(model, record)
         except CannotFit:
             continue
-        motion = float(np.nansum((series.outputs - np.nanmean(series.outputs)) ** 2))
-        starts = _starts(record, model, series, symbol)
-        error = min(float(squares(model, series, start)[0]) for start in starts)
-        errors.append(error / max(motion, 1e-300))
-    return float(np.mean(errors)) if errors else 0.0
+        for factor, own in errors.items():
+            run = run_of(stretches, record, model.id, record.name, partial(_with_rudder, factor=factor))
+            yaw = next((c for c in YAW if c in run.predicted), None)
+            own += [] if yaw is None else [1.0 - run.squares()[yaw].scores()[1]]
+    return {factor: float(np.mean(own)) if own else 0.0 for factor, own in errors.items()}
+
+
+def _with_rudder(stretch: Stretch, factor: float) -> FreeRun:
+    """The free run with the rudder angles multiplied, from where it then starts."""
+    inputs = stretch.series.inputs.copy()
+    inputs[:, 0] *= factor
+    return stretch.run(
+        start_state(stretch.model, stretch.series.start, stretch.known, inputs, stretch.series.dt), inputs
+    )

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...datasets.display import Curve, continuous, time_figure
+from ...datasets.display import LabelledLine, continuous, time_figure
 from ...datasets.record import Record
 from ...models.display import html_table
 from ...models.errors import BadInput, FitFailed
 from ...models.extras import extras_told
+from ...models.result import FilePath, above
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,6 +24,8 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..information.identifiability import Identifiability
     from ..results.predictor import Predictor
+    from .assessment import Assessment
+    from .comparison import Comparison
 
 
 @dataclass(frozen=True, repr=False)
@@ -33,6 +36,9 @@ class Estimate:
     published parameters and their standard errors (delta method; inf where the records do not determine a parameter,
     nan where no error is known).  `trajectory` (N, p) holds the coefficients after each sample of a recursive method.
     A black box has no coefficients: its `predictor` predicts in the model's place.  A hybrid has both.
+    `records` are the training records as they were read; a method's own `fit` gives an estimate without them, which
+    has everything but `assess`, `to_html` and `write`.  `held_out` are those that `identify` was given beside them.
+    `comparison` holds the other models where `identify` chose one.
 
     `predict`, `simulate`, `score` and `residual_report` take records as they were read: the rudder sign is changed to
     the model's, and what the model knows of its instruments is taken into account.
@@ -54,6 +60,9 @@ class Estimate:
     cpu_s: float = 0.0
     extra: dict[str, Any] = field(default_factory=dict)
     predictor: Predictor | None = None
+    records: tuple[Record, ...] = ()
+    comparison: Comparison | None = None
+    held_out: tuple[Record, ...] = ()
 
     def predict(self, record: Record) -> Record:
         """One-step prediction: every sample from the measured sample before it.
@@ -166,8 +175,47 @@ class Estimate:
         free, one = self.simulate(record), self.predict(record)
         runs, panels = (("measured", measured), ("one step", one), ("free run", free)), {}
         for channel in (name for name in CHANNELS if free.has(name)):
-            panels[channel] = [Curve(told, run.time_s, continuous(channel, run.column(channel))) for told, run in runs]
+            panels[channel] = [
+                LabelledLine(told, run.time_s, continuous(channel, run.column(channel))) for told, run in runs
+            ]
         return time_figure(panels, f"{self.model.family} by {self.method}: {record.name}")
+
+    def assess(
+        self,
+        validate: Record | FilePath | Sequence[Record | FilePath] = (),
+        *,
+        compared: Comparison | None = None,
+        positive_rudder: str | None = None,
+    ) -> Assessment:
+        """Whether to believe the estimate: free runs, residuals, intervals, what the records tell, what to sail next.
+
+        Parameters
+        ----------
+        validate : records that took no part in the fit, or their paths; none: those that `identify` was given.
+        compared : other models or methods to show beside it (`compare`); None: what `identify` compared.
+        positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files of `validate`.
+
+        Raises
+        ------
+        BadInput : the estimate has no records, a file cannot be used, or a record is given twice.
+        """
+        if not self.records:
+            raise BadInput("the estimate does not hold its records", hint="make it with helmbench.identify")
+        others = self.held_out if isinstance(validate, Sequence) and not validate else validate
+        return above("api.assessment").assess(self, self.records, others, compared or self.comparison, positive_rudder)
+
+    def to_html(self, validate: Record | FilePath | Sequence[Record | FilePath] = ()) -> str:
+        """The page of the identification: one self-contained HTML document.  Takes and raises as `assess`."""
+        return self.assess(validate).to_html()
+
+    def write(
+        self, folder: FilePath, validate: Record | FilePath | Sequence[Record | FilePath] = ()
+    ) -> tuple[Path, ...]:
+        """Write identification.json, identification.html and model.json into a folder: all of them or none.
+
+        Takes and raises as `assess`; BadInput also where the folder cannot be written to.
+        """
+        return self.assess(validate).write(folder)
 
     def __repr__(self) -> str:
         values = ", ".join(f"{name}={value:.4g}" for name, value in self.parameters.items()) or "black box"
@@ -176,6 +224,13 @@ class Estimate:
         )
 
     def _repr_html_(self) -> str:
+        from ...models.figure import picture
+
+        pictures = [picture(lambda one=one: self.plot(one), f"free run along {one.name}") for one in self.records[:1]]
+        return self._table() + "".join(pictures)
+
+    def _table(self) -> str:
+        """The parameters with their standard errors as HTML."""
         title = f"<p><b>{escape(self.model.family)}</b> by {escape(self.method)}"
         state = "" if self.converged else f"; not converged: {escape(self.message)}"
         if self.predictor is not None:
@@ -185,7 +240,7 @@ class Estimate:
         rows = [(name, f"{value:.5g}", errors[name], units[name]) for name, value in self.parameters.items()]
         return f"{title}{state}</p>{html_table(('parameter', 'estimate', 'standard error', 'unit'), rows)}"
 
-    def save(self, path: str | Path) -> None:
+    def save(self, path: FilePath) -> None:
         """Write the model with the estimated coefficients, as `--model` and `resolve` read it back.
 
         Raises

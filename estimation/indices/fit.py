@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from ...datasets.manoeuvres import parse_manoeuvre
 from ...models.errors import FitFailed
-from ..judgement.assessment import NORMAL_95
+from ..estimates.assessment import NORMAL_95
 from .given import NAMES, OF_KIND, GivenIndex, GivenShip, units_of
 from .predicted import model_of, predicted
 from .result import IndexRow, ModelFromIndices, ParameterRow
@@ -83,7 +83,7 @@ def parameters_of(z: Array) -> Array:
     return out
 
 
-class Problem:
+class IndicesFit:
     """Residuals and Jacobian of the fit for z (q,).
 
     rows : the given indices;  others : further ones, which are predicted.
@@ -139,7 +139,7 @@ def fit(ship: GivenShip) -> ModelFromIndices:
     ------
     FitFailed : no parameters of the family come near the indices.
     """
-    problem = Problem(ship, _further(ship))
+    problem = IndicesFit(ship, _further(ship))
     z = _best(problem)
     misfit, ends = problem.misfits(z[None])[0], problem.indices(_around(z), problem.rows) / problem.sd
     slopes = np.nan_to_num(_slopes(ends))  # an index that is not reached beside z tells nothing
@@ -156,7 +156,7 @@ def fit(ship: GivenShip) -> ModelFromIndices:
     )
 
 
-def _best(problem: Problem) -> Array:
+def _best(problem: IndicesFit) -> Array:
     from scipy import optimize
 
     search: Any = optimize.least_squares
@@ -214,7 +214,7 @@ def _nomoto(z: Array, covariance: Array) -> list[ParameterRow]:
     ]
 
 
-def _indices(problem: Problem, z: Array, covariance: Array) -> tuple[IndexRow, ...]:
+def _indices(problem: IndicesFit, z: Array, covariance: Array) -> tuple[IndexRow, ...]:
     rows = (*problem.rows, *problem.others)
     values, slopes = problem.indices(z[None], rows)[0], _slopes(problem.indices(_around(z), rows))
     spread = NORMAL_95 * np.sqrt(np.einsum("ij,jk,ik->i", slopes, covariance, slopes))

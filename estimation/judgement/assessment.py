@@ -2,177 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.errors import BadInput, CannotFit, FitFailed
 from ...models.published import published_values
-from ..likelihood.search import ADEQUATE
+from ..estimates.assessment import NORMAL_95, Assessment, ParameterTold
+from ..estimates.correlation import ChannelResiduals, channel_residuals
 from ..records.naming import named, numbered
-from ..validation.horizons import better_at
-from ..validation.result import FREE, Validation
+from ..validation.result import Validation
 from ..validation.validate import validate
-from .correlation import ChannelResiduals, channel_residuals
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ..estimates.biases import Biases
+    from ..estimates.comparison import Comparison
     from ..estimates.estimate import Estimate
     from ..information.identifiability import Identifiability
-    from .comparison import Comparison
-    from .correlation import Correlation
 
-SCHEMA = 1
-EXPLAINS, APPROXIMATES, FAILS = "explains", "approximates", "fails"
-POOR = 0.5
-"""Mean R^2 of free runs of whole records below which errors ahead decide whether a model is of use."""
-NEAR = 3
-"""Times ahead, up to three ship lengths, at which predictions must be better than without a model where R^2 is poor."""
-NORMAL_95 = 1.959963984540054
 DRAWN = 6
 """Compared candidates whose free runs are drawn."""
-SMALL = 0.5
-"""Residuals below this share of the sensor's noise are not tested for correlation: the records have no noise."""
-
-
-@dataclass(frozen=True)
-class ParameterTold:
-    """A published parameter: estimate, standard error, interval, what the records tell at best, published values.
-
-    low, high : ends of the profile interval if there is one, else of the 95 % interval by the standard error; nan where
-    none is known;  bound : smallest relative standard deviation that the records allow, nan where none was computed;
-    published : vessel id -> value.
-    """
-
-    name: str
-    unit: str
-    value: float
-    stderr: float
-    low: float
-    high: float
-    bound: float
-    published: Mapping[str, float]
-
-
-@dataclass(frozen=True, repr=False)
-class Assessment:
-    """What an estimate is worth on its training records and on records that were held out.
-
-    train, held_out : free runs, held_out None where nothing was;  train_residuals, held_out_residuals : those of the
-    free runs by channel;  identifiability : what the records tell, None with the reason in `not_told`;  doubts :
-    warnings about records;  comparison : other models or methods on the same records, compared : the free runs of the
-    best of them along the held-out records, or the training records where none was held out;  biases : of rudder and
-    yaw rate that would clearly lower the errors, None where there are none or none were tried.
-    """
-
-    estimate: Estimate
-    train: Validation
-    held_out: Validation | None
-    train_residuals: tuple[ChannelResiduals, ...]
-    held_out_residuals: tuple[ChannelResiduals, ...]
-    parameters: tuple[ParameterTold, ...]
-    identifiability: Identifiability | None
-    not_told: str
-    doubts: tuple[str, ...]
-    comparison: Comparison | None
-    compared: Validation | None
-    biases: Biases | None = None
-
-    @property
-    def name(self) -> str:
-        """What the page calls the estimate."""
-        return next(iter(self.train.models))
-
-    @property
-    def judged(self) -> Validation:
-        """The validation that counts: on held-out records, or else on the training records."""
-        return self.train if self.held_out is None else self.held_out
-
-    @property
-    def trusted_s(self) -> float:
-        """Time ahead, s, up to which predictions are better than without a model; 0: nowhere; nan: not tried."""
-        return self.judged.trusted_s[self.name]
-
-    @property
-    def r2(self) -> float:
-        """R^2 of free runs of whole records, from the start that each record itself has; nan where there is none."""
-        together = self.judged.score(None)
-        return np.nan if together is None else together.r2
-
-    @property
-    def diverged(self) -> tuple[str, ...]:
-        """Records along which a free run diverges."""
-        parts = [self.train] if self.held_out is None else [self.train, self.held_out]
-        return tuple(run.record for part in parts for run in part.runs if run.diverged)
-
-    @property
-    def exceeding(self) -> tuple[ChannelResiduals, ...]:
-        """Residuals that exceed the sensor's noise by more than a model does that explains the records."""
-        return tuple(one for one in (*self.train_residuals, *self.held_out_residuals) if one.ratio > ADEQUATE)
-
-    @property
-    def verdict(self) -> str:
-        """'explains': residuals are those of the sensors; 'fails': a run diverges, predictions are at no time ahead
-        better than without a model, or R^2 is below 0.5 in the mean and they are not better as far as `NEAR` times
-        ahead, or it is below 0 on held-out records or beside residuals that exceed the noise; 'approximates': between
-        the two."""
-        better = better_at(self.judged.scores, self.judged.simple, self.name)
-        far = len(better) >= NEAR and self.trusted_s >= [*better][NEAR - 1]
-        unlike = not self.r2 >= 0.0 and (self.held_out is not None or bool(self.exceeding))
-        if self.diverged or unlike or (better and not any(better.values())) or not (self.r2 >= POOR or far):
-            return FAILS
-        return APPROXIMATES if self.exceeding or not self.train_residuals else EXPLAINS
-
-    @property
-    def correlated(self) -> tuple[str, ...]:
-        """Channels whose training residuals are correlated in time."""
-        return tuple(one.channel for one in self._tested() if one.in_time.significant)
-
-    @property
-    def rudder_left(self) -> tuple[str, ...]:
-        """Channels whose training residuals depend on the rudder."""
-        return tuple(one.channel for one in self._tested() if one.with_rudder.significant)
-
-    def _tested(self) -> list[ChannelResiduals]:
-        return [one for one in self.train_residuals if one.ratio > SMALL]
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain values for identification.json."""
-        estimate, told = self.estimate, self.identifiability
-        sides = {"train": self.train_residuals, "held_out": self.held_out_residuals}
-        return {
-            "schema": SCHEMA,
-            "method": estimate.method,
-            "variant": estimate.variant,
-            "model": estimate.model.family,
-            "positive_rudder": estimate.model.positive_rudder,
-            "train": [one.name for one in self.train.records],
-            "parameters": [_parameter(one) for one in self.parameters],
-            "converged": estimate.converged,
-            "message": estimate.message,
-            "wall_s": estimate.wall_s,
-            "cpu_s": estimate.cpu_s,
-            "verdict": self.verdict,
-            "tested": self.held_out is not None,
-            "diverged": list(self.diverged),
-            "correlated": list(self.correlated),
-            "rudder_left": list(self.rudder_left),
-            "horizons": [vars(s) for s in self.judged.scores if s.record is None and s.horizon_s is not None],
-            "simple": [vars(s) for s in self.judged.simple],
-            "trusted_s": self.trusted_s,
-            "training": scores(self.train),
-            "validation": None if self.held_out is None else scores(self.held_out),
-            "residuals": {side: [_residuals(one) for one in found] for side, found in sides.items()},
-            "profile": estimate.extra.get("profile"),
-            "identifiability": None if told is None else told.as_dict(),
-            "not_told": self.not_told,
-            "biases": None if self.biases is None else self.biases.to_json(),
-            "warnings": list(self.doubts),
-            "comparison": None if self.comparison is None else self.comparison.to_json(),
-        }
 
 
 def assess(
@@ -209,20 +60,6 @@ def assess(
         compared=None if comparison is None else _compared(comparison, held_out or train),
         biases=biases,
     )
-
-
-def scores(found: Validation) -> dict[str, Any]:
-    """Errors over all records as plain values: `rmse_free_CHANNEL`, `r2_free_CHANNEL`, and the same one step ahead."""
-    out: dict[str, Any] = {
-        "records": [one.name for one in found.records],
-        "diverged": any(run.diverged for run in found.runs),
-    }
-    for score in (one for one in found.scores if one.record is None and one.channel is not None):
-        horizon = "free" if score.horizon == FREE else "one" if score.horizon_s is None else None
-        if horizon is not None:
-            out |= {f"rmse_{horizon}_{score.channel}": score.rmse, f"r2_{horizon}_{score.channel}": score.r2}
-    together = found.score(None)
-    return out | {"r2_free_together": np.nan if together is None else together.r2}
 
 
 def _validation(estimate: Estimate, records: Sequence[Record], ahead: bool) -> Validation:
@@ -280,30 +117,3 @@ def _parameters(estimate: Estimate, told: Identifiability | None) -> tuple[Param
         bound = bounds.get(name, np.nan)
         out.append(ParameterTold(name, units[name], value, error, low, high, bound, published.get(name, {})))
     return tuple(out)
-
-
-def _parameter(one: ParameterTold) -> dict[str, Any]:
-    plain = {"parameter": one.name, "unit": one.unit, "estimate": one.value, "stderr": one.stderr}
-    return plain | {"low": one.low, "high": one.high, "bound": one.bound, "published": dict(one.published)}
-
-
-def _residuals(one: ChannelResiduals) -> dict[str, Any]:
-    return {
-        "channel": one.channel,
-        "n": one.n,
-        "rms": one.rms,
-        "noise_sd": one.noise_sd,
-        "ratio": one.ratio,
-        "in_time": _correlation(one.in_time),
-        "with_rudder": _correlation(one.with_rudder),
-    }
-
-
-def _correlation(found: Correlation) -> dict[str, Any]:
-    return {
-        "lag_s": found.lag_s.tolist(),
-        "values": found.values.tolist(),
-        "band": found.band,
-        "outside": found.outside,
-        "significant": found.significant,
-    }

@@ -13,12 +13,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
 from ...datasets.instruments import hull_record
+from ...models import kernels
 from ...models.errors import BadInput, CannotFit, FitFailed
+from ...models.model import resolve
+from ...models.vessel import vessel_files
+from ..estimates.comparison import Candidate, Comparison
 from ..estimates.estimate import published
 from ..records.naming import named
 from ..run.run import run_along
@@ -48,92 +52,6 @@ class Entrant:
     model: Model
     method: str
     fitter: Fitter
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """One model fitted by one method, and its free runs of the records that test it.
-
-    estimate : fitted to all training records, None where that failed;  reason : why there is no error;  squares :
-    record -> channel -> sums of squares;  diverged : records whose run diverges;  error : mean over channels of
-    sqrt(SSE/SST), inf where a run diverges, nan where there is none;  errors : the same of each record, in units of
-    the same spread.
-    """
-
-    model: Model
-    method: str
-    estimate: Estimate | None
-    reason: str = ""
-    squares: Mapping[str, Mapping[str, Squares]] | None = None
-    diverged: tuple[str, ...] = ()
-    wall_s: float = np.nan
-    error: float = np.nan
-    errors: tuple[float, ...] = ()
-
-    @property
-    def n_parameters(self) -> int:
-        """Coefficients that were fitted; 0 for a black box."""
-        return 0 if self.estimate is None else self.estimate.coefficients.size
-
-    @property
-    def n_penalised(self) -> float:
-        """Coefficients, and more than any for a black box."""
-        return np.inf if self.estimate is not None and self.estimate.predictor is not None else self.n_parameters
-
-    def pooled(self, channel: str) -> Squares:
-        """Sums of squares of a channel over the records that test the candidate."""
-        total = Squares()
-        for own in (self.squares or {}).values():
-            total = total.plus(own.get(channel, Squares()))
-        return total
-
-
-@dataclass(frozen=True, repr=False)
-class Comparison:
-    """Candidates in the order given, and the chosen one.
-
-    basis : 'held out', 'records left out' or 'blocks left out';  tested : names of the records that test the
-    candidates;  channels : those in which the errors are compared;  place : of the chosen candidate.
-    """
-
-    candidates: tuple[Candidate, ...]
-    basis: str
-    tested: tuple[str, ...]
-    channels: tuple[str, ...]
-    place: int
-
-    @property
-    def chosen(self) -> Candidate:
-        """The candidate with the smallest error, or a simpler one that does not differ from it."""
-        return self.candidates[self.place]
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain values."""
-        return {
-            "basis": self.basis,
-            "tested_on": list(self.tested),
-            "channels": list(self.channels),
-            "chosen": {"model": self.chosen.model.id, "method": self.chosen.method},
-            "candidates": [self._row(one) for one in self.candidates],
-        }
-
-    def _row(self, one: Candidate) -> dict[str, Any]:
-        scores = {c: one.pooled(c).scores() for c in self.channels} if one.squares else {}
-        fitted = one.estimate
-        return {
-            "model": one.model.id,
-            "method": one.method,
-            "coefficients": one.n_parameters,
-            "error": one.error,
-            "rmse_free": {c: rmse for c, (rmse, _) in scores.items()},
-            "r2_free": {c: r2 for c, (_, r2) in scores.items()},
-            "diverged": list(one.diverged),
-            "parameters": {} if fitted is None else fitted.parameters,
-            "stderr": {} if fitted is None else fitted.stderr,
-            "wall_s": one.wall_s,
-            "reason": one.reason,
-            "chosen": one is self.chosen,
-        }
 
 
 def compare(entrants: Sequence[Entrant], train: Sequence[Record], held_out: Sequence[Record] = ()) -> Comparison:
@@ -260,3 +178,17 @@ def _worse(one: Candidate, best: Candidate) -> bool:
     if difference.size < 2:
         return True
     return bool(difference.mean() > difference.std(ddof=1) / np.sqrt(difference.size))
+
+
+# ---- Which model structures can be tried on records.
+
+
+def families_for(records: Sequence[Record]) -> list[Model]:
+    """Families that need no constants of a ship, and the structures of vessels that the records name, blank.
+
+    A 3-DOF model has lengths and masses in it: without a vessel there is none to try.
+    """
+    free = [resolve(name) for name, facts in kernels.catalogue().items() if not facts["constants"]]
+    vessels = dict.fromkeys(record.meta.vessel for record in records if record.meta.vessel in vessel_files())
+    named = [resolve(vessel) for vessel in vessels if vessel is not None]
+    return [*free, *(model.blanked() for model in named if model.family not in {one.family for one in free})]

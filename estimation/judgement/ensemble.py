@@ -109,7 +109,7 @@ def spread_scores(free: np.ndarray, observed: np.ndarray) -> tuple[float, float]
     The fair score of an ensemble: the mean of |x - y| minus half the mean of |x - x'| over different members (Ferro
     2014, Q. J. R. Meteorol. Soc. 140, 1917, eq 2).  Infinite, and nan, where a member is not finite.
     """
-    from .assessment import NORMAL_95
+    from ..estimates.assessment import NORMAL_95
 
     if not np.isfinite(free).all():
         return np.inf, np.nan

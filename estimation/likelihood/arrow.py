@@ -28,7 +28,7 @@ class Own(NamedTuple):
     shared: np.ndarray
 
 
-class Rows(NamedTuple):
+class RecordRows(NamedTuple):
     """Rows (m, f + n + 1) of one record: its own f unknowns, which begin at `place`, the shared n, the right side."""
 
     place: int
@@ -45,9 +45,9 @@ class Arrow:
     shared: np.ndarray
 
     @classmethod
-    def of(cls, parts: Iterable[Rows], shared: np.ndarray) -> Arrow:
+    def of(cls, parts: Iterable[RecordRows], shared: np.ndarray) -> Arrow:
         """The factor of the rows of all records and of further rows (m, n + 1) in the shared unknowns."""
-        alike: dict[int, list[Rows]] = {}
+        alike: dict[int, list[RecordRows]] = {}
         for part in parts:
             alike.setdefault(part.free, []).append(part)
         own, rest = [], [shared]

@@ -62,7 +62,7 @@ class HasCost(Protocol):
 T = TypeVar("T", bound=HasCost)
 
 
-class Trial(NamedTuple, Generic[T]):
+class LastStep(NamedTuple, Generic[T]):
     """The last step tried: the point reached, whether it is better, the predicted gain, the damping, and its number."""
 
     point: T
@@ -74,7 +74,7 @@ class Trial(NamedTuple, Generic[T]):
 
 def try_steps(
     step: Stepper, evaluate: Callable[[np.ndarray], T], cost: float, damping: float, enough: float, rule: Damping
-) -> Trial[T]:
+) -> LastStep[T]:
     """Steps of growing damping until one leads below `cost`, or predicts a gain below `enough`.
 
     Parameters
@@ -85,7 +85,7 @@ def try_steps(
     for number in range(rule.trials):
         move, predicted = step(damping)
         point = evaluate(move)
-        trial = Trial(point, point.cost < cost, predicted, damping, number)
+        trial = LastStep(point, point.cost < cost, predicted, damping, number)
         if trial.better or predicted < enough:
             break
         damping = max(rule.growth * damping, rule.least)
@@ -146,7 +146,7 @@ def levenberg_marquardt(
     return Minimum(here, False, max_iterations)
 
 
-def _factor(trial: Trial[Point], good: bool, curved: bool) -> float:
+def _factor(trial: LastStep[Point], good: bool, curved: bool) -> float:
     """The factor on the damping after a step that succeeded."""
     reduced, poor = (BENT_REDUCED, BENT_POOR) if curved else (REDUCED, POOR)
     reduction = reduced if trial.number == 0 else KEPT

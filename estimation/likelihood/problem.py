@@ -12,7 +12,7 @@ import numpy as np
 from ..numerics import factors
 from ..records.series import Series
 from ..simulation import free_run
-from .arrow import Arrow, Rows
+from .arrow import Arrow, RecordRows
 from .loss import Loss
 from .unknowns import Unknowns
 
@@ -225,7 +225,7 @@ class Problem:
             rows = np.vstack([scale[c] * factor for c, factor in zip(s.columns, found, strict=True)])
             p = rows.shape[1] - 1 - len(free)
             shared = rows[:, :p] if jacobian is None else rows[:, :p] @ jacobian
-            parts.append(Rows(place, len(free), np.hstack([rows[:, p:-1], shared, rows[:, -1:]])))
+            parts.append(RecordRows(place, len(free), np.hstack([rows[:, p:-1], shared, rows[:, -1:]])))
         prior = [np.hstack([rows[:, :n], rows[:, -1:]]) for rows in self._prior_rows(point.z)]
         return Arrow.of(parts, np.vstack([np.zeros((0, n + 1)), *prior]))
 

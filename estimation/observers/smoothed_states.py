@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..records.series import at_equal_steps, samples
-from .smoothing import SHORTEST, Track, fitted_walk, sensor_variances, smoothed
+from .smoothing import SHORTEST, SmoothedTrack, fitted_walk, sensor_variances, smoothed
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -51,7 +51,7 @@ def _derivatives(series: bytes, count: int) -> np.ndarray:
 
     Kept for some series: many models are compared on the same records.
     """
-    track = Track(np.frombuffer(series)[:, None], (0,))
+    track = SmoothedTrack(np.frombuffer(series)[:, None], (0,))
     with np.errstate(divide="ignore"):  # a series without any noise has an infinite likelihood
         walk = fitted_walk([track], sensor_variances([track]), (count + 1, count + 2))
     return smoothed(track, walk)[:, :count]

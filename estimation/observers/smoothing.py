@@ -26,7 +26,7 @@ SHORTEST = 16
 """Samples that a stretch without long gaps needs."""
 
 
-class Track(NamedTuple):
+class SmoothedTrack(NamedTuple):
     """A motion in one record: outputs (N, c), nan = gap, the c-th measuring the derivative `ranks[c]`, in samples."""
 
     outputs: Array
@@ -53,7 +53,7 @@ def random_walk(order: int, level: float) -> tuple[Array, Array]:
     return f, level * np.array(q)
 
 
-def _start(track: Track, order: int, noise: Array) -> tuple[Array, Array]:
+def _start(track: SmoothedTrack, order: int, noise: Array) -> tuple[Array, Array]:
     """Initial state and covariance: the first samples; derivatives zero within the largest differences of samples."""
     x, sd = np.zeros(order), np.zeros(order)
     for column, rank, variance in zip(track.outputs.T, track.ranks, noise, strict=True):
@@ -65,7 +65,7 @@ def _start(track: Track, order: int, noise: Array) -> tuple[Array, Array]:
     return x, np.diag(np.where(sd > 0.0, sd, WIDE * np.sqrt(noise.max())) ** 2)
 
 
-def _filtered(track: Track, walk: Walk, keep: bool, like: Track | None = None):
+def _filtered(track: SmoothedTrack, walk: Walk, keep: bool, like: SmoothedTrack | None = None):
     from . import _kernels
 
     n, c = walk.order, len(track.ranks)
@@ -73,9 +73,9 @@ def _filtered(track: Track, walk: Walk, keep: bool, like: Track | None = None):
     scale = np.sqrt(walk.noise.max())
     outputs = np.require(track.outputs / scale, requirements=["C", "W"])
     noise = walk.noise / scale**2
-    x, p = _start(Track(outputs, track.ranks), n, noise)
+    x, p = _start(SmoothedTrack(outputs, track.ranks), n, noise)
     if like is not None:
-        p = _start(Track(like.outputs / scale, like.ranks), n, noise)[1]
+        p = _start(SmoothedTrack(like.outputs / scale, like.ranks), n, noise)[1]
     size = len(outputs) if keep else 0
     kept = np.empty((size, n)), np.empty((size, n, n)), np.empty((size, c, n)), np.empty((size, c)), np.empty((size, c))
     columns = np.array(track.ranks, np.int64)
@@ -83,7 +83,7 @@ def _filtered(track: Track, walk: Walk, keep: bool, like: Track | None = None):
     return sums, scale, f, columns, kept
 
 
-def cost(tracks: Sequence[Track], walk: Walk) -> float:
+def cost(tracks: Sequence[SmoothedTrack], walk: Walk) -> float:
     """Negative log likelihood of the tracks' innovations at the likeliest common scale of all variances."""
     logs, squares, used = np.sum([_filtered(track, walk, False)[0] for track in tracks], axis=0)
     if not used or not np.isfinite(squares):
@@ -92,7 +92,7 @@ def cost(tracks: Sequence[Track], walk: Walk) -> float:
     return float(0.5 * (used * np.log(variance) + logs))
 
 
-def sensor_variances(tracks: Sequence[Track]) -> np.ndarray:
+def sensor_variances(tracks: Sequence[SmoothedTrack]) -> np.ndarray:
     """Variances (c,) of the sensors' white noise, of tracks with the same sensors."""
     columns = [np.concatenate(column) for column in zip(*(list(t.outputs.T) for t in tracks), strict=True)]
     sd = [
@@ -102,7 +102,7 @@ def sensor_variances(tracks: Sequence[Track]) -> np.ndarray:
     return np.array(sd) ** 2
 
 
-def fitted_walk(tracks: Sequence[Track], noise: Array, orders: Sequence[int]) -> Walk:
+def fitted_walk(tracks: Sequence[SmoothedTrack], noise: Array, orders: Sequence[int]) -> Walk:
     """The likeliest order and process noise for all tracks; noise (c,) gives the sensors' ratio of variances."""
     best = Walk(orders[0], 1.0, noise, np.inf)
     for order in orders:
@@ -114,12 +114,12 @@ def fitted_walk(tracks: Sequence[Track], noise: Array, orders: Sequence[int]) ->
     return best
 
 
-def _tried(tracks: Sequence[Track], noise: Array, order: int, powers: Sequence[float] | Array) -> list[Walk]:
+def _tried(tracks: Sequence[SmoothedTrack], noise: Array, order: int, powers: Sequence[float] | Array) -> list[Walk]:
     walks = [Walk(order, 10.0 ** float(power), noise, np.inf) for power in powers]
     return [walk._replace(cost=cost(tracks, walk)) for walk in walks]
 
 
-def smoothed(track: Track, walk: Walk, like: Track | None = None) -> Array:
+def smoothed(track: SmoothedTrack, walk: Walk, like: SmoothedTrack | None = None) -> Array:
     """The signal and its derivatives (N, order), per sample^k, given all outputs of the track.
 
     With `like`, another track with the same sensors and gaps, the linear map is the one by which that is smoothed.

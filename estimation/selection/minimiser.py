@@ -32,7 +32,7 @@ ENOUGH = 0.02
 """Fall of the cost for each number that ends the steps."""
 
 
-class Problem(Protocol):
+class UnitErrors(Protocol):
     """Units with errors: K units, C channels, m own effects each."""
 
     @property
@@ -113,7 +113,7 @@ def prior_of(numbers: Sequence[Number], values: dict[str, float]) -> Prior:
 
 
 def point_at(
-    problem: Problem,
+    problem: UnitErrors,
     numbers: Sequence[Number],
     values: dict[str, float],
     own: np.ndarray,
@@ -136,7 +136,7 @@ def point_at(
     return Point(values, own, squares, size, cost, weight)
 
 
-def weight_at(problem: Problem, here: Point) -> np.ndarray:
+def weight_at(problem: UnitErrors, here: Point) -> np.ndarray:
     """Independent values (K, C) that a sample counts as where the errors are partly the sensors' noise.
 
     Eq. 3 of docs/mathematics/pieces.md.
@@ -148,7 +148,7 @@ def weight_at(problem: Problem, here: Point) -> np.ndarray:
 
 
 def minimise(
-    problem: Problem,
+    problem: UnitErrors,
     numbers: Sequence[Number],
     values: dict[str, float],
     own: np.ndarray,
@@ -183,7 +183,7 @@ class _End(NamedTuple):
     before: Point
 
 
-def _descended(problem: Problem, numbers: Sequence[Number], here: Point, steps: int) -> _End:
+def _descended(problem: UnitErrors, numbers: Sequence[Number], here: Point, steps: int) -> _End:
     """The end of at most so many steps."""
     damping = 0.0
     for _ in range(steps):
@@ -199,7 +199,7 @@ def _descended(problem: Problem, numbers: Sequence[Number], here: Point, steps: 
 
 
 def _stepped(
-    problem: Problem, numbers: Sequence[Number], here: Point, quadratic: Quadratic, damping: float
+    problem: UnitErrors, numbers: Sequence[Number], here: Point, quadratic: Quadratic, damping: float
 ) -> tuple[Point, float] | None:
     """The next point of lower cost, and the damping after it; None where there is none."""
     prior, normal = prior_of(numbers, here.values), quadratic.normal(here.size, here.weight)
@@ -217,7 +217,7 @@ def _stepped(
     return None
 
 
-def _concluded(problem: Problem, numbers: tuple[Number, ...], end: _End) -> Fitted:
+def _concluded(problem: UnitErrors, numbers: tuple[Number, ...], end: _End) -> Fitted:
     """The end with its left-out units, each run once with the numbers and own effects that follow without it."""
     here = end.before
     prior, normal = prior_of(numbers, here.values), end.quadratic.normal(here.size, here.weight)

@@ -16,8 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...checks.statistics.tails import student_quantile
-from .minimiser import Fitted, Problem, are_alike, minimise, prior_of, weight_at
+from ...checks.tails import student_quantile
+from .minimiser import Fitted, UnitErrors, are_alike, minimise, prior_of, weight_at
 from .number import Candidate, Number, distinct
 from .quadratic import Normal, Quadratic, own_information
 from .score import Fall, fall
@@ -91,7 +91,7 @@ class Trial(NamedTuple):
 
 
 def select(
-    problem: Problem, bank: Sequence[Candidate], rules: Rules, start: Fitted, always: Sequence[Number] = ()
+    problem: UnitErrors, bank: Sequence[Candidate], rules: Rules, start: Fitted, always: Sequence[Number] = ()
 ) -> Selection:
     """Candidates in the order in which they enter beside numbers that are always free.
 
@@ -109,14 +109,14 @@ def select(
     return search.without_needless(search.with_smaller(now, bank))
 
 
-def predictions(problem: Problem, bank: Sequence[Candidate], base: Fitted) -> list[tuple[Candidate, np.ndarray]]:
+def predictions(problem: UnitErrors, bank: Sequence[Candidate], base: Fitted) -> list[tuple[Candidate, np.ndarray]]:
     """Candidates with the squares (K, C) of left-out units that the linearisation about a fit without any predicts,
     those of the largest fall of the score first."""
     return _Search(problem, Rules(), ()).predictions(Selection(base, (), base), bank)
 
 
 def with_only(
-    problem: Problem, selection: Selection, kept: Sequence[Entered], always: Sequence[Number] = ()
+    problem: UnitErrors, selection: Selection, kept: Sequence[Entered], always: Sequence[Number] = ()
 ) -> Selection:
     """The selection of some of what entered, all fitted again; always : numbers that are free in every fit."""
     numbers, point = distinct((*always, *(n for one in kept for n in one.candidate.numbers))), selection.final.point
@@ -124,52 +124,52 @@ def with_only(
     return Selection(selection.base, tuple(kept), minimise(problem, numbers, values, point.own))
 
 
-def clearly_worse(problem: Problem, one: Fitted, other: Fitted, least: float) -> bool:
+def clearly_worse(problem: UnitErrors, one: Fitted, other: Fitted, least: float) -> bool:
     """Whether the first fit predicts left-out units clearly worse than the other one."""
     between = fall_between(problem, one, other)
     return between.gain > max(CLEAR * between.error, least)
 
 
-def fall_between(problem: Problem, before: Fitted, after: Fitted) -> Fall:
+def fall_between(problem: UnitErrors, before: Fitted, after: Fitted) -> Fall:
     """By how much the score of left-out units falls from one fit to another one."""
     return fall(before.left_out, after.left_out, floor_squares(problem))
 
 
-def enters(problem: Problem, rules: Rules, fitted: Fitted, by: Fall) -> bool:
+def enters(problem: UnitErrors, rules: Rules, fitted: Fitted, by: Fall) -> bool:
     """Whether the fall of the score with a fit matters and is no chance, eq. 10 of docs/mathematics/pieces.md."""
     least = rules.least * int((problem.counts.sum(axis=0) > 0).sum())
     evident = by.gain * independent(problem, fitted) > EVIDENT
     return by.gain > max(least, quantile(problem, min(rules.level, LARGE) if evident else rules.level) * by.error)
 
 
-def is_enough(problem: Problem, fitted: Fitted, enough: np.ndarray) -> bool:
+def is_enough(problem: UnitErrors, fitted: Fitted, enough: np.ndarray) -> bool:
     """Whether left-out units are predicted with root mean square errors below `enough` (C,)."""
     return bool(np.all(np.sqrt(mean_squares(problem, fitted.left_out)) < enough))
 
 
-def floor_squares(problem: Problem) -> np.ndarray:
+def floor_squares(problem: UnitErrors) -> np.ndarray:
     """Sums of squares (K, C) of errors that count as none."""
     return problem.counts * problem.floor**2
 
 
-def mean_squares(problem: Problem, squares: np.ndarray) -> np.ndarray:
+def mean_squares(problem: UnitErrors, squares: np.ndarray) -> np.ndarray:
     """Mean squared errors (C,) over all samples from sums of squares (K, C) of units."""
     return squares.sum(axis=0) / np.maximum(problem.counts.sum(axis=0), 1.0)
 
 
-def independent(problem: Problem, fitted: Fitted) -> float:
+def independent(problem: UnitErrors, fitted: Fitted) -> float:
     """Independent values at a fit of the channel that has most of them, one at least."""
     return max(float(np.max(np.sum(fitted.point.weight * problem.counts, axis=0))), 1.0)
 
 
-def quantile(problem: Problem, level: float) -> float:
+def quantile(problem: UnitErrors, level: float) -> float:
     """Quantile of Student's t over units."""
     return student_quantile(level, max(len(problem.counts) - 1, 1))
 
 
 @dataclass(frozen=True)
 class _Search:
-    problem: Problem
+    problem: UnitErrors
     rules: Rules
     always: tuple[Number, ...]
 

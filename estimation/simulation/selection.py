@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,22 +21,41 @@ STEP = 1e-3
 """Step of the difference quotients with respect to an initial state, in its standard deviations."""
 
 
+class Followed(NamedTuple):
+    """A series with the initial state that a free run began from, and what was measured less what ran, (N, c)."""
+
+    series: Series
+    error: np.ndarray
+
+    @property
+    def squares(self) -> np.ndarray:
+        """Sum of squared residuals (c,) of each output; inf if the run diverges."""
+        return free_run.sums_of_squares(self.series, self.error)
+
+
 def fitted_start(model: Model, series: Series) -> Series:
     """The series with the initial state from which the model's free run follows it best (Gauss-Newton, 2 rounds)."""
-    best, cost = series, _cost([free_run.squares(model, series, series.start)], [series])
+    return _followed(model, series).series
+
+
+def _followed(model: Model, series: Series) -> Followed:
+    """The free run from `fitted_start`."""
+    best = Followed(series, free_run.residuals(model, series, series.start))
+    cost = _cost([best])
     for _ in range(ROUNDS):
-        tried = replace(best, start=_improved(model, best))
-        now = _cost([free_run.squares(model, tried, tried.start)], [tried])
+        start = _improved(model, best)
+        tried = Followed(replace(series, start=start), free_run.residuals(model, series, start))
+        now = _cost([tried])
         if not now < cost:
             break
         best, cost = tried, now
     return best
 
 
-def _improved(model: Model, series: Series) -> np.ndarray:
-    """Initial state (n,) after one Gauss-Newton step; the old one if the run diverges."""
+def _improved(model: Model, run: Followed) -> np.ndarray:
+    """Initial state (n,) after one Gauss-Newton step from that of a run; the old one if a run diverges."""
+    series, error = run
     free = np.flatnonzero(series.start_sd > 0.0)
-    error = free_run.residuals(model, series, series.start)
     known = np.isfinite(error)
     mean = (np.where(known, error, 0.0) ** 2).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
     weight = 1.0 / np.maximum(np.sqrt(mean), 1e-300)
@@ -54,12 +73,13 @@ def _improved(model: Model, series: Series) -> np.ndarray:
     return start
 
 
-def _cost(squares: Sequence[np.ndarray], series: Sequence[Series]) -> float:
+def _cost(runs: Sequence[Followed]) -> float:
     """Negative log likelihood of white residuals whose variances are unknown; inf if a run diverges."""
     total: dict[int, float] = {}
     count: dict[int, int] = {}
-    for found, s in zip(squares, series, strict=True):
-        for column, value, outputs in zip(s.columns.tolist(), found, s.outputs.T, strict=True):
+    for run in runs:
+        s = run.series
+        for column, value, outputs in zip(s.columns.tolist(), run.squares, s.outputs.T, strict=True):
             total[column] = total.get(column, 0.0) + float(value)
             count[column] = count.get(column, 0) + int(np.isfinite(outputs).sum())
     logs = [0.5 * count[c] * np.log(max(total[c] / count[c], 1e-300)) for c in total if count[c]]
@@ -76,5 +96,4 @@ def left_out_cost(models: Sequence[Model], series: Sequence[Series]) -> float:
     """As `free_run_cost`, with a model of its own for each series: the one that was fitted without it."""
     if not all(model.known for model in models):
         return np.inf
-    starts = [fitted_start(model, s) for model, s in zip(models, series, strict=True)]
-    return _cost([free_run.squares(model, s, s.start) for model, s in zip(models, starts, strict=True)], starts)
+    return _cost([_followed(model, s) for model, s in zip(models, series, strict=True)])

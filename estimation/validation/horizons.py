@@ -14,7 +14,7 @@ import numpy as np
 
 from ...models.errors import CannotFit
 from ...models.time_scale import OWN_TIME, time_scale_s
-from .result import Score
+from .result import ErrorScore
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -25,6 +25,8 @@ LENGTHS = (0.5, 1.5, 3.0, 6.0, 12.0)
 SHARES = (1.0 / 60.0, 1.0 / 20.0, 1.0 / 10.0)
 """Times ahead as shares of the records' median duration where the ship's length or speed is not known."""
 TURNS_ON, STRAIGHT = "goes on turning", "goes straight"
+TIE = 0.02
+"""Share by which errors may be larger and still count as equal."""
 TRUSTED = ("heading_rad", "yaw_rate_rad_s")
 """Channels in which a model must be better than both simple predictions."""
 
@@ -94,34 +96,40 @@ class Simple:
         return np.array([self.simulate(inputs[:2], dt, state)[-1] for state in states])
 
 
-def trusted_s(scores: Sequence[Score], simple: Sequence[Score], model: str) -> float:
+def trusted_s(scores: Sequence[ErrorScore], simple: Sequence[ErrorScore], model: str) -> float:
     """Time ahead, s, up to which a model's errors over all records are below those of both simple predictions.
 
-    0 where they are not at the shortest time ahead; nan where no time ahead was tried.
+    0 where they are not at the shortest time ahead; nan where no time ahead was tried.  A tie at the shortest times,
+    where every prediction is good, is no failure of a model that is better beyond them.
     """
-    better = better_at(scores, simple, model)
+    better, tied = (better_at(scores, simple, model, slack) for slack in (0.0, TIE))
     trusted = 0.0 if better else np.nan
     for time, is_better in better.items():
-        if not is_better:
+        if is_better:
+            trusted = time
+        elif trusted > 0.0 or not tied[time]:
             break
-        trusted = time
     return trusted
 
 
-def better_at(scores: Sequence[Score], simple: Sequence[Score], model: str) -> dict[float, bool]:
+def better_at(
+    scores: Sequence[ErrorScore], simple: Sequence[ErrorScore], model: str, slack: float = 0.0
+) -> dict[float, bool]:
     """Time ahead, s, in rising order -> whether a model's errors over all records are below those of both simple
-    predictions."""
+    predictions, or above them by less than a share `slack`."""
     better = {}
     for time in sorted({s.horizon_s for s in simple if s.horizon_s is not None}):
         own = {s.channel: s.rmse for s in scores if (s.model, s.record, s.horizon_s) == (model, None, time)}
         rivals = [s for s in simple if s.horizon_s == time and s.channel in TRUSTED]
-        better[time] = bool(rivals) and all(own.get(s.channel, np.inf) < s.rmse for s in rivals)
+        better[time] = bool(rivals) and all(own.get(s.channel, np.inf) < (1.0 + slack) * s.rmse for s in rivals)
     return better
 
 
-def mean_ratio(scores: Sequence[Score], new: str, old: str, up_to_s: float = np.inf) -> float:
-    """Geometric mean, over heading and yaw rate and the times ahead up to one, of one model's errors over another's;
-    nan where they share none."""
+def mean_ratio(
+    scores: Sequence[ErrorScore], new: str, old: str, up_to_s: float = np.inf, channels: Sequence[str] = TRUSTED
+) -> float:
+    """Geometric mean, over channels and the times ahead up to one, of one model's errors over another's; nan where they
+    share none."""
     found = {
         (s.model, s.channel, s.horizon_s): s.rmse
         for s in scores
@@ -130,7 +138,7 @@ def mean_ratio(scores: Sequence[Score], new: str, old: str, up_to_s: float = np.
     pairs = [
         (rmse, found[old, channel, time])
         for (model, channel, time), rmse in found.items()
-        if model == new and channel in TRUSTED and (old, channel, time) in found
+        if model == new and channel in channels and (old, channel, time) in found
     ]
     ratios = [np.log(a / b) for a, b in pairs if a > 0.0 and b > 0.0]
     return float(np.exp(np.mean(ratios))) if ratios else np.nan

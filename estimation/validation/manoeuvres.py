@@ -17,7 +17,7 @@ from ...datasets.columns import RUDDERS
 from ...datasets.indices import (
     OVERSHOOTS,
     TURNING,
-    Performed,
+    RecordedManoeuvre,
     heading_extremes,
     initial_turning,
     turning_indices,
@@ -54,7 +54,7 @@ class Sailed(NamedTuple):
     reason: str
 
 
-def names_of(found: Performed) -> tuple[str, ...]:
+def names_of(found: RecordedManoeuvre) -> tuple[str, ...]:
     """The indices that a manoeuvre has."""
     low, high = INITIAL_RUDDER_RAD
     reaches = found.kind == "turn" or found.heading_rad >= low
@@ -62,13 +62,13 @@ def names_of(found: Performed) -> tuple[str, ...]:
     return (*(OVERSHOOTS if found.kind == "zigzag" else TURNING), *initial)
 
 
-def measured_indices(record: Record, found: Performed) -> Found:
+def measured_indices(record: Record, found: RecordedManoeuvre) -> Found:
     """The indices of a recorded manoeuvre, with reasons for those that the record does not allow."""
     first = found.executes[0]
     return _indices(record.slice(first, None), found, [mark - first for mark in found.executes], "the record")
 
 
-def simulated_indices(stretch: Stretch, record: Record, found: Performed) -> Found:
+def simulated_indices(stretch: Stretch, record: Record, found: RecordedManoeuvre) -> Found:
     """The same indices of the simulated manoeuvre.
 
     Parameters
@@ -83,7 +83,9 @@ def simulated_indices(stretch: Stretch, record: Record, found: Performed) -> Fou
     return Found(told.values, {name: sailed.reason or reason for name, reason in told.reasons.items()})
 
 
-def rows(model: str, record: str, length_m: float, found: Performed, measured: Found, simulated: Found) -> list[Index]:
+def rows(
+    model: str, record: str, length_m: float, found: RecordedManoeuvre, measured: Found, simulated: Found
+) -> list[Index]:
     """A row an index."""
     out = []
     for name in names_of(found):
@@ -143,7 +145,7 @@ def _shown(stretch: Stretch, record: Record, sailed: Sailed) -> Record:
     return as_shown(stretch.model, even, stretch.channels(sailed.states))
 
 
-def _indices(record: Record, found: Performed, orders: Sequence[int], whose: str) -> Found:
+def _indices(record: Record, found: RecordedManoeuvre, orders: Sequence[int], whose: str) -> Found:
     """Indices of a manoeuvre that starts with its first execute."""
     known = {name: v for name, v in record.channels.items() if np.isfinite(v).any()}
     whole = record.with_channels(

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ...models.extras import extras_told
+from ...models.files import content_writer, write_together
+from ...models.result import FilePath, RunsResult, above
+
 if TYPE_CHECKING:
+    import pandas as pd
+
     from ...models.model import Model
     from ..run.run import Measured, Run
 
@@ -17,7 +24,7 @@ SCHEMA = 1
 
 
 @dataclass(frozen=True)
-class Score:
+class ErrorScore:
     """Errors of one model.  record None: all records together; channel None: all channels together, R^2 alone.
 
     horizon : 'free run', 'one step' or the time ahead as text;  horizon_s : that time, None of the first two;
@@ -69,8 +76,11 @@ class LeftOut:
 
 
 @dataclass(frozen=True, repr=False)
-class Validation:
-    """Models on records: scores, indices, free runs, and what was left out.
+class Validation(RunsResult):
+    """The outcome of `validate`: errors of free runs and of predictions ahead, manoeuvring indices, free runs.
+
+    `scores` holds RMSE and R^2 by model, record, channel and horizon, `indices` the manoeuvring indices measured and
+    simulated, `runs` the free runs, `left_out` what could not be computed and why.
 
     models : name -> model, the validated one first;  horizons_s : times ahead;  horizon_basis : how they were chosen;
     simple : errors over all records of two predictions without a model, `goes on turning` and `goes straight`;  noise :
@@ -82,18 +92,21 @@ class Validation:
     records: tuple[Measured, ...]
     horizons_s: tuple[float, ...]
     horizon_basis: str
-    scores: tuple[Score, ...]
+    scores: tuple[ErrorScore, ...]
     indices: tuple[Index, ...]
     runs: tuple[Run, ...]
     left_out: tuple[LeftOut, ...]
-    simple: tuple[Score, ...] = ()
+    simple: tuple[ErrorScore, ...] = ()
     noise: Mapping[str, float] = field(default_factory=dict)
     trusted_s: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
+    room: ClassVar[str] = "validation.page"
+    files: ClassVar[tuple[str, ...]] = ("validation.json", "validation.html")
+    pictured: ClassVar[str] = "measured channels and free runs"
 
     def score(
         self, channel: str | None, model: str | None = None, record: str | None = None, horizon: str = FREE
-    ) -> Score | None:
+    ) -> ErrorScore | None:
         """The score with these keys; model None: the first.  None where there is none."""
         wanted = (next(iter(self.models)) if model is None else model, record, channel, horizon)
         return next((s for s in self.scores if (s.model, s.record, s.channel, s.horizon) == wanted), None)
@@ -146,3 +159,32 @@ class Validation:
             "left_out": [vars(one) for one in self.left_out],
             "doubts": list(self.doubts),
         }
+
+    @extras_told()
+    def to_dataframe(self) -> pd.DataFrame:
+        """The scores: a row a model, record (None: all), channel (None: all) and horizon, with n, rmse and r2."""
+        import pandas as pd
+
+        return pd.DataFrame([vars(score) for score in self.scores])
+
+    def certificate(self) -> str:
+        """One page (HTML, for one sheet of paper) on the first model: what it was tried on, errors ahead, limits."""
+        return above("reporting.validation.certificate").certificate(self)
+
+    def write_certificate(self, path: FilePath) -> Path:
+        """Write the certificate, as PDF (extra `pdf`) where the file's name ends in .pdf.
+
+        Raises
+        ------
+        BadInput : the file cannot be written, or WeasyPrint is not installed.
+        """
+        place, page = Path(path), self.certificate()
+        content = above("reporting.pdf").pdf(page) if place.suffix.lower() == ".pdf" else page
+        return write_together(place.parent, {place.name: content_writer(content)})[0]
+
+    def __repr__(self) -> str:
+        told: list[str] = []
+        for name in self.models:
+            score = self.score(None, name)
+            told.append(f"{name} R2 {score.r2:.3f}" if score else f"{name} without a run")
+        return f"<Validation on {len(self.records)} records, free runs: {', '.join(told)}>"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.indices import Performed, performed
+from ...datasets.indices import RecordedManoeuvre, performed
 from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS as COLUMNS
 from ..run.run import CHANNELS, measured_of, run_of
@@ -17,7 +17,7 @@ from ..run.squares import Squares
 from ..run.stretch import SYMBOLS, stretches_of
 from .horizons import STRAIGHT, TURNS_ON, Horizons, Simple, horizons_of, length_of, trusted_s
 from .manoeuvres import Found, measured_indices, rows, simulated_indices
-from .result import FREE, ONE_STEP, Index, LeftOut, Score, Validation
+from .result import FREE, ONE_STEP, ErrorScore, Index, LeftOut, Validation
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -101,7 +101,7 @@ def validate(
 
 def _without_model(
     model: Model, given: Mapping[str, Record], horizons: Horizons
-) -> tuple[tuple[Score, ...], dict[str, float]]:
+) -> tuple[tuple[ErrorScore, ...], dict[str, float]]:
     """Errors ahead of both simple predictions over all records, and the sensors' noise by channel."""
     names = {TURNS_ON: Simple(model.states, turns=True), STRAIGHT: Simple(model.states, turns=False)}
     sums: dict[Key, Squares] = {}
@@ -177,7 +177,7 @@ def _sums_ahead(found: Sequence[Stretch], horizons: Horizons) -> dict[tuple[str,
     return sums
 
 
-def _index_rows(model: str, name: str, piece: Record, stretch: Stretch, manoeuvre: Performed) -> list[Index]:
+def _index_rows(model: str, name: str, piece: Record, stretch: Stretch, manoeuvre: RecordedManoeuvre) -> list[Index]:
     """The indices of the record's longest stretch."""
     measured = measured_indices(piece, manoeuvre)
     if "psi" in stretch.model.states and stretch.model.states.index("psi") not in stretch.known:
@@ -189,7 +189,7 @@ def _index_rows(model: str, name: str, piece: Record, stretch: Stretch, manoeuvr
 
 def _scores(
     sums: Mapping[Key, Squares], models: Sequence[str], records: Sequence[str], times: Mapping[str, float]
-) -> list[Score]:
+) -> list[ErrorScore]:
     """Scores by model, record (None: all) and horizon, channels in the order of the header, then all of them."""
     out = []
     for model in models:
@@ -200,16 +200,16 @@ def _scores(
                 motions = [score for score in known if score.channel in TOGETHER and np.isfinite(score.r2)]
                 mean = float(np.mean([score.r2 for score in motions])) if motions else np.nan
                 count = sum(score.n for score in motions)
-                together = Score(model, record, None, horizon, times.get(horizon), count, np.nan, mean)
+                together = ErrorScore(model, record, None, horizon, times.get(horizon), count, np.nan, mean)
                 out += [*known, together] if known else []
     return out
 
 
 def _score(
     sums: Mapping[Key, Squares], records: Sequence[str], key: tuple[str, str | None, str, str], horizon_s: float | None
-) -> Score:
+) -> ErrorScore:
     model, record, channel, horizon = key
     total = Squares()
     for name in records if record is None else (record,):
         total = total.plus(sums.get((model, name, channel, horizon), Squares()))
-    return Score(model, record, channel, horizon, horizon_s, total.n, *total.scores())
+    return ErrorScore(model, record, channel, horizon, horizon_s, total.n, *total.scores())

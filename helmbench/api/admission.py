@@ -86,6 +86,6 @@ def require_trustworthy(records: Sequence[Record], model: Model) -> None:
 def faults_of(records: Sequence[Record], model: Model) -> tuple[CheckFinding, ...]:
     """What is wrong with the files and matters."""
     from ..datasets.instruments import corrected
-    from ..diagnosis.checked import examined
+    from ..diagnosis.prepared import examined
 
-    return examined([corrected(r.turned(model.positive_rudder), model.instruments) for r in records], model).findings
+    return examined([corrected(r.turned(model.positive_rudder), model.instruments) for r in records], model).checked

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from html import escape
+from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,10 +17,12 @@ from ..models.errors import BadInput
 if TYPE_CHECKING:
     from os import PathLike
 
+    from ..bench.situations import Situation
     from ..reporting.leaderboard.advice import Tested
     from ..reporting.leaderboard.contest import Contest
 
 PAGE, ROWS, RUNS, CHOICES = "advice.md", "advice.json", "runs", "choices"
+PARTICULARS = "particulars.json"
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,9 +66,10 @@ def check_advice(
     """Draw fresh situations, ask a leaderboard which method to take, run all methods, and compare.
 
     A situation is a ship, its own or simpler equations, manoeuvres to learn from and to predict, sensor noise, channels
-    and a disturbance.  Beside the method that the board names, its list of methods is tested: the one is taken that
-    errs least on one more record.  An interrupted test goes on where it stopped when it is called again, also with
-    another board.
+    and a disturbance.  Where the equations are not the ship's own but her file states her particulars, the simulation
+    that they give, corrected by the training records, is advised.  Beside the method that the board names, its list of
+    methods is tested: the one is taken that errs least on one more record.  An interrupted test goes on where it
+    stopped when it is called again, also with another board.
 
     Parameters
     ----------
@@ -102,7 +106,7 @@ def check_advice(
     text = checks_text({one: own.listed for one, own in advised.items()})
     name = f"{CHOICES}-{sha256(text.encode()).hexdigest()[:8]}"
     checks = _run(folder / f"{name}.yaml", text, folder / name, options)
-    found = advice.tested(advised, fresh, checks)
+    found = advice.tested(advised, fresh, checks, _by_particulars(folder, [*filter(advice.unknown, advised)]))
     return _written(folder, advice.report(found, len(drawn), seed), found)
 
 
@@ -114,6 +118,22 @@ def _run(suite: Path, text: str, folder: Path, options: Mapping[str, Any]) -> Co
     write_atomic(suite, text.encode())
     run_suite(str(suite), directory=folder, resume=True, trust=True, **options)
     return _contest(folder)
+
+
+def _by_particulars(folder: Path, situations: Sequence[Situation]) -> dict[Situation, list[float]]:
+    """Errors by the corrected simulation of each ship whose particulars are known; goes on where it stopped."""
+    from ..bench.corrected_particulars import errors_of
+    from ..models.folders import write_atomic
+
+    path = folder / PARTICULARS
+    stored: dict[str, list[float | None] | None] = json.loads(path.read_text()) if path.is_file() else {}
+    for one in situations:
+        if str(one) not in stored:
+            errors = errors_of(one)
+            stored[str(one)] = None if errors is None else [*map(_plain, errors)]
+            write_atomic(path, (json.dumps(stored, indent=1) + "\n").encode())
+    found = {one: stored[str(one)] for one in situations}
+    return {one: [inf if e is None else e for e in errors] for one, errors in found.items() if errors is not None}
 
 
 def _contest(folder: Path) -> Contest:

@@ -6,16 +6,16 @@ import math
 from collections.abc import Sequence
 from numbers import Integral, Real
 from os import PathLike, fspath
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from ..datasets.record import Record
 from ..models.argument_types import shown
 from ..models.errors import BadInput
+from ..models.result import FilePath as Path
 
 if TYPE_CHECKING:
     from ..models.model import Model
 
-Path: TypeAlias = "str | PathLike[str]"
 AUTO = "auto"
 """Stands for every model that the records allow."""
 METHOD = "output-error"

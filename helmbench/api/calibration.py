@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.calibration import result
 from ..models.argument_types import typed
+from ..models.result import RunsResult
 from .admission import require_trustworthy
 from .arguments import as_model, labels
 from .diagnosis import training_and_held_out
-from .results import RunsResult
 
 if TYPE_CHECKING:
     from ..datasets.record import Record

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from ..checks import result as check_result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
+from ..models.result import FileResult
 from .arguments import listed
-from .results import Result
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 FILES = ("check.json", "check.html")
 
 
-class Check(check_result.CheckResult, Result):
+class Check(check_result.CheckResult, FileResult):
     """The outcome of `check`: what is wrong with files and sensors, with sizes, and what could not be checked.
 
     `findings` that matter have `material` true; the others are detectable, but too small to matter.
@@ -90,7 +90,7 @@ def _read(one: Record | FilePath, positive_rudder: str | None) -> tuple[Record, 
 
 def _of_repairs(record: Record, repairs: Repairs) -> list[CheckFinding]:
     """Findings about rows that were left out or moved on reading."""
-    from ..checks.fault import Fault
+    from ..checks.base import Fault
     from ..checks.findings import of_fault
     from ..checks.registry import check_of
 

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from ..diagnosis.craft import result
 from ..models.argument_types import typed
+from ..models.result import RunsResult
 from .arguments import as_model, labels
 from .diagnosis import FILES, READING, shown_stages, training_and_held_out
-from .results import RunsResult
 
 if TYPE_CHECKING:
     from ..datasets.record import Record

@@ -12,9 +12,9 @@ from ..diagnosis import result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
+from ..models.result import RunsResult
 from .admission import doubts_of, faults_of
 from .arguments import as_model, as_records, labels
-from .results import RunsResult
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -97,7 +97,7 @@ def diagnose(
     with shown_stages(progress) as watch, FIRST_USE.told_to(watch):
         watch(READING)
         from ..diagnosis import diagnose as engine
-        from ..diagnosis.ahead import with_errors_ahead
+        from ..diagnosis.gain.runs import with_errors_ahead
         from ..diagnosis.options import Options
 
         base = as_model(model)

@@ -26,7 +26,7 @@ REQUIREMENT = re.compile(r"([A-Za-z0-9._-]+)\s*>=\s*([0-9.]+)$")
 
 
 @dataclass(frozen=True)
-class Finding:
+class HealthFinding:
     """One thing that was looked at.  status : 'ok', 'warning' or 'fault';  todo : what to do, '' where nothing is."""
 
     what: str
@@ -39,7 +39,7 @@ class Finding:
 class Health:
     """What `doctor` found, in the order in which it looked."""
 
-    findings: tuple[Finding, ...]
+    findings: tuple[HealthFinding, ...]
 
     @property
     def status(self) -> str:
@@ -79,7 +79,7 @@ def doctor() -> Health:
     return Health(tuple(finding for check in checks for finding in _guarded(check)))
 
 
-def _guarded(check: FunctionType) -> list[Finding]:
+def _guarded(check: FunctionType) -> list[HealthFinding]:
     """The findings of a check; one that cannot be carried out is a fault."""
     name = check.__name__.removeprefix("_").replace("_", " ")
     try:
@@ -87,22 +87,24 @@ def _guarded(check: FunctionType) -> list[Finding]:
             warnings.simplefilter("ignore")
             return list(check())
     except BadInput as error:
-        return [Finding(name, FAULT, error.message + (f" ({error.file})" if error.file else ""), error.hint or "")]
+        return [
+            HealthFinding(name, FAULT, error.message + (f" ({error.file})" if error.file else ""), error.hint or "")
+        ]
     except Exception as error:  # whatever a broken installation raises
-        return [Finding(name, FAULT, f"{type(error).__name__}: {error}", "install helmbench anew: pip install .")]
+        return [HealthFinding(name, FAULT, f"{type(error).__name__}: {error}", "install helmbench anew: pip install .")]
 
 
-def _python() -> Iterator[Finding]:
+def _python() -> Iterator[HealthFinding]:
     from ..bench.environment import environment
 
     found = environment()
     told = f"helmbench {found['packages']['helmbench']}, Python {found['python']} ({found['platform']})"
-    yield Finding("python", OK, told)
+    yield HealthFinding("python", OK, told)
 
 
-def _packages() -> Iterator[Finding]:
+def _packages() -> Iterator[HealthFinding]:
     """Every declared dependency is there, in a version that suits."""
-    bad: list[Finding] = []
+    bad: list[HealthFinding] = []
     good = 0
     for text in requires("helmbench") or ():
         found = REQUIREMENT.match(text)
@@ -115,24 +117,24 @@ def _packages() -> Iterator[Finding]:
             own = "missing"
         if own == "missing" or _numbers(own) < _numbers(least):
             bad.append(
-                Finding("package", FAULT, f"{name} is {own}, {least} is needed", f"pip install '{name}>={least}'")
+                HealthFinding("package", FAULT, f"{name} is {own}, {least} is needed", f"pip install '{name}>={least}'")
             )
         good += 1
-    yield from bad or [Finding("packages", OK, f"{good} packages in suitable versions")]
+    yield from bad or [HealthFinding("packages", OK, f"{good} packages in suitable versions")]
 
 
 def _numbers(text: str) -> tuple[int, ...]:
     return tuple(int(part) for part in re.findall(r"\d+", text.split("+")[0])[:3])
 
 
-def _plugins() -> Iterator[Finding]:
+def _plugins() -> Iterator[HealthFinding]:
     from ..diagnosis.causes.registry import all_causes
     from ..methods.registry import methods
 
-    yield Finding("registry", OK, f"{len(methods())} methods and {len(all_causes())} causes can be loaded")
+    yield HealthFinding("registry", OK, f"{len(methods())} methods and {len(all_causes())} causes can be loaded")
 
 
-def _compiled() -> Iterator[Finding]:
+def _compiled() -> Iterator[HealthFinding]:
     """A small simulation with compiled code gives what the equation says."""
     import math
     import time
@@ -146,14 +148,14 @@ def _compiled() -> Iterator[Finding]:
     error = abs(record.column("yaw_rate_rad_s")[-1] - 0.1 * math.radians(10.0))
     seconds = time.perf_counter() - started
     if not error < 1e-6:
-        yield Finding(
+        yield HealthFinding(
             "compiled code", FAULT, f"a simulation is off by {error:.2g} rad/s", "delete the folder of the cache"
         )
     else:
-        yield Finding("compiled code", OK, f"a simulation ran in {seconds:.2g} s")
+        yield HealthFinding("compiled code", OK, f"a simulation ran in {seconds:.2g} s")
 
 
-def _cache() -> Iterator[Finding]:
+def _cache() -> Iterator[HealthFinding]:
     from ..models.cache import VARIABLE, cache_folder, stored
 
     folder = cache_folder()
@@ -163,39 +165,39 @@ def _cache() -> Iterator[Finding]:
     told = f"{folder}: {len(files)} files, {size:.0f} MB"
     if damaged:
         todo = "nothing: they are built anew when needed; if they come again, check the disk"
-        yield Finding("cache", WARNING, f"{told}; {len(damaged)} damaged", todo)
+        yield HealthFinding("cache", WARNING, f"{told}; {len(damaged)} damaged", todo)
     elif size > LARGE_MB:
-        yield Finding("cache", WARNING, told, "delete the folder: old versions are in it, and it is built anew")
+        yield HealthFinding("cache", WARNING, told, "delete the folder: old versions are in it, and it is built anew")
     elif Path(tempfile.gettempdir()) in folder.parents and VARIABLE not in os.environ:
-        yield Finding(
+        yield HealthFinding(
             "cache", WARNING, f"{told}; it is lost at the end", f"set {VARIABLE} to a folder that can be written"
         )
     else:
-        yield Finding("cache", OK, told)
+        yield HealthFinding("cache", OK, told)
 
 
-def _data() -> Iterator[Finding]:
+def _data() -> Iterator[HealthFinding]:
     from ..datasets.measured import ENVIRONMENT, data_dir, missing_files
     from ..datasets.measured_sets import DATASETS
 
     folder = data_dir()
     if os.environ.get(ENVIRONMENT) and not folder.is_dir():
-        yield Finding(
+        yield HealthFinding(
             "data", FAULT, f"{ENVIRONMENT} names {folder}, which is no folder", f"make it, or unset {ENVIRONMENT}"
         )
         return
     for name, source in DATASETS.items():
         lost = missing_files(name)
         if not lost:
-            yield Finding(f"data {name}", OK, f"{len(source.runs)} files, as published")
+            yield HealthFinding(f"data {name}", OK, f"{len(source.runs)} files, as published")
         elif len(lost) == len(source.runs):
-            yield Finding(f"data {name}", OK, f"not fetched (optional: helmbench fetch {name})")
+            yield HealthFinding(f"data {name}", OK, f"not fetched (optional: helmbench fetch {name})")
         else:
             told = f"{len(lost)} of {len(source.runs)} files are missing or not as published"
-            yield Finding(f"data {name}", WARNING, told, f"helmbench fetch {name}")
+            yield HealthFinding(f"data {name}", WARNING, told, f"helmbench fetch {name}")
 
 
-def _threads() -> Iterator[Finding]:
+def _threads() -> Iterator[HealthFinding]:
     from ..bench.environment import THREAD_VARIABLES, cpu_count, thread_pools
 
     cpus = cpu_count()
@@ -205,21 +207,21 @@ def _threads() -> Iterator[Finding]:
     given = {name: value for name in THREAD_VARIABLES if (value := os.environ.get(name))}
     wrong = [name for name, value in given.items() if not (value.isascii() and value.isdigit() and int(value) > 0)]
     if wrong:
-        yield Finding(
+        yield HealthFinding(
             "threads", FAULT, f"{wrong[0]} is {given[wrong[0]]!r}", f"set {wrong[0]} to a whole number, at least 1"
         )
     elif most > cpus:
-        yield Finding(
+        yield HealthFinding(
             "threads",
             WARNING,
             f"{told} on {cpus} processors",
             "set OMP_NUM_THREADS=1: more threads wait for each other",
         )
     else:
-        yield Finding("threads", OK, f"{cpus} processors; linear algebra: {told}")
+        yield HealthFinding("threads", OK, f"{cpus} processors; linear algebra: {told}")
 
 
-def _disk() -> Iterator[Finding]:
+def _disk() -> Iterator[HealthFinding]:
     from ..datasets.measured import data_dir
     from ..models.cache import cache_folder
 
@@ -233,7 +235,7 @@ def _disk() -> Iterator[Finding]:
         folder = next(one for one in (place, *place.parents) if one.exists())
         free = shutil.disk_usage(folder).free
         status = FAULT if free < TOO_LITTLE else WARNING if free < LITTLE else OK
-        yield Finding(
+        yield HealthFinding(
             f"disk of {name}",
             status,
             f"{free / 1e9:.1f} GB free at {folder}",
@@ -241,7 +243,7 @@ def _disk() -> Iterator[Finding]:
         )
 
 
-def _permissions() -> Iterator[Finding]:
+def _permissions() -> Iterator[HealthFinding]:
     for name, place in (("temporary files", Path(tempfile.gettempdir())), ("working folder", Path.cwd())):
         try:
             tempfile.TemporaryFile(dir=place).close()
@@ -250,17 +252,17 @@ def _permissions() -> Iterator[Finding]:
             todo = (
                 "set TMPDIR to a folder that can be written" if status == FAULT else "write results elsewhere with -o"
             )
-            yield Finding(f"writing, {name}", status, f"{place}: {error.strerror or error}", todo)
+            yield HealthFinding(f"writing, {name}", status, f"{place}: {error.strerror or error}", todo)
         else:
-            yield Finding(f"writing, {name}", OK, f"{place} can be written")
+            yield HealthFinding(f"writing, {name}", OK, f"{place} can be written")
 
 
-def _output() -> Iterator[Finding]:
+def _output() -> Iterator[HealthFinding]:
     """Tables hold ² and ±: the terminal must be able to show them."""
     encoding = sys.stdout.encoding or "ascii"
     try:
         "R² ± – −".encode(encoding)
     except UnicodeEncodeError:
-        yield Finding("terminal", WARNING, f"{encoding} lacks characters of the tables", "set PYTHONUTF8=1")
+        yield HealthFinding("terminal", WARNING, f"{encoding} lacks characters of the tables", "set PYTHONUTF8=1")
     else:
-        yield Finding("terminal", OK, f"shows {encoding}")
+        yield HealthFinding("terminal", OK, f"shows {encoding}")

@@ -11,14 +11,14 @@ from typing import TYPE_CHECKING, Any
 
 from ..models.argument_types import typed
 from ..models.extras import extras_told
-from ..models.plain import plain
+from ..models.files import content_writer, write_together
+from ..models.plain import json_text, plain
 from .diagnosis import shown_stages
-from .documents import content_writer, json_text, write_together
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..bench.exam.scores import Score, WorldScore
+    from ..bench.exam.scores import EntrantScore, WorldScore
 
 FILES = ("scores.json", "scores.csv", "scores.md")
 
@@ -27,7 +27,7 @@ FILES = ("scores.json", "scores.csv", "scores.md")
 class ExamScores:
     """Scores of submissions to an exam: `scores` by entrant and kind of world (`all`: over all), `answers` by world."""
 
-    scores: tuple[Score, ...]
+    scores: tuple[EntrantScore, ...]
     answers: tuple[WorldScore, ...]
 
     def summary(self) -> str:

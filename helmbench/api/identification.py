@@ -4,90 +4,25 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, replace
-from pathlib import Path as FilePath
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..datasets.record import Record
-from ..estimation.estimates import estimate as result
-from ..estimation.judgement.comparison import Comparison
+from ..estimation.estimates.estimate import Estimate
 from ..models.argument_types import typed
 from ..models.errors import BadInput, CannotFit
 from .admission import admit, refuse_copies, warn_of
 from .arguments import AUTO, METHOD, as_model, as_records, check_numbers, check_seed
 
 if TYPE_CHECKING:
+    from ..estimation.estimates.comparison import Comparison
     from ..methods.base import Method
     from ..models.model import Model
     from .arguments import Path
-    from .assessment import Assessment
 
 LEAST = 0.02
 """Share by which a built model must predict better ahead than the best family."""
 NORMAL_90 = 1.6448536269514722
-
-
-@dataclass(frozen=True, repr=False)
-class Estimate(result.Estimate):
-    """The result of `identify`: coefficients, parameters with standard errors, and the records they come from.
-
-    `records` are the training records as they were read; a method's own `fit` gives an estimate without them, which
-    has everything but `assess`, `to_html` and `write`.  `held_out` are those that `identify` was given beside them.
-    `comparison` holds the other models where `identify` chose one.
-    """
-
-    records: tuple[Record, ...] = ()
-    comparison: Comparison | None = None
-    held_out: tuple[Record, ...] = ()
-
-    @classmethod
-    def of(cls, found: result.Estimate, records: Sequence[Record], compared: Comparison | None = None) -> Estimate:
-        """The same estimate with its records."""
-        own = {entry.name: getattr(found, entry.name) for entry in fields(result.Estimate)}
-        return cls(**own, records=tuple(records), comparison=compared)
-
-    def assess(
-        self,
-        validate: Record | Path | Sequence[Record | Path] = (),
-        *,
-        compared: Comparison | None = None,
-        positive_rudder: str | None = None,
-    ) -> Assessment:
-        """Whether to believe the estimate: free runs, residuals, intervals, what the records tell, what to sail next.
-
-        Parameters
-        ----------
-        validate : records that took no part in the fit, or their paths; none: those that `identify` was given.
-        compared : other models or methods to show beside it (`compare`); None: what `identify` compared.
-        positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files of `validate`.
-
-        Raises
-        ------
-        BadInput : the estimate has no records, a file cannot be used, or a record is given twice.
-        """
-        from .assessment import assess
-
-        if not self.records:
-            raise BadInput("the estimate does not hold its records", hint="make it with helmbench.identify")
-        others = self.held_out if isinstance(validate, Sequence) and not validate else validate
-        return assess(self, self.records, others, compared or self.comparison, positive_rudder)
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-
-        pictures = [picture(lambda one=one: self.plot(one), f"free run along {one.name}") for one in self.records[:1]]
-        return super()._repr_html_() + "".join(pictures)
-
-    def to_html(self, validate: Record | Path | Sequence[Record | Path] = ()) -> str:
-        """The page of the identification: one self-contained HTML document.  Takes and raises as `assess`."""
-        return self.assess(validate).to_html()
-
-    def write(self, folder: Path, validate: Record | Path | Sequence[Record | Path] = ()) -> tuple[FilePath, ...]:
-        """Write identification.json, identification.html and model.json into a folder: all of them or none.
-
-        Takes and raises as `assess`; BadInput also where the folder cannot be written to.
-        """
-        return self.assess(validate).write(folder)
 
 
 @typed
@@ -207,7 +142,7 @@ def identify(
     estimate = published(fitter.fit(given, structure))
     for doubt in filter(None, map(rudder_sign_doubt, given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)
-    return replace(Estimate.of(estimate, read), held_out=tuple(others))
+    return replace(estimate, records=tuple(read), held_out=tuple(others))
 
 
 def chosen_estimate(
@@ -274,7 +209,7 @@ def _estimate_built(train: Sequence[Record], others: Sequence[Record], particula
 def _better_ahead(built: Estimate, best: Estimate, judged: Sequence[Record]) -> bool:
     """Whether errors ahead of the one are smaller than those of the other by more than LEAST, and its free runs are not
     worse where those of the other follow the records: windows of a single short record overlap, and tell little."""
-    from ..estimation.judgement.assessment import POOR
+    from ..estimation.estimates.assessment import POOR
     from ..estimation.records.naming import named
     from ..estimation.validation.horizons import mean_ratio
     from ..estimation.validation.validate import validate
@@ -292,4 +227,4 @@ def _better_ahead(built: Estimate, best: Estimate, judged: Sequence[Record]) -> 
 def estimate_of(comparison: Comparison, records: Sequence[Record]) -> Estimate:
     """The chosen estimate of a comparison, with its training records."""
     assert comparison.chosen.estimate is not None, "the chosen candidate has an error, so it was fitted"
-    return Estimate.of(comparison.chosen.estimate, records, comparison)
+    return replace(comparison.chosen.estimate, records=tuple(records), comparison=comparison)

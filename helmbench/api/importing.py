@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..datasets.importing.result import Import, write_mapping
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 
@@ -15,113 +16,13 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..datasets.importing.draft import DraftColumn, Question
-    from ..datasets.importing.importer import Aside, Drafted, Imported, Options
+    from ..datasets.importing.importer import Drafted, ImportOptions
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
-    from ..datasets.importing.report import Fault, ImportReport
-    from ..datasets.importing.segments import Segment
+    from ..datasets.importing.report import FileFault
+    from ..datasets.importing.segments import ManoeuvreSegment
     from ..datasets.record import Record
     from .arguments import Path as FilePath
-
-
-@dataclass(frozen=True, eq=False, repr=False)
-class Import:
-    """The outcome of `import_log`.
-
-    records : one record, or one a run, or one a manoeuvre where the log was cut.  mapping : what every column was taken
-    for, to be used again.  report : columns with confidence, what was done, and faults that did not end the import.
-    aside : table -> column -> samples (N,) of columns that are no channel.
-    """
-
-    records: tuple[Record, ...]
-    mapping: ColumnMapping
-    report: ImportReport
-    aside: Aside
-
-    @property
-    def record(self) -> Record:
-        """The record; BadInput where the log holds several."""
-        if len(self.records) != 1:
-            names = ", ".join(record.name for record in self.records)
-            raise BadInput(f"the log holds {len(self.records)} records", hint=f"take one of `records`: {names}")
-        return self.records[0]
-
-    def summary(self) -> str:
-        """Columns, steps and faults as text."""
-        from ..reporting.importing import terminal
-
-        return terminal(self.report, self.records)
-
-    def to_dict(self) -> dict[str, object]:
-        """Records, columns, steps and faults as plain data for JSON."""
-        from ..datasets.importing.draft import plain
-
-        return {
-            "records": [{"name": r.name, "samples": r.n, "channels": list(r.channels)} for r in self.records],
-            "columns": plain(self.report.columns),
-            "channels": [vars(channel) for channel in self.report.channels],
-            "steps": list(self.report.steps),
-            "faults": [vars(fault) for fault in self.report.faults],
-        }
-
-    def write(self, path: FilePath, *, force: bool = False) -> tuple[Path, ...]:
-        """Write the records with their sidecars, the mapping, and the columns that are kept aside: all or none.
-
-        Parameters
-        ----------
-        path : of the record, .csv or .parquet; several records get their names behind its stem.  Beside it go
-            STEM.map.yaml and STEM.aside.csv.
-        force : replace files that exist; a mapping that says the same of the columns stays as it is without it.
-
-        Returns
-        -------
-        The paths of all files written but the sidecars.
-
-        Raises
-        ------
-        BadInput : a file exists, or cannot be written.
-        """
-        from ..datasets.importing.mapping import mapping_text
-        from ..datasets.io import record_writers
-        from ..models.files import refuse_existing, replace_together
-        from .documents import content_writer
-
-        path = Path(path)
-        places = self._places(path)
-        writers: dict[Path, Callable[[Path], object]] = {}
-        for place, record in zip(places, self.records, strict=True):
-            writers |= record_writers(record, place)
-        place = path.with_name(f"{path.stem}.map.yaml")
-        if force or not _says_the_same(place, self.mapping):
-            writers[place] = content_writer(mapping_text(self.mapping, self.report.columns))
-        for number, table in enumerate(self.aside.values(), start=1):
-            name = f"{path.stem}.aside{'' if len(self.aside) == 1 else f'-{number}'}.csv"
-            writers[path.with_name(name)] = _aside_writer(table)
-        if not force:
-            refuse_existing(writers)
-        replace_together(writers)
-        sidecars = {place.with_suffix(".yaml") for place in places}
-        return tuple(place for place in writers if place not in sidecars)
-
-    def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
-        """Write the mapping alone, to be changed by hand; BadInput where it exists or cannot be written."""
-        write_mapping(self.mapping, path, force, self.report.columns)
-
-    def _places(self, path: Path) -> list[Path]:
-        """Where each record is written."""
-        if len(self.records) == 1:
-            return [path]
-        return [path.with_name(f"{path.stem}-{record.name}{path.suffix}") for record in self.records]
-
-    def __repr__(self) -> str:
-        return f"<Import of {', '.join(record.name for record in self.records)}>"
-
-    def _repr_html_(self) -> str:
-        from ..models.figure import picture
-        from ..reporting.importing import notebook
-
-        drawn = "".join(picture(record.plot, f"channels of {record.name} over time") for record in self.records[:3])
-        return notebook(self.report, self.records) + drawn
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,7 +33,7 @@ class ImportDraft:
     """
 
     _drafted: Drafted
-    _imported: Imported | None
+    _imported: Import | None
     _tables: tuple[RawTable, ...]
     _given: _Given
 
@@ -147,7 +48,7 @@ class ImportDraft:
         return self._drafted.questions
 
     @property
-    def faults(self) -> tuple[Fault, ...]:
+    def faults(self) -> tuple[FileFault, ...]:
         """What is wrong with the files."""
         return self._drafted.faults
 
@@ -238,7 +139,7 @@ class _Given:
     """What the user said of a log."""
 
     mapping: ColumnMapping | None
-    options: Options
+    options: ImportOptions
     answers: Mapping[str, str]
     segment: bool
 
@@ -322,7 +223,7 @@ def _given(
     variation_deg: float | None,
     segment: bool,
 ) -> _Given:
-    from ..datasets.importing.importer import Options
+    from ..datasets.importing.importer import ImportOptions
     from ..datasets.importing.mapping import read_mapping
     from ..datasets.record import is_side
 
@@ -331,7 +232,7 @@ def _given(
     if step_s is not None and not step_s > 0.0:
         raise BadInput(f"step {step_s!r}", hint="give seconds above 0")
     known = read_mapping(Path(mapping)) if isinstance(mapping, str | PathLike) else mapping
-    return _Given(known, Options(vessel, positive_rudder, step_s, variation_deg), answers or {}, segment)
+    return _Given(known, ImportOptions(vessel, positive_rudder, step_s, variation_deg), answers or {}, segment)
 
 
 def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
@@ -352,41 +253,16 @@ def _imported(tables: Sequence[RawTable], given: _Given) -> Import:
     return _outcome(made, given)
 
 
-def _outcome(found: Imported, given: _Given) -> Import:
+def _outcome(found: Import, given: _Given) -> Import:
     from ..datasets.importing.segments import cut
 
     records = found.records
     if given.segment:
         records = tuple(part for record in records for _, part in cut(record)) or records
-    return Import(records, found.mapping, found.report, found.aside)
+    return replace(found, records=records)
 
 
-def write_mapping(
-    mapping: ColumnMapping, path: FilePath, force: bool = False, columns: Sequence[DraftColumn] = ()
-) -> None:
-    """Write a mapping as YAML, with the reasons for its lines; BadInput where the file exists or cannot be written."""
-    from ..datasets.importing.mapping import mapping_text
-    from ..models.files import refuse_existing, replace_together
-    from .documents import content_writer
-
-    if not force:
-        refuse_existing([Path(path)])
-    replace_together({Path(path): content_writer(mapping_text(mapping, columns))})
-
-
-def _says_the_same(place: Path, mapping: ColumnMapping) -> bool:
-    """Whether a file is a mapping with the same columns: the one that the import was made with."""
-    from ..datasets.importing.mapping import read_mapping
-
-    if not place.is_file():
-        return False
-    try:
-        return set(map(repr, mapping.tables)) <= set(map(repr, read_mapping(place).tables))
-    except BadInput:
-        return False
-
-
-def find_manoeuvres(record: Record) -> list[Segment]:
+def find_manoeuvres(record: Record) -> list[ManoeuvreSegment]:
     """The manoeuvres of a record in their order, as samples start:stop; empty where the rudder is never laid."""
     from ..datasets.importing.segments import find_segments
 
@@ -406,20 +282,3 @@ def list_quantities() -> dict[str, list[str]]:
         ]
         for name, one in quantities().items()
     }
-
-
-def _aside_writer(table: Mapping[str, Sequence[object]]) -> Callable[[Path], object]:
-    """A function that writes columns as CSV."""
-
-    def write(place: Path) -> None:
-        import csv
-
-        from ..reporting.tables import without_formula
-
-        with place.open("w", encoding="utf-8", newline="") as file:
-            writer = csv.writer(file)
-            cells = zip(*table.values(), strict=True)
-            for row in (table, *cells):
-                writer.writerow([without_formula(cell) if isinstance(cell, str) else cell for cell in row])
-
-    return write

@@ -16,7 +16,7 @@ from ..models.errors import BadInput
 if TYPE_CHECKING:
     from os import PathLike
 
-    from ..reproduction.runner import StudyRun
+    from ..reproduction.runner import Run
 
 
 @dataclass(frozen=True, repr=False)
@@ -80,11 +80,11 @@ def reproduce(
     if resume and directory is None:
         raise BadInput("--resume needs the directory that was started", hint="give it with -o")
 
-    def watch(run: StudyRun | None) -> None:
+    def watch(run: Run | None) -> None:
         bar.update()
-        failed.extend([run] if run is not None and run.error else [])
+        failed.extend([run] if run is not None and run["row"]["error"] else [])
 
-    failed: list[StudyRun] = []
+    failed: list[Run] = []
     with (
         temporary_folder() if directory is None else nullcontext(directory) as folder,
         processes(jobs) as pool,
@@ -96,5 +96,5 @@ def reproduce(
     return Reproduction(
         rows=tuple(session.rows(found)),
         counts={one.paper: counts_line(results.judged(one)) for one, results in found},
-        failures=tuple(f"paper {r.job.paper}, {r.job.study} {r.job.index}: {r.error}" for r in failed),
+        failures=tuple("paper {paper}, {study} {index}: {error}".format_map(run["row"]) for run in failed),
     )

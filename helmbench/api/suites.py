@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ..bench.job_array import JobArray
-    from ..bench.kinds.base import Kind, Selection, Spec
+    from ..bench.kinds.base import Kind, RunSelection, Spec
     from ..bench.limits import Limits
-    from ..bench.merging import Merged
+    from ..bench.merging import MergeCounts
     from ..bench.store import Store
     from ..bench.trust import Trust
     from ..reporting.leaderboard.board import Leaderboard
@@ -155,14 +155,14 @@ def run_suite(
         finished is kept, and `resume` goes on.  Also code that is not trusted.
     """
     from ..bench.job_array import CLUSTERS, JobArray
-    from ..bench.kinds.base import Selection
+    from ..bench.kinds.base import RunSelection
     from ..bench.limits import UNLIMITED, Limits
     from ..bench.pool import worker_count
     from ..bench.store import MANIFEST
     from ..bench.trust import check_trust
 
     folder = Path(directory)
-    given = Selection(suite or QUICK, tuple(methods), tuple(vessels), seeds, seed)
+    given = RunSelection(suite or QUICK, tuple(methods), tuple(vessels), seeds, seed)
     resume = resume and _started(folder)
     if resume:
         stored = _stored_selection(folder)
@@ -271,7 +271,7 @@ def merge_results(
     sample: int | None = None,
     seed: int | None = None,
     trust: Trust = False,
-) -> Merged:
+) -> MergeCounts:
     """Check results from elsewhere and add them to a directory of the same suite.
 
     Parameters
@@ -302,13 +302,13 @@ def _started(directory: Path) -> bool:
     return check_regular(directory / MANIFEST)
 
 
-def _stored_selection(directory: Path) -> Selection:
-    from ..bench.kinds.base import Selection
+def _stored_selection(directory: Path) -> RunSelection:
+    from ..bench.kinds.base import RunSelection
     from ..bench.store import read_manifest
 
     stored = read_manifest(directory).get("selection", {})
     lists = {name: tuple(stored.get(name) or ()) for name in ("methods", "vessels")}
-    return Selection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
+    return RunSelection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
 
 
 @dataclass(frozen=True)
@@ -338,7 +338,7 @@ class _Place:
 
 def _execute(
     directory: Path,
-    selection: Selection,
+    selection: RunSelection,
     resume: bool,
     trust: Trust,
     reuse: Sequence[Path],

@@ -6,68 +6,17 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from os import PathLike, fspath
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..estimation.validation import result
+from ..estimation.validation.result import Validation
 from ..models.argument_types import typed
-from ..models.extras import extras_told
 from .admission import admit, rudder_sign_doubt
 from .arguments import as_model, as_records, labels, listed
-from .documents import content_writer, write_together
-from .results import RunsResult
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path as FilePath
-
-FILES = ("validation.json", "validation.html")
-
-
-class Validation(result.Validation, RunsResult):
-    """The outcome of `validate`: errors of free runs and of predictions ahead, manoeuvring indices, free runs.
-
-    `scores` holds RMSE and R^2 by model, record, channel and horizon, `indices` the manoeuvring indices measured and
-    simulated, `runs` the free runs, `left_out` what could not be computed and why.
-    """
-
-    room, files, pictured = "validation.page", FILES, "measured channels and free runs"
-
-    @extras_told()
-    def to_dataframe(self) -> pd.DataFrame:
-        """The scores: a row a model, record (None: all), channel (None: all) and horizon, with n, rmse and r2."""
-        import pandas as pd
-
-        return pd.DataFrame([vars(score) for score in self.scores])
-
-    def certificate(self) -> str:
-        """One page (HTML, for one sheet of paper) on the first model: what it was tried on, errors ahead, limits."""
-        from ..reporting.validation.certificate import certificate
-
-        return certificate(self)
-
-    def write_certificate(self, path: FilePath) -> Path:
-        """Write the certificate, as PDF (extra `pdf`) where the file's name ends in .pdf.
-
-        Raises
-        ------
-        BadInput : the file cannot be written, or WeasyPrint is not installed.
-        """
-        from ..reporting.pdf import pdf
-
-        place, page = Path(path), self.certificate()
-        content = pdf(page) if place.suffix.lower() == ".pdf" else page
-        return write_together(place.parent, {place.name: content_writer(content)})[0]
-
-    def __repr__(self) -> str:
-        told: list[str] = []
-        for name in self.models:
-            score = self.score(None, name)
-            told.append(f"{name} R2 {score.r2:.3f}" if score else f"{name} without a run")
-        return f"<Validation on {len(self.records)} records, free runs: {', '.join(told)}>"
 
 
 @typed
@@ -113,7 +62,7 @@ def validate(
     models = _named_models(model, compare)
     given = as_records(records, positive_rudder)
     doubts = admit(given, next(iter(models.values())))
-    found = Validation.of(replace(engine.validate(models, _named_records(records, given)), doubts=doubts))
+    found = replace(engine.validate(models, _named_records(records, given)), doubts=doubts)
     for doubt in filter(None, (rudder_sign_doubt(record, next(iter(models.values()))) for record in given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=3)
     return found

@@ -1,4 +1,4 @@
-"""The command line: parses, calls what `import helmbench` offers, prints.  One file a command.
+"""The command line: parses, calls what `import helmbench` offers, prints.
 
 Nothing heavy is imported before a command needs it.  Exit status: 0 done, 1 finished but some runs failed (they are
 listed) or `check` names what matters, 2 bad input (one line, nothing written).
@@ -16,33 +16,19 @@ from typing import ClassVar, NoReturn
 
 import click
 
-from ._shared import BAD_INPUT, INTERRUPTED, OK, Group, complain, echo
-from .advice import advice
-from .calibrate import calibrate
-from .check import check
-from .compare import compare
-from .completion import completion
-from .diagnose import diagnose
-from .doctor import doctor
+from ._shared import BAD_INPUT, INTERRUPTED, OK, CommandGroup, complain, echo
+from .benchmark import advice, compare, fetch, identibench, merge, report, reproduce
+from .diagnose import calibrate, check, diagnose
 from .exam import exam
-from .export import export
-from .fetch import fetch
-from .from_indices import from_indices
-from .identibench import identibench
 from .identify import identify
 from .import_ import import_command
-from .import_model import import_model
-from .list import list_command
-from .merge import merge
-from .open import open_command
-from .report import report
-from .reproduce import reproduce
+from .installation import completion, doctor, open_command
+from .models import export, from_indices, import_model, list_command, simulate
 from .run import run
-from .simulate import simulate
 from .validate import validate
 
 
-class _Cli(Group):
+class _Cli(CommandGroup):
     """The command line, its commands by what they are for."""
 
     sections: ClassVar = {

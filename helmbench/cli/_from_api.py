@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import inspect
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
 import click
 
-from ._shared import FILE, SIDES, Greedy
+from ._shared import FILE, SIDES, spread
 
 Settings = Mapping[str, Any]
 """Parameter of the function -> type of the option, or settings of `click.Option` with `flag`: `-o --output`."""
@@ -23,15 +23,25 @@ ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.*(?:\n    .*)*)", re.MULTILINE)
 UNITS = re.compile(r"_(s|m_s|gib|deg|rps)$")
 
 
-class ApiCommand(Greedy):
+class ApiCommand(click.Command):
     """A command with options of a function of the API; the function is loaded when the options are asked for.
 
-    api : public name of the function.  options : its parameters that are options.
+    api : public name of the function.  options : its parameters that are options.  greedy : options that take every
+    value up to the next option (`--validate a.csv b.csv`).  common : names of the options of every day, with which the
+    help begins; empty: all are.
     """
 
-    def __init__(self, *args: Any, api: str, options: Settings, **settings: Any) -> None:
+    def __init__(
+        self,
+        *args: Any,
+        api: str,
+        options: Settings,
+        greedy: Sequence[str] = (),
+        common: Sequence[str] = (),
+        **settings: Any,
+    ) -> None:
         super().__init__(*args, **settings)
-        self._api, self._settings = api, options
+        self._api, self._settings, self._greedy, self._common = api, options, greedy, common
 
     @cached_property
     def _options(self) -> list[click.Option]:
@@ -42,6 +52,20 @@ class ApiCommand(Greedy):
         place = sum(one.required or isinstance(one, click.Argument) for one in own)
         return [*own[:place], *self._options, *own[place:]]
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        return super().parse_args(ctx, spread(args, self._greedy))
+
+    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the common options, then the others below a heading of their own."""
+        if not self._common:
+            super().format_options(ctx, formatter)
+            return
+        rows = {option.name: row for option in self.get_params(ctx) if (row := option.get_help_record(ctx))}
+        parts = {"Options": self._common, "Further options": [name for name in rows if name not in self._common]}
+        for heading, names in parts.items():
+            with formatter.section(heading):
+                formatter.write_dl([rows[name] for name in names])
+
 
 def several(kind: click.ParamType[Any], flag: str = "", metavar: str | None = None) -> dict[str, Any]:
     """Settings of an option that is given several times."""
@@ -50,6 +74,9 @@ def several(kind: click.ParamType[Any], flag: str = "", metavar: str | None = No
 
 RECORDS = several(FILE, metavar="RECORD...")
 TWO_SETS: Settings = {"train": RECORDS, "held_out": RECORDS, "positive_rudder": SIDES}
+GREEDY_SETS = ("--train", "--held-out")
+EVERY_DAY = ("model", "train", "held_out", "positive_rudder", "output")
+"""Names of the options of every day, of a command with training and held-out records."""
 
 
 def options_of(api: str, settings: Settings) -> list[click.Option]:
@@ -86,18 +113,3 @@ def _sentence(text: str) -> str:
     """The help with a capital, and with what stands for None as the default."""
     text, _, default = text.replace("`", "").rstrip(".").partition("; None: ")
     return f"{text[:1].upper()}{text[1:]}.{f'  [default: {default}]' if default else ''}"
-
-
-class TwoSets(ApiCommand):
-    """A command with `--train RECORD... --held-out RECORD...`, whose help begins with the options of every day."""
-
-    greedy = ("--train", "--held-out")
-    common = ("model", "train", "held_out", "positive_rudder", "output")
-
-    def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write the common options, then the others below a heading of their own."""
-        rows = {option.name: row for option in self.get_params(ctx) if (row := option.get_help_record(ctx))}
-        parts = {"Options": self.common, "Further options": [name for name in rows if name not in self.common]}
-        for heading, names in parts.items():
-            with formatter.section(heading):
-                formatter.write_dl([rows[name] for name in names])

@@ -9,10 +9,13 @@ from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from shutil import get_terminal_size
-from typing import Any, ClassVar, ParamSpec, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
+
+if TYPE_CHECKING:
+    from ..models.result import FileResult
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -38,14 +41,6 @@ class _FilePath(click.Path):
 
 
 FILE = _FilePath(path_type=Path)
-
-
-class Writable(Protocol):
-    """A result that is written into a directory."""
-
-    def write(self, folder: Path, /) -> tuple[Path, ...]: ...
-    def to_json(self) -> dict[str, Any]: ...
-    def summary(self) -> str: ...
 
 
 class Number(click.types.FloatParamType):
@@ -111,7 +106,7 @@ MODEL = Identifier("vessels", "models")
 MODEL_OR_AUTO = Identifier("vessels", "models", more=["auto"])
 
 
-class Group(click.Group):
+class CommandGroup(click.Group):
     """A group whose help shows every command with its whole summary, in the order in which they were added.
 
     sections : heading of the help -> its commands.
@@ -129,15 +124,6 @@ class Group(click.Group):
         for heading, commands in (self.sections or {"Commands": [*self.commands.values()]}).items():
             with formatter.section(heading):
                 formatter.write_dl([(f"{c.name:{width}}", c.get_short_help_str(limit=LONGEST)) for c in commands])
-
-
-class Greedy(click.Command):
-    """A command whose options named in `greedy` take every value up to the next option: `--validate a.csv b.csv`."""
-
-    greedy: tuple[str, ...] = ()
-
-    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        return super().parse_args(ctx, spread(args, self.greedy))
 
 
 def spread(args: Iterable[str], greedy: Sequence[str]) -> list[str]:
@@ -246,7 +232,7 @@ def confirmed(question: str) -> bool:
 
 def print_json(value: Any) -> None:
     """Print a value as JSON; what is not a finite number is null."""
-    from ..api.documents import json_text
+    from ..models.plain import json_text
 
     echo(json_text(value))
 
@@ -264,7 +250,7 @@ def show_files(paths: Iterable[Path]) -> None:
         echo(f"wrote {path}", err=True)
 
 
-def find_and_write(find: Callable[[], Writable], refused: str, output: Path, printer: Printer) -> int:
+def find_and_write(find: Callable[[], FileResult], refused: str, output: Path, printer: Printer) -> int:
     """Find a result, write it into a directory, and print it as JSON or as a summary with the files written.
 
     refused : what is said, before the reason, of records or a model that do not allow a result.
@@ -297,7 +283,7 @@ def force_option(function: Callable[P, R]) -> Callable[P, R]:
 def check_file(output: Path, force: bool = False) -> None:
     """Refuse an output file that cannot be written or exists, before anything is computed."""
     from .. import BadInput
-    from ..api.documents import refuse_existing
+    from ..models.files import refuse_existing
 
     if output.is_dir():
         raise BadInput("is a directory", file=output, hint="give the name of a file with -o")
@@ -314,7 +300,7 @@ def check_file(output: Path, force: bool = False) -> None:
 def check_folder(output: Path, names: Iterable[str] = (), force: bool = False) -> None:
     """Refuse an output directory that cannot be made or that holds files of these names, before computing."""
     from .. import BadInput
-    from ..api.documents import refuse_existing
+    from ..models.files import refuse_existing
 
     if output.exists() and not output.is_dir():
         raise BadInput("is a file", file=output, hint="give a directory with -o")

@@ -1,4 +1,4 @@
-"""`helmbench diagnose [--model M] --train RECORD... --held-out RECORD... [-o DIR]`."""
+"""Commands that say what is wrong: with a simulation (diagnose), its numbers (calibrate), the records (check)."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ from typing import Any
 
 import click
 
-from ._from_api import TWO_SETS, TwoSets, several
+from ._from_api import EVERY_DAY, GREEDY_SETS, TWO_SETS, ApiCommand, several
 from ._shared import (
     CAUSE,
     COMMAS,
     FILE,
     MODEL,
     NUMBER,
+    OK,
+    SIDES,
     NumberRange,
     Printer,
     WholeRange,
@@ -36,13 +38,7 @@ OPTIONS = {
 }
 
 
-class Diagnose(TwoSets):
-    """`diagnose --train RECORD... --held-out RECORD... --causes CAUSE...`"""
-
-    greedy = (*TwoSets.greedy, "--causes")
-
-
-@click.command(cls=Diagnose, api="diagnose", options=OPTIONS)
+@click.command(cls=ApiCommand, api="diagnose", options=OPTIONS, greedy=[*GREEDY_SETS, "--causes"], common=EVERY_DAY)
 @click.option("--model", type=MODEL, help="Vessel id, family id or model.json.  [default: build one from the records]")
 @output_directory("diagnose-results")
 @click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, without --model.")
@@ -76,3 +72,60 @@ def diagnose(
         return helmbench.diagnose(model, **asked, progress=show)
 
     return find_and_write(find, f"{model} cannot be diagnosed", output, printer)
+
+
+# ---- `helmbench calibrate --model M --train RECORD... --held-out RECORD... [-o DIR]`.
+
+
+@click.command(cls=ApiCommand, api="calibrate", options=TWO_SETS, greedy=GREEDY_SETS, common=EVERY_DAY)
+@click.option("--model", required=True, type=MODEL, help="Vessel id or model.json, 3-DOF.")
+@output_directory("calibrate-results")
+@force_option
+@output_options
+def calibrate(model: str, output: Path, force: bool, printer: Printer, **asked: Any) -> int:
+    """Say which numbers of a model are wrong, and by how much.
+
+    Judged by free runs of records that were left out.  Writes calibration.json, calibration.html, extended_model.json
+    (the numbers that moved) and calibrated_model.json (all numbers, moved under their priors).
+    """
+    import helmbench
+
+    from ..api.calibration import FILES
+
+    check_folder(output, FILES, force)
+
+    def find() -> helmbench.Calibration:
+        return helmbench.calibrate(model, **asked)
+
+    return find_and_write(find, f"{model} cannot be calibrated", output, printer)
+
+
+# ---- `helmbench check RECORD... [-o DIR]`.
+
+MATTERS = 1
+"""Exit status where a finding matters."""
+
+
+@click.command(cls=ApiCommand, api="check", options={"positive_rudder": SIDES})
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
+@click.option("-o", "--output", type=FILE, help="directory for check.json and check.html")
+@force_option
+@output_options
+def check(
+    records: tuple[Path, ...], positive_rudder: str | None, output: Path | None, force: bool, printer: Printer
+) -> int:
+    """Name the faults of sensors and files; needs no model.
+
+    Time stamps, frozen samples, jumps, units, signs, exchanged columns; biases, scales, delays and offsets of heading,
+    yaw rate, velocities and positions.  Exit status 0: nothing that matters, 1: a finding that matters.
+    """
+    import helmbench
+
+    from ..api.check import FILES
+
+    if output is not None:
+        check_folder(output, FILES, force)
+    found = helmbench.check(records, positive_rudder=positive_rudder)
+    paths = () if output is None else found.write(output)
+    printer.show(found.to_json, found.summary, paths)
+    return MATTERS if any(finding.material for finding in found.findings) else OK

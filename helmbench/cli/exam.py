@@ -14,7 +14,7 @@ from ._shared import (
     OK,
     SUITE,
     VESSEL,
-    Group,
+    CommandGroup,
     Identifier,
     Printer,
     WholeRange,
@@ -29,7 +29,7 @@ from ._shared import (
 EXAM = click.argument("folder", metavar="EXAM", type=FILE)
 
 
-@click.group(cls=Group)
+@click.group(cls=CommandGroup)
 def exam() -> None:
     """Make, answer and score exams for diagnosis methods.
 

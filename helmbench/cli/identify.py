@@ -37,12 +37,6 @@ if TYPE_CHECKING:
 OPTIONS = {"validate": RECORDS, "positive_rudder": SIDES, "particulars": FILE}
 
 
-class Identify(ApiCommand):
-    """`identify RECORD... --validate RECORD... --compare METHOD...`"""
-
-    greedy = ("--validate", "--compare")
-
-
 @dataclass(frozen=True)
 class Request:
     """What is asked for: records, model, methods, the place of the results."""
@@ -55,7 +49,7 @@ class Request:
     particulars: Path | None
 
 
-@click.command(cls=Identify, api="identify", options=OPTIONS)
+@click.command(cls=ApiCommand, api="identify", options=OPTIONS, greedy=["--validate", "--compare"])
 @click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
 @click.option(
     "--model", required=True, type=MODEL_OR_AUTO, help="Vessel id, family id, model.json, or auto: the best of all."
@@ -104,12 +98,11 @@ def identify(
     -o model.json writes the model (a black box has none), -o DIR identification.html, identification.json and
     model.json.  --model auto builds a model from the records: what steers the craft, and what simpler models lack.
     """
-    from .. import with_tuner
+    from .. import Assessment, with_tuner
     from ..api import arguments
-    from ..api.assessment import FILES
 
     into_file = output.suffix == ".json"
-    check_file(output, force) if into_file else check_folder(output, FILES, force)
+    check_file(output, force) if into_file else check_folder(output, Assessment.files, force)
     if page is not None:
         check_file(page, force)
     if model != arguments.AUTO:

@@ -12,15 +12,10 @@ from ._from_api import ApiCommand, several
 from ._shared import FILE, MODEL, SIDES, Printer, check_file, check_folder, echo, force_option, output_options
 
 
-class Validate(ApiCommand):
-    """`validate MODEL RECORD... --compare MODEL...`"""
-
-    greedy = ("--compare",)
-
-
 @click.command(
-    cls=Validate,
+    cls=ApiCommand,
     api="validate",
+    greedy=["--compare"],
     options={"compare": several(MODEL, metavar="MODEL..."), "positive_rudder": SIDES},
 )
 @click.argument("model", type=MODEL)
@@ -48,10 +43,8 @@ def validate(
     """
     import helmbench
 
-    from ..api.validation import FILES
-
     if output is not None:
-        check_folder(output, FILES, force)
+        check_folder(output, helmbench.Validation.files, force)
     if certificate is not None:
         check_file(certificate, force)
     with warnings.catch_warnings(record=True) as doubts:

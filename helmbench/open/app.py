@@ -49,14 +49,14 @@ REPORT_PAGE = (
     "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
 )
 """Content security policy of a report: it may not speak to the server."""
-Body = TypeVar("Body", bound="_Body")
+Body = TypeVar("Body", bound="_Request")
 
 
-class _Body(BaseModel):
+class _Request(BaseModel):
     model_config = ConfigDict(extra="forbid", allow_inf_nan=False)
 
 
-class Said(_Body):
+class ColumnMeaning(_Request):
     """What the user says of a column."""
 
     to: Annotated[str, Field(max_length=60)]
@@ -64,16 +64,16 @@ class Said(_Body):
     sign: Literal[1, -1] = 1
 
 
-class Reading(_Body):
+class LogAnswers(_Request):
     """What the user says of the logs: id of a question -> its answer, and (table, column, what)."""
 
     answers: Annotated[dict[str, Annotated[str, Field(max_length=500)]], Field(max_length=5000)] = {}
 
-    choices: Annotated[list[tuple[str, str, Said]], Field(max_length=5000)] = []
+    choices: Annotated[list[tuple[str, str, ColumnMeaning]], Field(max_length=5000)] = []
     positive_rudder: Literal["port", "starboard"] | None = None
 
 
-class Part(_Body):
+class Part(_Request):
     """A part of a record, s, and what it is for."""
 
     record: Annotated[int, Field(ge=0)]
@@ -83,13 +83,13 @@ class Part(_Body):
     role: Literal["train", "held_out", "unused"]
 
 
-class Parts(_Body):
+class Parts(_Request):
     """All parts."""
 
     parts: Annotated[list[Part], Field(max_length=MOST_PARTS)]
 
 
-class Asked(_Body):
+class Asked(_Request):
     """An analysis."""
 
     kind: Literal["check", "identify", "diagnose"]
@@ -213,7 +213,7 @@ class _Server:
         return JSONResponse(project.to_json())
 
     async def read(self, request: Request) -> Response:
-        project, said = self._project(request), await _body(request, Reading)
+        project, said = self._project(request), await _body(request, LogAnswers)
         with project.lock:
             project.choices = {(table, column): one.model_dump() for table, column, one in said.choices}
             project.answers, project.positive_rudder = said.answers, said.positive_rudder

@@ -17,8 +17,8 @@ from urllib.parse import urlencode
 import uvicorn
 
 from ..models.errors import BadInput
+from ..models.folders import without_working_folder
 from ..models.temporary import temporary_folder
-from ..models.working_folder import without_working_folder
 from ..reporting import open as view
 from ..reporting.templating import FOLDER
 from .app import application

@@ -223,7 +223,7 @@ def analyse(
     -------
     What lists of results show.
     """
-    from ..api.results import page_of
+    from ..models.result import page_of
     from ..reporting.open.views import view_of
     from . import recipes
 

@@ -23,7 +23,7 @@ CROSS = {"V": "v", "R": "r", "VabsV": "v|v|", "RabsR": "r|r|", "VabsR": "v|r|", 
 """Ending of a tag -> the product of sway and yaw rate that it multiplies."""
 
 
-class Damping(NamedTuple):
+class GazeboDamping(NamedTuple):
     """Tag -> coefficient, SI; thrust that holds the speed; share of each force's variance that the terms hold."""
 
     tags: Mapping[str, float]
@@ -60,7 +60,7 @@ def gazebo(model: Model) -> dict[str, str]:
     return {f"{identifier(model)}.sdf.xml": "\n".join(["<helmbench>", *lines, "</plugin>", "</helmbench>", ""])}
 
 
-def _told(model: Model, found: Damping) -> list[str]:
+def _told(model: Model, found: GazeboDamping) -> list[str]:
     held = ", ".join(f"{axis} {share:.1%}" for axis, share in found.held.items())
     return [
         *heading(model),
@@ -71,7 +71,7 @@ def _told(model: Model, found: Damping) -> list[str]:
     ]
 
 
-def damping(model: Model, matrix: NDArray[np.float64]) -> Damping:
+def damping(model: Model, matrix: NDArray[np.float64]) -> GazeboDamping:
     """Least squares of the plugin's terms on the forces of the model beside its masses, over drift and yaw rate."""
     speed = model.speed_m_s
     drift, turn = np.meshgrid(np.linspace(-1, 1, POINTS) * DRIFT_RAD, np.linspace(-1, 1, POINTS) * TURN)
@@ -89,7 +89,7 @@ def damping(model: Model, matrix: NDArray[np.float64]) -> Damping:
     surge = _forces(model, matrix, u, np.zeros(POINTS), np.zeros(POINTS))[0]
     thrust, drag = lstsq(np.stack([np.ones(POINTS), u * np.abs(u)], axis=1), surge)
     held["X"] = 1.0 - float(np.var(surge - thrust - drag * u * np.abs(u)) / np.var(surge))
-    return Damping({"xUabsU": float(drag)} | tags, float(thrust), held)
+    return GazeboDamping({"xUabsU": float(drag)} | tags, float(thrust), held)
 
 
 def _forces(

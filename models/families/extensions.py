@@ -17,8 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, cast
 
-from ..definition import Definition, symbols
-from ..later import Later
+from ..definition import Definition, Later, symbols
 from ..regimes import CLOCK, EXTENSION, VARIABLES
 
 if TYPE_CHECKING:

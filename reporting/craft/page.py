@@ -16,13 +16,13 @@ from ...diagnosis.craft.result import (
     PARTLY,
     UNEXPLAINED,
 )
-from ...estimation.validation.horizons import STRAIGHT, TRUSTED
+from ...estimation.validation.horizons import TRUSTED
 from ...estimation.validation.validate import label
 from ..numbers import DEG, number, r_squared
 from ..page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, items, overlays, result_page, sides
 from ..runs import of_validation
 from ..tables import Column, Table, make_table
-from ..validation.tables import horizon_table, trusted_lines
+from ..validation.tables import explained_lines, horizon_table, share_explained
 
 if TYPE_CHECKING:
     from ...diagnosis.craft.result import CraftDiagnosis, Rise
@@ -58,7 +58,7 @@ def page(diagnosis: CraftDiagnosis) -> Page:
     tested = "held_out" in {role for _, role in diagnosis.records}
     first, each = overlays(of_validation(diagnosis.ahead, "held_out" if tested else "train"))
     every = equation_parts(diagnosis.model, diagnosis.model)[1]
-    trusted = [f"{line}." for line in trusted_lines(diagnosis.ahead)]
+    trusted = [f"{line}." for line in explained_lines(diagnosis.ahead)]
     said = f"{headline(diagnosis)}: {diagnosis.reason.rstrip('.')}."
     return result_page(
         "A model from records",
@@ -67,13 +67,13 @@ def page(diagnosis: CraftDiagnosis) -> Page:
         seen=[first, r2_table(diagnosis)],
         changed=[steps_table(diagnosis), numbers_table(diagnosis)],
         remains=[
-            items([*_remaining(diagnosis), *_speed(diagnosis), _heading(diagnosis), *diagnosis.notes]),
+            items([*trusted, *_remaining(diagnosis), *_speed(diagnosis), _heading(diagnosis), *diagnosis.notes]),
             band_table(diagnosis),
         ],
         following=[f"{diagnosis.next_runs[:1].upper()}{diagnosis.next_runs[1:]}." if diagnosis.next_runs else None],
         details=[
             Section("What steers it", (laws_table(diagnosis),)),
-            Section("Errors ahead", (horizon_table(diagnosis.ahead), items(trusted))),
+            Section("How far ahead", (horizon_table(diagnosis.ahead),)),
             Section("Neutral angle of every training record beside the common one", (angles_table(diagnosis),)),
             each,
             every,
@@ -208,12 +208,8 @@ def r2_table(diagnosis: CraftDiagnosis) -> Table:
 
 
 def _r2_column(diagnosis: CraftDiagnosis, horizon: str) -> Column:
-    def value(row: tuple[str, str]) -> float | None:
-        score = diagnosis.ahead.score(*row, horizon=horizon)
-        if score is None or row[0] != HEADING:
-            return None if score is None else score.r2
-        still = {(s.channel, s.horizon): s.rmse for s in diagnosis.ahead.simple if s.model == STRAIGHT}
-        return 1.0 - (score.rmse / still[HEADING, horizon]) ** 2 if still.get((HEADING, horizon)) else None
+    def value(row: tuple[str, str]) -> float:
+        return share_explained(diagnosis.ahead, *row, horizon)
 
     return Column(f"after {horizon}", lambda row: r_squared(value(row)), value)
 

@@ -15,8 +15,7 @@ from ..runs import AFTER, BEFORE, CHANNELS, DrawnCurve
 from . import words
 
 if TYPE_CHECKING:
-    from ...diagnosis.result import Diagnosis, RemainingForce
-    from ...diagnosis.trace import Trace
+    from ...diagnosis.result import Diagnosis, RemainingForce, Trace
 
 BANDS = 14
 """Frequency bands, equally wide on a logarithmic axis, into which a spectrum of errors is averaged."""

@@ -20,7 +20,7 @@ from ..page import (
     sides,
 )
 from ..runs import of_trace
-from ..validation.tables import horizon_table, trusted_lines
+from ..validation.tables import explained_lines, horizon_table
 from . import words
 from .figures import error_drawings, force_drawings
 from .tables import bank_table, error_table, gain_table, instrument_rows, not_testable_table, where_table
@@ -92,7 +92,7 @@ def _finding(diagnosis: Diagnosis, finding: Finding) -> tuple[str, ...]:
 def _remains(diagnosis: Diagnosis) -> list[Block]:
     """Forces that no cause explains with their curves, the hypothesis about what is unexplained, and how far ahead the
     model can be trusted."""
-    trusted = [] if diagnosis.ahead is None else [f"{line}." for line in trusted_lines(diagnosis.ahead)]
+    trusted = [] if diagnosis.ahead is None else [f"{line}." for line in explained_lines(diagnosis.ahead)]
     hint = "None of the known causes: the sparse term that fits best. Use it as a hint only."
     hypothesis = [hint, Pairs(tuple(words.hypothesis(diagnosis)))] if diagnosis.hypothesis else []
     forces = items([words.remaining(force) for force in diagnosis.remaining])

@@ -46,7 +46,7 @@ READING = (
 
 
 @dataclass(frozen=True)
-class Cell:
+class ConfusionCell:
     """One count of a confusion matrix."""
 
     count: int
@@ -60,7 +60,7 @@ class Matrix:
 
     method: str
     columns: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[Cell, ...]], ...]
+    rows: tuple[tuple[str, tuple[ConfusionCell, ...]], ...]
 
 
 def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
@@ -276,10 +276,10 @@ def _matrix(method: str, own: Frame) -> Matrix:
     return Matrix(method, tuple(said), tuple(rows))
 
 
-def _cell(injected: str, said: str, count: int, total: int) -> Cell:
+def _cell(injected: str, said: str, count: int, total: int) -> ConfusionCell:
     right = {"(null)": "(adequate)", "(anticipated)": "(unexplained)", "(unforeseen)": "(unexplained)"}
     right |= {"(planted-null)": "(unexplained)"}
-    return Cell(count, right.get(injected, injected) == said, f"{0.12 + 0.6 * count / total:.2f}")
+    return ConfusionCell(count, right.get(injected, injected) == said, f"{0.12 + 0.6 * count / total:.2f}")
 
 
 def _brackets_last(name: str) -> tuple[bool, str]:

@@ -13,8 +13,8 @@ from ..runs import MARGINS, WIDTH
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ...estimation.judgement.assessment import Assessment
-    from ...estimation.judgement.correlation import Correlation
+    from ...estimation.estimates.assessment import Assessment
+    from ...estimation.estimates.correlation import Correlation
 
 HEIGHT = 2.6
 SIDES = {"training": COLOURS[0], "held out": COLOURS[1]}

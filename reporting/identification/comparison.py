@@ -17,7 +17,7 @@ from ..tables import Column, Table, make_table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ...estimation.judgement.comparison import Candidate, Comparison
+    from ...estimation.estimates.comparison import Candidate, Comparison
     from ..page import Page
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.judgement.assessment import APPROXIMATES, EXPLAINS, FAILS, POOR
+from ...estimation.estimates.assessment import APPROXIMATES, EXPLAINS, FAILS, POOR
 from ...estimation.likelihood.search import ADEQUATE
 from ..diagnosis.words import in_line, size
 from ..numbers import number, r_squared
@@ -21,10 +21,10 @@ from .comparison import comparison_note, comparison_table
 from .tables import assessed_table, next_table, residual_table, told_table
 
 if TYPE_CHECKING:
+    from ...estimation.estimates.assessment import Assessment
+    from ...estimation.estimates.comparison import Comparison
+    from ...estimation.estimates.correlation import ChannelResiduals
     from ...estimation.information.identifiability import ParameterGroup
-    from ...estimation.judgement.assessment import Assessment
-    from ...estimation.judgement.comparison import Comparison
-    from ...estimation.judgement.correlation import ChannelResiduals
     from ...estimation.validation.result import Validation
     from ..page import Page
     from ..tables import Table

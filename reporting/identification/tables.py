@@ -11,8 +11,8 @@ from ..numbers import interval, interval_digits, is_missing, number
 from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ...estimation.judgement.assessment import Assessment, ParameterTold
-    from ...estimation.judgement.correlation import ChannelResiduals, Correlation
+    from ...estimation.estimates.assessment import Assessment, ParameterTold
+    from ...estimation.estimates.correlation import ChannelResiduals, Correlation
 
 DIGITS = 5
 SHOWN = 4

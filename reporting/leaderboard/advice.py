@@ -6,7 +6,7 @@ What the regret of an advice is, `EXPLAINED` says.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -22,8 +22,11 @@ from .contest import Contest
 from .standings import CASES, median
 
 UNKNOWN = "output-error"
-"""The advice where a ship's equations are unknown: no rule tried was shown to be better, see
+"""The advice where a ship's equations and particulars are unknown: no rule tried was shown to be better, see
 docs/how-to/read-the-leaderboard.md."""
+PARTICULARS = "particulars, corrected"
+"""The advice where her equations are unknown and her particulars known: their simulation, corrected by the training
+records (`calibrate`)."""
 EXPLAINED = (
     "The regret of an advice is the error of the method that it names over the least error of all methods there; it is "
     "infinite (a dash) where that method fails or diverges. Errors are medians over "
@@ -31,12 +34,20 @@ EXPLAINED = (
     f"Errors below {FLOOR:g} of what the record varies by count as {FLOOR:g}: nobody needs the difference. The page "
     "also lists a few methods to compare: of these the one is taken that errs least on one more record, another "
     "manoeuvre with the same sensors in the same weather, for each draw of the noise. "
-    f"Where the ship's equations are unknown, the advice is {UNKNOWN}, whatever the page ranks first."
+    f"Where the ship's equations are unknown, the advice is {UNKNOWN}, whatever the page ranks first, or, where her "
+    "file states the particulars of hull, rudder and propeller, the simulation that they give, corrected by the "
+    f"training records ({PARTICULARS}: `helmbench calibrate --model ship.yaml`), which counts as one of the methods."
 )
 CONDITIONS = ("case", "noise", "disturbance", "model", "sampling", "excitation")
 """What the page is asked with, the most important first."""
 PLAIN_RULES = ("output-error", "grey-gp")
 """Methods that somebody could always take: an advice that is no better than each of them is worth nothing."""
+KNOWN = {
+    (False, False): "Own equations",
+    (True, True): f"Other equations and known particulars (the advice is {PARTICULARS})",
+    (True, False): f"Other equations (the advice is {UNKNOWN}, whatever ranks first)",
+}
+"""What is known of a ship, by whether other equations are fitted and whether the advice is `PARTICULARS`."""
 LEAST_SHIPS = 2
 """Ships that an answer must rest on, else a condition is left open."""
 
@@ -122,22 +133,38 @@ def advices(board: Contest, fresh: Contest, situations: Sequence[Situation]) -> 
     return found
 
 
-def tested(advised: Mapping[Situation, Advice], fresh: Contest, checks: Contest) -> list[Tested]:
-    """What advices are worth in the contest of all methods; what their lists hold is chosen by that of the checks."""
-    return [_tested(fresh, checks, one, advice) for one, advice in advised.items()]
+def unknown(one: Situation) -> bool:
+    """Whether other equations than the ship's own are fitted."""
+    return one.model != "own"
 
 
-def _tested(fresh: Contest, checks: Contest, one: Situation, advice: Advice) -> Tested:
+def tested(
+    advised: Mapping[Situation, Advice],
+    fresh: Contest,
+    checks: Contest,
+    corrected: Mapping[Situation, Sequence[float]] | None = None,
+) -> list[Tested]:
+    """What advices are worth in the contest of all methods; what their lists hold is chosen by that of the checks.
+
+    corrected : the error of each draw of the noise by `PARTICULARS`, where these are known and the equations are not.
+    """
+    by_particulars = {one: median(np.array(errors)) for one, errors in (corrected or {}).items()}
+    return [_tested(fresh, checks, one, advice, by_particulars.get(one)) for one, advice in advised.items()]
+
+
+def _tested(fresh: Contest, checks: Contest, one: Situation, advice: Advice, corrected: float | None) -> Tested:
     (at,), place = _places(fresh, one, held_out="+".join(one.held_out)), _check_of(checks, one)
     errors = fresh.errors[at]
-    least = int(np.nanargmin(errors))
     known = {name: float(value) for name, value in zip(fresh.methods, errors, strict=True) if not np.isnan(value)}
+    if corrected is not None:
+        known, advice = known | {PARTICULARS: corrected}, replace(advice, method=PARTICULARS)
+    best = min(known, key=known.__getitem__)
     error, plain = known.get(advice.method, np.inf), {name: known.get(name, np.inf) for name in PLAIN_RULES}
     chosen = (
         np.nan if place is None else _chosen(fresh.runs[at], fresh.methods, checks.runs[place], checks.methods, advice)
     )
     chosen_error = error if np.isnan(chosen) else chosen
-    return Tested(one, advice, error, chosen_error, fresh.methods[least], float(errors[least]), plain)
+    return Tested(one, advice, error, chosen_error, best, known[best], plain)
 
 
 def _chosen(
@@ -172,15 +199,14 @@ def summary(tested: Sequence[Tested]) -> str:
 
 
 def _plain_rules(tested: Sequence[Tested]) -> str:
-    """The plain rules beside the advice, for each kind of equations."""
+    """The plain rules beside the advice, for each kind of what is known of the ship."""
     parts = []
-    for kind in ("own equations", "other equations"):
-        if own := [one for one in tested if one.situation.kind.startswith(kind)]:
+    for kind in dict.fromkeys(KNOWN.values()):
+        if own := [one for one in tested if KNOWN[unknown(one.situation), one.advice.method == PARTICULARS] == kind]:
             rules = [("the advice", [one.regret for one in own])]
             rules += [(f"always {name}", [one.plain_regret(name) for one in own]) for name in PLAIN_RULES]
             told = "; ".join(f"{name} {_good(regrets)}" for name, regrets in rules)
-            rule = f" (the advice is {UNKNOWN}, whatever ranks first)" if kind == "other equations" else ""
-            parts.append(f"{kind[:1].upper()}{kind[1:]}{rule}, {len(own)} situations: {told}.")
+            parts.append(f"{kind}, {len(own)} situations: {told}.")
     return " ".join(parts)
 
 

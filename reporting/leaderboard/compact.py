@@ -14,7 +14,7 @@ import numpy as np
 
 from ...bench.kinds.identification.columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_columns
 from ...bench.scores.errors_ahead import errors_ahead
-from ...bench.scores.record_errors import record_errors
+from ...bench.scores.prediction_error import record_errors
 from ...bench.store import read_tables
 from ...models.errors import BadInput
 from ...models.folders import check_regular

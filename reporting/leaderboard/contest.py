@@ -87,13 +87,13 @@ class Contest:
         found = rankdata(self.errors, axis=1, nan_policy="omit")
         return np.where((np.isfinite(found).sum(axis=1) > 1)[:, None], found, np.nan)
 
-    def order(self) -> list[Place]:
+    def order(self) -> list[RankedMethod]:
         """The ranking: methods compared in `COVERAGE` of the problems first, inside both groups by mean rank."""
         ranks = self.ranks()
         counts = np.isfinite(ranks).sum(axis=0)
         most = counts.max(initial=0)
         places = [
-            Place(
+            RankedMethod(
                 method=method,
                 index=i,
                 mean_rank=float(np.nanmean(ranks[:, i])),
@@ -117,7 +117,7 @@ class Contest:
 
 
 @dataclass(frozen=True)
-class Place:
+class RankedMethod:
     """A method in a ranking: its mean rank over `problems`, in `imputed` of which it has no finite error."""
 
     method: str

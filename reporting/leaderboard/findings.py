@@ -23,14 +23,14 @@ OUTLIERS, SLOW = "low,outliers=10%", 16
 
 
 @dataclass(frozen=True)
-class Finding:
+class BoardFinding:
     """A sentence with its figures, and the command that makes the runs."""
 
     text: str
     command: str
 
 
-def findings(of: Statistics, every: Statistics | None = None) -> list[Finding]:
+def findings(of: Statistics, every: Statistics | None = None) -> list[BoardFinding]:
     """All findings that the results allow, in reading order.
 
     Parameters
@@ -38,7 +38,7 @@ def findings(of: Statistics, every: Statistics | None = None) -> list[Finding]:
     of : the main suite.
     every : all suites, for what is said of conditions; None: the main one.
     """
-    ranking: tuple[Callable[[Statistics], Finding | None], ...] = (
+    ranking: tuple[Callable[[Statistics], BoardFinding | None], ...] = (
         _boxes, _boxes_of_simpler_models, _simpler_models, _bound, _speed,
     )  # fmt: skip
     conditions = (_noise, _disturbance, _outliers, _sampling, _excitation)
@@ -61,16 +61,16 @@ def _first(of: Statistics) -> tuple[str, int] | None:
     return (places[0].method, places[0].index) if places else None
 
 
-def _best(of: Statistics) -> list[Finding]:
+def _best(of: Statistics) -> list[BoardFinding]:
     """Which method, for every case of what is known."""
     if not _first(of):
         return []
-    return [Finding(f"Which method, {case}: {text}", command("default")) for case, text in headlines(of.board)]
+    return [BoardFinding(f"Which method, {case}: {text}", command("default")) for case, text in headlines(of.board)]
 
 
-def _boxes(of: Statistics) -> Finding | None:
+def _boxes(of: Statistics) -> BoardFinding | None:
     found = of.grey_black
-    return Finding(found.sentence(), command("default")) if found else None
+    return BoardFinding(found.sentence(), command("default")) if found else None
 
 
 def _own_models(of: Statistics) -> np.ndarray:
@@ -78,16 +78,16 @@ def _own_models(of: Statistics) -> np.ndarray:
     return of_own_models(of.board.problems, of.estimates)
 
 
-def _boxes_of_simpler_models(of: Statistics) -> Finding | None:
+def _boxes_of_simpler_models(of: Statistics) -> BoardFinding | None:
     """Grey against black box where the grey box cannot be exact."""
     own = _own_models(of)
     found = grey_against_black(of.board.kept(~own))
     if found is None or own.all():
         return None
-    return Finding(found.sentence("Where the fitted model is not the ship's own"), command("default"))
+    return BoardFinding(found.sentence("Where the fitted model is not the ship's own"), command("default"))
 
 
-def _simpler_models(of: Statistics) -> Finding | None:
+def _simpler_models(of: Statistics) -> BoardFinding | None:
     """What a simpler model costs the first method, on the vessels that were fitted with both."""
     first, own, vessels = _first(of), _own_models(of), of.board.problems["vessel"].astype(str)
     both = sorted(set(vessels[own]) & set(vessels[~own]))
@@ -101,10 +101,10 @@ def _simpler_models(of: Statistics) -> Finding | None:
         f"With response models instead of the ship's own equations {first[0]} errs {number(simple)} instead of "
         f"{number(exact)} in the median ({', '.join(both)})."
     )
-    return Finding(text, command("default"))
+    return BoardFinding(text, command("default"))
 
 
-def beyond(board: Contest) -> Finding | None:
+def beyond(board: Contest) -> BoardFinding | None:
     """The best grey box against the best black box where both predict something else than they were trained on.
 
     Parameters
@@ -114,20 +114,20 @@ def beyond(board: Contest) -> Finding | None:
     found = grey_against_black(board)
     if found is None:
         return None
-    return Finding(found.sentence("Beyond the training records"), command("generalise"))
+    return BoardFinding(found.sentence("Beyond the training records"), command("generalise"))
 
 
-def tuners_compared(board: Contest) -> list[Finding]:
+def tuners_compared(board: Contest) -> list[BoardFinding]:
     """Which tuner finds the best options at each budget.
 
     Parameters
     ----------
     board : of the suite `tuners`.
     """
-    return [Finding(budget.sentence(), command(tuners.SUITE)) for budget in tuners.budgets(board)]
+    return [BoardFinding(budget.sentence(), command(tuners.SUITE)) for budget in tuners.budgets(board)]
 
 
-def _bound(of: Statistics) -> Finding | None:
+def _bound(of: Statistics) -> BoardFinding | None:
     """How near the best method comes to the Cramer-Rao bound at low noise."""
     curves, floor = profiles.noise_curves(of.cells, of.estimates, of.board.methods)
     known = {
@@ -140,10 +140,10 @@ def _bound(of: Statistics) -> Finding | None:
         f"At low noise {near} comes nearest to the Cramer-Rao floor: its median parameter error is "
         f"{number(known[near])} times the floor ({percent(floor['low'], 2)}); unbiased methods reach about 1."
     )
-    return Finding(text, command("default"))
+    return BoardFinding(text, command("default"))
 
 
-def _speed(of: Statistics) -> Finding | None:
+def _speed(of: Statistics) -> BoardFinding | None:
     errors = [median(row) for row in of.board.errors.T]
     times = [median(row) for row in of.board.times.T]
     full = {place.index for place in of.board.order() if not place.partial}
@@ -151,27 +151,27 @@ def _speed(of: Statistics) -> Finding | None:
     if len(front) < 2:
         return None
     named = ", ".join(f"{of.board.methods[i]} ({number(errors[i])}, {duration(times[i])})" for i in front)
-    return Finding(f"No other method is both faster and more accurate than: {named}.", command("default"))
+    return BoardFinding(f"No other method is both faster and more accurate than: {named}.", command("default"))
 
 
-def _noise(of: Statistics) -> Finding | None:
+def _noise(of: Statistics) -> BoardFinding | None:
     return _levels(of, "noise", "low", "high", ("low noise", "high noise"), "noise")
 
 
-def _disturbance(of: Statistics) -> Finding | None:
+def _disturbance(of: Statistics) -> BoardFinding | None:
     wind = next((level for level in of.board.problems["disturbance"].unique() if level.startswith("wind")), None)
     return _levels(of, "disturbance", "none", wind, ("calm water", f"{wind} while training"), "disturbances")
 
 
-def _outliers(of: Statistics) -> Finding | None:
+def _outliers(of: Statistics) -> BoardFinding | None:
     return _levels(of, "noise", "low", OUTLIERS, ("no outliers", "10 % outliers"), "outliers")
 
 
-def _sampling(of: Statistics) -> Finding | None:
+def _sampling(of: Statistics) -> BoardFinding | None:
     return _levels(of, "thinning", 1, SLOW, ("all samples", f"every {SLOW}th sample"), "sampling")
 
 
-def _excitation(of: Statistics) -> Finding | None:
+def _excitation(of: Statistics) -> BoardFinding | None:
     """The manoeuvre from which most is learned, where several are compared on the same held-out records."""
     problems = of.board.problems
     alone = problems[~problems["train"].str.contains(r"\+[A-Za-z_]", regex=True)]
@@ -187,10 +187,10 @@ def _excitation(of: Statistics) -> Finding | None:
         f"Of single manoeuvres, {order[0]} teaches most (median prediction error {number(levels[order[0]])} over all "
         f"methods), {order[-1]} least ({number(levels[order[-1]])})."
     )
-    return Finding(text, command("excitation"))
+    return BoardFinding(text, command("excitation"))
 
 
-def _failures(of: Statistics) -> Finding | None:
+def _failures(of: Statistics) -> BoardFinding | None:
     lost = {place.method: place.imputed / place.problems for place in of.board.order()}
     worst = max(lost, key=lambda method: lost[method], default="")
     if not lost or not lost[worst] > 0.0:
@@ -200,15 +200,15 @@ def _failures(of: Statistics) -> Finding | None:
         f"{worst} gives no finite prediction in {percent(lost[worst])} of its problems, the largest share; "
         f"{never} of {len(lost)} methods always give one."
     )
-    return Finding(text, command("default"))
+    return BoardFinding(text, command("default"))
 
 
-def _ranking(of: Statistics) -> Finding | None:
+def _ranking(of: Statistics) -> BoardFinding | None:
     told = next((text for text in of.statements() if text.startswith("The first method stays")), None)
-    return Finding(told, command("default")) if told else None
+    return BoardFinding(told, command("default")) if told else None
 
 
-def _hardest(of: Statistics) -> Finding | None:
+def _hardest(of: Statistics) -> BoardFinding | None:
     first = _first(of)
     if first is None:
         return None
@@ -222,7 +222,7 @@ def _hardest(of: Statistics) -> Finding | None:
         f"With the ships' own equations {first[0]} has its largest median prediction error on {hard} "
         f"({number(known[hard])})."
     )
-    return Finding(text, command("default"))
+    return BoardFinding(text, command("default"))
 
 
 def _medians_by(levels: Series, errors: np.ndarray) -> dict[str, float]:
@@ -232,7 +232,7 @@ def _medians_by(levels: Series, errors: np.ndarray) -> dict[str, float]:
 
 def _levels(
     of: Statistics, factor: str, plain: object, other: object, words: tuple[str, str], suite: str
-) -> Finding | None:
+) -> BoardFinding | None:
     """Which method predicts best at a level of a factor, and at the plain one; `words` name the plain and the other."""
     block = [name for name in CELL if name != factor]
     cells: Frame = of.cells[of.cells["nrmse"].notna()]
@@ -251,4 +251,4 @@ def _levels(
         f"{number(errors.loc[best, 'nrmse_a'])} with {words[0]} ({int(most.max())} problems; with {words[0]}, {calm} "
         f"is best with {number(errors.loc[calm, 'nrmse_a'])})."
     )
-    return Finding(text, command(suite))
+    return BoardFinding(text, command(suite))

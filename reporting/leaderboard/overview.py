@@ -10,7 +10,7 @@ from ..numbers import DEG, number, percent, r_squared
 from ..tables import field, make_table
 from .answer import answer
 from .columns import TIME, numeric
-from .contest import Contest, Place
+from .contest import Contest, RankedMethod
 from .standings import COVERAGE, Frame
 
 SHORT = partial(number, digits=2)
@@ -44,7 +44,7 @@ def overview(ended: str, overall: Frame, board: Contest) -> str:
     return "\n\n".join([ended, answer(board), tables.markdown(ranking), told])
 
 
-def _coverage(places: Sequence[Place]) -> list[str]:
+def _coverage(places: Sequence[RankedMethod]) -> list[str]:
     """On how many problems the methods were compared."""
     most = max((place.problems for place in places), default=0)
     fewer = [place for place in places if place.problems < most]
@@ -56,11 +56,11 @@ def _coverage(places: Sequence[Place]) -> list[str]:
     return [f"Compared on fewer of the {most} problems{below}: {_counted(fewer, 'problems')}."]
 
 
-def _lost(places: Sequence[Place]) -> list[str]:
+def _lost(places: Sequence[RankedMethod]) -> list[str]:
     """Methods without a finite prediction in some problems."""
     lost = [place for place in places if place.imputed]
     return [f"Problems in which it failed or diverged and ranks last: {_counted(lost, 'imputed')}."] if lost else []
 
 
-def _counted(places: Sequence[Place], name: str) -> str:
+def _counted(places: Sequence[RankedMethod], name: str) -> str:
     return ", ".join(f"{place.method} {getattr(place, name)}" for place in places)

@@ -16,7 +16,6 @@ from . import standings
 from .ahead import ahead_table
 from .answer import answer
 from .board import Leaderboard, build
-from .by_record import record_table
 from .compact import read_compact
 from .contest import contest
 from .estimates import summarised
@@ -24,8 +23,16 @@ from .overview import overview
 from .page_data import as_script, page_data
 from .standings import Frame
 from .statistics import Statistics
-from .tables import choice_table, detail_tables, failure_table, matrices, overall_table
-from .timings import read_timing, timing_table
+from .tables import (
+    choice_table,
+    detail_tables,
+    failure_table,
+    matrices,
+    overall_table,
+    read_timing,
+    record_table,
+    timing_table,
+)
 from .tuners import budgets, tuner_table
 from .uncertainty import uncertainty_table
 

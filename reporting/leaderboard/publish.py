@@ -30,16 +30,20 @@ from .board import Leaderboard, build
 from .charts import standings_figure
 from .contest import Contest, contest
 from .estimates import summarised
-from .findings import Finding, beyond, findings, tuners_compared
+from .findings import BoardFinding, beyond, findings, tuners_compared
 from .page import headline, html
 from .page_data import MEASURED, as_script, page_data
-from .standings import CASES, CELL, Frame
+from .standings import CASES, CELL, STATUSES, Frame
 from .statistics import Statistics
 from .tables import overall_table
 from .tuners import tuner_table
 from .uncertainty import uncertainty_finding, uncertainty_table
 
 README, PAGE, PICTURE, ADVICE = "README.md", "leaderboard.html", "ranking.svg", "advice.md"
+TABLE = "problems.csv"
+"""What a method of somebody's own is compared with: a row a problem and method, small enough for the repository."""
+TABLE_COLUMNS = ("case", *CELL, "label", "runs", *STATUSES[1:], "diverged", "nrmse", "rel_error", "cpu_s")
+DIGITS = "%.4g"
 SLOW = "minutes"
 """Folder, in that of the leaderboard, of the suite whose methods may take minutes: its problems are those of the first
 suite, and on one board some of them would be won by methods that others were not run with."""
@@ -185,6 +189,7 @@ def pages(
         ),
         PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else "", advice),
         PICTURE: picture(board),
+        TABLE: problem_table(cells),
     }
     return {name: text.encode() for name, text in texts.items()}
 
@@ -229,13 +234,13 @@ def headline_lines(main: Contest, every: Contest) -> list[str]:
     return [f"{begin(case)}: {text}" if case else text for case, text in found.items()]
 
 
-def told(runs: Frame, main: Statistics, every: Statistics) -> list[Finding]:
+def told(runs: Frame, main: Statistics, every: Statistics) -> list[BoardFinding]:
     """All findings, of the main suite's ranking and of the conditions of all suites."""
     more = (uncertainty_finding(runs), *_generalise(runs))
     return [*findings(main, every), *(found for found in more if found is not None)]
 
 
-def _generalise(runs: Frame) -> list[Finding]:
+def _generalise(runs: Frame) -> list[BoardFinding]:
     """What only the suite `generalise` says."""
     own = runs[runs["suite"] == "generalise"]
     found = None if own.empty else beyond(contest(standings.cell_table(own), own))
@@ -248,7 +253,7 @@ def readme(
     board: Leaderboard,
     lines: Sequence[str],
     statistics: Statistics,
-    findings: Sequence[Finding],
+    findings: Sequence[BoardFinding],
     tuning: Contest | None = None,
     advice: str = "",
     slow: str = "",
@@ -270,7 +275,8 @@ def readme(
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
             f"`{PAGE}` chooses by vessel, excitation, noise, disturbance, channels and time, and shows every run; the "
             f"runs are in `{RESULTS}` and `{PARAMETERS}`. These files are in the archive `helmbench-reports` of a "
-            "release (`make asset`), and not in the repository; `make reports` makes all of it anew.",
+            "release (`make asset`), and not in the repository; `make reports` makes all of it anew. "
+            f"[{TABLE}]({TABLE}) has the medians over seeds of every problem and method.",
             "Times are CPU times of a fit; they hardly depend on what else the machine does.",
             f"![Median prediction error of every method with its interval]({PICTURE})",
             f"## Ranking{where}",
@@ -304,6 +310,12 @@ def _suites(manifest: Mapping[str, Any], results: Frame) -> tables.Table:
         tables.Column("CPU time of fits (min)", lambda row: f"{row['minutes']:.1f}", lambda row: row["minutes"]),
     ]
     return tables.make_table(columns, rows)
+
+
+def problem_table(cells: Frame) -> str:
+    """The medians over seeds of every problem and method as CSV text."""
+    table = cells[[*TABLE_COLUMNS]].rename(columns={"label": "method"})
+    return str(table.to_csv(index=False, float_format=DIGITS, lineterminator="\n"))
 
 
 def picture(board: Leaderboard) -> str:

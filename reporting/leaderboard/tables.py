@@ -2,14 +2,22 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping, Sequence
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
+from ...models.data_file import load
+from ...models.errors import BadInput
+from ...models.folders import check_regular
 from ..numbers import duration, is_missing, number
 from ..tables import Cell, Column, Table, field, make_table, with_least_marked
 from . import standings
 from .columns import DETAIL, FAILURE, STANDING
 from .standings import Frame
+
+if TYPE_CHECKING:
+    from .standings import Frame
 
 FACTORS = {
     "noise": "noise",
@@ -139,3 +147,71 @@ def failure_table(failures: Frame) -> Table:
 
 def _rows(frame: Frame) -> list[dict[str, Any]]:
     return frame.to_dict("records")
+
+
+# ---- Errors of every held-out record of measured ships by themselves.
+
+RECORDS_TITLE = "Errors by record, measured ships"
+RECORDS_NOTE = (
+    "Free-run error of every held-out record, mean over channels of sqrt(1 - R2), nothing refitted; a dash where it "
+    "diverged. `helmbench run --suite SUITE --vessel SHIP --method METHOD -o DIR` makes a row again."
+)
+
+
+def record_table(results: Frame) -> Table:
+    """One row a ship, fitted model, method and selection of records; none where no measured run is scored."""
+    columns = [
+        *(field(name) for name in ("vessel", "model", "method", "train", "noise")),
+        Column(
+            "error by record",
+            lambda row: _record_errors(row["nrmse_by_record"]),
+            lambda row: _mean_error(row["nrmse_by_record"]),
+        ),
+    ]
+    known = results[results["nrmse_by_record"].notna()] if "nrmse_by_record" in results else results[:0]
+    rows = known.sort_values(["vessel", "model", "noise", "method"]).to_dict("records")
+    return make_table(columns, rows, RECORDS_TITLE, RECORDS_NOTE)
+
+
+def _record_errors(text: Any) -> str:
+    return ", ".join(f"{name} {number(error)}" for name, error in json.loads(text).items())
+
+
+def _mean_error(text: Any) -> float | None:
+    errors = list(json.loads(text).values())
+    return None if None in errors else sum(errors) / len(errors)
+
+
+# ---- Timings of the benchmark tests, shown beside a leaderboard.
+
+TIMING_COLUMNS = (
+    field("name", "what"),
+    Column("median", lambda row: duration(row["median"]), lambda row: row["median"]),
+    Column("quartiles", lambda row: f"{duration(row['q1'])} .. {duration(row['q3'])}", lambda row: row["q3"]),
+    Column("rounds", lambda row: str(row["rounds"]), lambda row: row["rounds"]),
+)
+
+
+def timing_table(timings: Sequence[dict]) -> Table:
+    """Median and quartiles of every timing."""
+    return make_table(TIMING_COLUMNS, timings, "Timings", "Wall time, measured apart from this run.")
+
+
+def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
+    """Name, median, quartiles (s) and rounds from a benchmark JSON file; empty where there is none.
+
+    Raises
+    ------
+    BadInput : the file is no benchmark JSON file, or it is required and missing.
+    """
+    if not required and not check_regular(path):
+        return []
+    try:
+        found = load(path)["benchmarks"]
+        pick = ("median", "q1", "q3", "rounds")
+        return sorted(
+            ({"name": entry["name"], **{key: entry["stats"][key] for key in pick}} for entry in found),
+            key=lambda entry: entry["name"],
+        )
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise BadInput(f"is not a benchmark JSON file ({type(error).__name__}: {error})", file=path) from None

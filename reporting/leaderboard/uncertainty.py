@@ -9,7 +9,7 @@ import numpy as np
 from ..numbers import percent
 from ..tables import Table, field, make_table
 from .columns import count, numeric
-from .findings import Finding, command
+from .findings import BoardFinding, command
 from .standings import labels, median
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def _row(label: str, own: Frame) -> dict[str, Any]:
     return {"method": label, "runs": len(own)} | found | shares
 
 
-def uncertainty_finding(runs: Frame) -> Finding | None:
+def uncertainty_finding(runs: Frame) -> BoardFinding | None:
     """How often the stated intervals of free runs hold, with the ship's own equations and on measured ships.
 
     runs : as `standings.judged` gives them.
@@ -59,4 +59,4 @@ def uncertainty_finding(runs: Frame) -> Finding | None:
     if not told:
         return None
     text = f"The 95 % intervals of free runs that methods state hold the record in: {', '.join(told)}."
-    return Finding(text, command("default"))
+    return BoardFinding(text, command("default"))

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 from ...datasets.columns import CANONICAL
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.validation.horizons import better_at
+from ...estimation.validation.horizons import STRAIGHT, better_at
 from ...estimation.validation.result import FREE
-from ..numbers import DEG, number, r_squared
+from ...estimation.validation.validate import label
+from ..numbers import DEG, number, percent, r_squared
 from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ...estimation.validation.result import Index, Score, Validation
+    from ...estimation.validation.result import ErrorScore, Index, Validation
 
 TOGETHER = "together"
 """The row of all channels: mean R^2 of heading, yaw rate, surge and sway."""
@@ -132,19 +133,19 @@ def _of(validation: Validation, name: str) -> str:
     return f" {name}" if len(validation.models) > 1 else ""
 
 
-def _rmse(score: Score | None) -> float | None:
+def _rmse(score: ErrorScore | None) -> float | None:
     """The error in the unit that is shown."""
     if score is None or score.channel is None:
         return None
     return shown_unit(score.channel)[1] * score.rmse
 
 
-def _r2(score: Score | None) -> float | None:
+def _r2(score: ErrorScore | None) -> float | None:
     return None if score is None else score.r2
 
 
 def _score_column(
-    title: str, validation: Validation, model: str, value: Callable[[Score | None], float | None]
+    title: str, validation: Validation, model: str, value: Callable[[ErrorScore | None], float | None]
 ) -> Column:
     return _scored(title, lambda channel: validation.score(channel, model), value)
 
@@ -158,8 +159,8 @@ def _simple(validation: Validation, channel: str) -> list[tuple[str, str]]:
     ]
 
 
-def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], Score | None]:
-    def score(row: tuple[str, str]) -> Score | None:
+def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], ErrorScore | None]:
+    def score(row: tuple[str, str]) -> ErrorScore | None:
         channel, name = row
         if name == NOISE:
             timed = next((s for s in validation.simple if s.horizon == horizon), None)
@@ -177,6 +178,39 @@ def trusted_lines(validation: Validation) -> list[str]:
     return [f"{name}: {_trusted(validation, name, time)} better than {rivals}" for name, time in known.items()]
 
 
+def explained_lines(validation: Validation) -> list[str]:
+    """The same with the share of the motion that it explains there, and the floor below which no error can come."""
+    known = [(name, time) for name, time in validation.trusted_s.items() if math.isfinite(time)]
+    lines = trusted_lines(validation)
+    return [f"{line}{_explained(validation, *one)}" for line, one in zip(lines, known, strict=True)]
+
+
+def share_explained(validation: Validation, channel: str, name: str, horizon: str) -> float:
+    """One minus the squared error over the variance of a channel, or over the squared change since the start of the
+    heading, which hardly varies in a zigzag; nan where there is no score."""
+    score = validation.score(channel, name, horizon=horizon)
+    if score is None or channel != "heading_rad":
+        return math.nan if score is None else score.r2
+    simple = {(s.model, s.channel, s.horizon): s.rmse for s in validation.simple}
+    still = simple.get((STRAIGHT, channel, horizon), 0.0)
+    return 1.0 - (score.rmse / still) ** 2 if still else math.nan
+
+
+def _explained(validation: Validation, name: str, time_s: float) -> str:
+    """Share explained and floor where the model is trusted to, or at the shortest time ahead."""
+    horizon = label(time_s if time_s > 0.0 else min(validation.horizons_s))
+    parts = []
+    for channel, what in (("yaw_rate_rad_s", "the yaw rate"), ("heading_rad", "the change of heading")):
+        share = share_explained(validation, channel, name, horizon)
+        score = validation.score(channel, name, horizon=horizon)
+        if score is not None and math.isfinite(share):
+            unit, factor = shown_unit(channel)
+            error, floor = number(factor * score.rmse), number(factor * validation.noise.get(channel, 0.0), 2)
+            explained = percent(share) if share > 0.0 else "nothing"
+            parts.append(f"{explained} of {what} (error {error}, sensor noise {floor} {unit})")
+    return f"; {horizon} ahead it explains {' and '.join(parts)}" if parts else ""
+
+
 def _trusted(validation: Validation, name: str, time_s: float) -> str:
     if time_s > 0.0:
         return f"trust it for {time_s:.3g} s, up to which it is"
@@ -184,7 +218,9 @@ def _trusted(validation: Validation, name: str, time_s: float) -> str:
     return f"only later than {min(better):.3g} s ahead" if any(better.values()) else "at no time ahead"
 
 
-def _scored(title: str, score: Callable[[Any], Score | None], value: Callable[[Score | None], float | None]) -> Column:
+def _scored(
+    title: str, score: Callable[[Any], ErrorScore | None], value: Callable[[ErrorScore | None], float | None]
+) -> Column:
     text = r_squared if value is _r2 else number
     return Column(title, lambda row: text(value(score(row))), lambda row: value(score(row)))
 

@@ -111,7 +111,7 @@ def test_jobs_of_one_machine_share_its_processors(tmp_path, monkeypatch, manifes
 
 
 def test_a_job_with_other_code_stores_nothing(suite, tmp_path, monkeypatch):
-    share = job_array.Share(tmp_path, [], None, "9.9+other")
+    share = job_array.JobShare(tmp_path, [], None, "9.9+other")
     with pytest.raises(EnvironmentFault, match="a job has other code"):
         job_array.work(share)
     assert "9.9+other" in (tmp_path / job_array.REASON).read_text()

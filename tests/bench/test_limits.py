@@ -8,7 +8,7 @@ import pytest
 import helmbench
 from helmbench.bench import runner
 from helmbench.bench.environment import cpu_count
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.identification import execute
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.limits import Limits
@@ -73,7 +73,7 @@ def suite_of_one_run(tmp_path):
 def errors_of(tmp_path, methods, limits):
     """Method -> error of its row."""
     suite = suite_of_one_run(tmp_path)
-    selection = Selection("mine", methods=tuple(methods))
+    selection = RunSelection("mine", methods=tuple(methods))
     specs = plan(suite, selection)
     with processes(2) as pool, runner.open_store(tmp_path / "out", suite, selection, specs) as store:
         runner.run(specs, store, pool, limits=limits)
@@ -135,8 +135,8 @@ def test_a_fault_of_the_machine_ends_the_run_and_is_no_row(tmp_path, monkeypatch
 
     monkeypatch.setattr(execute, "fit_and_score", full)
     suite = suite_of_one_run(tmp_path)
-    specs = plan(suite, Selection("mine"))
-    with inline() as pool, runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as store:
+    specs = plan(suite, RunSelection("mine"))
+    with inline() as pool, runner.open_store(tmp_path / "out", suite, RunSelection("mine"), specs) as store:
         with pytest.raises(EnvironmentFault, match="no space left; free some"):
             runner.run(specs, store, pool)
         assert store.runs == []

@@ -10,8 +10,8 @@ import helmbench
 from helmbench.bench import content
 from helmbench.bench.journal import read_runs
 from helmbench.bench.kinds import kind_of
-from helmbench.bench.kinds.base import Selection
-from helmbench.bench.kinds.identification import content as identification
+from helmbench.bench.kinds.base import RunSelection
+from helmbench.bench.kinds.identification import kind as identification
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
@@ -43,7 +43,7 @@ def journal(folder):
 
 def contents(suite):
     loaded = load_suite(suite)
-    return [kind_of(loaded.kind).content(spec) for spec in plan(loaded, Selection(loaded.name))]
+    return [kind_of(loaded.kind).content(spec) for spec in plan(loaded, RunSelection(loaded.name))]
 
 
 def test_only_what_is_new_is_run(suite_of, tmp_path, capsys):

@@ -10,7 +10,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from helmbench.bench import journal, runner, store
-from helmbench.bench.kinds.base import TIMES, Selection
+from helmbench.bench.kinds.base import TIMES, RunSelection
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
 from helmbench.bench.kinds.identification.kind import IdentificationKind
 from helmbench.bench.kinds.identification.plan import plan
@@ -47,7 +47,7 @@ def assert_same_tables(one, other):
 def test_interrupted_runs_end_in_the_same_tables(tmp_path_factory, stops, torn):
     folder = tmp_path_factory.mktemp("store")
     suite = suite_file(folder, "  - {vessels: [response-1, remus-kt], methods: [ls, rls], noise: low, seeds: 3}\n")
-    selection = Selection("mine")
+    selection = RunSelection("mine")
     specs = plan(suite, selection)
     with pytest.MonkeyPatch.context() as patch, inline() as pool:
         patch.setattr(IdentificationKind, "execute", lambda _, spec: fake_execute(spec))
@@ -74,11 +74,11 @@ def test_interrupted_runs_end_in_the_same_tables(tmp_path_factory, stops, torn):
 
 def test_finished_runs_are_not_run_again(tmp_path, monkeypatch):
     suite = suite_file(tmp_path, "  - {vessels: response-1, methods: [ls, rls], noise: low, seeds: 2}\n")
-    specs = plan(suite, Selection("mine"))
+    specs = plan(suite, RunSelection("mine"))
     ran = []
     monkeypatch.setattr(IdentificationKind, "execute", lambda _, spec: ran.append(spec) or fake_execute(spec))
     with inline() as pool:
-        with runner.open_store(tmp_path / "out", suite, Selection("mine"), specs) as opened:
+        with runner.open_store(tmp_path / "out", suite, RunSelection("mine"), specs) as opened:
             runner.run(specs[:1], opened, pool)
         with runner.resume_store(tmp_path / "out", suite, specs) as opened:
             runner.run(specs, opened, pool)
@@ -96,8 +96,8 @@ def test_finished_runs_are_not_run_again(tmp_path, monkeypatch):
 )
 def test_a_run_of_something_else_is_not_resumed(tmp_path, change, complaint):
     suite = suite_file(tmp_path, "  - {vessels: response-1, methods: ls}\n")
-    specs = plan(suite, Selection("mine"))
-    runner.open_store(tmp_path / "out", suite, Selection("mine"), specs).close()
+    specs = plan(suite, RunSelection("mine"))
+    runner.open_store(tmp_path / "out", suite, RunSelection("mine"), specs).close()
     path = tmp_path / "out" / store.MANIFEST
     path.write_text(json.dumps(json.loads(path.read_text()) | change))
     with pytest.raises(BadInput, match=complaint):
@@ -107,8 +107,8 @@ def test_a_run_of_something_else_is_not_resumed(tmp_path, change, complaint):
 
 def test_the_manifest_says_what_was_run_with_what(tmp_path):
     suite = suite_file(tmp_path, "  - {vessels: response-1, methods: ls, noise: low, seeds: 2}\n")
-    specs = plan(suite, Selection("mine"))
-    with runner.open_store(tmp_path / "out", suite, Selection("mine", seeds=2), specs) as opened:
+    specs = plan(suite, RunSelection("mine"))
+    with runner.open_store(tmp_path / "out", suite, RunSelection("mine", seeds=2), specs) as opened:
         manifest = opened.manifest
     assert manifest["planned"] == 2 and manifest["seeds"] == "0-1" and manifest["threads_per_worker"] == 1
     assert {"python", "platform", "cpu", "cpus", "packages", "version"} <= manifest.keys()
@@ -120,7 +120,7 @@ def test_the_manifest_does_not_grow_with_the_runs(tmp_path):
     sizes = []
     for seeds in (2, 5000):
         entry = f"  - {{vessels: response-1, methods: [ls, rls], noise: low, seeds: {seeds}}}\n"
-        suite, selection = suite_file(tmp_path, entry), Selection("mine")
+        suite, selection = suite_file(tmp_path, entry), RunSelection("mine")
         specs = plan(suite, selection)
         assert len(specs) == 2 * seeds
         runner.open_store(tmp_path / f"of-{seeds}", suite, selection, specs).close()

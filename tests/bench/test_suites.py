@@ -2,7 +2,7 @@
 
 import pytest
 
-from helmbench.bench.kinds.identification.suite import Entry
+from helmbench.bench.kinds.identification.suite import RunsEntry
 from helmbench.bench.suites import load_suite, suite_names
 from helmbench.models.errors import BadInput
 
@@ -46,7 +46,7 @@ def test_a_file_of_the_user_is_read(tmp_path):
     suite = load_suite(str(path))
     assert (suite.name, suite.title) == ("mine", "mine")
     assert suite.entries == (
-        Entry(
+        RunsEntry(
             vessels=("mariner",),
             methods=("ls", "rls,variant=as_printed"),
             held_out=(("turn:35",), ("zigzag:10/10",)),

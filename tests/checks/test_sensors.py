@@ -1,5 +1,7 @@
 """Sensor errors that the channels show without a hull model, made by a simulator of other code."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -71,7 +73,7 @@ def test_a_drift_is_named_a_current(rng):
     found = {f.cause: f for f in check(drifting).findings}
     assert "current" in found and found["current"].material
     sizes = [s for s in found["current"].sizes if s.parameter == "speed"]
-    assert sum(s.low <= speed <= s.high for s in sizes) >= 2
+    assert len(sizes) >= 3 and all(abs(speed - s.value) < 1.5 * (s.high - s.low) < speed for s in sizes)
 
 
 def test_sizes_that_differ_between_records_are_said_to(rng):
@@ -101,6 +103,25 @@ def test_positions_of_another_point_are_named(rng):
     assert own and own[0].material
     if own[0].cause == "reference_point":
         assert own[0].sizes[0].value == pytest.approx(x, rel=0.3)
+
+
+@pytest.mark.parametrize("rate", [-0.02, 0.01])
+def test_a_clock_that_runs_fast_or_slow_is_one_cause(rate, rng):
+    """One number in the place of the same scale error of gyro and log."""
+    injected = made("", rng)
+    slow = [replace(r, time_s=r.time_s[0] + (1.0 + rate) * (r.time_s - r.time_s[0])) for r in injected.train]
+    found = [f for f in check(slow).findings if f.material and f.stage == "sensors"]
+    print(injected.case.vessel, found)
+    assert [f.cause for f in found] == ["logger_clock"]
+    assert found[0].sizes[0].value == pytest.approx(rate, abs=0.4 * abs(rate))
+
+
+def test_a_gyro_and_a_log_of_different_scales_are_no_clock(rng):
+    records = made("", rng).train
+    scaled = [r.with_channels(yaw_rate_rad_s=1.05 * r.column("yaw_rate_rad_s")) for r in records]
+    assert {f.cause for f in check(scaled).findings if f.material} == {"yaw_rate_scale"}
+    both = [r.with_channels(surge_m_s=0.95 * r.column("surge_m_s")) for r in scaled]
+    assert "logger_clock" not in {f.cause for f in check(both).findings}
 
 
 def late_by(tau, record, names):

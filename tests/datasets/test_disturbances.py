@@ -39,10 +39,10 @@ def test_texts_are_read(text, canonical):
 
 def test_values_are_in_si():
     found = parse_disturbance("wind:12@40+current:0.5@90+waves:2/7@-10")
-    assert found.wind == d.Wind(12.0, pytest.approx(40 * DEG), True)
-    assert found.current == d.Current(0.5, pytest.approx(90 * DEG))
+    assert found.wind == d.MeanWind(12.0, pytest.approx(40 * DEG), True)
+    assert found.current == d.SteadyCurrent(0.5, pytest.approx(90 * DEG))
     assert found.waves == d.Waves(2.0, 7.0, pytest.approx(-10 * DEG))
-    assert parse_disturbance("steady-wind:1@0").wind == d.Wind(1.0, 0.0, False)
+    assert parse_disturbance("steady-wind:1@0").wind == d.MeanWind(1.0, 0.0, False)
 
 
 @pytest.mark.parametrize(
@@ -62,7 +62,7 @@ def test_bad_texts_end_in_one_line(text):
 
 def test_gusts_have_mean_sd_and_memory_in_both_components(seed):
     n, dt = 40_000, 1.0
-    v = d.wind_velocity(d.Wind(10.0, 30 * DEG), dt * np.arange(n), np.random.default_rng(seed))
+    v = d.wind_velocity(d.MeanWind(10.0, 30 * DEG), dt * np.arange(n), np.random.default_rng(seed))
     a = math.exp(-dt / 20.0)
     spread = math.sqrt((1 + a) / (1 - a) / n)
     mean = -10.0 * np.array([math.cos(30 * DEG), math.sin(30 * DEG)])

@@ -9,7 +9,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate, record_run, suggested
 from helmbench.datasets.manoeuvres import parse_manoeuvre
-from helmbench.datasets.sensors import ChannelSensor, Sensors
+from helmbench.datasets.sensors import ChannelSensor, SensorSet
 from helmbench.models.errors import BadInput
 from helmbench.models.model import CHANNELS, list_vessels, resolve
 from helmbench.models.simulate import initial_state, inputs_of, simulate
@@ -88,7 +88,7 @@ def test_a_channels_noise_does_not_depend_on_the_other_sensors(seed):
     model = resolve("s175")
     heading = ChannelSensor(sd=1e-3)
     one, two = (
-        record_run(model, parse_manoeuvre("zigzag:20/20"), Sensors(channels, "mine"), seed=seed, duration_s=60.0)
+        record_run(model, parse_manoeuvre("zigzag:20/20"), SensorSet(channels, "mine"), seed=seed, duration_s=60.0)
         for channels in ({"heading_rad": heading}, {"yaw_rate_rad_s": ChannelSensor(sd=0.1), "heading_rad": heading})
     )
     np.testing.assert_array_equal(one.column("heading_rad"), two.column("heading_rad"))

@@ -28,12 +28,17 @@ def drawn(rng, late=True):
     q = {f"{name}_bias": rng.normal() * 0.1 for name in SENSORS} | {f"{n}_scale": rng.normal() * 0.1 for n in SENSORS}
     q |= {f"{name}_drift": rng.normal() * 1e-3 for name in SENSORS}
     q |= {f"{name}_delay": 0.5 * rng.integers(1, 6) for name in SENSORS} if late else {}
-    return q | {"axis_misalignment": rng.normal() * 0.1, "swap_yaw_rate_sway": 1.0, "earth_frame_velocity": 1.0}
+    q |= {"axis_misalignment": rng.normal() * 0.1, "swap_yaw_rate_sway": 1.0, "earth_frame_velocity": 1.0}
+    return q | {"clock_rate": rng.uniform(-0.1, 0.1), "ship_scale": rng.uniform(-0.5, 2.0)}
 
 
 def test_corrected_undoes_observed(record, rng):
     q = drawn(rng)
-    back = corrected(observed(record, q), q)
+    shown = observed(record, q)
+    stretch = (1.0 + q["clock_rate"]) * np.sqrt(1.0 + q["ship_scale"])
+    assert np.ptp(shown.time_s) == pytest.approx(stretch * np.ptp(record.time_s))
+    back = corrected(shown, q)
+    np.testing.assert_allclose(back.time_s, record.time_s, atol=1e-9)
     for name in STATES:
         known = np.isfinite(back.column(name))
         assert known.sum() > 0.95 * record.n, name
@@ -175,3 +180,13 @@ def test_wrong_instruments_are_refused(record):
     with pytest.raises(BadInput, match="finite"):
         checked({"rudder_delay": float("nan")})
     assert all(INSTRUMENTS.values())
+
+
+def test_a_similar_ship_sails_its_length_in_a_froude_time(record):
+    """Four times as long: twice as fast, half the rates, four times the way; headings stay."""
+    large = observed(record, {"ship_scale": 3.0})
+    for name, factor in (("surge_m_s", 2.0), ("yaw_rate_rad_s", 0.5), ("east_m", 4.0), ("heading_rad", 1.0)):
+        np.testing.assert_allclose(large.column(name), factor * record.column(name), rtol=1e-12)
+    np.testing.assert_allclose(large.time_s, 2.0 * record.time_s)
+    turning = large.with_channels(propeller_rps=np.full(record.n, 1.5))
+    assert corrected(turning, {"ship_scale": 3.0}).column("propeller_rps") == pytest.approx(3.0)

@@ -15,7 +15,7 @@ import pytest
 from helmbench.datasets import measured
 from helmbench.datasets.io import read_record, write_record
 from helmbench.datasets.measured_sets import DATASETS
-from helmbench.datasets.measured_sets.base import Run
+from helmbench.datasets.measured_sets.base import MeasuredRun
 from helmbench.models.errors import BadInput
 
 ZIGZAGS = ("05_01", "10_05", "10_10_P", "10_10_S", "15_01", "15_05", "20_05", "20_10_S", "25_05", "35_05")
@@ -143,7 +143,7 @@ def published(tmp_path, monkeypatch):
     for stem in ("a", "b"):
         content = f"run {stem}\n".encode()
         (source / f"{stem}.dat").write_bytes(content)
-        runs[stem] = Run(f"{stem}.dat", hashlib.sha256(content).hexdigest(), "straight")
+        runs[stem] = MeasuredRun(f"{stem}.dat", hashlib.sha256(content).hexdigest(), "straight")
     server = ThreadingHTTPServer(("127.0.0.1", 0), partial(Quiet, directory=str(source)))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     made = replace(DATASETS["kvlcc2-hsva"], url=f"http://127.0.0.1:{server.server_port}", folder="set", runs=runs)
@@ -223,7 +223,7 @@ def test_fetch_converts_the_logger_columns_of_blueboat(published, monkeypatch):
         b"time_s,rudder_command_rad,heading_deg,yaw_rate_rad_s,surge_m_s,sway_m_s,north_m,east_m\n"
         b"0,1,350.1235,0.01,1,0.5,-1.25,2.5\n0.1,0,10,0.02,1.1,0.4,-1,2.5\n"
     )
-    run = Run("one.csv", hashlib.sha256(stored).hexdigest(), "", published="fixed_00000001.csv")
+    run = MeasuredRun("one.csv", hashlib.sha256(stored).hexdigest(), "", published="fixed_00000001.csv")
     made = replace(DATASETS["blueboat"], url=DATASETS["made"].url, folder="set", runs={"one": run})
     monkeypatch.setitem(DATASETS, "made", made)
     assert measured.fetch("made") == [target / "one.csv"]

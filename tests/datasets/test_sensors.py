@@ -15,7 +15,7 @@ from helmbench.datasets.columns import CANONICAL, TWIN
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.randomness import gauss_markov, stream
 from helmbench.datasets.record import Record
-from helmbench.datasets.sensors import CHANNELS, NOISE, ChannelSensor, Sensors, apply, parse_noise, runs
+from helmbench.datasets.sensors import CHANNELS, NOISE, ChannelSensor, SensorSet, apply, parse_noise, runs
 from helmbench.models.errors import BadInput
 
 DEG = math.pi / 180.0
@@ -29,7 +29,7 @@ def zeros(n: int = N, dt: float = 0.1, names: tuple[str, ...] = ("heading_rad", 
 
 def measured(rng: np.random.Generator, n: int = N, true: np.ndarray | None = None, **sensor) -> np.ndarray:
     record = zeros(n) if true is None else zeros(n).with_channels(heading_rad=true)
-    return apply(record, Sensors({"heading_rad": ChannelSensor(**sensor)}), rng).column("heading_rad")
+    return apply(record, SensorSet({"heading_rad": ChannelSensor(**sensor)}), rng).column("heading_rad")
 
 
 def assert_share(hits: np.ndarray, share: float) -> None:

@@ -20,6 +20,7 @@ def test_a_cause_that_worsens_held_out_records_is_withdrawn(rng):
     alike = sides[0][1:]
     model, exact = resolve("response-1"), Options(coefficient_sd=0.0)
     named, withdrawn = (diagnose(model, sides[0][:1], held, exact) for held in (alike, sides[1]))
-    assert [f.cause for f in named.causes] == ["rudder_offset"] and named.verdict == "named"
+    assert [f.cause for f in named.causes] == ["rudder_offset"] and PREDICTS_WORSE not in named.reason
+    assert named.extended.family == f"{model.family}+rudder_offset"
     assert withdrawn.verdict == "unexplained" and PREDICTS_WORSE in withdrawn.reason
     assert withdrawn.extended.instruments == model.instruments

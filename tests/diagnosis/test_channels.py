@@ -6,9 +6,8 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.diagnosis.causes.registry import cause
-from helmbench.diagnosis.channels import sensors_of
 from helmbench.diagnosis.options import Options
-from helmbench.diagnosis.prepared import corrected_records
+from helmbench.diagnosis.prepared import Prepared, corrected_records
 from helmbench.models.model import resolve
 
 from ..expectations.injections import injected
@@ -16,11 +15,11 @@ from ..expectations.injections import injected
 
 def test_a_bias_is_found_and_removed_from_all_records(rng):
     case = injected("mariner", ("yaw_rate_bias",), rng)
-    found = sensors_of(case.train, case.held_out)
+    found = Prepared(case.train, case.held_out).compared()
     truth = case.truth[0]["parameters"]["b"]
-    print(truth, found.shown.findings)
-    assert [f.cause for f in found.shown.findings] == ["yaw_rate_bias"]
-    assert found.shown.instruments["yaw_rate_bias"] == pytest.approx(truth, rel=0.2)
+    print(truth, found.findings)
+    assert [f.cause for f in found.findings] == ["yaw_rate_bias"]
+    assert found.removed["yaw_rate_bias"] == pytest.approx(truth, rel=0.2)
     for before, after in zip((*case.train, *case.held_out), (*found.train, *found.held_out), strict=True):
         moved = before.column("yaw_rate_rad_s") - after.column("yaw_rate_rad_s")
         assert np.nanmean(moved) == pytest.approx(truth, rel=0.4)
@@ -28,14 +27,14 @@ def test_a_bias_is_found_and_removed_from_all_records(rng):
 
 def test_sound_sensors_leave_the_records_as_they_are(rng):
     case = injected("mariner", (), rng)
-    found = sensors_of(case.train, case.held_out)
-    assert found.shown.findings == () and found.shown.instruments == {}
+    found = Prepared(case.train, case.held_out).compared()
+    assert found.findings == () and found.removed == {}
     assert all(a.column("heading_rad") is b.column("heading_rad") for a, b in zip(case.train, found.train, strict=True))
 
 
 def test_only_chosen_causes_are_looked_for(rng):
     case = injected("mariner", ("yaw_rate_bias",), rng)
-    assert sensors_of(case.train, [], {cause("rudder_offset")}).shown.findings == ()
+    assert Prepared(case.train, []).compared({cause("rudder_offset")}).findings == ()
 
 
 def test_a_scale_that_no_sensor_has_is_not_told(rng):
@@ -43,9 +42,9 @@ def test_a_scale_that_no_sensor_has_is_not_told(rng):
     records = [
         r.with_channels(yaw_rate_rad_s=10.0 * r.column("yaw_rate_rad_s")) for r in injected("mariner", (), rng).train
     ]
-    found = sensors_of(records, ())
-    print(found.shown.findings)
-    assert found.shown.findings == () and found.shown.instruments == {}
+    found = Prepared(records, []).compared()
+    print(found.findings)
+    assert found.findings == () and found.removed == {}
     assert all(
         a.column("yaw_rate_rad_s") is b.column("yaw_rate_rad_s") for a, b in zip(records, found.train, strict=True)
     )
@@ -58,15 +57,15 @@ def test_sizes_of_other_signs_are_none_of_the_instrument(rng):
     leaning = [
         r.with_channels(sway_m_s=r.column("sway_m_s") + b) for r, b in zip(records, (sway, -sway, 0.0), strict=True)
     ]
-    found = sensors_of(leaning, ())
-    print(found.shown.findings)
-    assert found.shown.findings == () and found.shown.instruments == {}
+    found = Prepared(leaning, []).compared()
+    print(found.findings)
+    assert found.findings == () and found.removed == {}
     zero = 0.1 * float(np.nanstd(records[0].column("yaw_rate_rad_s")))
     drifting = [
         r.with_channels(yaw_rate_rad_s=r.column("yaw_rate_rad_s") + b)
         for r, b in zip(records, (zero, -zero, 0.0), strict=True)
     ]
-    assert [f.cause for f in sensors_of(drifting, ()).shown.findings] == ["yaw_rate_bias"]
+    assert [f.cause for f in Prepared(drifting, []).compared().findings] == ["yaw_rate_bias"]
 
 
 def test_one_size_that_differs_leaves_the_others_as_they_are(rng):
@@ -77,9 +76,9 @@ def test_one_size_that_differs_leaves_the_others_as_they_are(rng):
         r.with_channels(surge_m_s=1.03 * r.column("surge_m_s"), sway_m_s=1.03 * r.column("sway_m_s") + b)
         for r, b in zip(records, (sway, -sway, 0.0), strict=True)
     ]
-    found = sensors_of(both, ())
-    print(found.shown.findings)
-    (scale,) = [f for f in found.shown.findings if f.cause == "speed_scale"]
+    found = Prepared(both, []).compared()
+    print(found.findings)
+    (scale,) = [f for f in found.findings if f.cause == "speed_scale"]
     assert scale.sizes[0].value == pytest.approx(0.03, abs=0.006)
 
 
@@ -126,9 +125,9 @@ def test_errors_that_no_instrument_of_a_model_holds_are_told_and_corrected(wrong
     """As `check` tells them: in training records, and with the mean sizes in a held-out one."""
     true = turns(rng)
     bare = true[0].with_channels(**dict.fromkeys(("heading_rad", "north_m", "east_m")))
-    found = sensors_of([wrong(r) for r in true[:-1]], [wrong(true[-1]), bare])
-    print(found.shown.findings)
-    assert told in {f.cause for f in found.shown.findings}
+    found = Prepared([wrong(r) for r in true[:-1]], [wrong(true[-1]), bare]).compared()
+    print(found.findings)
+    assert told in {f.cause for f in found.findings}
     last, same = found.held_out
     assert set(same.channels) == set(bare.channels)
     for record, back in zip(true, [*found.train, last], strict=True):
@@ -147,5 +146,5 @@ def test_a_yaw_rate_made_from_the_heading_is_not_compared_with_it(rng):
     given = corrected_records(model, records, (), Options().checked(model))
     print(given.derived)
     assert all("yaw_rate_rad_s" in given.derived[r.name] for r in given.train)
-    errors = {c.id for c in given.sensors(None).shown.statistics}
+    errors = given.behind_sensors(None).decided
     assert "yaw_rate_delay" not in errors and "reference_point" in errors

@@ -3,7 +3,7 @@
 import pytest
 
 from helmbench.diagnosis.causes.registry import all_causes
-from helmbench.diagnosis.report.findings import BY_CHANNELS, BY_FREE_RUNS, BY_RESIDUALS
+from helmbench.diagnosis.report.bank import BY_CHANNELS, BY_FREE_RUNS, BY_RESIDUALS
 from helmbench.diagnosis.result import SCHEMA, VERDICTS
 
 from .documents import faults, validator

@@ -8,11 +8,10 @@ import pytest
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.by_residuals import PREDICTS_WORSE, concluded, selected
 from helmbench.diagnosis.causes.registry import causes
-from helmbench.diagnosis.channels import Shown, sensors_of
 from helmbench.diagnosis.diagnose import diagnose, identified
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared
-from helmbench.diagnosis.starting import DECIDED
+from helmbench.diagnosis.report.bank import DECIDED
 from helmbench.models.coefficient_groups import every_own_number, groups_of, grown
 from helmbench.models.model import model_to_json, resolve
 
@@ -156,7 +155,7 @@ LOSS = {"loss_gain": 0.0, "loss_time": 80.0, "loss_power": 1.5}
 @pytest.mark.nightly
 def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
     records = runs(rng, cubic=400.0)
-    decided = {c.id for c in sensors_of(records, ()).shown.statistics}
+    decided = {*Prepared(records, []).compared().tested}
     assert {"yaw_rate_scale", "yaw_rate_bias", "heading_delay"} <= decided <= set(ids())
     found = diagnose(resolve("nomoto-1"), records, options=Options(base_parameters="identify"))
     entries = {entry.cause: entry for entry in found.bank}
@@ -169,7 +168,7 @@ def test_causes_that_the_sensors_decided_on_are_not_named_by_a_model(rng):
 def test_a_cause_that_whole_records_refuse_is_told_and_not_in_the_extended_model(rng):
     records = runs(rng, cubic=400.0)[:3]
     options = Options(base_parameters="identify").checked(resolve("nomoto-1"))
-    model, given = identified(resolve("nomoto-1"), records), Prepared(records, [], [], Shown())
+    model, given = identified(resolve("nomoto-1"), records), Prepared(records, [])
     shown = replace(selected(model, given, options), left=None)
     found = concluded(model, given, options, shown, shown.state.causes)
     names = {cause.id for cause in shown.state.causes}

@@ -10,9 +10,9 @@ from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.measured import data_dir, load
 from helmbench.datasets.sensors import apply, parse_noise
-from helmbench.diagnosis.checked import examined
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.prepared import examined
 from helmbench.models.model import resolve
 
 pytestmark = pytest.mark.skipif(
@@ -39,13 +39,12 @@ def as_public_loaders_name_it(record):
 
 def test_public_column_names_are_seen_through():
     true = [thinned(stem) for stem in ("Z_15_05", "Z_25_05")]
-    fixed, _, flags, _ = examined([as_public_loaders_name_it(r) for r in true], resolve("kvlcc2-l7"))
-    assert {f.check.id for f in flags} >= {"earth_frame_velocity", "channel_swap"}
-    for own, back in zip(true, fixed, strict=True):
+    read = examined([as_public_loaders_name_it(r) for r in true], resolve("kvlcc2-l7"))
+    assert {f.check.id for f in read.faults} >= {"earth_frame_velocity", "channel_swap"}
+    for own, back in zip(true, read.train, strict=True):
         for name in ("surge_m_s", "sway_m_s", "yaw_rate_rad_s"):
             assert np.allclose(own.column(name), back.column(name), atol=1e-12)
-    _, _, none, _ = examined(true, replace(resolve("kvlcc2-l7"), positive_rudder="port"))
-    assert none == []
+    assert examined(true, replace(resolve("kvlcc2-l7"), positive_rudder="port")).faults == []
 
 
 def test_of_one_short_record_a_response_model_learns_no_term():

@@ -5,6 +5,7 @@ import pytest
 
 import helmbench
 from helmbench.diagnosis import diagnose as engine
+from helmbench.diagnosis import prepared
 from helmbench.diagnosis.options import Options
 from helmbench.models.errors import CannotFit
 
@@ -38,7 +39,7 @@ def test_where_pieces_cannot_be_run_the_likelihood_decides(monkeypatch, record, 
 
 @pytest.mark.parametrize("base_parameters", ["file", "identify"])
 def test_records_too_long_for_one_diagnosis_are_refused_before_it_starts(monkeypatch, record, base_parameters):
-    monkeypatch.setattr(engine, "LARGEST", 10**6)
+    monkeypatch.setattr(prepared, "LARGEST", 10**6)
     told, options = [], Options(base_parameters=base_parameters)
     with pytest.raises(helmbench.BadInput, match="samples of 1 record are too many for one diagnosis"):
         engine.diagnose(helmbench.resolve("response-1"), [record], (), options, told.append)
@@ -46,7 +47,7 @@ def test_records_too_long_for_one_diagnosis_are_refused_before_it_starts(monkeyp
 
 
 def test_a_log_too_long_for_one_record_is_refused_and_the_same_samples_in_two_are_not(monkeypatch, record):
-    monkeypatch.setattr(engine, "LONGEST_OF_RESPONSE", record.n - 1)
+    monkeypatch.setattr(prepared, "LONGEST_OF_RESPONSE", record.n - 1)
     with pytest.raises(helmbench.BadInput, match="too many for one record of a diagnosis; cut out the manoeuvres"):
         engine.diagnose(helmbench.resolve("response-1"), [record])
     halves = [record.slice(0, record.n // 2), record.slice(record.n // 2, record.n)]

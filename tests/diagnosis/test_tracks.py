@@ -8,9 +8,9 @@ import pytest
 from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.comparison.chains import track_chain
 from helmbench.datasets.instruments import corrected, observed
-from helmbench.diagnosis.channels import Shown, sensors_of
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
+from helmbench.diagnosis.prepared import Prepared
 from helmbench.models.model import resolve
 
 from ..expectations.injections import passes
@@ -19,8 +19,8 @@ CAUSES = ("speed_scale", "sway_offset", "heading_offset", "axis_misalignment", "
 SHIPS = ("mariner", "s175", "kvlcc2-l7")
 
 
-def compare(records) -> Shown:
-    return sensors_of(records, (), along=[track_chain()]).shown
+def compare(records):
+    return Prepared(records, []).compared(along=[track_chain()])
 
 
 def records(cause, rng, strength="large"):
@@ -65,12 +65,12 @@ def test_a_size_below_the_floor_is_neither_told_nor_corrected(rng):
     true = inject(FaultCase("mariner", ()), rng).train
     found = compare([observed(r, {"surge_scale": 1e-3, "sway_scale": 1e-3}) for r in true])
     assert found.findings == () and found.instruments == {}
-    assert {c.id: s for c, s in found.statistics.items()}["speed_scale"] > 20.0
+    assert found.tested["speed_scale"] > 20.0
 
 
 def test_records_without_a_track_say_nothing(rng):
     bare = [r.with_channels(north_m=None) for r in inject(FaultCase("mariner", ()), rng).train]
-    assert compare(bare) == Shown()
+    assert compare(bare) == Prepared(bare, [])
 
 
 @pytest.mark.nightly

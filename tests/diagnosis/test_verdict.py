@@ -7,8 +7,8 @@ from helmbench.checks.result import Size
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.candidate import Candidate, Unmodelled
 from helmbench.diagnosis.report import verdict
-from helmbench.diagnosis.result import Finding
-from helmbench.diagnosis.trace import Trace
+from helmbench.diagnosis.residuals import report
+from helmbench.diagnosis.result import Finding, Trace
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve
 
@@ -32,16 +32,16 @@ def unknown(label="pulse in every record"):
     ],
 )
 def test_precedence(poor, left, instead, findings, expected):
-    assert verdict.decide(poor, left, instead, findings)[0] == expected
+    assert report.decide(poor, left, instead, findings)[0] == expected
 
 
 def test_the_sentence_says_why():
     plain = "the residuals are those of the model, its sensors' noise and zero-mean gusts"
-    assert verdict.decide(None, None, False, [])[1] == plain
-    assert verdict.decide(None, None, False, [OFFSET])[1] == f"with what is named, {plain}"
-    assert verdict.decide(None, None, False, [TIED])[1] == "current cannot be told from wind"
-    assert "pulse in every record" in verdict.decide(None, unknown(), False, [])[1]
-    assert "as likely as all that is named" in verdict.decide(None, unknown(), True, [OFFSET])[1]
+    assert report.decide(None, None, False, [])[1] == plain
+    assert report.decide(None, None, False, [OFFSET])[1] == f"with what is named, {plain}"
+    assert report.decide(None, None, False, [TIED])[1] == "current cannot be told from wind"
+    assert "pulse in every record" in report.decide(None, unknown(), False, [])[1]
+    assert "as likely as all that is named" in report.decide(None, unknown(), True, [OFFSET])[1]
 
 
 def test_what_to_run_next():
@@ -53,7 +53,7 @@ def test_what_to_run_next():
 @pytest.mark.parametrize(("manoeuvre", "decidable"), [("straight", False), ("zigzag:20/20", True)])
 def test_a_record_without_a_manoeuvre_cannot_be_decided(manoeuvre, decidable):
     est = estimator(resolve("mariner"), [generate(Case("mariner", manoeuvre, "low", seed=1, duration_s=200.0))])
-    said = verdict.undecidable(est, est.start())
+    said = report.undecidable(est, est.start())
     assert (said is None) == decidable
     assert decidable or "no manoeuvre" in said
 

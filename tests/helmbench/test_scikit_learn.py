@@ -1,5 +1,6 @@
 """Methods keep scikit-learn's conventions for parameters."""
 
+import numpy as np
 import pytest
 from sklearn.base import clone
 
@@ -54,3 +55,44 @@ def test_a_grid_search_compares_options_by_free_runs_of_left_out_records():
 def test_a_method_that_was_not_fitted_has_no_score():
     with pytest.raises(helmbench.BadInput, match="not been fitted"):
         helmbench.make_method("ls").score([])
+
+
+X, Y = np.arange(40.0).reshape(20, 2), np.arange(20.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        ((X, Y), "a method takes records, not ndarray; give a Record"),
+        ((X.tolist(), Y.tolist()), "a method takes records, not list"),
+        (("record.csv", "nomoto-1"), "a method takes records, not str"),
+        (({"rudder_rad": Y}, "nomoto-1"), "a method takes records, not dict"),
+        ((None, "nomoto-1"), "a method takes records, not NoneType"),
+        ((1.0, 2.0), "a method takes records, not float"),
+    ],
+)
+@pytest.mark.parametrize("name", ["ls", "output-error", "mlp"])
+def test_the_arrays_of_other_estimators_are_refused(name, given, told):
+    with pytest.raises(helmbench.BadInput, match=told):
+        helmbench.make_method(name).fit(*given)
+
+
+@pytest.mark.parametrize(
+    ("model", "kind"), [(Y, "ndarray"), (None, "NoneType"), ([1, 2], "list"), (helmbench.Model, "type")]
+)
+def test_what_is_no_model_is_refused(model, kind):
+    record = helmbench.simulate("response-1", "zigzag:20/20")
+    with pytest.raises(helmbench.BadInput, match=f"takes a model beside the records, not {kind};"):
+        helmbench.make_method("ls").fit(record, model)
+    with pytest.raises(helmbench.BadInput, match="records, not NoneType"):
+        helmbench.make_method("ls").fit([record, None], "nomoto-1")
+
+
+def test_scores_and_streams_take_records_alone():
+    record = helmbench.simulate("response-1", "zigzag:20/20")
+    method = helmbench.make_method("rls")
+    method.fit(record, "nomoto-1")
+    with pytest.raises(helmbench.BadInput, match="a method takes records, not ndarray"):
+        method.score(X)
+    with pytest.raises(helmbench.BadInput, match="a method takes records, not ndarray"):
+        method.partial_fit(X, helmbench.resolve("nomoto-1"))

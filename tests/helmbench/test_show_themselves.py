@@ -15,7 +15,7 @@ from helmbench.api.reproduction import Reproduction
 from helmbench.bench.exam.scores import WorldScore, summary
 from helmbench.diagnosis.calibration.result import Calibration as Calibrated
 from helmbench.diagnosis.calibration.result import Moved
-from helmbench.diagnosis.trace import Trace
+from helmbench.diagnosis.result import Trace
 
 PLAIN = {"Case", "RecordMeta"}
 """Facts that Python's own form shows."""

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import helmbench
-from helmbench.models.working_folder import VARIABLE, without_working_folder
+from helmbench.models.folders import VARIABLE, without_working_folder
 from helmbench.open import serve
 
 HOSTILE = (

@@ -9,8 +9,7 @@ from helmbench.datasets.generator import record_run
 from helmbench.datasets.instruments import corrected
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import parse_noise
-from helmbench.diagnosis.result import Diagnosis, Entry, Finding, Gain
-from helmbench.diagnosis.trace import Trace
+from helmbench.diagnosis.result import Diagnosis, Entry, Finding, Gain, Trace
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import EXTENSIONS
 from helmbench.models.instruments import INSTRUMENTS

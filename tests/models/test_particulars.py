@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.models.errors import BadInput
 from helmbench.models.model import model_from_particulars, resolve
-from helmbench.models.particulars import Particulars, added_masses, linear_derivatives
+from helmbench.models.particulars import Particulars, added_masses, linear_derivatives, particulars_of
 from helmbench.models.simulate import initial_state, inputs_of, simulate
 
 KVLCC2 = Particulars(
@@ -54,6 +54,14 @@ def test_a_file_of_particulars_is_a_model(tmp_path):
     path.write_text(TEXT)
     found = resolve(path)
     assert (found.id, found.family, found.particulars["L"], found.known) == ("tanker", "mmg", 7.0, True)
+
+
+def test_the_files_of_vessels_state_particulars_or_too_few_of_them():
+    stated = particulars_of(resolve("kvlcc2-l7"))
+    assert stated == replace(KVLCC2, pitch_ratio=0.8, title=resolve("kvlcc2-l7").title)
+    stated = particulars_of(resolve("s175"))
+    assert (stated.B, stated.A_R, stated.H_R, stated.n0_rps) == pytest.approx((25.4, 33.0376, 7.758, 1.27338), rel=1e-5)
+    assert particulars_of(resolve("mariner")) is None and particulars_of(resolve("nomoto-1")) is None
 
 
 @pytest.mark.parametrize(

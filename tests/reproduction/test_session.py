@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from helmbench import cli
-from helmbench.bench.store import locked
+from helmbench.bench.journal import RUNS, DamagedRunsWarning
+from helmbench.bench.store import Store
 from helmbench.models.errors import BadInput
 from helmbench.reproduction import results, runner, session
 from helmbench.reproduction.claims import files
@@ -138,29 +139,36 @@ def test_pages_from_stored_results_alone(made, tmp_path):
 def test_resuming_runs_only_what_is_missing(made, tmp_path):
     reproduce(tmp_path / "out")
     assert made.calls == 6
-    before = stored(tmp_path / "out")
-    runner.StudyJob("999", "noise", 2).path(tmp_path / "out").unlink()
-    reproduce(tmp_path / "out", resume=True)
-    assert made.calls == 7
-    after = stored(tmp_path / "out")
-    assert {path: data for path, data in after.items() if "runs" not in path.parts} == {
-        path: data for path, data in before.items() if "runs" not in path.parts
-    }
-
-
-@pytest.mark.parametrize("damage", [b"", b"{", b"[]", b'{"values": [1], "error": null, "cpu_s": 0}', b"\x00" * 50])
-@pytest.mark.parametrize("suffix", [".json", ".npz"])
-def test_a_damaged_run_is_made_again(made, tmp_path, damage, suffix):
-    reproduce(tmp_path / "out")
     before = stored(tmp_path / "out/pages")
-    runner.StudyJob("999", "noise", 0).path(tmp_path / "out").with_suffix(suffix).write_bytes(damage)
+    with_line(tmp_path / "out", b"999/noise/0002")
     reproduce(tmp_path / "out", resume=True)
     assert made.calls == 7 and stored(tmp_path / "out/pages") == before
 
 
+@pytest.mark.parametrize(
+    "damage", [b"{", b"[]", b'{"key": "999/noise/0000", "row": {}, "parameters": [1]}', b"\x00" * 50]
+)
+def test_a_damaged_run_is_made_again(made, tmp_path, damage):
+    reproduce(tmp_path / "out")
+    before = stored(tmp_path / "out/pages")
+    with_line(tmp_path / "out", b"999/noise/0000", damage + b"\n")
+    with pytest.warns(DamagedRunsWarning, match="--resume makes the lost ones again"):
+        reproduce(tmp_path / "out", resume=True)
+    assert made.calls == 7 and stored(tmp_path / "out/pages") == before
+
+
+def with_line(directory, key, line=b""):
+    """Put a line into the journal in the place of a run's."""
+    path = directory / RUNS
+    path.write_bytes(b"".join(line if key in one else one for one in path.read_bytes().splitlines(keepends=True)))
+
+
 def test_two_processes_cannot_compute_in_one_directory(made, tmp_path):
     reproduce(tmp_path / "out")
-    with locked(tmp_path / "out"), pytest.raises(BadInput, match="another run is writing here"):
+    with (
+        Store.resume(tmp_path / "out", runner.StudyKind()),
+        pytest.raises(BadInput, match="another run is writing here"),
+    ):
         reproduce(tmp_path / "out", resume=True)
 
 
@@ -194,7 +202,7 @@ def test_another_seed_draws_other_numbers(made, tmp_path):
         ((_, found),) = reproduce(tmp_path / str(seed), seed=seed)
         medians.append(found.values["noise"]["value"].median)
     assert medians[0] != medians[1]
-    with pytest.raises(BadInput, match="cannot be resumed with seed 0"):
+    with pytest.raises(BadInput, match="cannot be resumed: seed differs"):
         reproduce(tmp_path / "7", resume=True)
 
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from ..base import Kind, Selection, Suite, Tables
+from ..base import Kind, RunSelection, Suite, Tables
 from .columns import CASE_COLUMNS, CASES, KEYS, SIZE_COLUMNS, SIZE_KEYS, SIZES
 from .execute import execute
 from .plan import CaseSpec, plan, with_seed
+
+if TYPE_CHECKING:
+    from ....models.yaml_file import FileContent
 
 
 class DiagnosisKind(Kind):
@@ -21,10 +24,15 @@ class DiagnosisKind(Kind):
     def tables(self) -> Tables:
         return Tables(tuple(KEYS), CASES, CASE_COLUMNS, SIZES, SIZE_COLUMNS, SIZE_KEYS)
 
-    def with_seed(self, suite: Suite, selection: Selection) -> Selection:
+    def suite_models(self) -> tuple[type[FileContent], type[FileContent]]:
+        from .suite import CasesEntry, CasesHead
+
+        return CasesHead, CasesEntry
+
+    def with_seed(self, suite: Suite, selection: RunSelection) -> RunSelection:
         return with_seed(selection)
 
-    def plan(self, suite: Suite, selection: Selection) -> Sequence[CaseSpec]:
+    def plan(self, suite: Suite, selection: RunSelection) -> Sequence[CaseSpec]:
         return plan(suite, selection)
 
     def facts(self, specs: Sequence[CaseSpec]) -> Mapping[str, Any]:

@@ -20,8 +20,8 @@ from .bases import EXACT, carried
 from .bugs import BUGS
 
 if TYPE_CHECKING:
-    from ..base import Selection, Suite
-    from .suite import Entry
+    from ..base import RunSelection, Suite
+    from .suite import CasesEntry
 
 NOTHING, PLAIN, ONE_BUG, REGIME, PLANTED = "none", "plain", "one-bug", "regime", "planted-null"
 ORACLE = "oracle"
@@ -67,14 +67,14 @@ class CaseSpec:
         }
 
 
-def with_seed(selection: Selection) -> Selection:
+def with_seed(selection: RunSelection) -> RunSelection:
     """The selection with a seed: its own, or one drawn anew."""
     if selection.seed is not None:
         return selection
     return replace(selection, seed=randomness.drawn_seed())
 
 
-def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
+def plan(suite: Suite, selection: RunSelection) -> list[CaseSpec]:
     """Every case of a suite and diagnoser: the same for the same seed, and more rounds only add to it.
 
     Raises `BadInput` for unknown diagnosers, vessels or causes, and where nothing is left to run.
@@ -90,7 +90,7 @@ def plan(suite: Suite, selection: Selection) -> list[CaseSpec]:
 
 
 def _specs(
-    suite: Suite, selection: Selection, makers: Sequence[tuple[str, str]], once: Sequence[tuple[str, str]]
+    suite: Suite, selection: RunSelection, makers: Sequence[tuple[str, str]], once: Sequence[tuple[str, str]]
 ) -> Iterator[CaseSpec]:
     """Cases in order; `once` are diagnosers (name, maker) of the first round only."""
     for turn in range(selection.seeds or suite.head.seeds):
@@ -106,7 +106,7 @@ def _specs(
                     yield replace(case, method=ORACLE)
 
 
-def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[CaseSpec]:
+def draw_cases(suite: str, entry: CasesEntry, rng: np.random.Generator) -> Iterator[CaseSpec]:
     """One round of an entry: each text of `inject` `each` times, with stratified draws of the rest."""
     strengths, gusts = stratified(entry.strength, rng), stratified(entry.gusts, rng)
     bases, records = stratified(entry.base, rng), stratified(entry.records, rng)
@@ -125,7 +125,7 @@ def draw_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[C
             yield CaseSpec(suite, "", "", entry.group, vessel, injected, strength, weather, seed, base, kind)
 
 
-def bug_cases(suite: str, entry: Entry, rng: np.random.Generator) -> Iterator[CaseSpec]:
+def bug_cases(suite: str, entry: CasesEntry, rng: np.random.Generator) -> Iterator[CaseSpec]:
     """One round of an entry of single bugs: each bug of its vessels `each` times."""
     gusts, records = stratified(entry.gusts, rng), stratified(entry.records, rng)
     for bug in BUGS:
@@ -147,7 +147,7 @@ def _texts(inject: Sequence[str]) -> list[str]:
     return [text for name in inject for text in groups.get(name, (name,))]
 
 
-def _carriers(entry: Entry, injected: Sequence[str]) -> list[str]:
+def _carriers(entry: CasesEntry, injected: Sequence[str]) -> list[str]:
     """Vessels of an entry that can carry all the effects."""
     from ...faults import VESSELS, kind_of
     from ...faults.ships import ship
@@ -160,7 +160,7 @@ def _carriers(entry: Entry, injected: Sequence[str]) -> list[str]:
     return found
 
 
-def _check_vessels(suite: Suite, selection: Selection) -> None:
+def _check_vessels(suite: Suite, selection: RunSelection) -> None:
     from ...faults import VESSELS
 
     known = {vessel for entry in suite.entries for vessel in entry.vessels or VESSELS}

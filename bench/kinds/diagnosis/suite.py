@@ -27,7 +27,7 @@ Made = Annotated[
 ]
 
 
-class Head(FileContent):
+class CasesHead(FileContent):
     """Keys of the file beside its entries.
 
     seeds : number of rounds.
@@ -42,7 +42,7 @@ class Head(FileContent):
     compare: Texts = ()
 
 
-class Entry(FileContent):
+class CasesEntry(FileContent):
     """Cases of one group.
 
     group : how the answer is scored; `one-bug` takes each of `bugs.BUGS` `each` times instead of injecting anything,

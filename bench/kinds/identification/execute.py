@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...execution import attempt, guarded, measured_cost, one_line
 from ...scores import Outcome, compute
 from ...traces import free_run_trace
-from .judge import parameter_rows
 from .plan import RunSpec
-from .problems import Problem, problem
+from .problems import FitTask, problem
+
+if TYPE_CHECKING:
+    from ....estimation.estimates.estimate import Estimate
+    from ....models.model import Model
+    from .problems import Truth
 
 WARM_SAMPLES = 60
 _WARMED: set[tuple[str, str]] = set()
@@ -50,7 +54,7 @@ def fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, Any
     return parameters
 
 
-def _warm_fit(spec: RunSpec, task: Problem) -> None:
+def _warm_fit(spec: RunSpec, task: FitTask) -> None:
     """Fit and score a few samples, untimed, once per process, method and model: timed fits then compile nothing.
 
     Methods that choose their options by trials make one: a trial runs what all of them run.
@@ -71,3 +75,29 @@ def _warm_fit(spec: RunSpec, task: Problem) -> None:
         prediction_scores(estimate.model, task.held_out[:1], estimate.predictor)
 
     attempt(action)
+
+
+# ---- Estimated parameters against the true ones: the rows of `parameters.parquet`.
+
+
+def parameter_rows(model: Model, truth: Truth, estimate: Estimate) -> list[dict[str, Any]]:
+    """Rows of `parameters.parquet`, without their keys, in the model's order; none of a black box."""
+    rows = []
+    if not estimate.parameters:
+        return rows
+    for name, unit in zip(model.parameter_names, model.parameter_units, strict=True):
+        true, value = truth.values.get(name), estimate.parameters[name]
+        rows.append(
+            {
+                "parameter": name,
+                "unit": unit,
+                "true": true,
+                "true_kind": None if true is None else truth.kind,
+                "estimate": value,
+                "stderr": estimate.stderr.get(name),
+                "rel_error": abs(value - true) / abs(true) if true else None,
+                "crb_sd": truth.crb_sd.get(name),
+                "identifiable": truth.identifiable.get(name),
+            }
+        )
+    return rows

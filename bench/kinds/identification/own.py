@@ -17,7 +17,7 @@ SUFFIXES = (".yaml", ".yml", ".json")
 
 
 @dataclass(frozen=True)
-class Ship:
+class OwnVessel:
     """A vessel by its id, or one of the user's own by its id and its file."""
 
     id: str
@@ -34,7 +34,7 @@ def is_file_name(text: str) -> bool:
     return text.endswith(SUFFIXES)
 
 
-def ship_of(text: str, folder: Path) -> Ship:
+def ship_of(text: str, folder: Path) -> OwnVessel:
     """The ship of an id or a file.
 
     Raises
@@ -42,12 +42,12 @@ def ship_of(text: str, folder: Path) -> Ship:
     BadInput : the file cannot be used, or its ship has the id of a shipped vessel.
     """
     if not is_file_name(text):
-        return Ship(text)
+        return OwnVessel(text)
     file = located(text, folder)
     model = resolve(file)
     if model.id in list_vessels():
         raise BadInput(f"{model.id!r} is a vessel that ships with helmbench", file=file, hint="give yours another id")
-    return Ship(model.id, file)
+    return OwnVessel(model.id, file)
 
 
 def located(text: str, folder: Path) -> str:

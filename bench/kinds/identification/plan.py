@@ -16,12 +16,12 @@ from ....models.errors import BadInput
 from ....models.memory import SIMULATED_SAMPLE, require_memory
 from ....models.model import list_vessels, resolve
 from ....models.suggestions import suggestion
-from ..base import Selection, Suite, limited
-from .own import Ship, digest, is_file_name, located, ship_of
+from ..base import RunSelection, Suite, limited
+from .own import OwnVessel, digest, is_file_name, located, ship_of
 from .problems import Task, check_task
 
 if TYPE_CHECKING:
-    from .suite import Entry
+    from .suite import RunsEntry
 
 VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
 """Names of groups of vessels in a suite file -> whether they have three degrees of freedom."""
@@ -106,12 +106,12 @@ def model_text(task: Task) -> str:
     return " ".join(parts)
 
 
-def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
+def plan(suite: Suite, selection: RunSelection | None = None) -> list[RunSpec]:
     """Every run of a suite, without repetitions, in the suite's order.
 
     Raises `BadInput` for unknown methods, vessels or models, and where nothing is left to run.
     """
-    selection = selection or Selection(suite.name)
+    selection = selection or RunSelection(suite.name)
     _check_vessels(suite, selection)
     specs = limited((s for entry in suite.entries for s in _entry_specs(suite, entry, selection)), suite.name)
     if not specs:
@@ -124,7 +124,7 @@ def plan(suite: Suite, selection: Selection | None = None) -> list[RunSpec]:
     return specs
 
 
-def _entry_specs(suite: Suite, entry: Entry, selection: Selection) -> Iterator[RunSpec]:
+def _entry_specs(suite: Suite, entry: RunsEntry, selection: RunSelection) -> Iterator[RunSpec]:
     methods = _entry_methods(entry, selection)
     if entry.optional and not _present(entry, suite.folder):
         return
@@ -133,7 +133,7 @@ def _entry_specs(suite: Suite, entry: Entry, selection: Selection) -> Iterator[R
             yield _spec(suite.name, maker, task)
 
 
-def _present(entry: Entry, folder: Path) -> bool:
+def _present(entry: RunsEntry, folder: Path) -> bool:
     """Whether the records of an optional entry are on this machine."""
     from ....datasets.measured import missing_files
 
@@ -158,7 +158,7 @@ def _named(maker: str) -> tuple[str, str]:
     return ",".join([type(method).name, *options]), method.variant
 
 
-def _entry_methods(entry: Entry, selection: Selection) -> list[str]:
+def _entry_methods(entry: RunsEntry, selection: RunSelection) -> list[str]:
     own = [name for text in entry.methods for name in (_methods_of(text) if text in METHOD_GROUPS else [text])]
     if not selection.methods:
         return own
@@ -173,7 +173,7 @@ def _methods_of(group: str) -> list[str]:
     return [name for name, cls in methods().items() if cls.kind in METHOD_GROUPS[group] and not cls.minutes]
 
 
-def _tasks(entry: Entry, selection: Selection, folder: Path) -> Iterator[Task]:
+def _tasks(entry: RunsEntry, selection: RunSelection, folder: Path) -> Iterator[Task]:
     own = entry.records or entry
     ships = [ship for ship in _entry_ships(entry, folder) if not selection.vessels or _selected(ship, selection)]
     for ship in [*ships, *_joining(entry, selection)]:
@@ -189,7 +189,7 @@ def _tasks(entry: Entry, selection: Selection, folder: Path) -> Iterator[Task]:
 
 
 def _task(
-    entry: Entry, ship: Ship, model: str, train: tuple[str, ...], held_out: tuple[str, ...], folder: Path
+    entry: RunsEntry, ship: OwnVessel, model: str, train: tuple[str, ...], held_out: tuple[str, ...], folder: Path
 ) -> Task:
     """A task of an entry, in calm water, without noise and of the first seed."""
     from ....datasets.generator import suggested
@@ -235,7 +235,7 @@ def _task(
     )
 
 
-def _require_memory(ship: Ship, entry: Entry) -> None:
+def _require_memory(ship: OwnVessel, entry: RunsEntry) -> None:
     from ....datasets.generator import sampling
     from ....datasets.manoeuvres import steps
 
@@ -243,18 +243,18 @@ def _require_memory(ship: Ship, entry: Entry) -> None:
     require_memory(SIMULATED_SAMPLE * steps(dt, duration), f"{steps(dt, duration)} samples of {ship.id}")
 
 
-def _entry_ships(entry: Entry, folder: Path) -> list[Ship]:
+def _entry_ships(entry: RunsEntry, folder: Path) -> list[OwnVessel]:
     if entry.dataset or entry.records:
-        return [Ship(entry.dataset or (entry.records.ship if entry.records else ""))]
+        return [OwnVessel(entry.dataset or (entry.records.ship if entry.records else ""))]
     texts = [vessel for name in entry.vessels for vessel in (_group(name) if name in VESSEL_GROUPS else [name])]
     return [ship_of(text, folder) for text in dict.fromkeys(texts)]
 
 
-def _selected(ship: Ship, selection: Selection) -> bool:
+def _selected(ship: OwnVessel, selection: RunSelection) -> bool:
     return ship.id in selection.vessels or ship.file in selection.vessels
 
 
-def _joining(entry: Entry, selection: Selection) -> list[Ship]:
+def _joining(entry: RunsEntry, selection: RunSelection) -> list[OwnVessel]:
     """Ships of the user's own that an entry takes beside those that it names: simulated ones like any of these.
 
     A ship without windage stays out of the wind.
@@ -275,7 +275,7 @@ def _group(name: str) -> tuple[str, ...]:
     return tuple(vessel for vessel in list_vessels() if resolve(vessel).is_3dof in VESSEL_GROUPS[name])
 
 
-def _check_vessels(suite: Suite, selection: Selection) -> None:
+def _check_vessels(suite: Suite, selection: RunSelection) -> None:
     known = {ship.id for entry in suite.entries for ship in _entry_ships(entry, suite.folder)}
     for vessel in selection.vessels:
         if vessel not in known and not is_file_name(vessel):

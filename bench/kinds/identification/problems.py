@@ -1,6 +1,6 @@
 """Identification problems: the records, the blank model and the truth that one row of a suite is made of.
 
-A `Task` is plain data; its `Problem` is made from it in the worker that runs the row, so that only a few strings are
+A `Task` is plain data; its `FitTask` is made from it in the worker that runs the row, so that only a few strings are
 sent.  Problems are kept while rows of the same task follow each other.
 """
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ....datasets.disturbances import Disturbance
     from ....datasets.manoeuvres import Manoeuvre
     from ....datasets.record import Record
-    from ....datasets.sensors import Sensors
+    from ....datasets.sensors import SensorSet
 
 HELD_OUT_SEED = 1_000_003
 """Seed of every simulated held-out record: never that of a training record, and the same for every row."""
@@ -115,7 +115,7 @@ class Truth:
 
 
 @dataclass(frozen=True)
-class Problem:
+class FitTask:
     """Records and blank model of a task; `model` carries no coefficients; measured: the records are no simulations."""
 
     model: Model
@@ -131,7 +131,7 @@ class Problem:
 
 
 @lru_cache(maxsize=4)
-def problem(task: Task) -> Problem:
+def problem(task: Task) -> FitTask:
     """The problem of a task.
 
     Raises `BadInput` where a text is not understood, a measured file is missing or the vessel cannot do it.
@@ -145,7 +145,7 @@ def problem(task: Task) -> Problem:
     else:
         train = _records(task, task.train, task.noise, task.disturbance)
         held_out, known = tuple(_held_out(task, manoeuvre) for manoeuvre in task.held_out), truth(task, model)
-    return Problem(model, _corrected(train, model), _corrected(held_out, model), known, task.measured)
+    return FitTask(model, _corrected(train, model), _corrected(held_out, model), known, task.measured)
 
 
 def fitted_model(task: Task) -> Model:
@@ -325,7 +325,7 @@ def _record(
 
 
 @lru_cache(maxsize=64)
-def _parsed(manoeuvre: str, noise: str = "none", disturbance: str = "none") -> tuple[Manoeuvre, Sensors, Disturbance]:
+def _parsed(manoeuvre: str, noise: str = "none", disturbance: str = "none") -> tuple[Manoeuvre, SensorSet, Disturbance]:
     from ....datasets.disturbances import parse_disturbance
     from ....datasets.manoeuvres import parse_manoeuvre
     from ....datasets.sensors import parse_noise

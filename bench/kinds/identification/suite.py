@@ -9,7 +9,7 @@ from pydantic import Field, model_validator
 from ....models.yaml_file import Count, Counts, FileContent, Flag, Positive, Real, Shares, Side, Text, TextGroups, Texts
 
 
-class Head(FileContent):
+class RunsHead(FileContent):
     """Keys of the file beside its entries."""
 
     title: Text = ""
@@ -30,7 +30,7 @@ class Records(FileContent):
     positive_rudder: Side | None = None
 
 
-class Entry(FileContent):
+class RunsEntry(FileContent):
     """One product of lists.
 
     vessels : ids, files of vessels or particulars, or one of `all`, `3dof`, `response` (every vessel of that kind).
@@ -81,7 +81,7 @@ class Entry(FileContent):
     held_out_dataset: Text | None = None
 
     @model_validator(mode="after")
-    def _records_are_named(self) -> Entry:
+    def _records_are_named(self) -> RunsEntry:
         if self.records and (self.dataset or self.train or self.held_out):
             raise ValueError("records have their own train and held_out, and no dataset")
         if self.records and "own" in self.models:

@@ -1,4 +1,4 @@
-"""InfluxDB's annotated CSV: blocks of rows below annotations, in long form or with a column a field."""
+"""InfluxDB's annotated CSV: blocks of rows below annotations, long or with a column a field; and its line protocol."""
 
 from __future__ import annotations
 
@@ -8,14 +8,17 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ....models.errors import BadInput
+from ....models.number_texts import DECIMAL
 from ..cell_texts import Texts
 from ..instruments import UNITS
 from ..names import joined
 from ..raw import RawColumn, RawTable, Rejected
+from .object_tables import tables_or_refusal
 
 ANNOTATION = re.compile(r"#(datatype|group|default)\b", re.IGNORECASE)
 TIME, FIELD, VALUE, MEASUREMENT = "_time", "_field", "_value", "_measurement"
@@ -107,3 +110,31 @@ def _long(block: Block, path: Path) -> Iterator[RawTable]:
 
 def _times(cells: Sequence[str]) -> RawColumn:
     return RawColumn("time", "", Texts(cells), source="InfluxDB states it: UTC")
+
+
+# ---- InfluxDB's line protocol: a measurement with tags, its fields, and the nanoseconds since 1970, a line.
+
+PROTOCOL_LINE = re.compile(
+    r"(?P<series>[^\s=]{1,200}(?:,[^\s,=]+=[^\s,=]+)*) (?P<fields>[^\s=,]+=\S.*) (?P<time>\d{10,19})\s*$"
+)
+PROTOCOL_FIELD = re.compile(rf"(?P<name>[^\s=,]+)=(?:(?P<number>{DECIMAL})[iu]?|\"[^\"]*\"|[a-zA-Z]+)(?:,|$)")
+
+
+def looks_like_line_protocol(text: str) -> bool:
+    """Whether the first lines are of the line protocol."""
+    lines = [line for line in text[:20000].splitlines()[:50] if line.strip() and not line.startswith("#")][:-1]
+    return len(lines) > 2 and all(len(line) < 5000 and PROTOCOL_LINE.match(line) for line in lines)
+
+
+def read_line_protocol(text: str, path: Path) -> list[RawTable]:
+    """A table for every measurement and set of tags; BadInput where no field holds numbers."""
+    return tables_or_refusal(list(_protocol_rows(text)), path, "measurement")
+
+
+def _protocol_rows(text: str) -> Iterator[tuple[int, dict[str, Any]]]:
+    for number, line in enumerate(text.splitlines(), start=1):
+        match = PROTOCOL_LINE.match(line) if len(line) < 5000 else None
+        if match is not None:
+            fields = {f["name"]: float(f["number"]) for f in PROTOCOL_FIELD.finditer(match["fields"]) if f["number"]}
+            measurement, _, tags = match["series"].partition(",")
+            yield number, {"measurement": f"{tags}/{measurement}".strip("/"), "time": int(match["time"])} | fields

@@ -21,7 +21,7 @@ BY = "the LabVIEW file states it"
 
 
 @dataclass
-class Segment:
+class LabViewSegment:
     """The header of a segment, key -> its cells; the names of its columns, and its rows with their line numbers."""
 
     head: dict[str, list[str]] = field(default_factory=dict)
@@ -52,10 +52,10 @@ def read_labview(text: str, path: Path) -> list[RawTable]:
     return tables
 
 
-def _segments(lines: Sequence[str], separator: str) -> tuple[dict[str, list[str]], list[Segment]]:
+def _segments(lines: Sequence[str], separator: str) -> tuple[dict[str, list[str]], list[LabViewSegment]]:
     """(the header of the file, its segments)."""
     file_head: dict[str, list[str]] = {}
-    head, place, segments = file_head, "file", [Segment()]
+    head, place, segments = file_head, "file", [LabViewSegment()]
     for number, line in enumerate(lines, start=1):
         cells = [cell.strip() for cell in line.split(separator)]
         if cells[0] == END:
@@ -66,7 +66,7 @@ def _segments(lines: Sequence[str], separator: str) -> tuple[dict[str, list[str]
         elif place == "names" and any(cells):
             segments[-1].names, place = cells, "rows"
         elif place in ("rows", "between") and cells[0] == "Channels":
-            segments.append(Segment({cells[0]: _filled(cells[1:])}))
+            segments.append(LabViewSegment({cells[0]: _filled(cells[1:])}))
             head, place = segments[-1].head, "head"
         elif place == "rows" and any(cells):
             segments[-1].rows.append((number, cells))
@@ -81,7 +81,9 @@ def _filled(cells: list[str]) -> list[str]:
     return cells
 
 
-def _tables(segment: Segment, file: Mapping[str, list[str]], style: Style, path: Path, sheet: str) -> list[RawTable]:
+def _tables(
+    segment: LabViewSegment, file: Mapping[str, list[str]], style: Style, path: Path, sheet: str
+) -> list[RawTable]:
     """One table of a segment; where every channel has times of its own (X_Columns Multi), one for each."""
     names = [name for name in segment.names if name.lower() != "comment"]
     timed = [i for i, name in enumerate(names) if name.lower().startswith("x_value")]

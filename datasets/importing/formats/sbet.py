@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -72,3 +73,19 @@ def _velocity(rows: np.ndarray, heading: np.ndarray) -> list[tuple[str, str, np.
 def _turned(x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:
     """(2, N) to north and east of a vector along axes that are turned clockwise by an angle."""
     return np.stack([x * np.cos(angle) - y * np.sin(angle), x * np.sin(angle) + y * np.cos(angle)])
+
+
+# ---- Text of Applanix's POS Export Utility: what its axes state of the roll.
+
+POSPAC_TITLE = "POS Export Utility"
+
+
+def with_pospac(table: RawTable) -> RawTable:
+    """A table of that program: its axes are forward, right, down."""
+    if not any(POSPAC_TITLE in note for note in table.notes):
+        return table
+    columns = (
+        replace(c, said=(*c.said, "positive to starboard")) if c.name.strip().lower() == "roll" else c
+        for c in table.columns
+    )
+    return replace(table, columns=tuple(columns), done=(*table.done, f"{POSPAC_TITLE}: axes forward, right, down"))

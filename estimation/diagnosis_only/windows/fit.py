@@ -34,8 +34,11 @@ SHARE, NORMAL = 0.95, 1.148
 would not do: a craft that lies still half of the time has no error there."""
 COMMON = "rudder_offset"
 """The shift of the first input that all records have in common."""
-TAIL = 6.0
-"""Scale of Cauchy's loss in the errors' own sizes; larger errors than that count as this in scores."""
+TAIL = 4.0
+"""Scale of Cauchy's loss in the errors' own sizes; where the errors of all models that are compared are larger, they
+count as this in scores."""
+MISSED = 2.0
+"""Error, in the root mean square of the motion, of a hard turn that a model misses."""
 
 
 @dataclass(frozen=True)
@@ -281,25 +284,30 @@ def left_out_errors(found: Fitted) -> np.ndarray:
     return w.errors(np.stack([sets, sets]), both)
 
 
-def mean_squares(error: np.ndarray, w: Windows, sizes: np.ndarray) -> np.ndarray:
-    """(blocks, 2, 2) sums of bounded squared errors and their counts by block and channel."""
+def mean_squares(errors: Sequence[np.ndarray], w: Windows, sizes: np.ndarray) -> np.ndarray:
+    """(models, blocks, 2, 2) sums of bounded squared errors and their counts by block and channel.
+
+    errors : (2 W, N + 1, 2) of every model.  What none of them explains counts as TAIL sizes, so that a stretch which
+    is nobody's decides nothing; what one explains and another does not counts as it is, up to a turn that is missed.
+    """
+    size = np.abs(np.stack(list(errors)))
     limit = TAIL * sizes
-    square = np.minimum(np.abs(error), limit) ** 2
+    size = size * np.minimum(limit / np.maximum(size.min(axis=0), 1e-300), 1.0)
+    square = np.minimum(size, np.maximum(limit, MISSED * w.motion)) ** 2
     known = np.isfinite(square)
-    total, count = np.where(known, square, 0.0).sum(axis=1), known.sum(axis=1)
-    half = len(w.block)
-    total, count = total[:half] + total[half:], count[:half] + count[half:]
-    blocks = int(w.block.max()) + 1
-    out = np.zeros((blocks, 2, 2))
-    np.add.at(out[:, :, 0], w.block, total)
-    np.add.at(out[:, :, 1], w.block, count)
+    half, blocks = len(w.block), int(w.block.max()) + 1
+    out = np.zeros((len(square), blocks, 2, 2))
+    for place, values in enumerate((np.where(known, square, 0.0), known)):
+        total = values.sum(axis=2)
+        for model, each in zip(out, total[:, :half] + total[:, half:], strict=True):
+            np.add.at(model[:, :, place], w.block, each)
     return out
 
 
 def fall(old: np.ndarray, new: np.ndarray, w: Windows, sizes: np.ndarray) -> Fall:
     """By how much the logarithm of the root mean square error of left-out blocks falls, mean over channels, and its
     jackknife standard error over blocks, infinite for fewer than three: 0.05 is about 5 %."""
-    before, after = (mean_squares(errors, w, sizes) for errors in (old, new))
+    before, after = mean_squares((old, new), w, sizes)
     count = before[:, :, 1]
     floor = np.maximum(np.nan_to_num(w.noise), 1e-3 * w.motion) ** 2
     by = score.fall(before[:, :, 0], after[:, :, 0], count * floor)

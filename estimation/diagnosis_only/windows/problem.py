@@ -32,6 +32,9 @@ BLOCKS = 16
 """Blocks of time, of all records together, that are left out in turn."""
 TURN = 0.6
 """Yaw rate of a hard turn times L/U: a circle of three to four lengths' diameter."""
+NOISE = 0.3
+"""Largest noise of a sensor in the channel's own motion: what varies more from sample to sample may be motion (of waves
+that are sampled once a second), and no error of it counts as none."""
 LOST = 30.0
 """Largest error in the channel's own motion that a run which leaves the record counts with."""
 
@@ -213,22 +216,27 @@ def pieces_of(records: Sequence[Record], scales: Scales) -> list[Piece]:
 
 
 def windows_of(
-    pieces: Sequence[Piece], model: Model, scales: Scales, instruments: Mapping[str, float] | None = None
+    pieces: Sequence[Piece],
+    model: Model,
+    scales: Scales,
+    instruments: Mapping[str, float] | None = None,
+    overlap: int | None = None,
 ) -> Windows:
     """The windows of the pieces for a model.
 
     instruments : linkage between the recorded rudder or command and what acts on the hull (`models.instruments`).
+    overlap : windows that begin within one; None: up to three, WINDOWS at most of all records together.
 
     Raises
     ------
     CannotFit : a record lacks an input of the model, or none is long enough.
     """
     step, samples_each = _grid(pieces, scales)
-    stride = max(_stride(pieces, step, samples_each), 1)
+    stride = max(samples_each // overlap if overlap else _stride(pieces, step, samples_each), 1)
     blocks = max(1, round(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces) / BLOCKS / step))
     parts, runs, done, rows = [], [], 0, 0
     for piece in pieces:
-        series = _resampled(piece, model, step, instruments or {})
+        series = resampled(piece, model, step, instruments or {})
         firsts = np.arange(0, len(series[0]) - samples_each, stride)
         if not firsts.size:
             continue
@@ -249,6 +257,7 @@ def windows_of(
     spread = measured - start[:, None, [model.states.index(s) for s in SYMBOLS]]
     spread[:, :, 0] = measured[:, :, 0]
     motion = np.sqrt(mean_of_known(spread**2, (0, 1)))
+    motion = np.maximum(np.where(np.isfinite(motion), motion, 1.0), 1e-12)
     return Windows(
         model=model,
         dt=step,
@@ -257,8 +266,8 @@ def windows_of(
         measured=measured,
         record=record,
         block=np.unique(block, return_inverse=True)[1],
-        noise=np.sqrt(np.mean(np.square(own), axis=0)),
-        motion=np.maximum(np.where(np.isfinite(motion), motion, 1.0), 1e-12),
+        noise=np.fmin(np.sqrt(np.mean(np.square(own), axis=0)), NOISE * motion),
+        motion=motion,
         runs=tuple(runs),
         n_records=1 + max(p.owner for p in pieces),
         duration_s=float(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces)),
@@ -279,7 +288,7 @@ def _stride(pieces: Sequence[Piece], step: float, samples_each: int) -> int:
     return max(int(np.ceil(total / WINDOWS)), samples_each // 3)
 
 
-def _resampled(
+def resampled(
     piece: Piece, model: Model, step: float, instruments: Mapping[str, float]
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Inputs (M, nu), measured (M, 2) and smoothed (M, 2) at equal steps; inputs are means over a step."""

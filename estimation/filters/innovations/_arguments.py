@@ -13,7 +13,7 @@ from ....models.drivers import RHS
 JACOBIAN = types.FunctionType(types.void(*[types.Array(types.float64, 1, "C")] * 6))
 
 
-class Shape(NamedTuple):
+class FilterSizes(NamedTuple):
     """Sizes: states and parameters of the model, inputs, place of the first force and current input (-1: none),
     RK4 steps a sample, random forces."""
 
@@ -61,7 +61,7 @@ class Values(NamedTuple):
     rudder_error: np.ndarray
 
 
-class Run(NamedTuple):
+class FilterRun(NamedTuple):
     """What is filled: whitened innovations and log S / 2 (T, 6) (0 at gaps), states (T, nx), predicted (T, 6)."""
 
     e: np.ndarray
@@ -117,10 +117,10 @@ class Work(NamedTuple):
 def signatures():
     """Types of the arguments of `_kernel.run_filter` and `_pushes.run_pushes`: one compiled version of each."""
     a = [np.zeros((1,) * d) for d in range(4)]
-    shape = Shape(*[1] * 7)
+    shape = FilterSizes(*[1] * 7)
     recorded = Recorded(a[1], a[1], a[1], a[2], a[2], a[2], a[1], a[1])
     values = Values(a[1], a[1], a[1], a[1], a[1], a[2], a[1])
-    run, trace = Run(*[a[2]] * 4), Trace(a[3], a[3], a[3], a[2], a[3], a[2])
+    run, trace = FilterRun(*[a[2]] * 4), Trace(a[3], a[3], a[3], a[2], a[3], a[2])
     kinds = [typeof(x) for x in (shape, recorded, values, run, trace)]
     models = RHS, JACOBIAN, kinds[0]
     a1, a2, a3 = (typeof(array) for array in a[1:])

@@ -17,7 +17,7 @@ from .estimator import probes
 from .vector import BIAS, CHANNELS, DELAY, DRIFT, EARTH, MISALIGNMENT, SCALE, SPEED
 
 if TYPE_CHECKING:
-    from ._arguments import Run, Trace
+    from ._arguments import FilterRun, Trace
     from .estimator import Estimator
     from .settings import Parameter, Setting
 
@@ -80,7 +80,9 @@ def tangent(est: Estimator, s: Setting, entries: Sequence[int], steps: Mapping[i
     return out
 
 
-def _pushes(est: Estimator, s: Setting, segment: int, run: Run, varied: Sequence[int], steps: np.ndarray) -> np.ndarray:
+def _pushes(
+    est: Estimator, s: Setting, segment: int, run: FilterRun, varied: Sequence[int], steps: np.ndarray
+) -> np.ndarray:
     """Changes (T, m, n) of the states over the next step by entries of the vector, along a run at the setting."""
     from ._pushes import run_pushes  # numba
 
@@ -161,7 +163,14 @@ def _carry_pushes(est: Estimator, trace: Trace, i: int, pushed: np.ndarray, out:
 
 
 def _carry_sensors(
-    est: Estimator, s: Setting, i: int, run: Run, trace: Trace, rows: np.ndarray, entries: np.ndarray, out: np.ndarray
+    est: Estimator,
+    s: Setting,
+    i: int,
+    run: FilterRun,
+    trace: Trace,
+    rows: np.ndarray,
+    entries: np.ndarray,
+    out: np.ndarray,
 ) -> None:
     """Fill the rows of entries of the sensors: each is one or two shifted channels."""
     shifts = [(row, c, shift) for row, entry in zip(rows, entries, strict=True)
@@ -183,7 +192,9 @@ def _carry_sensors(
         out[row, own] += found[j, own]
 
 
-def _shifts(est: Estimator, s: Setting, i: int, run: Run, trace: Trace, entry: int) -> list[tuple[int, np.ndarray]]:
+def _shifts(
+    est: Estimator, s: Setting, i: int, run: FilterRun, trace: Trace, entry: int
+) -> list[tuple[int, np.ndarray]]:
     """Channels that an entry of the sensors shifts, with the derivatives (T,) of what they show.
 
     Waves and clock jitter have none: they are variances.
@@ -212,7 +223,7 @@ def _shifts(est: Estimator, s: Setting, i: int, run: Run, trace: Trace, entry: i
     return []
 
 
-def _rates(est: Estimator, q: np.ndarray, trace: Trace, run: Run, c: int) -> np.ndarray:
+def _rates(est: Estimator, q: np.ndarray, trace: Trace, run: FilterRun, c: int) -> np.ndarray:
     """Time derivative (T,) of what the sensor of channel c shows, without its scale."""
     if c == U and q[SPEED] > 0.0:
         return -q[SPEED] * trace.rates[:, c]

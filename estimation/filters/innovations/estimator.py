@@ -18,7 +18,6 @@ from ....datasets.signals import sensor_sd
 from ....models import kernels as kernel_store
 from ...numerics.threads import in_threads
 from ...records.gaps import clock_of
-from .force_units import force_units
 from .runs import KEPT, Recent, content_of, run_of
 from .segments import Segment, rudder_sd, segments_of
 from .settings import Noise, Parameter, Setting
@@ -27,8 +26,9 @@ from .vector import CHANNELS, OUTER, PLACE, SYMBOLS, base_vector, names_of, stat
 if TYPE_CHECKING:
     from ....datasets.record import Record
     from ....models.model import Model
-    from ._arguments import Recorded, Run, Shape, Trace, Values
+    from ._arguments import FilterRun, FilterSizes, Recorded, Trace, Values
     from .runs import Made
+    from .segments import Segment
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -209,7 +209,7 @@ class Estimator:
         runs = iter(self.in_threads(lambda job: self.run(*job), jobs))
         return [self.gathered([next(runs) for _ in chosen]) for chosen in which]
 
-    def gathered(self, runs: Sequence[Run]) -> Innovations:
+    def gathered(self, runs: Sequence[FilterRun]) -> Innovations:
         """Innovations of several segments in turn, without the states of waves."""
         n = len(self.kernels.STATES) + self.n_forces
         parts = [(run.e, run.log_s, run.states[:, :n]) for run in runs]
@@ -217,11 +217,11 @@ class Estimator:
             return Innovations(*parts[0])
         return Innovations(*(np.concatenate(part) for part in zip(*parts, strict=True)))
 
-    def run(self, s: Setting, segment: int, free: int | None = None) -> Run:
+    def run(self, s: Setting, segment: int, free: int | None = None) -> FilterRun:
         """One segment through the filter, freely from sample `free` on."""
         return self._filtered(s, segment, free, traced=False, keep=False)[0]
 
-    def traced(self, s: Setting, segment: int) -> tuple[Run, Trace]:
+    def traced(self, s: Setting, segment: int) -> tuple[FilterRun, Trace]:
         """One segment through the filter, with all that derivatives need of the run."""
         run, trace = self._filtered(s, segment, None, traced=True, keep=True)
         assert trace is not None
@@ -274,17 +274,17 @@ class Estimator:
         return np.array([-2 - i if i >= 0 and out else i for i, out in zip(places, idle, strict=True)], np.int64)
 
     @cached_property
-    def shape(self) -> Shape:
+    def shape(self) -> FilterSizes:
         """Sizes that the kernel needs."""
         return self._shape(_substeps(self))
 
-    def _shape(self, substeps: int) -> Shape:
-        from ._arguments import Shape
+    def _shape(self, substeps: int) -> FilterSizes:
+        from ._arguments import FilterSizes
 
         inputs = list(self.kernels.INPUTS)
         first = inputs.index("force_x" if "force_x" in inputs else "force")
         current = inputs.index("current_north") if "current_north" in inputs else -1
-        return Shape(len(self.kernels.STATES), self.n_theta, len(inputs), first, current, substeps, self.n_forces)
+        return FilterSizes(len(self.kernels.STATES), self.n_theta, len(inputs), first, current, substeps, self.n_forces)
 
     # ---- parameters
     def moved(self, s: Setting, parameter: Parameter, change: float) -> Setting:
@@ -394,3 +394,28 @@ def _substeps(est: Estimator) -> int:
             return steps
         coarse, steps = fine, 2 * steps
     return most
+
+
+# ---- Units in which the filter counts random forces.
+
+
+def force_units(model: Model, segments: Sequence[Segment]) -> np.ndarray:
+    """Units (nf,) of the forces: rho L^2 U0^2 / 2 (times L), or a typical yaw acceleration for response models."""
+    if model.is_3dof:
+        length, rho = model.particulars.get("L", 1.0), model.particulars.get("rho", 1025.0)
+        pressure = 0.5 * rho * length**2 * model.speed_m_s**2
+        return np.array([pressure, pressure, pressure * length])
+    slopes = []
+    for d in segments:
+        rate = d.measured[:, 1] if np.isfinite(d.measured[:, 1]).any() else np.gradient(d.measured[:, 0], d.time)
+        window = max(2, d.time.size // 100)
+        rise = (rate[window:] - rate[:-window]) / (d.time[window:] - d.time[:-window])
+        slopes.append(np.sqrt(np.mean(rise[np.isfinite(rise)] ** 2)) if np.isfinite(rise).any() else 0.0)
+    typical = 6000.0 * max(float(np.median(slopes)), 1e-9)
+    return np.array([typical] if "w" not in model.states else [typical / max(_fast_time(model), 1e-3), typical])
+
+
+def _fast_time(model: Model) -> float:
+    """A second-order response model's shorter time constant: forces on its highest derivative count against it."""
+    a1 = model.coefficients[0]
+    return 1.0 / max(abs(a1), 1e-6) if np.isfinite(a1) else 1.0

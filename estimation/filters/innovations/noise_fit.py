@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...likelihood.minimiser import Damping, Trial, try_steps
+from ...likelihood.minimiser import Damping, LastStep, try_steps
 from .settings import Noise
 from .vector import CHANNELS
 
 if TYPE_CHECKING:
-    from ._arguments import Run, Trace
+    from ._arguments import FilterRun, Trace
     from .estimator import Estimator, Innovations
     from .settings import Setting
 
@@ -44,7 +44,7 @@ class Point(NamedTuple):
 
     setting: Setting
     now: Innovations
-    stored: Sequence[tuple[Run, Trace]]
+    stored: Sequence[tuple[FilterRun, Trace]]
 
     @property
     def cost(self) -> float:
@@ -91,7 +91,7 @@ def _stored(est: Estimator, s: Setting) -> Point:
     return Point(s, est.gathered([run for run, _ in stored]), stored)
 
 
-def _step(est: Estimator, point: Point, damping: float) -> Trial[Point]:
+def _step(est: Estimator, point: Point, damping: float) -> LastStep[Point]:
     """The last trial of one step of sensors and forces."""
     gradient, fisher = _scores(est, point)
     noise = point.setting.noise

@@ -16,10 +16,10 @@ from .vector import CHANNELS, RMS
 
 if TYPE_CHECKING:
     from ....models.kernels import Kernels
-    from ._arguments import Recorded, Run, Shape, Trace, Values
+    from ._arguments import FilterRun, FilterSizes, Recorded, Trace, Values
     from .settings import Setting
 
-    Made = tuple[Run, Trace | None]
+    Made = tuple[FilterRun, Trace | None]
 KEPT = 2
 """Runs of each segment that are kept."""
 
@@ -50,18 +50,24 @@ class Recent:
 
 
 def run_of(
-    kernels: Kernels, shape: Shape, places: np.ndarray, recorded: Recorded, values: Values, free: int, traced: bool
+    kernels: Kernels,
+    shape: FilterSizes,
+    places: np.ndarray,
+    recorded: Recorded,
+    values: Values,
+    free: int,
+    traced: bool,
 ) -> Made:
     """A segment through the filter, freely from sample `free` on, traced or not.
 
     places : the state of each channel, as `Estimator.places`.
     """
-    from ._arguments import Run, Trace  # numba
+    from ._arguments import FilterRun, Trace  # numba
     from ._kernel import run_filter
 
     size, nf = recorded.time.size, shape.n_forces
     nx = shape.n + nf + (2 if values.vector[shape.n_theta + RMS] > 0.0 else 0)
-    run = Run(*(np.empty((size, m)) for m in (CHANNELS, CHANNELS, nx, CHANNELS)))
+    run = FilterRun(*(np.empty((size, m)) for m in (CHANNELS, CHANNELS, nx, CHANNELS)))
     rows = size if traced else 0
     trace = Trace(
         np.zeros((rows, nx, nx)), np.zeros((rows, CHANNELS, nx)), np.zeros((rows, CHANNELS, nx)),

@@ -41,11 +41,6 @@ class Interval(NamedTuple):
     high_open: bool
 
 
-class _Limit(NamedTuple):
-    value: float
-    open: bool
-
-
 def profile(outcome: Outcome, indices: Sequence[int], level: float) -> dict[str, Interval]:
     """Intervals of published parameters by name: 2 (cost - least cost) <= the chi-square quantile of `level`.
 
@@ -68,8 +63,8 @@ def profile(outcome: Outcome, indices: Sequence[int], level: float) -> dict[str,
             found[unknowns.model.parameter_names[index]] = Interval(value, value, False, False)
             continue
         search = _Profile(problem, z, point.cost, estimated.index(index), index, threshold, solution.covariance)
-        low, high = search.limit(-1.0), search.limit(1.0)
-        found[unknowns.model.parameter_names[index]] = Interval(low.value, high.value, low.open, high.open)
+        (low, low_open), (high, high_open) = search.limit(-1.0), search.limit(1.0)
+        found[unknowns.model.parameter_names[index]] = Interval(low, high, low_open, high_open)
     return found
 
 
@@ -92,8 +87,9 @@ class _Profile(NamedTuple):
     threshold: float
     covariance: np.ndarray
 
-    def limit(self, sign: float) -> _Limit:
-        """The value at which the root of twice the likelihood ratio reaches the threshold, by false position."""
+    def limit(self, sign: float) -> tuple[float, bool]:
+        """The value at which the root of twice the likelihood ratio reaches the threshold, by false position, and
+        whether the interval is open there."""
         centre = float(self.z[self.place])
         bound = self._bound(sign)
         step, reached = self._first_step(), 0.0
@@ -106,18 +102,18 @@ class _Profile(NamedTuple):
             step = abs(value - centre)
             root, start = self._refit(value, start)
             if abs(root / self.threshold - 1.0) < CLOSE:
-                return _Limit(value, False)
+                return value, False
             if root < self.threshold:
                 if at_bound:
-                    return _Limit(bound, True)
+                    return bound, True
                 inner, reached = (step, root), step
             else:
                 outer = (step, root)
                 start = self.z
             step = self._next(inner, outer, step)
         if outer is None:
-            return _Limit(sign * np.inf, True)
-        return _Limit(centre + sign * reached, not outer[1] < 2.0 * self.threshold)  # open where runs diverge beyond it
+            return sign * np.inf, True
+        return centre + sign * reached, not outer[1] < 2.0 * self.threshold  # open where runs diverge beyond it
 
     def _bound(self, sign: float) -> float:
         unknowns = self.problem.unknowns

@@ -26,7 +26,7 @@ import numpy as np
 
 from ....models.errors import FitFailed
 from ....models.linear_algebra import lstsq
-from ...likelihood.arrow import Arrow, LinearArrow, Rows
+from ...likelihood.arrow import Arrow, LinearArrow, RecordRows
 from ...numerics import factors
 from ...observers.smoothed_states import smoothed_states
 from ...records.gaps import unbroken_series
@@ -288,7 +288,7 @@ def _arrow(problem: PinnProblem, theta: np.ndarray, weights: Sequence[np.ndarray
     FitFailed : it is not finite.
     """
     parts = [
-        Rows(int(place), width, rows)
+        RecordRows(int(place), width, rows)
         for (rows, _), place, width in zip(problem.rows(theta, weights), places[:-1], problem.widths, strict=True)
     ]
     arrow = Arrow.of(parts, factors.empty(len(theta)))

@@ -13,7 +13,7 @@ import numpy as np
 
 from ....datasets.signals import bridged, sensor_sd
 from ....models.errors import CannotFit
-from ...observers.smoothing import SHORTEST, Track, Walk, fitted_walk, sensor_variances, smoothed
+from ...observers.smoothing import SHORTEST, SmoothedTrack, Walk, fitted_walk, sensor_variances, smoothed
 from ...records.series import at_equal_steps, inputs_of, require, samples
 from ...regression.filtered import FilteredRows, stretches
 from ...regression.samples import RegressionSamples, check_enough_rows, n_accelerations, table
@@ -83,12 +83,12 @@ def _stretches(record: Record, model: Model) -> list[Record]:
     return [at_equal_steps(piece) for piece in stretches(record, used) if piece.n >= SHORTEST]
 
 
-def _track(record: Record, symbol: str) -> Track:
+def _track(record: Record, symbol: str) -> SmoothedTrack:
     """A motion of a record, with time in samples."""
     channels = _sensors(record, symbol)
     ranks = {"u": 0, "v": 0, "psi": 0, "r": 1}
     columns = [values * record.dt ** ranks[s] for s, values in channels.items()]
-    return Track(np.column_stack(columns), tuple(ranks[s] for s in channels))
+    return SmoothedTrack(np.column_stack(columns), tuple(ranks[s] for s in channels))
 
 
 def _fitted(records: Sequence[Record], model: Model, symbol: str) -> Walk:
@@ -128,18 +128,18 @@ def _smoothed(record: Record, model: Model, walks: dict[str, Walk], level: float
     return RegressionSamples(x, a, table(inputs, model.regression_inputs), record.time_s)
 
 
-def _smoothed_rudder(record: Record, model: Model, yaw: Track, walk: Walk) -> np.ndarray:
+def _smoothed_rudder(record: Record, model: Model, yaw: SmoothedTrack, walk: Walk) -> np.ndarray:
     """Rudder and its slope (N, 2) through yaw's smoother, the rudder's integral in the place of the heading."""
     delta = bridged(inputs_of(record, model)["delta"], record.time_s) * record.dt
     integral = np.concatenate([[0.0], np.cumsum((delta[1:] + delta[:-1]) / 2.0)])
     columns = [
         np.where(np.isfinite(y), (integral, delta)[k], np.nan) for y, k in zip(yaw.outputs.T, yaw.ranks, strict=True)
     ]
-    derivatives = smoothed(Track(np.column_stack(columns), yaw.ranks), walk, like=yaw)
+    derivatives = smoothed(SmoothedTrack(np.column_stack(columns), yaw.ranks), walk, like=yaw)
     return derivatives[:, 1:3] / record.dt ** np.arange(1, 3)
 
 
-def _for_sensors(walk: Walk, track: Track, level: float) -> Walk:
+def _for_sensors(walk: Walk, track: SmoothedTrack, level: float) -> Walk:
     """The random walk for a record's own sensors: fitted to the record alone where it lacks one of them."""
     if len(track.ranks) == len(walk.noise):
         return walk

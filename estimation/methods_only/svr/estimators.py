@@ -107,15 +107,14 @@ class LSSVR(RegressorMixin, BaseEstimator):
             return
         if self.kernel == "linear":
             scaled = X / self._scale if self.standardise else X
-            found = solve.primal(scaled, y, self.C, weights, self.fit_intercept)
-            self.coef_, self.intercept_ = found.coef / self._scale, found.intercept
+            coef, self.intercept_ = solve.primal(scaled, y, self.C, weights, self.fit_intercept)
+            self.coef_ = coef / self._scale
             self.dual_coef_ = self.C * (y - X @ self.coef_ - self.intercept_) * (1.0 if weights is None else weights)
             return
         self._rows = X / self._scale
         gram = solve.kernel_triangle(self.kernel, self._rows, self._gamma, self.degree, self.coef0)
-        found = solve.dual(gram, y, self.C, weights, self.fit_intercept)
-        self.dual_coef_, self.intercept_ = found.alpha, found.intercept
-        self._alpha = found.alpha
+        self.dual_coef_, self.intercept_ = solve.dual(gram, y, self.C, weights, self.fit_intercept)
+        self._alpha = self.dual_coef_
 
     def predict(self, X: Any) -> Array:
         """Predictions (n,) at rows X (n, d)."""

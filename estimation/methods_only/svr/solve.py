@@ -9,8 +9,6 @@ dual, in the memory of one n by n matrix.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -21,22 +19,11 @@ ROWS = 64
 """Rows of a kernel matrix that are computed at a time; with 10,000 columns they fit in a processor's cache."""
 
 
-class Primal(NamedTuple):
-    """w (d,) and intercept of a linear kernel."""
+def primal(x: Array, y: Array, c: float, weights: Array | None = None, intercept: bool = True) -> tuple[Array, float]:
+    """w (d,) and intercept of a linear kernel: ridge with unpenalised intercept by blocked QR.
 
-    coef: Array
-    intercept: float
-
-
-class Dual(NamedTuple):
-    """Multipliers alpha (n,) = C v e, and intercept."""
-
-    alpha: Array
-    intercept: float
-
-
-def primal(x: Array, y: Array, c: float, weights: Array | None = None, intercept: bool = True) -> Primal:
-    """Linear kernel: ridge with unpenalised intercept by blocked QR; x (n, d), y (n,), weights (n,) >= 0."""
+    x (n, d), y (n,), weights (n,) >= 0.
+    """
     d = x.shape[1]
     middle, level = np.zeros(d), 0.0
     if intercept:
@@ -50,12 +37,14 @@ def primal(x: Array, y: Array, c: float, weights: Array | None = None, intercept
             rows *= np.sqrt(weights[cut])[:, None]
         factor = factors.fold(factor, rows)
     coef = np.asarray(np.linalg.solve(factor[:d, :d], factor[:d, d]), float)
-    return Primal(coef, level - float(middle @ coef))
+    return coef, level - float(middle @ coef)
 
 
-def dual(gram: Array, y: Array, c: float, weights: Array | None = None, intercept: bool = True) -> Dual:
-    """Any kernel: eq 25 by Cholesky with two right-hand sides; of the matrix `gram` (n, n) the upper triangle counts,
-    and is overwritten."""
+def dual(gram: Array, y: Array, c: float, weights: Array | None = None, intercept: bool = True) -> tuple[Array, float]:
+    """Multipliers alpha (n,) = C v e, and intercept, of any kernel: eq 25 by Cholesky with two right-hand sides.
+
+    Of the matrix `gram` (n, n) the upper triangle counts, and is overwritten.
+    """
     from scipy.linalg import cho_factor, cho_solve
 
     gram[np.diag_indices_from(gram)] += 1.0 / (c if weights is None else c * weights)
@@ -63,7 +52,7 @@ def dual(gram: Array, y: Array, c: float, weights: Array | None = None, intercep
     sides = np.asfortranarray(np.column_stack([np.ones(len(y)), y]))
     ones, values = np.asarray(cho_solve(lower, sides, overwrite_b=True, check_finite=False)).T
     level = float(values.sum() / ones.sum()) if intercept else 0.0
-    return Dual(values - level * ones, level)
+    return values - level * ones, level
 
 
 def kernel_matrix(kind: str, a: Array, b: Array, gamma: float, degree: int, coef0: float) -> Array:

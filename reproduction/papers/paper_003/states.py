@@ -8,7 +8,7 @@ import numpy as np
 
 from ....estimation.methods_only.observers import eso
 from ....estimation.observers.linear import Discrete, discretised, respond
-from ....estimation.observers.smoothing import Track, Walk, random_walk, smoothed
+from ....estimation.observers.smoothing import SmoothedTrack, Walk, random_walk, smoothed
 from ..study import StudyResult
 from . import vessels
 from .vessels import DT, SineMotion, rms
@@ -137,7 +137,7 @@ def observers(vessel: str, rng: np.random.Generator) -> StudyResult:
         states = _kalman_states(psi, 10.0**power)
         errors["kf"] = np.minimum(errors["kf"], _errors(states, run, settled))
     for power in POWERS[::2]:
-        whole = smoothed(Track(psi[:, None], (0,)), Walk(4, 10.0**power, np.array([1.0]), 0.0))
+        whole = smoothed(SmoothedTrack(psi[:, None], (0,)), Walk(4, 10.0**power, np.array([1.0]), 0.0))
         errors["rts"] = np.minimum(errors["rts"], _errors(whole[:, :3] / DT ** np.arange(3.0), run, settled))
     values = {}
     for k, name in enumerate(STATES[:3]):

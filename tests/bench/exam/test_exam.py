@@ -11,17 +11,17 @@ from jsonschema import Draft202012Validator
 
 import helmbench
 from helmbench.bench.exam import folder as exams
+from helmbench.bench.exam.exam_file import group_list
 from helmbench.bench.exam.judging import EffectSizes, naming
 from helmbench.bench.exam.key_file import WorldKey
 from helmbench.bench.exam.motion import error, errors, opening, predicted
-from helmbench.bench.exam.names import group_list
 from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
 from helmbench.bench.exam.submission import read_submission, stated
-from helmbench.bench.exam.submission_file import Answer
+from helmbench.bench.exam.submission_file import WorldAnswer
 from helmbench.bench.exam.worlds import HIDDEN, KINDS, MOST, SPREAD, is_hidden, kind_of_case, sister
 from helmbench.bench.faults import FaultCase, inject
 from helmbench.bench.faults.ships import ship, sister_numbers
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.diagnosis.bugs import bug_of, numbers_of, with_numbers
 from helmbench.bench.kinds.diagnosis.execute import right_names
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec, plan
@@ -44,7 +44,7 @@ LONG = 13
 
 def kinds_of(seed, ships):
     """Kinds of world that two ships have under a seed: a pair of effects falls to neither of them at times."""
-    specs = plan(load_suite("exam"), Selection("exam", ("innovations",), ships, seed=seed))
+    specs = plan(load_suite("exam"), RunSelection("exam", ("innovations",), ships, seed=seed))
     return {kind_of_case(spec) for spec in specs if is_hidden(spec) and spec.method != "oracle"}
 
 
@@ -346,7 +346,7 @@ def test_scores_of_answers_written_by_hand_are_exact():
 )
 def test_names_of_groups_and_causes_are_told_apart(named, base, injected, outcome):
     facts = [text.split("/") for text in named]
-    said = Answer.model_validate({"named": [{"cause": one[0], "tied_with": one[1:]} for one in facts]})
+    said = WorldAnswer.model_validate({"named": [{"cause": one[0], "tied_with": one[1:]} for one in facts]})
     group = "injected" if injected else "null" if base in ("off-5", "exact") else "one-bug"
     spec = CaseSpec("exam", "", "", group, "mariner", injected, "none", "none", 1, base)
     key = WorldKey.model_construct(case=vars(spec), right=tuple(right_names(spec)[0]))
@@ -379,7 +379,7 @@ def test_a_ship_of_its_own_is_the_same_in_simulator_and_model(vessel, rng):
 
 
 def test_a_wrong_number_is_no_further_from_the_published_one_than_others_may_be(seed):
-    specs = [s for s in plan(load_suite("exam"), Selection("exam", ("innovations",), seed=seed)) if is_hidden(s)]
+    specs = [s for s in plan(load_suite("exam"), RunSelection("exam", ("innovations",), seed=seed)) if is_hidden(s)]
     bugs = [spec for spec in specs if bug_of(spec.vessel, spec.base) is not None]
     assert len(bugs) >= 15
     limit = MOST * SPREAD + 0.5 * max(abs(np.log(HIDDEN)))

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.checks.comparison.blocks import Rows, fit, p_value, sums_of
-from helmbench.checks.comparison.whitening import whitened_steps
+from helmbench.checks.comparison.blocks import Rows, fit, p_value, sums_of, whitened_steps
 
 
 def test_noise_becomes_white_with_unit_variance(rng):

@@ -3,7 +3,7 @@
 import numpy as np
 
 from helmbench.checks.check import check
-from helmbench.checks.integrity.ratios import speed_ratio
+from helmbench.checks.integrity.readings import speed_ratio
 from helmbench.datasets.axes import track_of
 from helmbench.datasets.record import Record, RecordMeta
 

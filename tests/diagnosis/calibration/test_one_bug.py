@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.diagnosis.bugs import bug_of
 from helmbench.bench.kinds.diagnosis.execute import base_of, injected_of
 from helmbench.bench.kinds.diagnosis.plan import plan
@@ -27,7 +27,7 @@ def test_the_group_of_a_mistake_alone_has_changed(rng, case):
 
     def named_alone():
         seed = int(rng.integers(2**31))
-        specs = plan(load_suite("one-bug"), Selection("one-bug", seed=seed))
+        specs = plan(load_suite("one-bug"), RunSelection("one-bug", seed=seed))
         spec = next(s for s in specs if (s.vessel, s.base) == (ship, bug))
         found = calibrate(base_of(spec), injected_of(spec).train)
         told = {m.group for m in found.moved if not (m.in_proportion or m.low <= m.before <= m.high)}

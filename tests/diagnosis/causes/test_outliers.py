@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import FaultCase, inject
-from helmbench.checks.fault import cleaned
+from helmbench.checks.base import cleaned
 from helmbench.checks.files.outliers import ImpossibleSamples
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve

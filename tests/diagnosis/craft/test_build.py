@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.diagnosis.craft.build import build
-from helmbench.diagnosis.craft.ladder import Ladder, Steering, climb
+from helmbench.diagnosis.craft.ladder import Ladder, Steering, _other_law, climb
 from helmbench.diagnosis.craft.records import craft_of, outside
 from helmbench.diagnosis.craft.result import BUILT, NO_EFFECT, UNEXPLAINED
 from helmbench.diagnosis.craft.verdict import verdict_of
@@ -189,3 +189,16 @@ def test_what_leaves_the_training_records_is_told_and_stillness_is_refused(rng):
     still = record.with_channels(rudder_command_rad=np.zeros(record.n))
     with pytest.raises(CannotFit, match="never moves"):
         build([still])
+
+
+def test_of_two_laws_of_as_many_numbers_the_better_one_stands_whichever_came_first(rng):
+    """A craft of thrusters, on which the climb is made to begin with a rudder in the race."""
+    craft = draw(rng, "thruster")
+    records = calm(rng, craft)[0]
+    scales = scales_of(records)
+    ladder = Ladder(pieces_of(records, scales), *craft_of(records, scales), commands=True)
+    laws = {law.id: law for law in ladder.laws()}
+    wrong, steps = ladder.first(laws["rudder_in_steady_race"]), []
+    right = _other_law(ladder, wrong, steps)
+    assert right.law.id == "thruster" and right.count == wrong.count and steps[0].gain > 0.0
+    assert _other_law(ladder, right, steps) is right

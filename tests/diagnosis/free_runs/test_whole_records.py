@@ -10,8 +10,7 @@ from helmbench.diagnosis.calibration.group_fits import fit_groups, score_fall
 from helmbench.diagnosis.calibration.whole_records import blind_errors
 from helmbench.diagnosis.free_runs.bank import of_numbers
 from helmbench.diagnosis.free_runs.problem import LIMIT, FreeRuns, Lane
-from helmbench.diagnosis.free_runs.scales import THRUST
-from helmbench.diagnosis.free_runs.units import names_of_units, units_of
+from helmbench.diagnosis.free_runs.units import THRUST, names_of_units, units_of
 from helmbench.models.coefficient_groups import Group
 from helmbench.models.model import resolve
 from helmbench.models.time_scale import time_scale_s

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.diagnosis.gain.own import own_run
+from helmbench.diagnosis.gain.runs import own_run
 from helmbench.estimation.run.run import run_along
 from helmbench.estimation.run.stretch import Stretch
 from helmbench.models.model import resolve

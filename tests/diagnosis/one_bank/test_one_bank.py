@@ -70,6 +70,28 @@ def test_nothing_is_named_where_the_gear_is_known(ship):
     assert all(g.rmse_after == pytest.approx(g.rmse_before) for g in found.gain.values())
 
 
+def similar_to(record, scale):
+    """The record as a ship `scale` times as long would give it, after Froude."""
+    root = np.sqrt(scale)
+    factors = {"surge_m_s": root, "sway_m_s": root, "yaw_rate_rad_s": 1.0 / root, "north_m": scale, "east_m": scale}
+    channels = {name: factor * record.column(name) for name, factor in factors.items() if record.has(name)}
+    return replace(record.with_channels(**channels), time_s=root * record.time_s)
+
+
+@pytest.mark.parametrize("scale", [1.25, pytest.param(0.8, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("vessel", ["mariner", "s175", pytest.param("kvlcc2-l7", marks=pytest.mark.nightly)])
+def test_records_of_a_ship_of_another_size_are_told_with_its_scale(vessel, scale, rng):
+    """By the hull's numbers it would be a ship of another inertia and resistance."""
+    case = inject(FaultCase(vessel), rng)
+    train, held_out = ([similar_to(r, scale) for r in records] for records in (case.train, case.held_out))
+    found = diagnose(resolve(vessel), train, held_out, Options())
+    assert [f.cause for f in found.causes] == ["ship_scale"]
+    assert found.causes[0].sizes[0].value == pytest.approx(scale - 1.0, abs=0.01)
+    for channel in ("heading_rad", "surge_m_s"):
+        assert found.gain[channel].rmse_after < 0.3 * found.gain[channel].rmse_before
+    assert found.extended.instruments == {"ship_scale": pytest.approx(scale - 1.0, abs=0.01)}
+
+
 def test_every_number_of_the_bank_is_known_elsewhere():
     bank = bank_of(resolve("mariner"), Facts(set("ruv") | {"psi"}, True, 2, 300.0, exact=True), 8.0, None)
     moved = [place for place in bank.places.values() if place.kind in ("steering", "sensor")]

@@ -9,7 +9,6 @@ from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record, RecordMeta
-from helmbench.diagnosis.channels import Shown
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.free_runs.motion import lagged
 from helmbench.diagnosis.free_runs.problem import Lane
@@ -177,7 +176,7 @@ def described(diagnosis_of, train, held_out):
     unexplained = replace(
         diagnosis_of(verdict="unexplained"), model=model, extended=model, causes=(), traces=(), gain={}
     )
-    given = Prepared(list(train), list(held_out), [], Shown())
+    given = Prepared(list(train), list(held_out))
     return with_remaining(unexplained, given, held_out, Options(coefficient_sd=0.0).checked(model))
 
 

@@ -1,7 +1,7 @@
 """One line for every cause: of later findings, of their ties, and of what was named before."""
 
 from helmbench.diagnosis.causes.registry import causes
-from helmbench.diagnosis.report.bank import demoted, updated
+from helmbench.diagnosis.report.bank import demoted, lines
 from helmbench.diagnosis.result import Entry, Finding
 
 STATUS = {"current": "named", "wind": "tied", "rudder_delay": "not_testable"}
@@ -11,7 +11,7 @@ NUMBERS = "the numbers do"
 def test_later_findings_take_the_place_of_earlier_ones():
     before = tuple(Entry(name, STATUS.get(name, "not_significant"), 1.0, 0.5, None, "") for name in causes())
     finding = Finding("rudder_offset", ("sway_offset",), "free runs", 9.0, 1e-4, (), evidence="it fits")
-    after = {e.cause: e for e in updated(demoted(before, ("named", "tied"), "explained_by", NUMBERS), [finding])}
+    after = {e.cause: e for e in lines([finding], demoted(before, ("named", "tied"), "explained_by", NUMBERS))}
     assert [*after] == [*causes()]
     assert after["rudder_offset"] == Entry("rudder_offset", "tied", 9.0, 1e-4, None, "it fits")
     assert after["sway_offset"].status == "tied" and "rudder_offset" in after["sway_offset"].why

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import FaultCase, inject
-from helmbench.checks.statistics.tails import log_tail
+from helmbench.checks.tails import log_tail
 from helmbench.datasets.generator import Case as Generated
 from helmbench.datasets.generator import generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
 from helmbench.diagnosis.causes.wave_motion import _waves_at
 from helmbench.diagnosis.residuals.criterion import noise_fitted, refined
-from helmbench.diagnosis.selection.screening import screen
+from helmbench.diagnosis.residuals.screening import screen
 from helmbench.diagnosis.state import first_state
 from helmbench.diagnosis.statistics.bootstrap import independent_values, independent_variances
 from helmbench.estimation.filters.innovations.estimator import estimator

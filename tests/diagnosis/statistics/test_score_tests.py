@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from helmbench.checks.statistics.tails import log_tail
+from helmbench.checks.tails import log_tail
 from helmbench.diagnosis.statistics.score_tests import (
     Projector,
     canonical_correlation,

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.judgement.comparison import Entrant, compare
-from helmbench.estimation.judgement.families import families_for
+from helmbench.estimation.judgement.comparison import Entrant, compare, families_for
 from helmbench.estimation.validation.validate import validate
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit, FitFailed

@@ -5,7 +5,7 @@ import pytest
 
 import helmbench
 from helmbench.estimation.likelihood import problem as problems
-from helmbench.estimation.likelihood.arrow import Arrow, LinearArrow, Rows
+from helmbench.estimation.likelihood.arrow import Arrow, LinearArrow, RecordRows
 from helmbench.estimation.likelihood.linear_problem import LinearProblem
 from helmbench.methods.output_error import OutputError
 from helmbench.models.model import resolve
@@ -21,7 +21,7 @@ def matrices(rng, sizes, free=(2, 3, 2)):
         values = rng.normal(size=(rows, own + SHARED + 1)) * 10.0 ** rng.uniform(-2, 2, own + SHARED + 1)
         wide = np.zeros((rows, width + 1))
         wide[:, place : place + own], wide[:, :SHARED], wide[:, -1] = values[:, :own], values[:, own:-1], values[:, -1]
-        parts.append(Rows(place, own, values))
+        parts.append(RecordRows(place, own, values))
         dense.append(wide)
         place += own
     prior = rng.normal(size=(2, SHARED + 1))

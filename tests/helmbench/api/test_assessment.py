@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 import helmbench
-from helmbench.api import assessment as room
 from helmbench.api.identification import _better_ahead
 
 from ...simulators.response import GAIN, heading_only, steps, turned
@@ -40,7 +39,7 @@ def test_an_assessment_shows_itself(found, records):
 
 def test_its_files_are_written_together(found, tmp_path):
     paths = found.write(tmp_path / "out")
-    assert [path.name for path in paths] == list(room.FILES)
+    assert [path.name for path in paths] == list(found.files)
     assert json.loads(paths[0].read_text(encoding="utf-8"))["verdict"] == found.verdict
     assert paths[1].read_text(encoding="utf-8") == found.to_html()
     assert helmbench.resolve(paths[2]).parameters == pytest.approx(found.estimate.parameters, rel=1e-12)
@@ -60,7 +59,7 @@ def test_an_estimate_needs_its_records(found, records, tmp_path):
     assert "<h2>Measured and simulated</h2>" in estimate.to_html()
     with pytest.raises(helmbench.BadInput, match="held out"):
         estimate.assess(records[0])
-    bare = helmbench.Estimate.of(estimate, [])
+    bare = replace(estimate, records=())
     with pytest.raises(helmbench.BadInput, match="does not hold its records"):
         bare.assess()
 

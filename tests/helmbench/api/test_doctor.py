@@ -36,7 +36,9 @@ def test_a_sound_machine_is_told_so(capsys, monkeypatch, tmp_path):
 
 
 def test_a_fault_is_exit_status_one(capsys, monkeypatch, tmp_path):
-    monkeypatch.setattr(room, "_compiled", lambda: iter([room.Finding("compiled code", "fault", "wrong", "delete it")]))
+    monkeypatch.setattr(
+        room, "_compiled", lambda: iter([room.HealthFinding("compiled code", "fault", "wrong", "delete it")])
+    )
     assert status_of(["doctor", "--quiet"]) == 1
     assert capsys.readouterr() == ("", "compiled code: wrong; delete it\n")
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench import build_model
-from helmbench.bench.kinds.identification.problems import Problem, Truth
+from helmbench.bench.kinds.identification.problems import FitTask, Truth
 from helmbench.bench.scores.base import Outcome
 from helmbench.bench.scores.prediction_error import prediction_error
 from helmbench.bench.traces import free_run_trace
@@ -14,8 +14,9 @@ from helmbench.diagnosis.calibration.calibrate import calibrate
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.registry import find
+from helmbench.estimation.estimates.assessment import scores
 from helmbench.estimation.estimates.estimate import Estimate
-from helmbench.estimation.judgement.assessment import assess, scores
+from helmbench.estimation.judgement.assessment import assess
 from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.estimation.validation.validate import validate
 from helmbench.models.model import resolve
@@ -90,7 +91,7 @@ def test_identify_and_estimates(case, expected):
 
 def test_the_board(case, expected):
     model, train, held_out = case
-    problem = Problem(model.blanked(), (train,), (held_out,), Truth())
+    problem = FitTask(model.blanked(), (train,), (held_out,), Truth())
     prediction = prediction_scores(model, problem.held_out)
     same(free(prediction_error.compute(Outcome(problem, estimate_of(model), [], prediction))), expected)
     drawn = free_run_trace(estimate_of(model), held_out.slice(0, 60))["channels"]  # not thinned

@@ -5,7 +5,6 @@ import json
 import pytest
 
 import helmbench
-from helmbench.api import validation as room
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +80,7 @@ def test_a_doubtful_rudder_sign_warns(record):
 
 def test_files_are_written_both_or_none(found, tmp_path, monkeypatch):
     paths = found.write(tmp_path / "out")
-    assert [path.name for path in paths] == list(room.FILES)
+    assert [path.name for path in paths] == list(found.files)
     document = json.loads(paths[0].read_text(encoding="utf-8"))
     assert document["schema"] == 1 and document["scores"][0]["rmse"] == found.scores[0].rmse
     assert paths[1].read_text(encoding="utf-8") == found.to_html()

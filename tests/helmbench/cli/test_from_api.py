@@ -54,5 +54,5 @@ COMMANDS = [
 
 @pytest.mark.parametrize("command", COMMANDS, ids=lambda one: one.name)
 def test_every_option_of_the_api_says_what_it_does(command):
-    for option in command.get_params(click.Context(command)):
+    for option in command.get_params(click.Context(command, **cli.context_settings)):
         assert isinstance(option, click.Argument) or len(option.help) > 10

@@ -177,14 +177,14 @@ def _model(path: Path) -> None:
 def _suite(path: Path) -> None:
     """As `run` does before anything is computed: load, ask for trust, plan."""
     from helmbench.bench.kinds import kind_of
-    from helmbench.bench.kinds.base import Selection
+    from helmbench.bench.kinds.base import RunSelection
     from helmbench.bench.suites import load_suite
     from helmbench.bench.trust import check_trust
 
     suite = load_suite(str(path))
     check_trust(suite.texts, path, False)
     kind = kind_of(suite.kind)
-    kind.plan(suite, kind.with_seed(suite, Selection(str(path))))
+    kind.plan(suite, kind.with_seed(suite, RunSelection(str(path))))
 
 
 def _vessel(path: Path) -> None:
@@ -381,9 +381,9 @@ def _raw_readers(scratch: Path) -> dict[str, Reader]:
 def _drafted(path: Path) -> None:
     """As an import does."""
     from helmbench.datasets.importing import sources
-    from helmbench.datasets.importing.importer import Options, draft_tables
+    from helmbench.datasets.importing.importer import ImportOptions, draft_tables
 
-    draft_tables(sources.read_raw(path), None, Options(), {})
+    draft_tables(sources.read_raw(path), None, ImportOptions(), {})
 
 
 def _raw(path: Path) -> None:

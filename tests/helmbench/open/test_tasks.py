@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import helmbench
-from helmbench.api.results import page_of
+from helmbench.models.result import page_of
 from helmbench.open import parts, tasks
 from helmbench.reporting.open.views import view_of
 

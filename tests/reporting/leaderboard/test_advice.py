@@ -7,7 +7,7 @@ import pytest
 
 from helmbench import check_advice
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.situations import SEEDS, Situation, checks_text, draw, suite_text
 from helmbench.bench.store import Store, frames
@@ -125,6 +125,33 @@ def test_plain_rules_stand_beside_the_advice(calm_and_windy, run_of):
     assert "always output-error 50 % [" in told and "always grey-gp 0 % [" in told
 
 
+def test_known_particulars_are_the_advice_where_equations_are_unknown(run_of):
+    """Of two ships with other equations the particulars of one are known; their simulation is best there in the median.
+
+    The board's rule, `output-error`, errs twice as much as the best method on the other."""
+    facts = {"error": None, "parameters": [], "vessel": "kvlcc2-l7", "model": "nomoto-1"}
+    one, other = (
+        Situation("kvlcc2-l7", "nomoto-1", ("zigzag:20/20",), ("turn:35",), noise, "none", "turn:20")
+        for noise in ("low", "high")
+    )
+    errors = {"output-error": 0.4, "grey-gp": 0.2}
+    fresh = board_of(
+        [run_of(r2=1.0 - e**2, method=m, noise=n, **facts) for m, e in errors.items() for n in ("low", "high")]
+    )
+    advised = {place: advice.Advice("output-error", ("grey-gp",), {}) for place in (one, other)}
+    found = advice.tested(advised, fresh, fresh, {one: [0.1, 0.05, math.inf]})
+    assert [(found[0].advice.method, found[0].best), found[1].advice.method] == [
+        (advice.PARTICULARS, advice.PARTICULARS),
+        "output-error",
+    ]
+    assert [t.regret for t in found] == pytest.approx([1.0, 2.0], rel=1e-3) and found[0].least == pytest.approx(0.1)
+    assert found[0].plain_regret("output-error") == pytest.approx(4.0, rel=1e-3)
+    told = advice.summary(found)
+    assert "Other equations and known particulars (the advice is particulars, corrected), 1 situations: the ad" in told
+    assert "Other equations (the advice is output-error, whatever ranks first), 1 situations: the advice 0 %" in told
+    assert "particulars, corrected (0.1)" in advice.report(found, 2, 7)
+
+
 def test_of_a_list_the_method_is_taken_that_errs_least_on_the_check_record(run_of):
     """`b` errs less on what is predicted in both draws of the noise; the record to choose by says so in the second."""
     one, found = situation(), advice.Advice("a", ("a", "b", "unknown"), {})
@@ -199,11 +226,11 @@ def test_drawn_situations_can_be_planned_and_do_not_depend_on_their_number(tmp_p
     assert draw(7, seed) == drawn[:7] and draw(7, seed + 1) != drawn[:7]
     path = tmp_path / "situations.yaml"
     path.write_text(suite_text(drawn, ["ls"]))
-    specs = plan(load_suite(str(path)), Selection("situations"))
+    specs = plan(load_suite(str(path)), RunSelection("situations"))
     assert len(specs) == SEEDS * len(set(drawn))
     assert all(not set(one.train) & {*one.held_out, one.check} and one.check not in one.held_out for one in drawn)
     path.write_text(checks_text({one: ["ls"] for one in drawn}))
-    assert {spec.task.held_out_noise for spec in plan(load_suite(str(path)), Selection("checks"))} > {"low"}
+    assert {spec.task.held_out_noise for spec in plan(load_suite(str(path)), RunSelection("checks"))} > {"low"}
 
 
 @pytest.mark.nightly

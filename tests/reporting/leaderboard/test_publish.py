@@ -1,5 +1,6 @@
 """The published leaderboard says what its stored results say; two folders of results are compared by pairs."""
 
+import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -37,6 +38,12 @@ def folder(folder_of, run_of, parameter_of):
     return folder_of("default", runs)
 
 
+def by_problem(table, method, figure):
+    """Problem and method -> median of a figure."""
+    found = table.groupby([*standings.CELL, method], observed=True)[figure].median()
+    return {" ".join(map(str, key)): value for key, value in found.items()}
+
+
 def check_published(folder):
     """README and page hold what the stored tables give."""
     results, parameters = (pd.read_parquet(folder / name) for name in (publish.RESULTS, publish.PARAMETERS))
@@ -59,14 +66,28 @@ def check_published(folder):
     assert lines[2:][: len(order)] == order
     assert f"{len(results)} runs:" in readme and f"{len(results)} runs:" in page and len(page) < 6_000_000
     assert all(f'"{method}"' in page for method in order)
+    table = pd.read_csv(folder / publish.TABLE, keep_default_na=False, na_values=[""], dtype={"length": float})
+    assert (folder / publish.TABLE).stat().st_size <= 2_000_000 and table["runs"].sum() == len(runs)
+    wanted = by_problem(runs, "label", "prediction_error")
+    assert by_problem(table, "method", "nrmse") == pytest.approx(wanted, rel=1e-3, nan_ok=True)
+
+
+def check_again(folder, copy):
+    """Every file that is written from the tables is what the tables give, word by word."""
+    shutil.copytree(folder, copy)
+    publish.publish_again(copy)
+    for path in (path for path in folder.iterdir() if path.is_file()):
+        assert path.read_bytes() == (copy / path.name).read_bytes(), path.name
 
 
 def test_the_published_leaderboard_says_what_its_results_say(folder, tmp_path):
     publish.publish([folder], tmp_path / "published")
     check_published(tmp_path / "published")
-    for stored in (STORED, STORED / publish.SLOW):
+    check_again(tmp_path / "published", tmp_path / "again")
+    for number, stored in enumerate((STORED, STORED / publish.SLOW)):
         if (stored / publish.RESULTS).is_file():
             check_published(stored)
+            check_again(stored, tmp_path / f"again {number}")
 
 
 @pytest.mark.nightly

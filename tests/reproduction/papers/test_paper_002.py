@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from helmbench.bench.journal import read_runs
 from helmbench.datasets.measured import data_dir
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
@@ -99,16 +100,15 @@ def test_figures_are_drawn(paper, found):
 
 def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):
     monkeypatch.setenv("HELMBENCH_DATA", str(tmp_path))
-    stored = runner.execute(runner.StudyJob("002", "tank", 0))
-    assert stored.error is None and stored.series
+    stored = runner.StudyKind().execute(runner.StudyJob("002", "tank", 0))
+    assert stored["row"]["error"] is None and stored["series"]
     keys = {c.corrected for c in files.load("002").claims if c.study == "tank"}
-    assert keys and keys <= set(stored.values)
+    assert keys and keys <= set(runner.result_of(stored).values)
 
 
 @pytest.mark.nightly
 @pytest.mark.skipif(not have_data(), reason="the measured set is not there")
 def test_the_stored_run_is_what_the_measured_set_gives(found):
-    stored = runner.read_run(runner.StudyJob("002", "tank", 0), runner.STORED)
-    assert stored is not None
-    scores = {key: value for key, value in stored.values.items() if value is not None}
+    (stored,) = read_runs(runner.STORED)
+    scores = {key: value for key, value in runner.result_of(stored).values.items() if np.isfinite(value)}
     assert {key: found["tank"].values[key] for key in scores} == pytest.approx(scores, rel=1e-3, abs=1e-3)

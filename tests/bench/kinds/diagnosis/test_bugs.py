@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import VESSELS
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.diagnosis.bases import base_model
 from helmbench.bench.kinds.diagnosis.bugs import BUGS, bug_of
 from helmbench.bench.kinds.diagnosis.execute import base_of, injected_of
@@ -94,7 +94,7 @@ def test_groups_of_the_base_are_read_from_the_details(diagnosis_of, details, out
 
 
 def test_the_suite_has_every_bug_once_and_correct_bases(seed):
-    specs = plan(load_suite("one-bug"), Selection("one-bug", seed=seed))
+    specs = plan(load_suite("one-bug"), RunSelection("one-bug", seed=seed))
     bugs = [(spec.vessel, spec.base) for spec in specs if spec.group == ONE_BUG]
     assert bugs == [(bug.vessel, bug.id) for bug in BUGS]
     assert {spec.base for spec in specs if spec.group != ONE_BUG} == {"unstated"}

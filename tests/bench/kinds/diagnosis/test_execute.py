@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.bench import runner
 from helmbench.bench.journal import RUNS
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.diagnosis.columns import CASES, SIZES
 from helmbench.bench.kinds.diagnosis.execute import execute, injected_of
 from helmbench.bench.kinds.diagnosis.kind import KIND
@@ -100,7 +100,7 @@ def test_a_suite_of_methods_takes_no_seed(tmp_path, capsys):
 
 
 def test_a_case_is_made_again_from_its_row(suite, guess, seed):
-    specs = plan(load_suite(suite), Selection(suite, methods=(guess,), seed=seed))
+    specs = plan(load_suite(suite), RunSelection(suite, methods=(guess,), seed=seed))
     first, again = (injected_of(specs[0]) for _ in range(2))
     assert first.effects == again.effects
     assert (first.train[0].column("heading_rad") == again.train[0].column("heading_rad")).all()
@@ -109,8 +109,8 @@ def test_a_case_is_made_again_from_its_row(suite, guess, seed):
 def test_a_diagnoser_that_fails_is_a_row(suite, tmp_path, seed, guess):
     (tmp_path / "guess.py").write_text(STUB.replace("sizes = ", "raise RuntimeError('no idea')\n        sizes = "))
     loaded = load_suite(suite)
-    specs = plan(loaded, Selection(suite, methods=(guess,), seed=seed))
-    with inline() as pool, runner.open_store(tmp_path / "out", loaded, Selection(suite), specs) as store:
+    specs = plan(loaded, RunSelection(suite, methods=(guess,), seed=seed))
+    with inline() as pool, runner.open_store(tmp_path / "out", loaded, RunSelection(suite), specs) as store:
         runner.run(specs[:1], store, pool)
     (run,) = store.runs
     assert run["row"]["status"] == "failed" and run["row"]["error"] == "RuntimeError: no idea"

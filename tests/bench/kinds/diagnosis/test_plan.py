@@ -6,7 +6,7 @@ import pytest
 
 from helmbench.bench.faults import ANTICIPATED, TAXONOMY, UNFORESEEN, kind_of, names_of
 from helmbench.bench.faults.ships import ship
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.diagnosis.plan import ORACLE, plan, stratified, with_seed
 from helmbench.bench.suites import load_suite
 from helmbench.models.errors import BadInput
@@ -20,21 +20,21 @@ def suite_file(folder, text):
 
 def test_the_same_seed_plans_the_same_cases_and_another_seed_others(seed):
     suite = load_suite("diagnosis")
-    first, again = (plan(suite, Selection("diagnosis", seed=seed)) for _ in range(2))
+    first, again = (plan(suite, RunSelection("diagnosis", seed=seed)) for _ in range(2))
     assert first == again and len({spec.key for spec in first}) == len(first)
-    other = plan(suite, Selection("diagnosis", seed=seed + 1))
+    other = plan(suite, RunSelection("diagnosis", seed=seed + 1))
     assert {spec.seed for spec in first}.isdisjoint(spec.seed for spec in other)
 
 
 def test_more_rounds_only_add(seed):
     suite = load_suite("diagnosis")
-    one, two = (plan(suite, Selection("diagnosis", seeds=n, seed=seed)) for n in (1, 2))
+    one, two = (plan(suite, RunSelection("diagnosis", seeds=n, seed=seed)) for n in (1, 2))
     assert two[: len(one)] == one and len(two) > len(one)
 
 
 def test_the_default_covers_what_the_design_asks_for(seed):
     suite = load_suite("diagnosis")
-    specs = [spec for spec in plan(suite, Selection("diagnosis", seed=seed)) if spec.method == "innovations"]
+    specs = [spec for spec in plan(suite, RunSelection("diagnosis", seed=seed)) if spec.method == "innovations"]
     assert 90 <= len(specs) <= 130
     injected = Counter(spec.injected for spec in specs if spec.group == "injected")
     assert set(injected) == {(cause,) for cause in names_of(TAXONOMY)} and min(injected.values()) >= 1
@@ -51,11 +51,11 @@ def test_the_default_covers_what_the_design_asks_for(seed):
 
 
 def test_others_join_the_first_round_and_the_oracle_goes_with_known_causes(seed):
-    specs = plan(load_suite("diagnosis"), Selection("diagnosis", seeds=3, seed=seed))
+    specs = plan(load_suite("diagnosis"), RunSelection("diagnosis", seeds=3, seed=seed))
     counts = Counter(spec.method for spec in specs)
     assert counts["residual-bic"] == counts["sparse-regression"] == counts["innovations"] / 3
     assert {spec.group for spec in specs if spec.method == ORACLE} == {"injected", "pair"}
-    only = plan(load_suite("diagnosis"), Selection("diagnosis", methods=("residual-bic",), seeds=1, seed=seed))
+    only = plan(load_suite("diagnosis"), RunSelection("diagnosis", methods=("residual-bic",), seeds=1, seed=seed))
     assert {spec.method for spec in only} == {"residual-bic", ORACLE}
 
 
@@ -65,8 +65,8 @@ def test_each_value_of_a_stratified_draw_comes_once_before_any_comes_again(rng):
 
 
 def test_a_seed_is_drawn_where_none_is_given():
-    assert with_seed(Selection("diagnosis", seed=7)).seed == 7
-    assert len({with_seed(Selection("diagnosis")).seed for _ in range(5)}) == 5
+    assert with_seed(RunSelection("diagnosis", seed=7)).seed == 7
+    assert len({with_seed(RunSelection("diagnosis")).seed for _ in range(5)}) == 5
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_a_seed_is_drawn_where_none_is_given():
 )
 def test_a_bad_entry_is_refused(tmp_path, text, told):
     with pytest.raises(BadInput, match=told):
-        plan(suite_file(tmp_path, text), Selection("mine", seed=1))
+        plan(suite_file(tmp_path, text), RunSelection("mine", seed=1))
 
 
 @pytest.mark.parametrize(
@@ -88,4 +88,4 @@ def test_a_bad_entry_is_refused(tmp_path, text, told):
 )
 def test_a_bad_selection_is_refused(change, told):
     with pytest.raises(BadInput, match=told):
-        plan(load_suite("diagnosis"), Selection("diagnosis", seed=1, **change))
+        plan(load_suite("diagnosis"), RunSelection("diagnosis", seed=1, **change))

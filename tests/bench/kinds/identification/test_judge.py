@@ -4,7 +4,7 @@ import types
 
 import pytest
 
-from helmbench.bench.kinds.identification.judge import parameter_rows
+from helmbench.bench.kinds.identification.execute import parameter_rows
 from helmbench.bench.kinds.identification.problems import Truth
 
 

@@ -7,7 +7,7 @@ import pytest
 import yaml
 
 from helmbench import run_suite, simulate, write_record
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.kinds.identification.problems import problem
 from helmbench.bench.suites import load_suite
@@ -49,7 +49,7 @@ def test_a_vessel_file_is_a_vessel(ferry):
 
 def test_an_own_vessel_joins_the_entries_of_its_kind(ferry):
     suite = load_suite("default")
-    specs = plan(suite, Selection("default", ("ls-forward", "pem"), (str(ferry),)))
+    specs = plan(suite, RunSelection("default", ("ls-forward", "pem"), (str(ferry),)))
     rows = [spec.row_key() for spec in specs]
     assert {row["vessel"] for row in rows} == {"ferry"} and {row["noise"] for row in rows} == {"none", "low", "high"}
     assert {row["model"] for row in rows} == {resolve("cargo").family}
@@ -58,16 +58,16 @@ def test_an_own_vessel_joins_the_entries_of_its_kind(ferry):
 def test_particulars_join_the_3dof_entries_but_for_the_wind(tmp_path):
     path = tmp_path / "ship.yaml"
     path.write_text(PARTICULARS)
-    specs = plan(load_suite("default"), Selection("default", ("pem",), (str(path),)))
+    specs = plan(load_suite("default"), RunSelection("default", ("pem",), (str(path),)))
     rows = [spec.row_key() for spec in specs]
     assert {"mmg", "nomoto-1"} <= {row["model"] for row in rows}
     assert {row["vessel"] for row in rows} == {"ship"}
     with pytest.raises(BadInput, match="nothing to run"):
-        plan(load_suite("disturbances"), Selection("disturbances", ("pem",), (str(path),)))
+        plan(load_suite("disturbances"), RunSelection("disturbances", ("pem",), (str(path),)))
 
 
 def test_an_own_file_is_part_of_what_a_run_depends_on(ferry):
-    selection = Selection("quick", ("ls",), (str(ferry),))
+    selection = RunSelection("quick", ("ls",), (str(ferry),))
     before = [spec.key for spec in plan(load_suite("quick"), selection)]
     from helmbench.bench.kinds.identification import own
 
@@ -81,7 +81,7 @@ def test_a_shipped_id_is_refused(tmp_path):
     path = tmp_path / "cargo.yaml"
     path.write_text(vessel_files()["cargo"].read_text())
     with pytest.raises(BadInput, match="ships with helmbench"):
-        plan(load_suite("quick"), Selection("quick", (), (str(path),)))
+        plan(load_suite("quick"), RunSelection("quick", (), (str(path),)))
 
 
 @pytest.fixture
@@ -136,19 +136,19 @@ def test_errors_are_told_before_the_first_fit(records, tmp_path, change, told):
 )
 def test_texts_that_cannot_be_sailed_are_told_before_the_first_fit(tmp_path, text, told):
     with pytest.raises(BadInput, match=told):
-        plan(suite_file(tmp_path, "  - {methods: ls, " + text + "}\n"), Selection("mine"))
+        plan(suite_file(tmp_path, "  - {methods: ls, " + text + "}\n"), RunSelection("mine"))
 
 
 def test_the_timing_of_an_entry_reaches_held_out_records(tmp_path):
     suite = suite_file(tmp_path, "  - {vessels: response-1, methods: ls, duration_s: 60, dt_s: 0.5}\n")
-    found = problem(plan(suite, Selection("mine"))[0].task)
+    found = problem(plan(suite, RunSelection("mine"))[0].task)
     assert {record.n for record in (*found.train, *found.held_out)} == {121}
     assert all(np.isclose(record.dt, 0.5) for record in found.held_out)
 
 
 def test_a_family_with_the_constants_of_another_ship_has_no_known_truth(tmp_path):
     suite = suite_file(tmp_path, "  - {vessels: mariner, models: [own, mariner-model], methods: ls, noise: low}\n")
-    own, other = plan(suite, Selection("mine"))
+    own, other = plan(suite, RunSelection("mine"))
     assert [spec.row_key()["model"] for spec in (own, other)] == ["abkowitz", "abkowitz of mariner-model"]
     assert problem(own.task).truth.kind == "given" and not problem(other.task).truth.values
 
@@ -164,7 +164,7 @@ def test_a_wrong_constant_and_a_lacking_term_are_the_models_alone(tmp_path):
     """The ship sails with its own constants; the fitted model has the wrong ones, and no truth is claimed."""
     entry = "  - {vessels: kvlcc2-l7, methods: ls, train: ['zigzag:10/10'], held_out: ['turn:20'], duration_s: 30"
     wrong = ", constants: {f_alpha: 1.25}}\n" + entry + ", terms: {N_r_absv: {term_N_r_absv: -0.2}}}\n" + entry + "}\n"
-    specs = plan(suite_file(tmp_path, entry + wrong), Selection("mine"))
+    specs = plan(suite_file(tmp_path, entry + wrong), RunSelection("mine"))
     assert [spec.row_key()["model"] for spec in specs] == ["mmg with 1.25 f_alpha", "mmg without N_r_absv", "mmg"]
     constants, term, plain = (problem(spec.task) for spec in specs)
     ratio = constants.model.constants / plain.model.constants
@@ -176,7 +176,7 @@ def test_a_wrong_constant_and_a_lacking_term_are_the_models_alone(tmp_path):
 
 def test_channels_are_taken_from_training_records_alone(tmp_path):
     text = "  - {vessels: response-1, methods: ls, noise: ['low,only=heading']}\n"
-    found = problem(plan(suite_file(tmp_path, text), Selection("mine"))[0].task)
+    found = problem(plan(suite_file(tmp_path, text), RunSelection("mine"))[0].task)
     assert set(found.train[0].channels) <= {"rudder_command_rad", "rudder_rad", "propeller_rps", "heading_rad"}
     assert "yaw_rate_rad_s" in found.held_out[0].channels and found.truth.crb_sd
 
@@ -184,7 +184,7 @@ def test_channels_are_taken_from_training_records_alone(tmp_path):
 def test_channels_are_taken_from_measured_records(records):
     path = records / "mine.yaml"
     path.write_text("entries:\n" + ENTRY.replace("models:", "noise: 'none,without=yaw_rate', models:"))
-    task = plan(load_suite(str(path)), Selection("mine"))[0].task
+    task = plan(load_suite(str(path)), RunSelection("mine"))[0].task
     found = problem(task)
     assert not found.train[0].has("yaw_rate_rad_s") and found.held_out[0].has("yaw_rate_rad_s")
     path.write_text("entries:\n" + ENTRY.replace("models:", "noise: low, models:"))

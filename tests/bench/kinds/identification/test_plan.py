@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from helmbench.bench.kinds.base import Selection
+from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.kinds.identification.problems import Task
 from helmbench.bench.suites import load_suite, suite_names
@@ -25,7 +25,7 @@ SECONDS = [name for name, cls in methods().items() if not cls.minutes]
 
 
 def planned(name):
-    return plan(load_suite(name), Selection(name))
+    return plan(load_suite(name), RunSelection(name))
 
 
 @pytest.fixture
@@ -99,7 +99,7 @@ def test_conditions_of_measured_records_are_as_measured_and_only_channels_are_ta
 def test_an_optional_entry_is_left_out_where_its_records_are_missing(tmp_path):
     entry = "  - {records: {train: [no.csv], held_out: [none.csv]}, models: nomoto-1, methods: ls, optional: true}\n"
     suite = suite_file(tmp_path, entry + "  - {vessels: response-1, methods: ls}\n")
-    assert [spec.task.vessel for spec in plan(suite, Selection("mine"))] == ["response-1"]
+    assert [spec.task.vessel for spec in plan(suite, RunSelection("mine"))] == ["response-1"]
 
 
 def test_response_models_has_a_row_for_every_model_and_held_out_run_and_the_integrator():
@@ -115,13 +115,13 @@ def test_response_models_has_a_row_for_every_model_and_held_out_run_and_the_inte
 
 def test_seeds_are_repeated_only_where_something_is_random(tmp_path):
     suite = suite_file(tmp_path, "  - {vessels: response-1, methods: ls, noise: [none, low], seeds: 3}\n")
-    assert [(s.task.noise, s.task.seed) for s in plan(suite, Selection("mine"))] == [
+    assert [(s.task.noise, s.task.seed) for s in plan(suite, RunSelection("mine"))] == [
         ("none", 0),
         ("low", 0),
         ("low", 1),
         ("low", 2),
     ]
-    fewer = plan(suite, Selection("mine", seeds=2))
+    fewer = plan(suite, RunSelection("mine", seeds=2))
     assert [(s.task.noise, s.task.seed) for s in fewer] == [("none", 0), ("low", 0), ("low", 1)]
 
 
@@ -145,7 +145,7 @@ def test_every_vessel_can_meet_the_disturbances_of_its_suite():
 
 def test_lists_of_manoeuvres_shares_and_thinnings_make_a_row_each(tmp_path):
     text = "vessels: response-1, methods: [ls], train: [[turn:20], [turn:10, turn:20]], thinning: [1, 4], length: 0.5"
-    tasks = [spec.task for spec in plan(suite_file(tmp_path, "  - {" + text + "}\n"), Selection("mine"))]
+    tasks = [spec.task for spec in plan(suite_file(tmp_path, "  - {" + text + "}\n"), RunSelection("mine"))]
     trains = [("turn:20",), ("turn:10", "turn:20")]
     assert [(t.train, t.thinning, t.length) for t in tasks] == [(m, k, 0.5) for m in trains for k in (1, 4)]
 
@@ -153,33 +153,33 @@ def test_lists_of_manoeuvres_shares_and_thinnings_make_a_row_each(tmp_path):
 def test_a_method_asked_for_joins_open_entries_only(tmp_path, own_method):
     text = "  - {vessels: response-1, methods: [ls]"
     suite = suite_file(tmp_path, text + ", open: false, euler: true}\n" + text + "}\n")
-    asked = plan(suite, Selection("mine", methods=("rls", own_method)))
+    asked = plan(suite, RunSelection("mine", methods=("rls", own_method)))
     assert [(spec.method, spec.task.train[0][-6:]) for spec in asked] == [("rls", "g:5/10"), ("mine", "g:5/10")]
-    assert len(plan(suite, Selection("mine", methods=("ls",)))) == 2
+    assert len(plan(suite, RunSelection("mine", methods=("ls",)))) == 2
 
 
 def test_options_are_part_of_a_methods_name_and_the_variant_has_its_column(tmp_path):
     text = "  - {vessels: response-1, methods: [ls, 'ls,scheme=midpoint', 'fw-rls,variant=as_printed']}\n"
-    found = [(spec.method, spec.variant) for spec in plan(suite_file(tmp_path, text), Selection("mine"))]
+    found = [(spec.method, spec.variant) for spec in plan(suite_file(tmp_path, text), RunSelection("mine"))]
     assert found == [("ls", "corrected"), ("ls,scheme=midpoint", "corrected"), ("fw-rls", "as_printed")]
 
 
 def test_a_row_listed_twice_is_run_once(tmp_path):
     text = "  - {vessels: response-1, methods: ls}\n"
-    assert len(plan(suite_file(tmp_path, text + text), Selection("mine"))) == 1
+    assert len(plan(suite_file(tmp_path, text + text), RunSelection("mine"))) == 1
 
 
 def test_different_runs_under_one_name_are_refused(tmp_path):
     text = "  - {vessels: response-1, methods: ls}\n  - {vessels: response-1, methods: ls, dt_s: 0.2}\n"
     with pytest.raises(BadInput, match="two different runs have the same row"):
-        plan(suite_file(tmp_path, text), Selection("mine"))
+        plan(suite_file(tmp_path, text), RunSelection("mine"))
 
 
 @pytest.mark.parametrize(
     ("selection", "complaint"),
     [
-        (Selection("quick", methods=("huber-nonsense",)), "unknown method 'huber-nonsense'"),
-        (Selection("quick", vessels=("titanic",)), "has no vessel 'titanic'"),
+        (RunSelection("quick", methods=("huber-nonsense",)), "unknown method 'huber-nonsense'"),
+        (RunSelection("quick", vessels=("titanic",)), "has no vessel 'titanic'"),
     ],
 )
 def test_unknown_filters_are_refused(selection, complaint):
@@ -190,7 +190,7 @@ def test_unknown_filters_are_refused(selection, complaint):
 def test_filters_that_leave_nothing_are_refused(tmp_path):
     suite = suite_file(tmp_path, "  - {vessels: response-1, methods: [ls], open: false}\n")
     with pytest.raises(BadInput, match="nothing to run"):
-        plan(suite, Selection("mine", methods=("rls",)))
+        plan(suite, RunSelection("mine", methods=("rls",)))
 
 
 def test_keys_tell_every_difference_and_stay():
@@ -231,9 +231,9 @@ def test_conditions_of_held_out_records_need_the_right_entry(tmp_path):
         ("vessels: mariner, held_out_dataset: kvlcc2-marin", "needs a dataset"),
     ):
         with pytest.raises(BadInput, match=words):
-            plan(suite_file(tmp_path, "  - {" + text + "}\n"), Selection("mine"))
+            plan(suite_file(tmp_path, "  - {" + text + "}\n"), RunSelection("mine"))
 
 
 def test_groups_of_methods_are_those_of_their_kind(tmp_path):
-    specs = plan(suite_file(tmp_path, "  - {vessels: response-1, methods: [identification]}\n"), Selection("mine"))
+    specs = plan(suite_file(tmp_path, "  - {vessels: response-1, methods: [identification]}\n"), RunSelection("mine"))
     assert {methods()[spec.method].kind for spec in specs} == {"grey box"}

@@ -82,3 +82,24 @@ def test_the_fall_of_errors_is_the_logarithm_of_their_ratio(rng):
     error = rng.standard_normal((2 * len(windows.inputs), windows.inputs.shape[1], 2)) * windows.motion
     gain, spread = fall(error, 0.5 * error, windows, 100.0 * windows.motion)
     assert gain == pytest.approx(np.log(2.0), abs=1e-3) and spread < 1e-3
+
+
+def test_what_no_model_explains_decides_nothing_and_a_turn_that_one_misses_does(rng):
+    _, windows, _ = fitted([nomoto(rng, noise=1e-4)])
+    shape = (2 * len(windows.inputs), windows.inputs.shape[1], 2)
+    sizes = 0.02 * windows.motion
+    error = sizes * rng.standard_normal(shape)
+    lost = windows.block == 2
+    stretch = np.concatenate([lost, lost])[:, None, None]
+    both = [np.where(stretch, 5.0 * windows.motion, e) for e in (error, 0.5 * error)]
+    alone = fall(error, 0.5 * error, windows, sizes)
+    assert 0.0 < fall(*both, windows, sizes).gain < alone.gain
+    missed = np.where(stretch, windows.motion, 0.5 * error)
+    assert fall(error, missed, windows, sizes).gain < -0.5
+
+
+def test_waves_that_are_sampled_once_or_twice_a_period_are_no_noise_of_the_sensor(rng):
+    record = nomoto(rng)
+    waves = 0.05 * np.sin(2.1 * record.time_s + rng.uniform(0.0, 6.0, record.n))
+    windows, _, _ = windowed([record.with_channels(yaw_rate_rad_s=record.column("yaw_rate_rad_s") + waves)])
+    assert windows.noise[0] < 0.5 * windows.motion[0] and windows.noise[1] < 1e-3

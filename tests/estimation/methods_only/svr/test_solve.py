@@ -26,11 +26,11 @@ def test_primal_is_the_dual(rng):
         x, y = rng.normal(size=(n, d)), rng.normal(size=n)
         weights = rng.uniform(0.1, 2.0, n) if weighted else np.ones(n)
         coef, intercept, alpha = by_dual(x, y, c, weights)
-        found = solve.primal(x, y, c, weights if weighted else None)
+        found_coef, level = solve.primal(x, y, c, weights if weighted else None)
         fitted = LSSVR(C=c).fit(x, y, weights if weighted else None)
         scale = 1e-10 * max(1.0, np.abs(coef).max(), abs(intercept))
-        assert np.abs(found.coef - coef).max() < scale and abs(found.intercept - intercept) < scale
-        assert np.array_equal(fitted.coef_, found.coef)
+        assert np.abs(found_coef - coef).max() < scale and abs(level - intercept) < scale
+        assert np.array_equal(fitted.coef_, found_coef)
         assert np.abs(fitted.dual_coef_ - alpha).max() < 1e-8 * c * max(1.0, np.abs(y).max())
 
 
@@ -39,9 +39,9 @@ def test_dual_by_cholesky_is_the_kkt_system(rng):
         n, c = int(rng.integers(2, 50)), 10.0 ** rng.uniform(-2, 2)
         x, y, weights = rng.normal(size=(n, 3)), rng.normal(size=n), rng.uniform(0.2, 2.0, n)
         _, intercept, alpha = by_dual(x, y, c, weights)
-        found = solve.dual(solve.kernel_matrix("linear", x, x, 1.0, 1, 0.0), y, c, weights)
-        assert np.abs(found.alpha - alpha).max() < 1e-10 * max(1.0, np.abs(alpha).max())
-        assert abs(found.intercept - intercept) < 1e-10 * max(1.0, np.abs(alpha).max())
+        found_alpha, level = solve.dual(solve.kernel_matrix("linear", x, x, 1.0, 1, 0.0), y, c, weights)
+        assert np.abs(found_alpha - alpha).max() < 1e-10 * max(1.0, np.abs(alpha).max())
+        assert abs(level - intercept) < 1e-10 * max(1.0, np.abs(alpha).max())
 
 
 def test_a_huge_c_keeps_the_digits(rng):
@@ -49,11 +49,11 @@ def test_a_huge_c_keeps_the_digits(rng):
     x = rng.normal(size=(300, 4))
     truth = rng.normal(size=4)
     y = x @ truth + 0.7
-    found = solve.primal(x, y, 1e14)
-    assert np.abs(found.coef - truth).max() < 1e-13 * 10 and abs(found.intercept - 0.7) < 1e-12
+    coef, level = solve.primal(x, y, 1e14)
+    assert np.abs(coef - truth).max() < 1e-13 * 10 and abs(level - 0.7) < 1e-12
     noisy = y + rng.normal(size=300)
     least = LinearRegression().fit(x, noisy)
-    assert solve.primal(x, noisy, 1e10).coef == pytest.approx(least.coef_, rel=1e-9, abs=1e-11)
+    assert solve.primal(x, noisy, 1e10)[0] == pytest.approx(least.coef_, rel=1e-9, abs=1e-11)
 
 
 def close(values, expected):

@@ -1,1 +1,0 @@
-"""Tails of distributions, and means of sizes that differ between records."""

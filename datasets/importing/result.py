@@ -1,0 +1,143 @@
+"""What an import gives: records, the mapping that made them, the report, and columns that are kept aside."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from collections.abc import Mapping as Dict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from ...models.errors import BadInput
+from ...models.files import content_writer, refuse_existing, replace_together
+from ...models.result import FilePath, above
+from ..io import record_writers
+from ..record import Record
+from .draft import DraftColumn, plain
+from .mapping import Mapping, mapping_text, read_mapping
+from .report import ImportReport
+
+Aside: TypeAlias = "dict[str, dict[str, Any]]"
+"""Table -> column -> samples (N,) that are no channel, with the record's `time_s` first."""
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Import:
+    """The outcome of `import_log`.
+
+    records : one record, or one a run, or one a manoeuvre where the log was cut.  mapping : what every column was taken
+    for, to be used again.  report : columns with confidence, what was done, and faults that did not end the import.
+    aside : table -> column -> samples (N,) of columns that are no channel.
+    """
+
+    records: tuple[Record, ...]
+    mapping: Mapping
+    report: ImportReport
+    aside: Aside
+
+    @property
+    def record(self) -> Record:
+        """The record; BadInput where the log holds several."""
+        if len(self.records) != 1:
+            names = ", ".join(record.name for record in self.records)
+            raise BadInput(f"the log holds {len(self.records)} records", hint=f"take one of `records`: {names}")
+        return self.records[0]
+
+    def summary(self) -> str:
+        """Columns, steps and faults as text."""
+        return above("reporting.importing").terminal(self.report, self.records)
+
+    def to_dict(self) -> dict[str, object]:
+        """Records, columns, steps and faults as plain data for JSON."""
+        return {
+            "records": [{"name": r.name, "samples": r.n, "channels": list(r.channels)} for r in self.records],
+            "columns": plain(self.report.columns),
+            "channels": [vars(channel) for channel in self.report.channels],
+            "steps": list(self.report.steps),
+            "faults": [vars(fault) for fault in self.report.faults],
+        }
+
+    def write(self, path: FilePath, *, force: bool = False) -> tuple[Path, ...]:
+        """Write the records with their sidecars, the mapping, and the columns that are kept aside: all or none.
+
+        Parameters
+        ----------
+        path : of the record, .csv or .parquet; several records get their names behind its stem.  Beside it go
+            STEM.map.yaml and STEM.aside.csv.
+        force : replace files that exist; a mapping that says the same of the columns stays as it is without it.
+
+        Returns
+        -------
+        The paths of all files written but the sidecars.
+
+        Raises
+        ------
+        BadInput : a file exists, or cannot be written.
+        """
+        path = Path(path)
+        places = self._places(path)
+        writers: dict[Path, Callable[[Path], object]] = {}
+        for place, record in zip(places, self.records, strict=True):
+            writers |= record_writers(record, place)
+        place = path.with_name(f"{path.stem}.map.yaml")
+        if force or not _says_the_same(place, self.mapping):
+            writers[place] = content_writer(mapping_text(self.mapping, self.report.columns))
+        for number, table in enumerate(self.aside.values(), start=1):
+            name = f"{path.stem}.aside{'' if len(self.aside) == 1 else f'-{number}'}.csv"
+            writers[path.with_name(name)] = _aside_writer(table)
+        if not force:
+            refuse_existing(writers)
+        replace_together(writers)
+        sidecars = {place.with_suffix(".yaml") for place in places}
+        return tuple(place for place in writers if place not in sidecars)
+
+    def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
+        """Write the mapping alone, to be changed by hand; BadInput where it exists or cannot be written."""
+        write_mapping(self.mapping, path, force, self.report.columns)
+
+    def _places(self, path: Path) -> list[Path]:
+        """Where each record is written."""
+        if len(self.records) == 1:
+            return [path]
+        return [path.with_name(f"{path.stem}-{record.name}{path.suffix}") for record in self.records]
+
+    def __repr__(self) -> str:
+        return f"<Import of {', '.join(record.name for record in self.records)}>"
+
+    def _repr_html_(self) -> str:
+        from ...models.figure import picture
+
+        drawn = "".join(picture(record.plot, f"channels of {record.name} over time") for record in self.records[:3])
+        return above("reporting.importing").notebook(self.report, self.records) + drawn
+
+
+def write_mapping(mapping: Mapping, path: FilePath, force: bool = False, columns: Sequence[DraftColumn] = ()) -> None:
+    """Write a mapping as YAML, with the reasons for its lines; BadInput where the file exists or cannot be written."""
+    if not force:
+        refuse_existing([Path(path)])
+    replace_together({Path(path): content_writer(mapping_text(mapping, columns))})
+
+
+def _says_the_same(place: Path, mapping: Mapping) -> bool:
+    """Whether a file is a mapping with the same columns: the one that the import was made with."""
+    if not place.is_file():
+        return False
+    try:
+        return set(map(repr, mapping.tables)) <= set(map(repr, read_mapping(place).tables))
+    except BadInput:
+        return False
+
+
+def _aside_writer(table: Dict[str, Sequence[object]]) -> Callable[[Path], object]:
+    """A function that writes columns as CSV."""
+
+    def write(place: Path) -> None:
+        without_formula = above("reporting.tables").without_formula
+        with place.open("w", encoding="utf-8", newline="") as file:
+            writer = csv.writer(file)
+            cells = zip(*table.values(), strict=True)
+            for row in (table, *cells):
+                writer.writerow([without_formula(cell) if isinstance(cell, str) else cell for cell in row])
+
+    return write

@@ -1,1 +1,0 @@
-"""Forward selection of causes."""

@@ -1,0 +1,162 @@
+"""Residuals of free runs: their correlation in time and with the rudder, inside 99 % bands.
+
+Of a model with the right equations they are the sensors' noise: white, and independent of the rudder.  Every run starts
+from the initial state that fits it best, so that the noise of the first sample does not stay in it.
+Source: Ljung 1999, System Identification, sec 16.6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...datasets.columns import CANONICAL
+from ...datasets.instruments import hull_record
+from ...models.model import CHANNELS
+from ..records.gaps import unbroken
+from ..records.series import series_of
+from ..simulation.free_run import residuals
+from ..simulation.selection import fitted_start
+
+if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ..records.series import Series
+    from .estimate import Estimate
+
+LAGS = 25
+"""Number of lags above 0; a quarter of the samples in short records."""
+REACH = 4
+"""Lags to the rudder are spread over the shortest record by so many."""
+LEVEL = 0.99
+
+
+class Correlation(NamedTuple):
+    """Correlation coefficients (K,) at lags (K,) in s, and half the width of the band that holds 99 % of each where
+    there is no correlation."""
+
+    lag_s: np.ndarray
+    values: np.ndarray
+    band: float
+
+    @property
+    def outside(self) -> int:
+        """How many lie outside the band."""
+        return int(np.sum(np.abs(self.values) > self.band))
+
+    @property
+    def significant(self) -> bool:
+        """Whether the largest lies outside a band that holds all of them together with 99 % (Bonferroni)."""
+        from scipy.stats import norm
+
+        alone, together = (norm.isf((1.0 - LEVEL) / 2.0 / k) for k in (1, max(self.values.size, 1)))
+        return bool(np.any(np.abs(self.values) > self.band * together / alone))
+
+
+@dataclass(frozen=True)
+class ChannelResiduals:
+    """Residuals of one channel over all records.
+
+    n : samples;  rms : in the channel's SI unit;  noise_sd : of the sensor, estimated from the records;  in_time :
+    autocorrelation at lags above 0;  with_rudder : cross-correlation at lags from 0 on, residual after rudder.
+    """
+
+    channel: str
+    n: int
+    rms: float
+    noise_sd: float
+    in_time: Correlation
+    with_rudder: Correlation
+
+    @property
+    def ratio(self) -> float:
+        """Residual relative to the sensor's noise."""
+        return self.rms / self.noise_sd if self.noise_sd > 0.0 else np.inf
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the channel."""
+        return CANONICAL[self.channel]
+
+
+def channel_residuals(estimate: Estimate, records: Sequence[Record]) -> tuple[ChannelResiduals, ...]:
+    """Residuals of the free runs along records as they were read, channel by channel; none where a run diverges.
+
+    Raises
+    ------
+    CannotFit : a record lacks an input, or measures no state of the model.
+    """
+    from ..information.identifiability import noise_of
+
+    model = estimate.model
+    given = unbroken([hull_record(record, model) for record in records], model)
+    found: dict[str, list[tuple[np.ndarray, np.ndarray]]] = {}
+    for record in given:
+        series = series_of(record, model)
+        errors = _errors(estimate, series)
+        rudder = series.observe(series.inputs)[:, 0]
+        for place, state in enumerate(series.columns.tolist()):
+            found.setdefault(CHANNELS[model.states[state]], []).append((errors[:, place], rudder))
+    noise = noise_of(given)
+    step = float(np.median([record.dt for record in given]))
+    kept = {c: pairs for c, pairs in found.items() if c in noise and _finite(pairs)}
+    return tuple(_channel(channel, pairs, noise[channel], step) for channel, pairs in kept.items())
+
+
+def _errors(estimate: Estimate, series: Series) -> np.ndarray:
+    """Measured minus simulated outputs (N, c); a black box starts where the record starts."""
+    with np.errstate(all="ignore"):
+        if estimate.predictor is None:
+            return residuals(estimate.model, fitted := fitted_start(estimate.model, series), fitted.start)
+        run = estimate.predictor.simulate(series.inputs, series.dt, series.start)
+        return series.outputs - series.observe(run)[:, series.columns]
+
+
+def _finite(pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> bool:
+    """Whether there are residuals, and none is infinite."""
+    return any(np.isfinite(e).sum() > 4 for e, _ in pairs) and not any(np.isinf(e).any() for e, _ in pairs)
+
+
+def _channel(
+    channel: str, pairs: Sequence[tuple[np.ndarray, np.ndarray]], noise_sd: float, step_s: float
+) -> ChannelResiduals:
+    errors = [_centred(e) for e, _ in pairs]
+    rudders = [_centred(np.where(np.isfinite(e), u, np.nan)) for e, u in pairs]
+    pooled = np.concatenate([e[np.isfinite(e)] for e, _ in pairs])
+    longest = max(1, min(e.size for e in errors) // REACH)
+    near, far = np.arange(1, min(LAGS, longest) + 1), np.arange(0, longest + 1, max(1, longest // LAGS))[: LAGS + 1]
+    own, cross = correlation(errors, errors, longest), correlation(errors, rudders, longest)
+    taper = 1.0 - np.arange(1, longest + 1) / (longest + 1)
+    shared = 1.0 + 2.0 * float(np.sum(taper * own[1:] * correlation(rudders, rudders, longest)[1:]))
+    in_time = Correlation(step_s * near, own[near], _band(1.0, pooled.size))
+    with_rudder = Correlation(step_s * far, cross[far], _band(shared, pooled.size))
+    return ChannelResiduals(channel, pooled.size, float(np.sqrt(np.mean(pooled**2))), noise_sd, in_time, with_rudder)
+
+
+def _centred(values: np.ndarray) -> np.ndarray:
+    """Values (N,) about their mean; gaps are 0, so that they add nothing."""
+    known = np.isfinite(values)
+    return np.where(known, values - (values[known].mean() if known.any() else 0.0), 0.0)
+
+
+def correlation(first: Sequence[np.ndarray], second: Sequence[np.ndarray], lags: int) -> np.ndarray:
+    """Correlation coefficients (lags + 1,) of the first series with the second so many samples before, over records."""
+    from scipy.signal import correlate
+
+    power = np.sqrt(sum(float(a @ a) for a in first) * sum(float(b @ b) for b in second))
+    if not power > 0.0:
+        return np.zeros(lags + 1)
+    products = (correlate(a, b, "full")[b.size - 1 : b.size + lags] for a, b in zip(first, second, strict=True))
+    return np.sum(list(products), axis=0) / power
+
+
+def _band(variance: float, n: int) -> float:
+    """Half the width of the 99 % band of a coefficient of n samples; `variance` times n is that of white series.
+
+    Of a cross-correlation it is the sum of the products of both autocorrelations, at least 1.
+    """
+    from scipy.stats import norm
+
+    return float(norm.isf((1.0 - LEVEL) / 2.0) * np.sqrt(max(variance, 1.0) / n))

@@ -1,0 +1,208 @@
+"""Commands of the benchmark beside `run` and `exam`: report, compare, merge, advice, reproduce, identibench, fetch."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from ._from_api import ApiCommand, several
+from ._shared import (
+    FAILED,
+    FILE,
+    METHOD,
+    NUMBER,
+    OK,
+    SUITE,
+    VESSEL,
+    CommandGroup,
+    Printer,
+    WholeRange,
+    confirmed,
+    echo,
+    output_options,
+)
+
+# ---- `helmbench report DIR`.
+
+
+@click.command(cls=ApiCommand, api="write_report", options={"timing": FILE, "csv": click.BOOL})
+@click.argument("directory", metavar="DIR", type=FILE)
+@output_options
+def report(directory: Path, printer: Printer, **asked: Any) -> None:
+    """Write the report of stored results.
+
+    Markdown, CSV and HTML; nothing is fitted again.
+    """
+    from .. import write_report
+
+    written = write_report(directory, **asked)
+    printer.show(written.as_dict, lambda: written.overview, written.paths, markdown=True)
+
+
+# ---- `helmbench compare A B`.
+
+
+@click.command()
+@click.argument("first", metavar="A", type=FILE)
+@click.argument("second", metavar="B", type=FILE)
+@output_options
+def compare(first: Path, second: Path, printer: Printer) -> None:
+    """Say what changed between two result directories.
+
+    Runs are paired; every change has an interval.
+    """
+    from .. import compare_results
+
+    found = compare_results(first, second)
+    printer.show(found.to_json, found.summary, markdown=True)
+
+
+# ---- `helmbench merge SOURCE TARGET`.
+
+MERGE_OPTIONS = {"sample": WholeRange(min=0), "seed": WholeRange(min=0)}
+
+
+@click.command(cls=ApiCommand, api="merge_results", options=MERGE_OPTIONS)
+@click.argument("source", metavar="SOURCE", type=FILE)
+@click.argument("target", metavar="TARGET", type=FILE)
+@click.option("--trust", is_flag=True, help="Run code that the directories name.")
+@output_options
+def merge(source: Path, target: Path, trust: bool, printer: Printer, **asked: Any) -> None:
+    """Check results from elsewhere and add them to TARGET."""
+    from .. import merge_results
+
+    asks = confirmed if sys.stdin.isatty() and sys.stderr.isatty() else False
+    found = merge_results(source, target, **asked, trust=trust or asks)
+    known = f"{found.known} were there already, {found.recomputed} were computed again and agree"
+    told = [f"{found.added} runs added; {known}; sample of seed {found.seed} (--seed {found.seed} draws it again)"]
+    told += [f"not verified: {why}" for why in found.not_computable]
+    if found.forged and found.recomputed < found.added:
+        told += [f"had {found.forged} of them been forged, the sample would have held one with a probability of 95 %"]
+    printer.show(lambda: vars(found), lambda: "\n".join([*told, f"next: helmbench report {target}"]))
+
+
+# ---- `helmbench advice BOARD -o DIR`.
+
+ADVICE_OPTIONS = {
+    "situations": WholeRange(1, 100_000),
+    "seed": WholeRange(min=0),
+    "methods": several(METHOD, "--method"),
+    "jobs": WholeRange(min=1),
+    "timeout_s": NUMBER,
+}
+
+
+@click.command(cls=ApiCommand, api="check_advice", options=ADVICE_OPTIONS)
+@click.argument("board", type=FILE)
+@click.option(
+    "-o",
+    "--output",
+    default="advice-results",
+    show_default=True,
+    type=FILE,
+    help="directory of the runs and the page; goes on where it stopped",
+)
+@output_options
+def advice(board: Path, output: Path, printer: Printer, **asked: Any) -> None:
+    """Test a leaderboard's advice in fresh situations.
+
+    All methods run; the regret is of what the board names.
+    """
+    from .. import check_advice
+
+    found = check_advice(board, directory=output, **asked, progress=printer.progress)
+    printer.show(found.to_json, found.summary, found.paths, markdown=True)
+
+
+# ---- `helmbench reproduce [PAPER] [--table N]`.
+
+REPRODUCE_OPTIONS = {
+    "table": WholeRange(min=1),
+    "jobs": WholeRange(min=1),
+    "seed": WholeRange(min=0),
+    "resume": click.BOOL,
+    "directory": {"type": FILE, "flag": "-o --output"},
+}
+
+
+@click.command(cls=ApiCommand, api="reproduce", options=REPRODUCE_OPTIONS)
+@click.argument("paper", required=False, metavar="[PAPER]")
+@output_options
+def reproduce(paper: str | None, printer: Printer, **asked: Any) -> int:
+    """Compute the tables of the five papers again.
+
+    Tables and claims are compared with the printed ones; PAPER: 003 for one paper.
+    """
+    import helmbench
+
+    found = helmbench.reproduce(paper, **asked, progress=printer.progress)
+    for failure in found.failures:
+        echo(f"failed: {failure}", err=True)
+    told = [f"{row['paper']} {row['item']}, {row['quantity']}: {row['verdict']}. {row['reason']}" for row in found.rows]
+    told += [f"paper {paper}: {counts}" for paper, counts in found.counts.items()]
+    printer.show(lambda: found.rows, lambda: "\n".join(told))
+    return FAILED if found.failures else OK
+
+
+# ---- `helmbench identibench export|import`.
+
+
+@click.group(cls=CommandGroup)
+def identibench() -> None:
+    """Exchange suites and data with identibench."""
+
+
+@identibench.command(
+    "export",
+    cls=ApiCommand,
+    api="export_problems",
+    options={"vessels": several(VESSEL, "--vessel"), "seeds": WholeRange(1, 1_000_000)},
+)
+@click.argument("suite", type=SUITE)
+@click.option("-o", "--output", default="problems", show_default=True, type=FILE, help="directory of the problems")
+@output_options
+def export(suite: str, output: Path, printer: Printer, **asked: Any) -> None:
+    """Write the problems of an identification suite as HDF5 files, for identibench or any other program."""
+    from .. import export_problems
+
+    names = export_problems(suite, output, **asked)
+    told = f"{len(names)} problems in {output}; its README.md says what they are"
+    printer.show(lambda: {"directory": str(output), "problems": list(names)}, lambda: told)
+
+
+@identibench.command("import", cls=ApiCommand, api="identibench_suite", options={"data_root": FILE})
+@click.option(
+    "-o",
+    "--output",
+    default="identibench-records",
+    show_default=True,
+    type=FILE,
+    help="folder of records and suite.yaml",
+)
+@output_options
+def suite(data_root: Path | None, output: Path, printer: Printer) -> None:
+    """Write identibench's ship set as records, with a suite of every method on them."""
+    from .. import identibench_suite
+
+    path = identibench_suite(output, data_root)
+    told = f"records in {output}; next: helmbench run --suite {shlex.quote(str(path))} -o results"
+    printer.show(lambda: {"suite": str(path)}, lambda: told)
+
+
+# ---- `helmbench fetch DATASET`.
+
+
+@click.command()
+@click.argument("dataset")
+@output_options
+def fetch(dataset: str, printer: Printer) -> None:
+    """Download a measured set into HELMBENCH_DATA, SHA-256 checked."""
+    import helmbench
+
+    paths = helmbench.fetch(dataset, progress=printer.progress)
+    told = f"{dataset}: {len(paths)} files in {paths[0].parent}"
+    printer.show(lambda: {"dataset": dataset, "files": [str(path) for path in paths]}, lambda: told)

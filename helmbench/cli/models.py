@@ -1,0 +1,200 @@
+"""Commands on models: list, simulate, export, import-model, from-indices."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ._from_api import ApiCommand
+from ._shared import (
+    FAILED,
+    FILE,
+    FORMATS,
+    MODEL,
+    NUMBER,
+    OK,
+    SIDES,
+    VESSEL,
+    Printer,
+    WholeRange,
+    check_file,
+    check_folder,
+    complain,
+    echo,
+    force_option,
+    output_options,
+    print_json,
+)
+
+if TYPE_CHECKING:
+    from ..methods.options import Option
+
+
+# ---- `helmbench list KIND`.
+
+LISTED = ("models", "vessels", "manoeuvres", "methods", "causes", "diagnosers", "suites")
+
+
+@click.command("list")
+@click.argument("kind", type=click.Choice(LISTED), metavar="|".join(LISTED))
+@click.argument("name", required=False)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")
+def list_command(kind: str, name: str | None, as_json: bool) -> None:
+    """List what there is: models, vessels, methods, causes, suites.
+
+    `list methods NAME` lists the options of a method.
+    """
+    from .. import BadInput, method_options
+    from ..api import lists
+
+    if name is not None:
+        if kind != "methods":
+            raise BadInput(f"list {kind} takes no name", hint="'list methods NAME' lists the options of a method")
+        options = method_options(name)
+        if as_json:
+            print_json([option.texts() for option in options])
+        else:
+            echo(_options_text(options))
+        return
+
+    found: dict[str, str] = getattr(lists, f"list_{kind}")()
+    if as_json:
+        print_json([{"id": name, "title": title} for name, title in found.items()])
+        return
+    echo(_titles_text(found))
+
+
+def _titles_text(titles: Mapping[str, str]) -> str:
+    """Identifiers and their titles in two columns."""
+    from ..reporting.tables import Cell, Table, console
+
+    return console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in titles.items())))
+
+
+def _options_text(options: Sequence[Option]) -> str:
+    """Options of a method with default, meaning, allowed values and searched range, a block each."""
+    lines: list[str] = []
+    for option in options:
+        lines.append(f"{option.name}={option.default}")
+        lines += [f"    {option.meaning}"] if option.meaning else []
+        lines += [f"    allowed: {option.range}"] if option.range else []
+        lines += [f"    tuning searches {option.searched}"] if option.searched else []
+    return "\n".join(lines) or "no options"
+
+
+# ---- `helmbench simulate VESSEL --manoeuvre ... -o record.csv`.
+
+SIMULATE_OPTIONS = {
+    "manoeuvre": click.STRING,
+    "duration_s": NUMBER,
+    "dt_s": NUMBER,
+    "noise": click.STRING,
+    "disturbance": click.STRING,
+    "seed": WholeRange(min=0),
+}
+
+
+@click.command(cls=ApiCommand, api="simulate", options=SIMULATE_OPTIONS)
+@click.argument("vessel", type=VESSEL)
+@click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
+@click.option(
+    "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
+)
+@force_option
+@output_options
+def simulate(
+    vessel: str, positive_rudder: str | None, output: Path, force: bool, printer: Printer, **asked: Any
+) -> None:
+    """Simulate a manoeuvre; writes a record with its sidecar."""
+    import helmbench
+
+    check_file(output, force)
+    record = helmbench.simulate(vessel, **asked)
+    record = record.turned(positive_rudder) if positive_rudder else record
+    helmbench.write_record(record, output)
+    facts = {"record": str(output), "vessel": vessel, "samples": record.n, "dt_s": record.dt}
+    more = {"channels": list(record.channels), "positive_rudder": record.meta.positive_rudder}
+    told = f"{output}: {record.n} samples every {record.dt:g} s, {', '.join(record.channels)}"
+    printer.show(lambda: facts | more, lambda: told)
+
+
+# ---- `helmbench export MODEL --to FORMAT -o DIR`.
+
+
+@click.command("export")
+@click.argument("model", type=MODEL)
+@click.option("--to", required=True, type=FORMATS, help="What the files are for.")
+@click.option("-o", "--output", default="export", show_default=True, type=FILE, help="Folder of the files.")
+@force_option
+@output_options
+def export(model: str, to: str, output: Path, force: bool, printer: Printer) -> None:
+    """Write a model as files that another program reads.
+
+    MODEL is a vessel id or a model.json.  Each file says its frame, its signs, and what of the model it cannot hold.
+    """
+    import helmbench
+
+    check_folder(output, (), force)
+    paths = helmbench.export_model(model, to, output, force=force)
+    printer.show(lambda: {"model": model, "to": to, "files": [str(path) for path in paths]}, files=paths)
+
+
+# ---- `helmbench import-model TABLE --family FAMILY --positive-rudder SIDE -o model.json`.
+
+IMPORT_MODEL_OPTIONS = {
+    "family": click.STRING,
+    "positive_rudder": SIDES,
+    "speed_m_s": NUMBER,
+    "n0_rps": {"type": NUMBER, "flag": "--revolutions"},
+}
+
+
+@click.command("import-model", cls=ApiCommand, api="read_parameters", options=IMPORT_MODEL_OPTIONS)
+@click.argument("table", type=FILE)
+@click.option("-o", "--output", default="model.json", show_default=True, type=FILE, help="model.json to write.")
+@force_option
+@output_options
+def import_model(table: Path, output: Path, force: bool, printer: Printer, **asked: Any) -> None:
+    """Make a model from a published table of parameters.
+
+    TABLE is CSV, YAML or JSON of names, values and units.
+    """
+    import helmbench
+    from helmbench.models.model import model_to_json
+
+    check_file(output, force)
+    model = helmbench.read_parameters(table, **asked)
+    model_to_json(model, output)
+    printer.show(lambda: {"table": str(table), "family": asked["family"], "output": str(output)}, files=[output])
+
+
+# ---- `helmbench from-indices SHIP.yaml -o model.json`.
+
+
+@click.command("from-indices")
+@click.argument("indices", metavar="SHIP.yaml", type=FILE)
+@click.option("-o", "--output", type=FILE, help="model.json to write.")
+@force_option
+@output_options
+def from_indices(indices: Path, output: Path | None, force: bool, printer: Printer) -> int:
+    """Make a model from a wheelhouse poster or sea trial.
+
+    SHIP.yaml holds length, approach speed, and indices of turning circles and zigzags (docs/how-to/from-indices.md).
+    Prints every parameter with its interval, or that it is not determined, and the indices given and of the model.
+    """
+    import helmbench
+
+    if output is not None:
+        check_file(output, force)
+    try:
+        found = helmbench.model_from_indices(indices)
+    except helmbench.FitFailed as reason:
+        return complain(f"{indices}: {reason}", FAILED)
+    if output is not None:
+        found.save(output)
+    files = [output] if output is not None else []
+    printer.show(lambda: found.to_json() | {"output": str(output) if files else None}, found.summary, files)
+    return OK
