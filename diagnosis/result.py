@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..models.plain import plain
+from ..models.result import RunsResult
 
 if TYPE_CHECKING:
     import numpy as np
@@ -127,9 +128,15 @@ class Trace:
     after: dict[str, np.ndarray]
 
 
-@dataclass(frozen=True)
-class Diagnosis:
-    """The outcome of `diagnose`."""
+@dataclass(frozen=True, repr=False)
+class Diagnosis(RunsResult):
+    """The outcome of `diagnose`: verdict, causes with sizes and intervals, the extended model and its gain.
+
+    `causes` are the causes that are named, `bank` all that were tested, `gain` the free-run errors on the held-out
+    records before and after the extension, `extended` the extended model, which `simulate`, `identify` and `diagnose`
+    take like any other.  `calibrated` is the base model with all its numbers moved under their priors, where these were
+    uncertain, and `calibrated_gain` its errors: naming is sparse, predicting is not.
+    """
 
     model: Model
     extended: Model
@@ -172,6 +179,9 @@ class Diagnosis:
     """What describes the error that known causes leave."""
     ahead: Validation | None = None
     """Errors some time ahead on held-out records, or else on those of training; None where none were computed."""
+    room: ClassVar[str] = "diagnosis.page"
+    files: ClassVar[tuple[str, ...]] = ("diagnosis.json", "diagnosis.html", "extended_model.json")
+    pictured: ClassVar[str] = "measured channels and simulations"
 
     @property
     def extends(self) -> bool:
@@ -206,3 +216,12 @@ class Diagnosis:
             "wall_s": self.wall_s,
             "cpu_s": self.cpu_s,
         }
+
+    def _models(self) -> dict[str, Model]:
+        """The extended model, and the calibrated one where the base model's numbers were uncertain."""
+        calibrated = {} if self.calibrated is None else {"calibrated_model.json": self.calibrated}
+        return {self.files[2]: self.extended} | calibrated
+
+    def __repr__(self) -> str:
+        causes = ", ".join(finding.cause for finding in self.causes)
+        return f"<Diagnosis of {self.model.id}: {self.verdict}{' ' + causes if causes else ''}>"

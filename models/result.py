@@ -6,12 +6,12 @@ A result stands where it is made.  The room above that says what it holds is imp
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from dataclasses import replace
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
 from types import ModuleType
-from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 from .files import content_writer, write_together
 from .plain import json_text
@@ -42,11 +42,6 @@ class Result:
     if TYPE_CHECKING:
 
         def plot(self) -> Figure: ...
-
-    @classmethod
-    def of(cls, found: Any) -> Self:
-        """The same result with what its class adds."""
-        return cls(**{entry.name: getattr(found, entry.name) for entry in fields(found)})
 
     def summary(self) -> str:
         """The result in a few lines of text."""

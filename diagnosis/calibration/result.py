@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...models.plain import plain
+from ...models.result import RunsResult
 
 if TYPE_CHECKING:
     from ...models.model import Model
@@ -139,9 +140,12 @@ class NextRun:
     information: float
 
 
-@dataclass(frozen=True)
-class Calibration:
-    """The outcome of `calibrate`.
+@dataclass(frozen=True, repr=False)
+class Calibration(RunsResult):
+    """The outcome of `calibrate`: which numbers of the model moved, by how much, and what they take off the error.
+
+    `moved` are the numbers with intervals, `steps` the groups in the order in which they entered, `shares` what the
+    free-run error consists of; `simulate` and `diagnose` take the extended and the calibrated model like any other.
 
     model, extended : base model, and the model with the numbers that moved, as few as explain the records.
     calibrated : the model for predictions: all its numbers moved a little where that predicts left-out records better,
@@ -184,9 +188,22 @@ class Calibration:
     ingredients: tuple[Ingredient, ...] = ()
     floor: Mapping[str, float] = field(default_factory=dict)
     doubts: tuple[str, ...] = ()
+    room: ClassVar[str] = "calibration.page"
+    files: ClassVar[tuple[str, ...]] = (
+        *("calibration.json", "calibration.html"),
+        *("extended_model.json", "calibrated_model.json"),
+    )
+    pictured: ClassVar[str] = "measured channels and simulations"
 
     def to_json(self) -> dict[str, Any]:
         """The calibration as plain data, without the models' equations."""
         document = {name: value for name, value in self.__dict__.items() if name not in HIDDEN}
         facts = plain(document)
         return {"schema": SCHEMA, "model": self.model.id, "extended_family": self.extended.family, **facts}
+
+    def _models(self) -> dict[str, Model]:
+        return {self.files[2]: self.extended, self.files[3]: self.calibrated}
+
+    def __repr__(self) -> str:
+        groups = ", ".join(step.group for step in self.steps)
+        return f"<Calibration of {self.model.id}: {self.verdict}{' ' + groups if groups else ''}>"

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ...models.plain import plain
+from ...models.result import RunsResult
 
 if TYPE_CHECKING:
     import numpy as np
@@ -71,9 +72,12 @@ class Band:
     sd_rad: float
 
 
-@dataclass(frozen=True)
-class CraftDiagnosis:
-    """The outcome for a craft without a model.
+@dataclass(frozen=True, repr=False)
+class CraftDiagnosis(RunsResult):
+    """The outcome of `build_model`: what steers the craft, what simpler models lack, how far ahead to trust the model.
+
+    `simulate`, `validate` and `diagnose` take the built model like any other; `steps` is the ladder, `band` how far
+    heading can be trusted.
 
     first, model : the chosen steering law alone, and the model that was built.
     ship : the simulation of the particulars, corrected by the training records; None where none were given.
@@ -109,9 +113,24 @@ class CraftDiagnosis:
     own_speed: Model | None = None
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
+    room: ClassVar[str] = "craft.page"
+    files: ClassVar[tuple[str, ...]] = ("diagnosis.json", "diagnosis.html", "extended_model.json")
+    pictured: ClassVar[str] = "measured channels and free runs"
 
     def to_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, without the models' equations."""
         hidden = ("model", "first", "ship", "own_speed", "ahead", "covariance")
         told = plain({name: value for name, value in self.__dict__.items() if name not in hidden})
         return {"schema": SCHEMA, "family": self.model.family, **told, "ahead": self.ahead.to_json()}
+
+    def _models(self) -> dict[str, Model]:
+        """The built model, the one with surge and sway of its own, and the corrected simulation of particulars."""
+        every = {
+            self.files[2]: self.model,
+            "own_speed_model.json": self.own_speed,
+            "particulars_model.json": self.ship,
+        }
+        return {name: model for name, model in every.items() if model is not None}
+
+    def __repr__(self) -> str:
+        return f"<CraftDiagnosis: {self.verdict}, {self.model.family}>"

@@ -6,9 +6,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..diagnosis.calibration import result
+from ..diagnosis.calibration.result import Calibration
 from ..models.argument_types import typed
-from ..models.result import RunsResult
 from .admission import require_trustworthy
 from .arguments import as_model, labels
 from .diagnosis import training_and_held_out
@@ -17,26 +16,6 @@ if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path as FilePath
-
-FILES = ("calibration.json", "calibration.html", "extended_model.json", "calibrated_model.json")
-
-
-class Calibration(result.Calibration, RunsResult):
-    """The outcome of `calibrate`: which numbers of the model moved, by how much, and what they take off the error.
-
-    `moved` are the numbers with intervals, `steps` the groups in the order in which they entered, `shares` what the
-    free-run error consists of.  `extended` is the model with these numbers, `calibrated` that with all numbers moved
-    under their priors, as `diagnose` gives them; `simulate` and `diagnose` take either like any other.
-    """
-
-    room, files, pictured = "calibration.page", FILES[:2], "measured channels and simulations"
-
-    def _models(self) -> dict[str, Model]:
-        return {FILES[2]: self.extended, FILES[3]: self.calibrated}
-
-    def __repr__(self) -> str:
-        groups = ", ".join(step.group for step in self.steps)
-        return f"<Calibration of {self.model.id}: {self.verdict}{' ' + groups if groups else ''}>"
 
 
 @typed
@@ -75,4 +54,4 @@ def calibrate(
     found = engine(base, records, others)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    return Calibration.of(replace(found, records=tuple(names), doubts=(*doubts, *found.doubts)))
+    return replace(found, records=tuple(names), doubts=(*doubts, *found.doubts))

@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from ..datasets.record import Record
     from .arguments import Path as FilePath
 
-FILES = ("check.json", "check.html")
-
 
 class Check(check_result.CheckResult, FileResult):
     """The outcome of `check`: what is wrong with files and sensors, with sizes, and what could not be checked.
@@ -29,7 +27,7 @@ class Check(check_result.CheckResult, FileResult):
     `findings` that matter have `material` true; the others are detectable, but too small to matter.
     """
 
-    room, files, pictured = "check.page", FILES, "sizes of the findings"
+    room, files, pictured = "check.page", ("check.json", "check.html"), "sizes of the findings"
 
     def plot(self) -> Figure:
         """Draw the sizes of the findings with their intervals, over all records and in each.
@@ -75,7 +73,7 @@ def check(records: Record | FilePath | Sequence[Record | FilePath], *, positive_
     given = [_read(one, positive_rudder) for one in listed(records)]
     if not given:
         raise BadInput("no record to check", hint="give one record or more")
-    return Check.of(engine([record for record, _ in given], [f for _, found in given for f in found]))
+    return Check(**vars(engine([record for record, _ in given], [f for _, found in given for f in found])))
 
 
 def _read(one: Record | FilePath, positive_rudder: str | None) -> tuple[Record, list[CheckFinding]]:

@@ -6,37 +6,15 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..diagnosis.craft import result
+from ..diagnosis.craft.result import CraftDiagnosis
 from ..models.argument_types import typed
-from ..models.result import RunsResult
 from .arguments import as_model, labels
-from .diagnosis import FILES, READING, shown_stages, training_and_held_out
+from .diagnosis import READING, shown_stages, training_and_held_out
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path as FilePath
-
-SHIP, OWN_SPEED = "particulars_model.json", "own_speed_model.json"
-"""Files of the simulation of particulars, and of the built model with surge and sway of its own."""
-
-
-class CraftDiagnosis(result.CraftDiagnosis, RunsResult):
-    """The outcome of `build_model`: what steers the craft, what simpler models lack, how far ahead to trust the model.
-
-    `model` is the model that was built, which `simulate`, `validate` and `diagnose` take like any other, `first` the
-    steering law alone, `own_speed` the model with surge and sway of its own, `ship` the corrected simulation of the
-    particulars, `steps` the ladder, `ahead` the errors ahead, `band` how far heading can be trusted.
-    """
-
-    room, files, pictured = "craft.page", FILES[:2], "measured channels and free runs"
-
-    def _models(self) -> dict[str, Model]:
-        every = {FILES[2]: self.model, OWN_SPEED: self.own_speed, SHIP: self.ship}
-        return {name: model for name, model in every.items() if model is not None}
-
-    def __repr__(self) -> str:
-        return f"<CraftDiagnosis: {self.verdict}, {self.model.family}>"
 
 
 @typed
@@ -83,4 +61,4 @@ def build_model(
         found = build(records, others, ship, watch)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    return CraftDiagnosis.of(replace(found, records=tuple(names), doubts=doubts))
+    return replace(found, records=tuple(names), doubts=doubts)

@@ -8,11 +8,10 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..diagnosis import result
+from ..diagnosis.result import Diagnosis
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
-from ..models.result import RunsResult
 from .admission import doubts_of, faults_of
 from .arguments import as_model, as_records, labels
 
@@ -21,31 +20,9 @@ if TYPE_CHECKING:
     from ..models.model import Model
     from .arguments import Path as FilePath
 
-FILES = ("diagnosis.json", "diagnosis.html", "extended_model.json")
-CALIBRATED = "calibrated_model.json"
-"""Written beside FILES where the base model's numbers were uncertain."""
 READING = "reading the model and the records"
 SHORT_CHANNELS = {"heading": "psi", "yaw_rate": "r", "surge": "u", "sway": "v", "north": "x", "east": "y"}
 """Short names of channels -> states."""
-
-
-class Diagnosis(result.Diagnosis, RunsResult):
-    """The outcome of `diagnose`: verdict, causes with sizes and intervals, the extended model and its gain.
-
-    `causes` are the causes that are named, `bank` all that were tested, `gain` the free-run errors on the held-out
-    records before and after the extension, `extended` the extended model, which `simulate`, `identify` and `diagnose`
-    take like any other.  `calibrated` is the base model with all its numbers moved under their priors, where these were
-    uncertain, and `calibrated_gain` its errors: naming is sparse, predicting is not.
-    """
-
-    room, files, pictured = "diagnosis.page", FILES[:2], "measured channels and simulations"
-
-    def _models(self) -> dict[str, Model]:
-        return {FILES[2]: self.extended} | ({} if self.calibrated is None else {CALIBRATED: self.calibrated})
-
-    def __repr__(self) -> str:
-        causes = ", ".join(finding.cause for finding in self.causes)
-        return f"<Diagnosis of {self.model.id}: {self.verdict}{' ' + causes if causes else ''}>"
 
 
 @typed
@@ -111,7 +88,7 @@ def diagnose(
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
     doubts = (*doubts, *doubts_of(found.checks, base), *found.doubts)
-    return Diagnosis.of(replace(found, records=tuple(names), doubts=doubts))
+    return replace(found, records=tuple(names), doubts=doubts)
 
 
 @contextmanager

@@ -54,9 +54,7 @@ def diagnose(
     """
     import helmbench
 
-    from ..api.diagnosis import FILES
-
-    check_folder(output, FILES, force)
+    check_folder(output, helmbench.Diagnosis.files, force)
     if particulars is not None and model is not None:
         raise click.UsageError("--particulars goes without --model: a file of particulars is a model as well.")
     show = printer.progress
@@ -90,9 +88,7 @@ def calibrate(model: str, output: Path, force: bool, printer: Printer, **asked: 
     """
     import helmbench
 
-    from ..api.calibration import FILES
-
-    check_folder(output, FILES, force)
+    check_folder(output, helmbench.Calibration.files, force)
 
     def find() -> helmbench.Calibration:
         return helmbench.calibrate(model, **asked)
@@ -121,10 +117,8 @@ def check(
     """
     import helmbench
 
-    from ..api.check import FILES
-
     if output is not None:
-        check_folder(output, FILES, force)
+        check_folder(output, helmbench.Check.files, force)
     found = helmbench.check(records, positive_rudder=positive_rudder)
     paths = () if output is None else found.write(output)
     printer.show(found.to_json, found.summary, paths)

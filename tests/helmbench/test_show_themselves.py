@@ -10,10 +10,8 @@ import pytest
 
 import helmbench
 from helmbench.api.calibration import Calibration
-from helmbench.api.diagnosis import Diagnosis
 from helmbench.api.reproduction import Reproduction
 from helmbench.bench.exam.scores import WorldScore, summary
-from helmbench.diagnosis.calibration.result import Calibration as Calibrated
 from helmbench.diagnosis.calibration.result import Moved
 from helmbench.diagnosis.result import Trace
 
@@ -111,15 +109,14 @@ def test_each_shows_itself(shown):
 
 
 def test_a_diagnosis_and_a_calibration_show_themselves(diagnosis_of):
-    found = Diagnosis.of(diagnosis_of())
-    checked(found)
+    checked(diagnosis_of())
     model = helmbench.resolve("kvlcc2-l7")
     moved = (Moved("R_0", "resistance", 0.02, 0.03, 0.025, 0.035, 50.0, 2.0),)
     nothing = dict.fromkeys(("steps", "remaining", "runs", "next_runs", "worse"), ())
-    checked(Calibration.of(Calibrated(
+    checked(Calibration(
         model=model, extended=model, calibrated=model, records=(("one", "train"),), verdict="named", moved=moved,
         reason="it does",
-        before={}, after={}, shares={}, traces=(trace(),), wall_s=1.0, **nothing)))  # fmt: skip
+        before={}, after={}, shares={}, traces=(trace(),), wall_s=1.0, **nothing))  # fmt: skip
 
 
 @pytest.mark.parametrize(

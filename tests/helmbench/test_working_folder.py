@@ -33,7 +33,7 @@ from helmbench.bench import job_array
 from helmbench.bench.limits import Limits
 
 executor = job_array._executor(job_array.JobArray("local"), Path("jobs").resolve())
-(job,) = job_array._submitted(executor, [job_array.Share(Path("none"), [], Limits(), "another version")])
+(job,) = job_array._submitted(executor, [job_array.JobShare(Path("none"), [], Limits(), "another version")])
 assert "other code" in str(job.exception())
 """
 

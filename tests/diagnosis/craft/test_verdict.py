@@ -9,7 +9,7 @@ from helmbench.diagnosis.craft.ladder import Steering
 from helmbench.diagnosis.craft.result import ADEQUATE, BUILT, PARTLY, UNEXPLAINED
 from helmbench.diagnosis.craft.verdict import r2, verdict_of
 from helmbench.estimation.validation.horizons import STRAIGHT, TRUSTED, TURNS_ON, trusted_s
-from helmbench.estimation.validation.result import Score
+from helmbench.estimation.validation.result import ErrorScore
 
 
 @pytest.mark.parametrize("dead", [0.0, np.nan])
@@ -24,7 +24,7 @@ def test_nothing_is_said_of_a_channel_that_is_dead(dead):
 
 
 def scored(model, rmse, time):
-    return [Score(model, None, channel, f"{time:g} s", time, 100, rmse, 0.5) for channel in TRUSTED]
+    return [ErrorScore(model, None, channel, f"{time:g} s", time, 100, rmse, 0.5) for channel in TRUSTED]
 
 
 @pytest.mark.parametrize(

@@ -6,13 +6,12 @@ import numpy as np
 import pytest
 
 import helmbench
-from helmbench.api.calibration import Calibration
 from helmbench.cli import status_of
 
 
 @pytest.fixture
 def found(calibrated):
-    return Calibration.of(calibrated[2])
+    return calibrated[2]
 
 
 def test_it_shows_itself(found):

@@ -5,7 +5,6 @@ from dataclasses import replace
 import pytest
 
 import helmbench
-from helmbench.api import diagnosis as room
 from helmbench.diagnosis import diagnose as engine
 
 from ...made_up.diagnosis import made_up
@@ -13,7 +12,7 @@ from ...made_up.diagnosis import made_up
 
 @pytest.fixture(scope="module")
 def found():
-    return helmbench.Diagnosis.of(made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}))
+    return made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +77,7 @@ def test_the_figure_has_a_panel_a_channel_and_a_line_a_run(found):
     trace = next(trace for trace in found.traces if trace.role == "held_out")
     assert trace.record in figure.get_suptitle() and len(figure.axes) == len(trace.measured)
     assert [len(panel.lines) for panel in figure.axes] == [3] * len(figure.axes)
-    adequate = helmbench.Diagnosis.of(made_up("response-1", "rudder_offset", verdict="adequate"))
+    adequate = made_up("response-1", "rudder_offset", verdict="adequate")
     assert [len(panel.lines) for panel in adequate.plot("run_0").axes] == [2] * len(figure.axes)
     with pytest.raises(helmbench.BadInput, match="no such record"):
         found.plot("nothing")
@@ -86,7 +85,7 @@ def test_the_figure_has_a_panel_a_channel_and_a_line_a_run(found):
 
 def test_files_are_written_all_or_none(found, tmp_path, monkeypatch):
     paths = found.write(tmp_path / "out")
-    assert [path.name for path in paths] == list(room.FILES)
+    assert [path.name for path in paths] == list(found.files)
     assert helmbench.resolve(paths[2]).parameters["rudder_offset"] == 0.02
 
     def fails(*_):

@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import pytest
 
-from helmbench.api.diagnosis import FILES
+import helmbench
 from helmbench.cli import status_of
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.io import write_record
@@ -56,7 +56,7 @@ def test_the_command_parses_calls_and_writes_three_files(files, asked, tmp_path,
     assert out.startswith("Diagnosis of response-1: Named: rudder offset; held-out error of the heading from ")
     assert "\n  The simulation lacks rudder offset (rudder_offset 1.15 deg [1.03, 1.26])" in out
     assert "RMSE before" in out and "diagnosis.html" in err
-    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(FILES)
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(helmbench.Diagnosis.files)
     document = json.loads((tmp_path / "out" / "diagnosis.json").read_text())
     assert document["schema"] == 3 and document["verdict"] == "named"
     assert document["records"] == [
