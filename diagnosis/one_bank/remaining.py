@@ -79,9 +79,9 @@ if TYPE_CHECKING:
     from .forces import Shape
 
 RULES = Rules(least=0.02, level=0.9995, most=3, leaders=4, of_each=1)
-FAINT = replace(RULES, least=0.004, most=1)
+FAINT = replace(RULES, least=0.004, most=1, evident=RULES.level)
 """Forces have a higher bar than causes: hundreds are tried, and gusts are none.  Where no errors are left that matter,
-one that is sure is looked for."""
+one beside the base alone is looked for, which all pieces have to show: a likelihood ratio is large by slow gusts."""
 NOISE, LITTLE, SHARPER = 1.2, 0.02, 0.25
 """Factor on the sensors' squared noise, which is estimated; error beyond it, as a share of the motion, that is no
 matter; and share of the errors that count as none in a diagnosis which count as none here: what is sure decides which
@@ -285,7 +285,10 @@ class _Beside:
 
 
 def _beside_numbers(now: _Beside) -> Remainder | None:
-    """Forces that are needed beside the model's own numbers."""
+    """Forces that are needed beside the model's own numbers: where these leave errors that matter, as nothing is sure
+    of fainter ones beside numbers that are all wrong."""
+    if now.numbers and not now.leaves(now.whole):
+        return None
     now = now.with_spans(now.whole, now.numbers)
     free = [c for c in now.forces.candidates if not now.numbers or not now.forces.forces[c.id].at_once]
     selection = select(now.runs, free, now.rules(now.whole, RULES.most), now.whole, now.numbers)

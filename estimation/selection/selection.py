@@ -44,6 +44,7 @@ class Rules:
     enough : root mean square errors (C,) of left-out units below which nothing more is looked for.
     most : candidates that may enter.  leaders, of_each : candidates that are refitted in a step, of all and of each
     rank.  last_rank : that of candidates which are preferred only where all others are far worse; None: of none.
+    evident : lower level, which suffices for a likelihood ratio of `EVIDENT`.
     """
 
     least: float = 0.05
@@ -53,6 +54,7 @@ class Rules:
     leaders: int = 6
     of_each: int = 3
     last_rank: int | None = None
+    evident: float = LARGE
 
 
 @dataclass(frozen=True)
@@ -139,7 +141,9 @@ def enters(problem: UnitErrors, rules: Rules, fitted: Fitted, by: Fall) -> bool:
     """Whether the fall of the score with a fit matters and is no chance, eq. 10 of docs/mathematics/pieces.md."""
     least = rules.least * int((problem.counts.sum(axis=0) > 0).sum())
     evident = by.gain * independent(problem, fitted) > EVIDENT
-    return by.gain > max(least, quantile(problem, min(rules.level, LARGE) if evident else rules.level) * by.error)
+    return by.gain > max(
+        least, quantile(problem, min(rules.level, rules.evident) if evident else rules.level) * by.error
+    )
 
 
 def is_enough(problem: UnitErrors, fitted: Fitted, enough: np.ndarray) -> bool:
