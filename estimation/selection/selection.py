@@ -141,9 +141,8 @@ def enters(problem: UnitErrors, rules: Rules, fitted: Fitted, by: Fall) -> bool:
     """Whether the fall of the score with a fit matters and is no chance, eq. 10 of docs/mathematics/pieces.md."""
     least = rules.least * int((problem.counts.sum(axis=0) > 0).sum())
     evident = by.gain * independent(problem, fitted) > EVIDENT
-    return by.gain > max(
-        least, quantile(problem, min(rules.level, rules.evident) if evident else rules.level) * by.error
-    )
+    level = min(rules.level, rules.evident) if evident else rules.level
+    return by.gain > max(least, quantile(problem, level) * by.error)
 
 
 def is_enough(problem: UnitErrors, fitted: Fitted, enough: np.ndarray) -> bool:
