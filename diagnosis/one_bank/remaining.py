@@ -81,7 +81,8 @@ if TYPE_CHECKING:
 RULES = Rules(least=0.02, level=0.9995, most=3, leaders=4, of_each=1)
 FAINT = replace(RULES, least=0.004, most=1, evident=RULES.level)
 """Forces have a higher bar than causes: hundreds are tried, and gusts are none.  Where no errors are left that matter,
-one beside the base alone is looked for, which all pieces have to show: a likelihood ratio is large by slow gusts."""
+one is looked for, which the pieces have to show together: a likelihood ratio is large by slow gusts, and by what is
+left of numbers that are all wrong."""
 NOISE, LITTLE, SHARPER = 1.2, 0.02, 0.25
 """Factor on the sensors' squared noise, which is estimated; error beyond it, as a share of the motion, that is no
 matter; and share of the errors that count as none in a diagnosis which count as none here: what is sure decides which
@@ -285,10 +286,7 @@ class _Beside:
 
 
 def _beside_numbers(now: _Beside) -> Remainder | None:
-    """Forces that are needed beside the model's own numbers: where these leave errors that matter, as nothing is sure
-    of fainter ones beside numbers that are all wrong."""
-    if now.numbers and not now.leaves(now.whole):
-        return None
+    """Forces that are needed beside the model's own numbers."""
     now = now.with_spans(now.whole, now.numbers)
     free = [c for c in now.forces.candidates if not now.numbers or not now.forces.forces[c.id].at_once]
     selection = select(now.runs, free, now.rules(now.whole, RULES.most), now.whole, now.numbers)
