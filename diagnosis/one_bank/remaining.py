@@ -359,8 +359,11 @@ def _refitted(base: _Beside, rest: Remainder) -> Remainder:
     """The forces that were selected beside another model, beside the base alone."""
     runs, forces, entered = base.runs, base.forces, list[Entered]()
     for one in rest.selection.entered:
-        runs, forces, candidate = with_force(runs, forces, rest.forces.forces[one.candidate.id])
-        entered.append(replace(one, candidate=candidate))
+        force = rest.forces.forces[one.candidate.id]
+        if force.shape.terms:
+            runs, forces, candidate = with_force(runs, forces, force)
+            one = replace(one, candidate=candidate)
+        entered.append(one)  # drifts of sensors are the same beside any model
     fitted = replace(base, runs=runs).fit([one.candidate for one in entered])
     whole = Remainder(runs, forces, Selection(base.plain, tuple(entered), fitted), fitted)
     return _refined(whole, base.flows)
