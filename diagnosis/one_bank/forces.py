@@ -105,6 +105,10 @@ class Shape:
                     yield replace(self.near(moved), steps=self.steps)
 
 
+STEADY = Shape(("time",), "is steady", {"{}_steady": lambda motion, axis: np.ones(motion.time_s.size)})
+"""What a force in time has to explain more than: known causes are steady."""
+
+
 @dataclass(frozen=True)
 class Force:
     """A shape on an axis X, Y or N; or the drift of the sensor of a state."""

@@ -54,6 +54,7 @@ from .forces import (
     AXES,
     BODY,
     READINGS,
+    STEADY,
     Force,
     Forces,
     drift_of,
@@ -296,6 +297,8 @@ def _beside_numbers(now: _Beside) -> Remainder | None:
     if len(sure) < len(selection.entered):
         selection = with_only(now.runs, selection, sure, now.numbers)
     rest = _refined(Remainder(now.runs, now.forces, selection, selection.final), now.numbers)
+    if _is_steady(rest, now.numbers):
+        return None
     simple = replace(now, runs=rest.runs).fit(rest.selection.candidates)
     beside = clearly_worse(rest.runs, simple, rest.fitted, RULES.least)
     return rest if beside else rest._replace(fitted=simple)
@@ -321,6 +324,22 @@ def _with_shape(rest: Remainder, place: int, shape: Shape, always: Sequence[Numb
     values = {n.name: final.value(names.get(n.name, n.name)) for n in numbers}
     fitted = minimise(runs, numbers, values, final.point.own, weight=final.point.weight)
     return Remainder(runs, forces, Selection(rest.selection.base, tuple(entered), fitted), fitted)
+
+
+def _is_steady(rest: Remainder, always: Sequence[Number]) -> bool:
+    """Whether a steady force in the place of one in time predicts left-out pieces no worse."""
+    for one in rest.selection.entered:
+        force = rest.forces.forces[one.candidate.id]
+        if "time" not in force.shape.depends_on or not force.shape.terms:
+            continue
+        runs, _, steady = with_force(rest.runs, rest.forces, Force(force.axis, STEADY))
+        others = [n for other in rest.selection.entered if other is not one for n in other.candidate.numbers]
+        numbers, point = distinct((*always, *others, *steady.numbers)), rest.fitted.point
+        values = {n.name: rest.fitted.value(n.name) for n in numbers}
+        fitted = minimise(runs, numbers, values, point.own, weight=point.weight)
+        if not _surely_worse(runs, fitted, rest.fitted, CLEAR):
+            return True
+    return False
 
 
 def _once(entered: Sequence[Entered], forces: Forces) -> tuple[Entered, ...]:
@@ -352,7 +371,7 @@ def _alone(base: _Beside, wide: bool) -> Remainder | None:
         selection = with_only(base.runs, selection, entered, base.flows)
     rest = _refined(Remainder(base.runs, base.forces, selection, selection.final), base.flows)
     sure = all(_is_sure(rest.runs, rest.fitted, one.candidate) for one in rest.selection.entered)
-    return rest if sure else None
+    return rest if sure and not _is_steady(rest, base.flows) else None
 
 
 def _refitted(base: _Beside, rest: Remainder) -> Remainder:
