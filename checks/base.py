@@ -35,7 +35,7 @@ class Prior(NamedTuple):
     others as they are); 0: free runs are not asked for it.  trials : values in that unit at which it is linearised by a
     secant, where its tangent at zero stands for nothing.  entries : instruments that it moves, and needs : states that
     have to be measured, where a check does not say so as a cause.  limit : it is a limit of the rudder's command: its
-    inverse is moved, and behind commands only.
+    inverse is moved, and behind commands only.  last : it is preferred only where all else is far worse.
     """
 
     sd: float
@@ -43,6 +43,7 @@ class Prior(NamedTuple):
     entries: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     limit: bool = False
+    last: bool = False
 
 
 class Check(ABC):

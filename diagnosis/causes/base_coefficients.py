@@ -29,8 +29,7 @@ class ShipScale(StageCause):
 
     id, where, stage = "ship_scale", "sampling", "looked for by free runs of the model"
     number = Number("k", ("ship_scale",), scale=0.01, low=-0.95, high=100.0)
-    smallest = 0.04
-    prior = Prior(0.3, needs=("u", "r"))
+    prior = Prior(0.3, needs=("u", "r"), last=True)
     separate_by = "length and speed of the ship that the records are of"
 
 

@@ -131,8 +131,9 @@ def _of_instruments(
     place = {cause.id: Place("steering" if cause.where == "rudder" else "sensor", entries, inverse=prior.limit)}
     size, low = unit.get(cause.unit, 1.0), 0.0 if own is None else own.low
     size = 1.0 / size if prior.limit else size
+    rank = FORCE if prior.last else INPUT
     for trial in [size * t for t in prior.trials] or [None]:
-        yield Candidate(cause.id, (Number(cause.id, size * prior.sd, low=low, trial=trial),), INPUT), place
+        yield Candidate(cause.id, (Number(cause.id, size * prior.sd, low=low, trial=trial),), rank), place
 
 
 def _faults(longest_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:

@@ -457,9 +457,11 @@ def _with_forces(
 
     entered = [(one, rest.forces.forces[one.candidate.id]) for one in rest.selection.entered]
     remaining = tuple(_force(rest, one, extends(one, force)) for one, force in entered)
-    model, own = start, [one for one, force in entered if extends(one, force)]
-    if own:
-        model = _extended(start, rest, own)
+    own = [one for one, force in entered if extends(one, force)]
+    named = any(
+        _of_hull(f.cause) for f in diagnosis.causes
+    )  # what was fitted without forces holds where none is a term
+    model = _extended(start, rest, own) if own else diagnosis.extended if named else start
     drifts = {n: x for one in own for n, x in _instruments(rest, one).items()}
     model = replace(model, instruments=combined(diagnosis.extended.instruments, drifts))
     return with_runs(
