@@ -130,6 +130,8 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if wide:  # the numbers that took up what remains start anew
         model = base
     now = _Beside.of(model, train, options, flows)
+    if is_enough(now.runs, now.plain, np.sqrt(_no_matter(now.runs))):  # the sensors' noise is all that is left
+        return diagnosis
     beside_base = now if model is base else _Beside.of(base, train, options, flows)
     answer = diagnosis
     for of_model, rest in _explanations(now, beside_base, wide):
