@@ -224,7 +224,7 @@ def compared(
             done = compare(chain, use)
             if not chain.of_positions and (only is None or LoggerClock.id in only):
                 later = [c for c in every if c.of_positions]
-                done = as_clock(done, later, _split(later[0], done.records, derived)[0] if later else ())
+                done = as_clock(done, [(c, _split(c, c.taken(done.records), derived)[0]) for c in later])
             names = {r.name for r in done.records}
             current = [done.without(r) if r.name in names else r for r in current]
         except UNUSABLE as error:

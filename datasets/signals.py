@@ -50,6 +50,17 @@ def bridged(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
     return np.interp(time_s, time_s[known], values[known])
 
 
+def lagged(values: np.ndarray, lag_s: float, step_s: float) -> np.ndarray:
+    """What follows values (N,) at even steps with a time constant, z_dot = (x - z)/T, from the first of them; the
+    values themselves where T = 0."""
+    from scipy.signal import lfilter
+
+    if lag_s == 0.0:
+        return values
+    share = 1.0 - np.exp(-step_s / lag_s)
+    return lfilter([share], [1.0, share - 1.0], values, zi=[(1.0 - share) * values[0]])[0]
+
+
 def integral(rates: np.ndarray, time: np.ndarray) -> np.ndarray:
     """Integrals (..., T) of rates (..., T), 0 at the start."""
     steps = np.diff(time) * (rates[..., 1:] + rates[..., :-1]) / 2.0

@@ -55,9 +55,9 @@ class Result:
         )
 
 
-def page_of(found: Result) -> Any:
+def page_of(result: Result) -> Any:
     """What a result says, as blocks for every medium (`reporting.page.Page`)."""
-    return above(f"reporting.{found.room}").page(found)
+    return above(f"reporting.{result.room}").page(result)
 
 
 class FileResult(Result):

@@ -16,30 +16,25 @@ if TYPE_CHECKING:
     from .selection import Compared
 
 
-def as_clock(done: Compared, of_positions: Sequence[Chain], records: Sequence[Record]) -> Compared:
+def as_clock(done: Compared, of_positions: Sequence[tuple[Chain, Sequence[Record]]]) -> Compared:
     """Heading against yaw rate with the scale error of the rate told as one of the clock, where this makes a scale
     error of the speed needless; else the same.
 
-    of_positions : the comparisons of positions with velocities.  records : those that these can use.
+    of_positions : the comparisons of positions with velocities, and the records that each can use.
     """
-    if not any(_is_scale(s.option, YawRateScaleError.id) and s.material for s in done.sizes):
+    of_rate = [s.option.cause.id == YawRateScaleError.id for s in done.sizes]
+    if not any(s.material and is_scale for s, is_scale in zip(done.sizes, of_rate, strict=True)):
         return done
-    clock = LoggerClock()
-    option = Option(clock, clock.scaled)
-    sizes = tuple(
-        s._replace(option=option, rivals=()) if _is_scale(s.option, YawRateScaleError.id) else s for s in done.sizes
+    option = Option(LoggerClock(), LoggerClock.scaled)
+    sizes = (
+        s._replace(option=option, rivals=()) if is_scale else s for s, is_scale in zip(done.sizes, of_rate, strict=True)
     )
-    other = replace(done, sizes=sizes)
-    needless = _speed_is_scaled(done, of_positions, records) and not _speed_is_scaled(other, of_positions, records)
+    other = replace(done, sizes=tuple(sizes))
+    needless = _speed_is_scaled(done, of_positions) and not _speed_is_scaled(other, of_positions)
     return other if needless else done
 
 
-def _speed_is_scaled(done: Compared, of_positions: Sequence[Chain], records: Sequence[Record]) -> bool:
+def _speed_is_scaled(done: Compared, of_positions: Sequence[tuple[Chain, Sequence[Record]]]) -> bool:
     """Whether positions show a scale error of the speed in records that are corrected for a comparison."""
-    current = [done.without(record) for record in records]
-    shown = (s for chain in of_positions for s in compare(chain, chain.taken(current)).sizes)
-    return any(_is_scale(s.option, SpeedScaleError.id) and s.material for s in shown)
-
-
-def _is_scale(option: Option, cause: str) -> bool:
-    return option.cause.id == cause
+    comparisons = (compare(chain, [done.without(record) for record in records]) for chain, records in of_positions)
+    return any(s.option.cause.id == SpeedScaleError.id and s.material for one in comparisons for s in one.sizes)

@@ -16,7 +16,7 @@ from typing import TypeAlias
 import numpy as np
 
 from ..angles import unwrapped
-from ..signals import integral
+from ..signals import integral, lagged
 from ..yaw_response import yaw_response
 from .convert import Stream
 from .geodesy import on_plane
@@ -223,7 +223,7 @@ def _by_course(window_s: float, speed: Curve | None) -> Left:
         step = float(time[1] - time[0])
         psi = uniform_filter1d(np.interp(time - offset, *heading), max(1, round(window_s / step)), mode="nearest")
         rate, drift, one = _over_speed(np.gradient(psi, time), time, speed), led - psi, np.ones(time.size)
-        columns = (np.column_stack([-rate, -_lagged(rate, step, lag), one, -one]) for lag in LAGS_S)
+        columns = (np.column_stack([-rate, -lagged(rate, lag, step), one, -one]) for lag in LAGS_S)
         return min(nnls(each, drift)[1] for each in columns) ** 2 / power
 
     return left
@@ -235,16 +235,6 @@ def _over_speed(rate: np.ndarray, time: np.ndarray, speed: Curve | None) -> np.n
         return rate
     own = np.interp(time, *speed)
     return rate * own.mean() / np.maximum(own, LEAST_SPEED * own.mean()) if own.mean() > 0.0 else rate
-
-
-def _lagged(values: np.ndarray, step: float, lag: float) -> np.ndarray:
-    """Values (N,) through a first-order lag, s."""
-    if lag == 0.0:
-        return values
-    from scipy.signal import lfilter
-
-    kept = math.exp(-step / lag)
-    return lfilter([1.0 - kept], [1.0, -kept], values - values[0]) + values[0]
 
 
 def _by_rudder(turn: Curve, rudder: Curve, offset: float) -> float:

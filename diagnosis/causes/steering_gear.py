@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.base import Prior
+from ...datasets.signals import lagged
 from ...estimation.filters.innovations.settings import Parameter
-from ..residuals.features import lagged
 from ..searches.base import refitted
 from ..searches.change_point import ByChangePoint, longest
 from ..searches.scan import ByScan
@@ -86,7 +86,7 @@ def angles(state: State) -> list[float]:
 
 
 def _quiet(state: State) -> list[np.ndarray]:
-    return [lagged(d.rudder, d.time, 1.5 * d.step_s) for d in state.est.segments]
+    return [lagged(d.rudder, 1.5 * d.step_s, d.step_s) for d in state.est.segments]
 
 
 class RudderRateLimit(CommandLimit):

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.ndimage import uniform_filter1d
-from scipy.signal import lfilter
 
 from ...datasets.signals import bridged, integral
 
@@ -98,9 +97,3 @@ def motion_of(model: Model, record: Record, smooth_s: float) -> Motion:
     pressure = 0.5 * numbers["rho"] * length * numbers.get("d", length) * speed**2
     prime = v / speed, r * length / speed
     return Motion(time_s, speed, *prime, heading, rudder, north, east, pressure, v, r, length)
-
-
-def lagged(values: np.ndarray, time_s: float, step_s: float) -> np.ndarray:
-    """What follows values (N,) with a time constant, z_dot = (x - z)/T, from the first of them."""
-    share = 1.0 - np.exp(-step_s / time_s)
-    return lfilter([share], [1.0, share - 1.0], values, zi=[(1.0 - share) * values[0]])[0]

@@ -304,12 +304,16 @@ class FreeRuns:
         if gain is not None:  # the smoothed yaw acceleration stands in the place of the hidden state
             start[:, 0] -= theta[:, gain] * inputs[:, 0, 0]
         dt = self.units[lanes[0].unit].stretch.series.dt
-        sensed = [self._sensors(lane) if lane.of("sensor") else {} for lane in lanes]
-        clocks = np.array([1.0 + own.get("clock_rate", 0.0) for own in sensed])
-        if "n" in self.model.inputs:
-            recorded = [self.units[lane.unit].record.has(REVOLUTIONS) for lane in lanes]
-            scales = [1.0 + own.get("ship_scale", 0.0) * has for own, has in zip(sensed, recorded, strict=True)]
-            inputs[:, :, self.model.inputs.index("n")] *= np.sqrt(scales)[:, None]
+        clocks = np.ones(len(lanes))
+        for i, lane in ((i, lane) for i, lane in enumerate(lanes) if lane.of("sensor")):
+            instruments = self._sensors(lane)
+            clocks[i] += instruments.get("clock_rate", 0.0)
+            if (
+                "ship_scale" in instruments
+                and "n" in self.model.inputs
+                and self.units[lane.unit].record.has(REVOLUTIONS)
+            ):
+                inputs[i, :, self.model.inputs.index("n")] *= np.sqrt(1.0 + instruments["ship_scale"])
         inside = {i: self._inside(lane, theta[i]) for i, lane in enumerate(lanes) if lane.of("regime")}
         local = np.array([i in inside for i in range(len(lanes))])
         states = np.empty((len(lanes), longest, start.shape[1]))

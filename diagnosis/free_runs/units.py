@@ -12,12 +12,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.instruments import felt_rudder
-from ...datasets.signals import bridged
+from ...datasets.signals import bridged, lagged
 from ...estimation.records.gaps import SHORTEST, clock_of, stretches
 from ...estimation.run.stretch import Stretch
 from ...models.errors import CannotFit
 from ...models.time_scale import time_scale_s
-from .motion import lagged
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

@@ -1,7 +1,7 @@
 """Forces X, Y, N along the measured motion that no cause of the bank explains, as data: what they may follow.
 
-Each is told as what it depends on.  Where the motion that it follows is one that a model simulates, it is a term of
-an extended model (`models.families.extensions`), and its numbers are the parameters of that; a force in time is not.
+Each is told as what it depends on.  It is a term of an extended model (`models.families.extensions`), and its numbers
+are the parameters of that.
 """
 
 from __future__ import annotations
@@ -13,11 +13,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.signals import lagged
 from ...estimation.selection.number import Candidate, Number
 from ...models.families.extensions import ANY_ORDER, RESPONSE, WAVES_OF_PLACE, extension_of, is_made_up
 from ..free_runs.bank import Place
-from ..free_runs.motion import Motion, lagged
+from ..free_runs.motion import Motion
 from ..free_runs.problem import SENSOR
+from ..free_runs.units import scales
 from .catalogue import FORCE, force_units, forces_of
 
 if TYPE_CHECKING:
@@ -355,7 +357,7 @@ def forces_along(runs: FreeRuns) -> Forces:
     for symbol in (s for s in DRIFTS if s in runs.symbols):
         force = Force(symbol, Shape(("time",), "drifts through the record", {}))
         forces[force.id] = force
-        unit = {"u": model.speed_m_s, "v": model.speed_m_s, "r": 1.0 / length_s, "psi": 1.0}[symbol]
+        unit = scales(model, length_s)[symbol]
         for own_places in _drifts(symbol, len(motions)):
             sds = {n: DRIFTS[symbol][1] * unit / (1.0 if p.column else longest_s) for n, p in own_places.items()}
             candidates.append(_candidate(force, sds))

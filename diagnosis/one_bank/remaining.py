@@ -159,8 +159,8 @@ def _explanations(now: _Beside, base: _Beside, wide: bool) -> Iterator[tuple[boo
     few = _alone(base, wide)
     simple = few is not None and len(few.selection.entered) == 1 and not base.leaves(few.fitted)
     rest = None if simple else _beside_numbers(now)
-    refitted = _refitted(base, rest) if rest is not None and few is None else None
-    for one in (one for one in (few, refitted) if one is not None):
+    same_alone = _refitted(base, rest) if rest is not None and few is None else None
+    for one in (one for one in (few, same_alone) if one is not None):
         if _takes_the_place(base, one, None if wide else now.plain) and not (rest and _preferred(rest, one)):
             yield False, one
     if rest is not None:
@@ -316,11 +316,12 @@ def _refined(rest: Remainder, always: Sequence[Number]) -> Remainder:
 
 
 def _with_shape(rest: Remainder, place: int, shape: Shape, always: Sequence[Number]) -> Remainder:
-    """The remainder with another shape of one force, fitted again."""
+    """The remainder with another shape of one force, fitted again; from its sizes, where it is the same at other
+    times."""
     entered, final = list(rest.selection.entered), rest.fitted
     old = rest.forces.forces[entered[place].candidate.id]
     runs, forces, candidate = with_force(rest.runs, rest.forces, Force(old.axis, shape))
-    names = dict(zip(candidate.names, entered[place].candidate.names, strict=True))
+    names = dict(zip(candidate.names, entered[place].candidate.names, strict=True)) if shape.near else {}
     entered[place] = replace(entered[place], candidate=candidate)
     numbers = distinct((*always, *(n for one in entered for n in one.candidate.numbers)))
     values = {n.name: final.value(names.get(n.name, n.name)) for n in numbers}
@@ -330,18 +331,10 @@ def _with_shape(rest: Remainder, place: int, shape: Shape, always: Sequence[Numb
 
 def _is_steady(rest: Remainder, always: Sequence[Number]) -> bool:
     """Whether a steady force in the place of one in time predicts left-out pieces no worse."""
-    for one in rest.selection.entered:
-        force = rest.forces.forces[one.candidate.id]
-        if "time" not in force.shape.depends_on or not force.shape.terms:
-            continue
-        runs, _, steady = with_force(rest.runs, rest.forces, Force(force.axis, STEADY))
-        others = [n for other in rest.selection.entered if other is not one for n in other.candidate.numbers]
-        numbers, point = distinct((*always, *others, *steady.numbers)), rest.fitted.point
-        values = {n.name: rest.fitted.value(n.name) for n in numbers}
-        fitted = minimise(runs, numbers, values, point.own, weight=point.weight)
-        if not _surely_worse(runs, fitted, rest.fitted, CLEAR):
-            return True
-    return False
+    shapes = [rest.forces.forces[one.candidate.id].shape for one in rest.selection.entered]
+    places = [i for i, shape in enumerate(shapes) if "time" in shape.depends_on and shape.terms]
+    steady = (_with_shape(rest, i, STEADY, always) for i in places)
+    return any(not _surely_worse(other.runs, other.fitted, rest.fitted, CLEAR) for other in steady)
 
 
 def _once(entered: Sequence[Entered], forces: Forces) -> tuple[Entered, ...]:
@@ -454,16 +447,14 @@ def _with_forces(
     """The diagnosis with forces, and with a model extended by them; time_too : also by forces in time."""
 
     def extends(one: Entered, force: Force) -> bool:
-        held = force.extensions or drift_of(rest.runs.places, one.candidate)
-        return bool(held) and (time_too or "time" not in force.shape.depends_on)
+        in_model = bool(force.extensions or drift_of(rest.runs.places, one.candidate))
+        return in_model and (time_too or "time" not in force.shape.depends_on)
 
     entered = [(one, rest.forces.forces[one.candidate.id]) for one in rest.selection.entered]
     remaining = tuple(_force(rest, one, extends(one, force)) for one, force in entered)
     own = [one for one, force in entered if extends(one, force)]
-    named = any(
-        _of_hull(f.cause) for f in diagnosis.causes
-    )  # what was fitted without forces holds where none is a term
-    model = _extended(start, rest, own) if own else diagnosis.extended if named else start
+    of_hull = any(_of_hull(f.cause) for f in diagnosis.causes)  # their fit holds where no force is a term
+    model = _extended(start, rest, own) if own else diagnosis.extended if of_hull else start
     drifts = {n: x for one in own for n, x in _instruments(rest, one).items()}
     model = replace(model, instruments=combined(diagnosis.extended.instruments, drifts))
     return with_runs(

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.signals import lagged
 from ...estimation.filters.innovations.settings import Parameter
 from ...estimation.filters.innovations.vector import SENSORS, SYMBOLS
 
@@ -144,11 +145,12 @@ def _nonlinear(signals: Mapping[str, np.ndarray]) -> Basis:
 def _memory(est: Estimator, signals: Mapping[str, np.ndarray], time: np.ndarray) -> Basis:
     """What comes late, and rates of change."""
     out: Basis = {}
+    step_s = float(np.median(np.diff(time)))
     for a, x in signals.items():
         for lag in LAGS_S:
-            out[f"{a} with a lag of {lag:g} s (of a 160 m ship)"] = ("memory", lagged(x, time, lag * est.clock))
-        out[f"side of the {a} with a lag"] = ("memory", np.sign(lagged(x, time, 12.0 * est.clock)))
-        rate = np.gradient(lagged(x, time, 2.0 * est.clock), time)
+            out[f"{a} with a lag of {lag:g} s (of a 160 m ship)"] = ("memory", lagged(x, lag * est.clock, step_s))
+        out[f"side of the {a} with a lag"] = ("memory", np.sign(lagged(x, 12.0 * est.clock, step_s)))
+        rate = np.gradient(lagged(x, 2.0 * est.clock, step_s), time)
         rate /= max(np.std(rate), 1e-12)
         out[f"rate of change of the {a}"] = ("rate", rate)
         out[f"|rate of change of the {a}|"] = ("rate", np.abs(rate))
@@ -186,17 +188,6 @@ def _of_place(est: Estimator, signals: Mapping[str, np.ndarray], states: np.ndar
         for a in ("yaw rate", "rudder"):
             out[f"{a} * {name}"] = ("place", signals[a] * reach)
     return out
-
-
-def lagged(x: np.ndarray, time: np.ndarray, lag: float) -> np.ndarray:
-    """First-order lag of a series (T,)."""
-    from scipy.linalg import solve_banded
-
-    dt = float(np.median(np.diff(time)))
-    share = 1.0 - np.exp(-dt / lag)
-    forcing = share * x
-    forcing[0] = x[0]
-    return solve_banded((1, 0), [np.ones(x.size), np.full(x.size, share - 1.0)], forcing, check_finite=False)
 
 
 def _channel_shapes(est: Estimator, now: Innovations, c: int) -> dict[str, list[np.ndarray]]:

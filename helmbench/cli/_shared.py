@@ -159,6 +159,13 @@ def output_directory(default: str) -> Callable[[Callable[P, R]], Callable[P, R]]
     )
 
 
+def output_record(function: Callable[P, R]) -> Callable[P, R]:
+    """Add `--output`, the file of a record."""
+    return click.option(
+        "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
+    )(function)
+
+
 def tuning_options(function: Callable[P, R]) -> Callable[P, R]:
     """Add `--tuner` and `--storage`."""
     where = "Where tuning studies are stored and shared: PATH.journal or sqlite:///PATH; default: in memory."

@@ -22,6 +22,7 @@ from ._shared import (
     echo,
     force_option,
     output_options,
+    output_record,
     print_json,
 )
 
@@ -47,9 +48,7 @@ OPTIONS = {
     "--map", "mapping", type=FILE, help="Mapping of the columns; the draft is written there if it does not exist."
 )
 @click.option("--yes", is_flag=True, help="Import without asking; stops where something is open.")
-@click.option(
-    "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
-)
+@output_record
 @force_option
 @output_options
 def import_command(

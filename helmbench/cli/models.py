@@ -26,6 +26,7 @@ from ._shared import (
     echo,
     force_option,
     output_options,
+    output_record,
     print_json,
 )
 
@@ -100,9 +101,7 @@ SIMULATE_OPTIONS = {
 @click.command(cls=ApiCommand, api="simulate", options=SIMULATE_OPTIONS)
 @click.argument("vessel", type=VESSEL)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
-@click.option(
-    "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
-)
+@output_record
 @force_option
 @output_options
 def simulate(

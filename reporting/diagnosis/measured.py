@@ -19,7 +19,7 @@ from ..numbers import fixed, number
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...diagnosis.result import Diagnosis
-    from .rivals import Compared
+    from .rivals import YawRateSkill
 
 FOLDER = Path("reports/diagnosis")
 HSVA, MARIN, ESSO_OSAKA, BLUEBOAT = "kvlcc2-hsva", "kvlcc2-marin", "esso-osaka", "blueboat"
@@ -288,7 +288,7 @@ TABLE = (
 )
 
 
-def _row(name: str, report: PublishedCraft, of: Compared) -> str:
+def _row(name: str, report: PublishedCraft, of: YawRateSkill) -> str:
     """The row of a craft."""
     scores = " | ".join(fixed(value, 3) for value in (of.craft, of.nomoto, of.arx))
     more = f"{of.craft - max(of.nomoto, of.arx):+.3f}"

@@ -42,7 +42,7 @@ PARTS = 4
 """Parts of a single record that are left out in turn."""
 
 
-class Compared(NamedTuple):
+class YawRateSkill(NamedTuple):
     """R2 of the yaw rate over the windows, of the craft's model and of the two others; length [s] and number of the
     windows."""
 
@@ -74,7 +74,7 @@ class Stretches:
         return self.rate[:, HISTORY + 1 :]
 
 
-def compared(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Compared:
+def compared(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> YawRateSkill:
     """The model of a craft's diagnosis beside the two, all of them from the training records."""
     train, held_out = ([without_spikes(r.turned("starboard"))[0] for r in side] for side in (train, held_out))
     scales = scales_of(train)
@@ -82,7 +82,7 @@ def compared(model: Model, train: Sequence[Record], held_out: Sequence[Record]) 
     windows = windows_of(pieces_of(held_out, scales), model, scales, model.instruments, OVERLAP)
     own = windows.errors(model.coefficients[None], np.zeros((1, len(windows.inputs))))[new.place, 1:, 0]
     errors = (own, nomoto_errors(nomoto(seen), new), arx_errors(arx(seen), new))
-    return Compared(*(_r2(e, new.ahead) for e in errors), windows.dt * own.shape[1], len(own))
+    return YawRateSkill(*(_r2(e, new.ahead) for e in errors), windows.dt * own.shape[1], len(own))
 
 
 def stretches_of(records: Sequence[Record], scales: Scales, overlap: int | None = None) -> Stretches:

@@ -9,8 +9,8 @@ from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record, RecordMeta
+from helmbench.datasets.signals import lagged
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.free_runs.motion import lagged
 from helmbench.diagnosis.free_runs.problem import Lane
 from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.forces import Force, forces_along, shapes
