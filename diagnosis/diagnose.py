@@ -114,7 +114,7 @@ def _described(
         with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
             bare = without_causes(diagnosis, {f.cause for f in diagnosis.causes if f.stage == BY_CHANNELS})
             drifting = with_remaining(replace(bare, extended=diagnosis.model), records, held_out, options)
-            return drifting if drifting.remaining and all(f.of_sensor for f in drifting.remaining) else diagnosis
+            return drifting if any(f.of_sensor for f in drifting.remaining) and not worsens(drifting) else diagnosis
     return diagnosis
 
 

@@ -146,48 +146,47 @@ class Calibration(RunsResult):
 
     `moved` are the numbers with intervals, `steps` the groups in the order in which they entered, `shares` what the
     free-run error consists of; `simulate` and `diagnose` take the extended and the calibrated model like any other.
-
-    model, extended : base model, and the model with the numbers that moved, as few as explain the records.
-    calibrated : the model for predictions: all its numbers moved a little where that predicts left-out records better,
-        else the extended one.
-    records : (name, 'train' | 'held_out').
-    before, after : column -> (left-out training records, held-out records) root mean squared free-run errors, SI; the
-        second is None without held-out records.  Before, these are as they were read; after, without what sensors and
-        known causes explain, where such were found.
-    traces : measured against free runs before and after; after of a training record is by a fit without it.
-    predicted : the same as `after`, by the calibrated model.
-    own : column -> errors of held-out records by the base and by the calibrated model, with each record's own neutral
-        rudder angle and start, which are fitted to it under their priors; empty without held-out records.
-    ingredients : what measured inputs and the numbers that moved each remove of the error.
-    floor : column -> error (SI) of held-out records by a fit to these records themselves; empty without them.
-    regime : where one of the numbers is wrong; None where all are wrong everywhere.
-    doubts : what is doubtful about the records, a sentence each.
-    worse : columns in which held-out records are predicted worse than 1.05 times the base model's error.
     """
 
     model: Model
     extended: Model
+    """The base model with the numbers that moved, as few as explain the records."""
     calibrated: Model
+    """The model for predictions: all numbers moved a little where that predicts left-out records better, else the
+    extended one."""
     records: tuple[tuple[str, str], ...]
+    """(name, 'train' | 'held_out')."""
     verdict: str
     reason: str
     moved: tuple[Moved, ...]
     steps: tuple[StepTold, ...]
     before: Mapping[str, tuple[float, float | None]]
     after: Mapping[str, tuple[float, float | None]]
+    """Before and after: column -> (left-out training records, held-out records) root mean squared free-run errors, SI;
+    the second is None without held-out records.  Before, these are as they were read; after, without what sensors and
+    known causes explain, where such were found."""
     shares: Mapping[str, Share]
     remaining: tuple[Remaining, ...]
     runs: tuple[RunEffect, ...]
     traces: tuple[Trace, ...]
+    """Measured against free runs before and after; after of a training record is by a fit without it."""
     next_runs: tuple[NextRun, ...]
     worse: tuple[str, ...]
+    """Columns in which held-out records are predicted worse than 1.05 times the base model's error."""
     wall_s: float
     regime: StatedRegime | None = None
+    """Where one of the numbers is wrong; None where all are wrong everywhere."""
     predicted: Mapping[str, tuple[float, float | None]] = field(default_factory=dict)
+    """The same as `after`, by the calibrated model."""
     own: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    """Column -> errors of held-out records by the base and by the calibrated model, with each record's own neutral
+    rudder angle and start, which are fitted to it under their priors; empty without held-out records."""
     ingredients: tuple[Ingredient, ...] = ()
+    """What measured inputs and the numbers that moved each remove of the error."""
     floor: Mapping[str, float] = field(default_factory=dict)
+    """Column -> error (SI) of held-out records by a fit to these records themselves; empty without them."""
     doubts: tuple[str, ...] = ()
+    """What is doubtful about the records, a sentence each."""
     room: ClassVar[str] = "calibration.page"
     files: ClassVar[tuple[str, ...]] = (
         *("calibration.json", "calibration.html"),

@@ -39,12 +39,22 @@ def training_errors(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
 
 
 def worsens(said: Diagnosis) -> bool:
-    """Whether some channel of the held-out records is predicted worse, also with each record's own trim; or the motion
-    of these or of whole training records clearly worse without it, in the mean over channels."""
+    """Whether some channel of the held-out records is predicted worse, also with each record's own trim (the positions
+    together: how their axes are turned is arbitrary); or the motion of these or of whole training records clearly worse
+    without it, in the mean over channels."""
     blind = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
+    own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
     if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training_errors(said))):
         return True
-    return any(g.own_after > WORSE * g.own_before and g.rmse_after > WORSE * g.rmse_before for g in said.gain.values())
+    pairs = zip(_with_one_position(blind), _with_one_position(own), strict=True)
+    return any(all(after > WORSE * before for before, after in pair) for pair in pairs)
+
+
+def _with_one_position(errors: Mapping[str, tuple[float, float]]) -> list[tuple[float, float]]:
+    """Errors before and after of channels, those of the positions as one distance."""
+    places = [pair for c, pair in errors.items() if c in POSITIONS]
+    before, after = (float(np.hypot.reduce([pair[i] for pair in places])) for i in (0, 1))
+    return [*(pair for c, pair in errors.items() if c not in POSITIONS), *([(before, after)] if places else [])]
 
 
 def _motion_fall(errors: Mapping[str, tuple[float, float]]) -> float:
