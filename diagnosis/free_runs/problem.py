@@ -19,6 +19,7 @@ from ...datasets.signals import sensor_sd
 from ...estimation.records.gaps import SHORTEST
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.quadratic import Quadratic
+from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import names_of
 from ...models.errors import CannotFit
 from ...models.instruments import SENSORS, similar
@@ -42,7 +43,7 @@ from .units import (
 )
 
 if TYPE_CHECKING:
-    from ...estimation.selection.minimiser import Point
+    from ...estimation.selection.minimiser import Fitted, Point
     from ...estimation.selection.number import Number
     from ...models.regimes import Regime
     from .bank import Bank, Place
@@ -53,6 +54,8 @@ STEP, OWN_STEP = 0.05, 0.3
 """Steps of the differences, in prior standard deviations of numbers and of own effects."""
 LIMIT = 3e3
 """Error, in floors, beyond which a run counts as lost; larger ones count as this."""
+NOISE = 1.2
+"""Factor on the sensors' squared noise."""
 LANES = 1024
 """Runs that are simulated at once, about: more only need memory."""
 SENSOR = {symbol: short for short, (column, _) in SENSORS.items() for symbol in MEASURED if column == CHANNELS[symbol]}
@@ -207,6 +210,20 @@ class FreeRuns:
         sds = [[sensor_sd(r.column(CHANNELS[s])) for r in records if r.has(CHANNELS[s])] for s in self.symbols]
         known = np.array([np.mean(np.square(own)) if own else 0.0 for own in sds])
         return np.pad(known, (0, len(self.floor) - len(known)))
+
+    @property
+    def no_matter(self) -> np.ndarray:
+        """Squared errors (C,) of the sensors' noise, which is estimated, and of what counts as none."""
+        return NOISE * self.noise + self.floor**2
+
+    def excess(self, fitted: Fitted) -> np.ndarray:
+        """Mean squared errors (C,) of left-out units beyond what is no matter, as shares of the motion squared."""
+        return np.maximum(mean_squares(self, fitted.left_out) - self.no_matter, 0.0) / self.motion**2
+
+    def share_taken(self, before: Fitted, after: Fitted) -> float:
+        """Share of the excess that a fit takes off, the sum over channels; eq. 13 of docs/mathematics/pieces.md."""
+        old, new = (float(np.sum(self.excess(fitted))) for fitted in (before, after))
+        return float(np.clip((old - new) / max(old, 1e-12), 0.0, 1.0))
 
     @property
     def record_names(self) -> dict[int, str]:

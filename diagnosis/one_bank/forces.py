@@ -141,6 +141,11 @@ class Force:
         """Whether it holds a force that is linear in a motion now, which numbers of the model are as well."""
         return any("_now@" in name for name in self.shape.terms)
 
+    @property
+    def begins(self) -> bool:
+        """Whether it begins at a time of every record, as manoeuvres that are alike do."""
+        return any(name.endswith("_begin") for name in self.held)
+
     def parameters(self, values: Mapping[str, float]) -> Iterator[tuple[str, dict[str, float]]]:
         """Extensions with their parameters for values of the numbers."""
         known = self.held | {name.partition("@")[0]: value for name, value in values.items()}

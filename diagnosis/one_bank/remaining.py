@@ -84,10 +84,14 @@ FAINT = replace(RULES, least=0.004, most=1, evident=RULES.level)
 """Forces have a higher bar than causes: hundreds are tried, and gusts are none.  Where no errors are left that matter,
 one is looked for, which the pieces have to show together: a likelihood ratio is large by slow gusts, and by what is
 left of numbers that are all wrong."""
-NOISE, LITTLE, SHARPER = 1.2, 0.02, 0.25
-"""Factor on the sensors' squared noise, which is estimated; error beyond it, as a share of the motion, that is no
-matter; and share of the errors that count as none in a diagnosis which count as none here: what is sure decides which
-of two explanations holds, however little it matters."""
+LITTLE, SHARPER = 0.02, 0.25
+"""Error beyond the sensors' noise, as a share of the motion, that is no matter; and share of the errors that count as
+none in a diagnosis which count as none here: what is sure decides which of two explanations holds, however little it
+matters."""
+WHOLE = 3.0
+"""Factor on the sensors' noise of errors of whole records that are no more than what is left of a trim."""
+FAINTEST = 1e-4
+"""Share of the squared motion below which no share of what remains is told: the errors are those of the sensors."""
 SURE = 0.99
 """Level from which forces in the place of names of the hull, or of all numbers, predict left-out pieces better."""
 REFINED = (0.5, 0.25, 0.125)
@@ -130,8 +134,8 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if wide:  # the numbers that took up what remains start anew
         model = base
     now = _Beside.of(model, train, options, flows)
-    if is_enough(now.runs, now.plain, np.sqrt(_no_matter(now.runs))):  # the sensors' noise is all that is left
-        return diagnosis
+    if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter)) and _predicts_whole_records(diagnosis):
+        return diagnosis  # the sensors' noise is all that is left
     beside_base = now if model is base else _Beside.of(base, train, options, flows)
     answer = diagnosis
     for of_model, rest in _explanations(now, beside_base, wide):
@@ -145,6 +149,13 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if sum(event.share or 0.0 for event in of_pieces) > MOST_OF_IT:
         return replace(diagnosis, remaining=of_pieces, hypothesis=None)
     return answer
+
+
+def _predicts_whole_records(diagnosis: Diagnosis) -> bool:
+    """Whether the errors of whole held-out records, with each record's own trim, are near the sensors' noise too: over
+    a piece a faint force makes less of them."""
+    sds = diagnosis.noise["sensor_sd"]
+    return all(g.own_after <= WHOLE * sds[c] for c, g in diagnosis.gain.items() if c in sds)
 
 
 def _moved(base: Model, model: Model) -> int:
@@ -277,7 +288,7 @@ class _Beside:
 
         Eq. 14 of docs/mathematics/pieces.md.
         """
-        return np.sqrt((LITTLE * self.runs.motion) ** 2 + _no_matter(self.runs))
+        return np.sqrt((LITTLE * self.runs.motion) ** 2 + self.runs.no_matter)
 
     def rules(self, fitted: Fitted, most: int) -> Rules:
         """Those of a selection from a fit; most : forces that may enter where it leaves errors that matter."""
@@ -383,27 +394,6 @@ def _refitted(base: _Beside, rest: Remainder) -> Remainder:
     return _refined(whole, base.flows)
 
 
-def _no_matter(runs: FreeRuns) -> np.ndarray:
-    """Squared errors (C,) of the sensors' noise and of what counts as none."""
-    return NOISE * runs.noise + runs.floor**2
-
-
-def _relative_excess(runs: FreeRuns, fitted: Fitted) -> float:
-    """Mean squared error of left-out pieces beyond noise and what counts as none, as a share of the motion squared, the
-    sum over channels."""
-    excess = np.maximum(mean_squares(runs, fitted.left_out) - _no_matter(runs), 0.0)
-    return float(np.sum(excess / runs.motion**2))
-
-
-def _share(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
-    """Share of the squared error of left-out pieces beyond noise that a fit takes off.
-
-    Eq. 13 of docs/mathematics/pieces.md.
-    """
-    taken = np.sum(mean_squares(runs, before.left_out - after.left_out) / runs.motion**2)
-    return float(np.clip(taken / max(_relative_excess(runs, before), 1e-12), 0.0, 1.0))
-
-
 # ---- what is told
 def _told(
     before: Diagnosis,
@@ -416,11 +406,13 @@ def _told(
 ) -> Diagnosis:
     """The diagnosis with forces that were selected; the one before where these worsen held-out records."""
     diagnosis = _without_biases(diagnosis, {rest.forces.forces[c.id].axis for c in rest.selection.candidates})
-    share = _share(rest.runs, rest.selection.base, rest.selection.final)
-    in_time = any("time" in rest.forces.forces[c.id].shape.depends_on for c in rest.selection.candidates)
+    share = rest.runs.share_taken(rest.selection.base, rest.selection.final)
+    forces = [rest.forces.forces[c.id] for c in rest.selection.candidates]
+    in_time = any("time" in force.shape.depends_on for force in forces)
     if share < (MOST_OF_IT if in_time else TAKEN_OFF):
         return before
-    for time_too in (True, False) if in_time else (True,):
+    at_times = bool(held_out) and any(force.begins for force in forces)  # of held-out records, too
+    for time_too in (True, False) if in_time and not at_times else (True,):
         plain = _with_forces(diagnosis, start, rest, time_too, records, held_out, options)
         if not _errs_more(before, plain, in_time and time_too):
             break
@@ -496,11 +488,11 @@ def _instruments(rest: Remainder, one: Entered) -> dict[str, float]:
 
 def _force(rest: Remainder, one: Entered, extends: bool) -> RemainingForce:
     force, runs = rest.forces.forces[one.candidate.id], rest.runs
-    share = _share(runs, rest.selection.base, rest.selection.final) if len(rest.selection.entered) == 1 else None
+    share = runs.share_taken(rest.selection.base, rest.selection.final) if len(rest.selection.entered) == 1 else None
     fits = rest.selection.base, rest.selection.final
     gain = _gain(runs, *(mean_squares(runs, f.left_out) for f in fits))
     said = force.text
-    if share is not None:
+    if share is not None and np.sum(runs.excess(rest.selection.base)) > FAINTEST:
         said += f"; it takes {100.0 * share:.0f} % off the squared error of left-out pieces"
     reading, following = reading_of(force)
     sizes = tuple(_sizes(rest, one))
@@ -521,7 +513,7 @@ def _gain(runs: FreeRuns, before: np.ndarray, after: np.ndarray) -> dict[str, tu
 def _events(now: _Beside, of_pieces: Sequence[Event]) -> tuple[RemainingForce, ...]:
     """Events as forces that are in no model."""
     runs, fitted = now.runs, now.plain
-    whole = _relative_excess(runs, fitted) or 1.0
+    whole = float(np.sum(runs.excess(fitted))) or 1.0
     out = []
     for event in of_pieces:
         taken = np.sum(mean_squares(runs, (event.before - event.after)[None]) / runs.motion**2)

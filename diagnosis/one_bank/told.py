@@ -10,7 +10,7 @@ import numpy as np
 
 from ...checks.result import Size
 from ...checks.tails import chi2_tail, student_tail
-from ...estimation.selection.selection import independent, mean_squares
+from ...estimation.selection.selection import independent
 from ...models.coefficient_groups import grown, stated_groups, with_values
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, extension_of
@@ -181,15 +181,13 @@ def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[s
 
     Eq. 13 of docs/mathematics/pieces.md.
     """
-    runs = choice.runs
-    before, after = (mean_squares(choice.runs, f.left_out) for f in (choice.selection.base, choice.selection.final))
-    worst = float(np.max(np.sqrt(after) / runs.motion))
-    said = f"free runs of left-out pieces err by {100.0 * worst:.2g} % of the motion in the worst channel"
+    runs, before, after = choice.runs, choice.selection.base, choice.selection.final
+    worst = float(np.sqrt(np.max(runs.excess(after))))
+    said = f"free runs of left-out pieces err by {100.0 * worst:.2g} % of the motion, beyond the sensors' noise"
     if not findings:
         return ("unexplained", f"{said}, and nothing in the bank explains it") if worst > LARGE else ("adequate", said)
-    taken = float(np.sum((before - after) / runs.motion**2))
-    share = taken / max(float(np.sum(np.maximum(before - runs.floor**2, 0.0) / runs.motion**2)), 1e-12)
-    said = f"what is named takes {100.0 * min(max(share, 0.0), 1.0):.0f} % off the squared error of free runs"
+    share = runs.share_taken(before, after)
+    said = f"what is named takes {100.0 * share:.0f} % off the squared error of free runs"
     if not exact and worst > LARGE and share < NAMED:
         return ("partly_named" if share > PARTLY else "unexplained"), said
     ties = [f for f in findings if f.tied_with or "would do as well" in f.details]

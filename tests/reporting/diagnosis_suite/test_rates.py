@@ -10,6 +10,8 @@ from helmbench.bench.store import Store, frames
 from helmbench.models.errors import BadInput
 from helmbench.reporting.diagnosis_suite import page, rates
 
+WHICH = ("before", "after", "truth")
+
 
 def board_of(runs):
     return rates.build(*frames(runs, kind_of(DIAGNOSIS).tables))
@@ -72,10 +74,18 @@ def test_descriptions_are_counted(case_of):
     described."""
     unknown = {"group": "anticipated", "injected": "harmonic", "strength": "largest", "outcome": "unexplained"}
     clean = {"group": "null", "injected": "", "strength": "none", "outcome": "adequate", "detectable": None}
-    before = {"rmse_before_heading_rad": 1.0}
+
+    def errors(heading, rate):
+        """Before and after, of a heading of which the true ship leaves .01 rad and a yaw rate of which it leaves 1e-3
+        rad/s."""
+        channels = {"heading_rad": (*heading, 0.01), "yaw_rate_rad_s": (*rate, 1e-3)}
+        whole = {c: channels.get(c, (1.0, 1.0, 1.0)) for c in rates.GAIN_CHANNELS}
+        return {f"rmse_{w}_{c}": x for c, each in whole.items() for w, x in zip(WHICH, each, strict=True)}
+
+    of_rate, of_heading = errors((0.02, 0.02), (0.03, 0.001)), errors((0.2, 0.15), (0.002, 0.001))
     board = board_of([
-        case_of(seed=1, **unknown, **before, rmse_after_heading_rad=0.4, described="heading", right_variable=True),
-        case_of(seed=2, **unknown, **before, rmse_after_heading_rad=0.9, described="time", right_variable=False),
+        case_of(seed=1, **unknown, **of_rate, described="heading", right_variable=True),
+        case_of(seed=2, **unknown, **of_heading, described="time", right_variable=False),
         case_of(seed=3, **clean, described=""),
         case_of(seed=4, **clean, described="speed"),
     ])  # fmt: skip
