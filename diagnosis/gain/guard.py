@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.columns import POSITIONS
+from ..free_runs.units import FLOOR
 
 if TYPE_CHECKING:
     from ..result import Diagnosis
@@ -39,22 +40,37 @@ def training_errors(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
 
 
 def worsens(said: Diagnosis) -> bool:
-    """Whether some channel of the held-out records is predicted worse, also with each record's own trim (the positions
-    together: how their axes are turned is arbitrary); or the motion of these or of whole training records clearly worse
-    without it, in the mean over channels."""
+    """Whether some channel of the held-out records is predicted worse, also with each record's own trim; or the motion
+    of these or of whole training records clearly worse without it, in the mean over channels.
+
+    Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and they sum up what
+    the speed and the heading show.
+    """
     blind = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
     own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
     if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training_errors(said))):
         return True
-    pairs = zip(_with_one_position(blind), _with_one_position(own), strict=True)
+    pairs = [(blind[c], own[c]) for c in said.gain if c not in POSITIONS]
+    places = [c for c in said.gain if c in POSITIONS]
+    if places:
+        pairs.append((_distances(blind, places), _distances(own, places, _place_floor(said))))
     return any(all(after > WORSE * before for before, after in pair) for pair in pairs)
 
 
-def _with_one_position(errors: Mapping[str, tuple[float, float]]) -> list[tuple[float, float]]:
-    """Errors before and after of channels, those of the positions as one distance."""
-    places = [pair for c, pair in errors.items() if c in POSITIONS]
-    before, after = (float(np.hypot.reduce([pair[i] for pair in places])) for i in (0, 1))
-    return [*(pair for c, pair in errors.items() if c not in POSITIONS), *([(before, after)] if places else [])]
+def _distances(
+    errors: Mapping[str, tuple[float, float]], places: Sequence[str], least: float = 0.0
+) -> tuple[float, float]:
+    """Errors of positions before and after as one distance, m, no smaller than the least."""
+    before, after = (max(float(np.hypot.reduce([errors[c][i] for c in places])), least) for i in (0, 1))
+    return before, after
+
+
+def _place_floor(said: Diagnosis) -> float:
+    """Error of the position, m, that counts as none: that of a speed which does, over the way of the held-out runs."""
+    runs = [[t.measured[c] for c in POSITIONS if c in t.measured] for t in said.traces if t.role == "held_out"]
+    known = [[track[np.isfinite(track)] for track in tracks] for tracks in runs]
+    ways = [np.hypot.reduce([np.ptp(track) for track in tracks if track.size]) for tracks in known]
+    return FLOOR["u"] * float(np.mean(ways)) if ways else 0.0
 
 
 def _motion_fall(errors: Mapping[str, tuple[float, float]]) -> float:
