@@ -39,12 +39,12 @@ from ...estimation.selection.selection import (
     with_only,
 )
 from ...models.extend import extended
-from ...models.instruments import combined
+from ...models.instruments import RUDDER, combined
 from ..causes.base import Cause
 from ..causes.registry import causes
 from ..gain.guard import CLEARLY, log_fall, training_errors
 from ..gain.runs import with_runs
-from ..report.bank import demoted
+from ..report.bank import BY_FREE_RUNS, demoted
 from ..result import RemainingForce
 from .catalogue import FLOWS
 from .curve import curve_of
@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.number import Candidate, Number
     from ...models.model import Model
+    from ..free_runs.bank import Bank
     from ..free_runs.problem import FreeRuns
     from ..options import Options
     from ..prepared import Prepared
@@ -137,9 +138,14 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter)) and _predicts_whole_records(diagnosis):
         return diagnosis  # the sensors' noise is all that is left
     beside_base = now if model is base else _Beside.of(base, train, options, flows)
+    bases = [(_without_named(diagnosis, now.runs.bank, flows), beside_base)]
+    if steering := {*instruments} & {*RUDDER}:
+        rest_of = {name: x for name, x in instruments.items() if name not in steering}
+        bare = _Beside.of(base, [corrected(record, rest_of) for record in records.train], options, flows)
+        bases = [(_without_named(diagnosis, now.runs.bank, flows, steering), bare), *bases]
     answer = diagnosis
-    for of_model, rest in _explanations(now, beside_base, wide):
-        rival, start = (diagnosis, model) if of_model else (_without_hull(diagnosis), base)
+    for rival, rest in _explanations((diagnosis, now), bases, wide):
+        start = model if rival is diagnosis else base
         answer = _told(diagnosis, rival, start, rest, records, held_out, options)
         if answer is not diagnosis:
             break
@@ -159,23 +165,42 @@ def _predicts_whole_records(diagnosis: Diagnosis) -> bool:
 
 
 def _moved(base: Model, model: Model) -> int:
-    """How many of the base model's coefficients differ in a model."""
-    other = dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
-    return sum(other.get(name, x) != x for name, x in zip(base.coordinates, base.coefficients.tolist(), strict=True))
+    """How many of a model's coefficients differ from those of the base model, or are none of it."""
+    known = dict(zip(base.coordinates, base.coefficients.tolist(), strict=True))
+    return sum(known.get(name) != x for name, x in zip(model.coordinates, model.coefficients.tolist(), strict=True))
 
 
-def _explanations(now: _Beside, base: _Beside, wide: bool) -> Iterator[tuple[bool, Remainder]]:
-    """Whether beside the model that the diagnosis has told, and forces, the preferred first: few forces beside the base
-    alone, where they take the place of what is named of the hull; forces beside the model's own numbers."""
-    few = _alone(base, wide)
+def _explanations(
+    named: tuple[Diagnosis, _Beside], bases: Sequence[tuple[Diagnosis, _Beside]], wide: bool
+) -> Iterator[tuple[Diagnosis, Remainder]]:
+    """What is told beside forces, and these, the preferred first: few forces beside the base alone, where they take the
+    place of what is named of the hull and the rudder; forces beside the model's own numbers.
+
+    named : the diagnosis, and free runs of the model that it has told.  bases : the base model's, the fewest names
+    first.
+    """
+    now, ((rival, base), few) = named[1], _fewest(bases, wide)
     simple = few is not None and len(few.selection.entered) == 1 and not base.leaves(few.fitted)
     rest = None if simple else _beside_numbers(now)
     same_alone = _refitted(base, rest) if rest is not None and few is None else None
     for one in (one for one in (few, same_alone) if one is not None):
         if _takes_the_place(base, one, None if wide else now.plain) and not (rest and _preferred(rest, one)):
-            yield False, one
+            yield rival, one
     if rest is not None:
-        yield True, rest
+        yield named[0], rest
+
+
+def _fewest(
+    bases: Sequence[tuple[Diagnosis, _Beside]], wide: bool
+) -> tuple[tuple[Diagnosis, _Beside], Remainder | None]:
+    """The free runs with the fewest names beside which forces predict left-out pieces no worse than beside more, and
+    these forces."""
+    alone = [_alone(base, wide) for _, base in bases]
+    for side, few in zip(bases, alone, strict=True):
+        others = [other for other in alone if other is not None]
+        if few is not None and not any(_surely_worse(few.runs, few.fitted, o.fitted, CLEAR) for o in others):
+            return side, few
+    return bases[-1], alone[-1]
 
 
 def _preferred(rest: Remainder, alone: Remainder) -> bool:
@@ -210,14 +235,22 @@ def _share_of(diagnosis: Diagnosis) -> float:
     return max((1.0 if force.share is None else force.share for force in diagnosis.remaining), default=0.0)
 
 
-def _of_hull(name: str) -> bool:
-    entry = causes().get(name)
-    return isinstance(entry, Cause) and entry.describes_hull
+def _of_hull(diagnosis: Diagnosis) -> set[str]:
+    """Causes (ids) that describe the hull, of those that are named."""
+    entries = {f.cause: causes().get(f.cause) for f in diagnosis.causes}
+    return {name for name, entry in entries.items() if isinstance(entry, Cause) and entry.describes_hull}
 
 
-def _without_hull(diagnosis: Diagnosis) -> Diagnosis:
-    """The diagnosis without causes of the hull, and without what the model's own numbers explain."""
-    return without_causes(diagnosis, {f.cause for f in diagnosis.causes if _of_hull(f.cause)})
+def _without_named(
+    diagnosis: Diagnosis, bank: Bank, flows: Collection[str], without: Collection[str] = ()
+) -> Diagnosis:
+    """The diagnosis without causes of the hull, and without what free runs have named that neither instruments nor
+    records' own flows hold; without : instruments, too."""
+    kept = {name: x for name, x in diagnosis.extended.instruments.items() if name not in without}
+    held = {bank.cause_of(c) for c in bank.candidates for n in c.names if {*bank.places[n].entries} & {*kept}}
+    by_runs = {f.cause for f in diagnosis.causes if f.stage == BY_FREE_RUNS and f.cause not in flows}
+    left = without_causes(diagnosis, _of_hull(diagnosis) | (by_runs - held))
+    return replace(left, extended=replace(diagnosis.extended, instruments=kept))
 
 
 def without_causes(diagnosis: Diagnosis, ids: Collection[str]) -> Diagnosis:
@@ -418,13 +451,15 @@ def _told(
             break
     else:
         return before
+    if not any(force.extended for force in plain.remaining) and _held_out_fall(before) >= CLEARLY:
+        plain = replace(before, remaining=plain.remaining, hypothesis=None)  # forces in no model leave it as it is
     remaining = plain.remaining
-    if not diagnosis.causes or diagnosis.verdict in ("unexplained", "partly_named"):
-        said = f"no known cause explains what remains, but it is described: {remaining[0].text}"
-        named = diagnosis.verdict == "partly_named" and diagnosis.causes
-        without = plain if named else _without_hull(plain)
-        return replace(without, verdict="partly_named" if named else "described", reason=said)
-    return plain
+    if plain.causes and plain.verdict not in ("unexplained", "partly_named"):
+        return plain
+    said = f"no known cause explains what remains, but it is described: {remaining[0].text}"
+    named = plain.verdict == "partly_named" and plain.causes
+    without = plain if named else without_causes(plain, _of_hull(plain))
+    return replace(without, verdict="partly_named" if named else "described", reason=said)
 
 
 def _with_forces(
@@ -445,8 +480,7 @@ def _with_forces(
     entered = [(one, rest.forces.forces[one.candidate.id]) for one in rest.selection.entered]
     remaining = tuple(_force(rest, one, extends(one, force)) for one, force in entered)
     own = [one for one, force in entered if extends(one, force)]
-    of_hull = any(_of_hull(f.cause) for f in diagnosis.causes)  # their fit holds where no force is a term
-    model = _extended(start, rest, own) if own else diagnosis.extended if of_hull else start
+    model = _extended(start, rest, own) if own else start
     drifts = {n: x for one in own for n, x in _instruments(rest, one).items()}
     model = replace(model, instruments=combined(diagnosis.extended.instruments, drifts))
     return with_runs(
@@ -469,10 +503,16 @@ def _errs_more(before: Diagnosis, after: Diagnosis, in_time: bool) -> bool:
     told_train = {c: error for c, (_, error) in training_errors(before).items()}
     held_out = _motion({c: (told_gain.get(c, g.own_before), g.own_after) for c, g in after.gain.items()})
     train = _motion({c: (told_train.get(c, old), new) for c, (old, new) in training_errors(after).items()})
-    least = CLEARLY if in_time else 0.0
-    if worsens(after) or log_fall(*train) <= 0.0:
+    if worsens(after) or log_fall(*train) <= 0.0 or log_fall(*held_out) < 0.0:
         return True
-    return log_fall(*held_out) < least if after.gain else in_time
+    by_force = _held_out_fall(after) if len(after.causes) < len(before.causes) else log_fall(*held_out)
+    return in_time and by_force < CLEARLY
+
+
+def _held_out_fall(diagnosis: Diagnosis) -> float:
+    """Fall of the logarithm of the error of held-out records from the base model to the extended one, each record with
+    its own trim; 0 without these."""
+    return log_fall(*_motion({c: (g.own_before, g.own_after) for c, g in diagnosis.gain.items()}))
 
 
 def _motion(errors: Mapping[str, tuple[float, float]]) -> list[dict[str, float]]:
