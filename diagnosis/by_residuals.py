@@ -100,7 +100,7 @@ def concluded(
     state = _without(state, weak)
     kept = _without(state, [cause for cause in state.causes if cause in without_gain])
     refused = _why(without_gain, PREDICTS_WORSE)
-    left = selected.left if selected.left is not None else _what_looks_like(refused, state)
+    left = _what_looks_like(refused, state) or selected.left
     immaterial = _why(selected.small, SMALL) | _why(weak, IN_NOISE)
     own = [f for f in findings_of(state, refused, rng) if f.cause not in immaterial]
     every = [*(of_fault(f) for f in records.faults), *records.findings, *own]

@@ -202,9 +202,15 @@ def grown(model: Model, groups: Iterable[Group]) -> Model:
 
 
 def _matched(numbers: Mapping[str, Stated], values: Mapping[str, float]) -> dict[str, tuple[Stated, float]]:
-    """What is stated of every value whose name matches, and the value; of a zero, that of the number it is like."""
+    """What is stated of every value whose name matches, and the value that it is a share of: its own; that of the
+    number it is one `of`; of a zero, that of the number it is `like`."""
+
+    def whole(stated: Stated, value: float) -> float:
+        other = stated if isinstance(stated, dict) else {}
+        return values[other["of"]] if "of" in other else value or values.get(other.get("like", ""), 0.0)
+
     return {
-        name: (stated, value or (values.get(stated.get("like", ""), 0.0) if isinstance(stated, dict) else value))
+        name: (stated, whole(stated, value))
         for pattern, stated in numbers.items()
         for name, value in values.items()
         if re.fullmatch(pattern, name)

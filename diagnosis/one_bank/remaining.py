@@ -315,21 +315,22 @@ class _Beside:
         numbers = {n.name: n for n in (*self.flows, *(n for c in candidates for n in c.numbers))}
         return minimise(self.runs, tuple(numbers.values()), self.plain.point.values, self.plain.point.own)
 
-    @property
-    def enough(self) -> np.ndarray:
-        """Root mean square errors (C,) of left-out pieces below which no more than one force is looked for.
-
-        Eq. 14 of docs/mathematics/pieces.md.
-        """
-        return np.sqrt((LITTLE * self.runs.motion) ** 2 + self.runs.no_matter)
-
     def rules(self, fitted: Fitted, most: int) -> Rules:
         """Those of a selection from a fit; most : forces that may enter where it leaves errors that matter."""
-        return replace(RULES, enough=self.enough, most=most) if self.leaves(fitted) else FAINT
+        return replace(RULES, enough=_enough(self.runs), most=most) if self.leaves(fitted) else FAINT
 
     def leaves(self, fitted: Fitted) -> bool:
         """Whether a fit leaves errors that matter."""
-        return not is_enough(self.runs, fitted, self.enough)
+        return not is_enough(self.runs, fitted, _enough(self.runs))
+
+
+def _enough(runs: FreeRuns) -> np.ndarray:
+    """Root mean square errors (C,) of left-out pieces below which no more than one force is looked for, and one in time
+    of every record has to return in held-out ones.
+
+    Eq. 14 of docs/mathematics/pieces.md.
+    """
+    return np.sqrt((LITTLE * runs.motion) ** 2 + runs.no_matter)
 
 
 def _beside_numbers(now: _Beside) -> Remainder | None:
@@ -440,12 +441,13 @@ def _told(
     """The diagnosis with forces that were selected; the one before where these worsen held-out records."""
     diagnosis = _without_biases(diagnosis, {rest.forces.forces[c.id].axis for c in rest.selection.candidates})
     share = rest.runs.share_taken(rest.selection.base, rest.selection.final)
-    forces = [rest.forces.forces[c.id] for c in rest.selection.candidates]
-    in_time = any("time" in force.shape.depends_on for force in forces)
+    entered = [(c, rest.forces.forces[c.id]) for c in rest.selection.candidates]
+    in_time = any("time" in force.shape.depends_on for _, force in entered)
     if share < (MOST_OF_IT if in_time else TAKEN_OFF):
         return before
-    at_times = bool(held_out) and any(force.begins for force in forces)  # of held-out records, too
-    for time_too in (True, False) if in_time and not at_times else (True,):
+    of_every_record = any(force.begins or drift_of(rest.runs.places, c) for c, force in entered)
+    to_return = of_every_record and bool(held_out) and is_enough(rest.runs, rest.selection.base, _enough(rest.runs))
+    for time_too in (True, False) if in_time and not to_return else (True,):
         plain = _with_forces(diagnosis, start, rest, time_too, records, held_out, options)
         if not _errs_more(before, plain, in_time and time_too):
             break

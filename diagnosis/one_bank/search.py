@@ -161,10 +161,14 @@ def interval_factor(runs: FreeRuns) -> float:
 
 
 def _may_be_none(choice: Choice, one: Entered) -> bool:
-    """Whether the intervals of all numbers of a candidate beside uncertain ones hold zero."""
+    """Whether the intervals of all numbers of a candidate beside uncertain ones, or of a fault that is no flow of two
+    components, hold zero."""
+    of_fault = one.candidate.rank == INPUT and choice.bank.cause_of(one.candidate) not in FLOWS
+    if choice.few is None and not of_fault:
+        return False
     final = choice.selection.final
     halves = half_intervals(choice.runs, final, choice.beside)
-    return choice.few is not None and all(abs(final.value(n)) <= halves[n] for n in one.candidate.names)
+    return all(abs(final.value(n)) <= halves[n] for n in one.candidate.names)
 
 
 def _matters(choice: Choice, one: Entered) -> bool:

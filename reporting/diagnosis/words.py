@@ -138,7 +138,7 @@ def remaining(force: RemainingForce) -> str:
 def _wrong_groups(findings: Sequence[Finding]) -> list[str]:
     """Groups of the base model's own numbers that are named, by their short titles."""
     titles = [title.partition(" (")[0] for f in findings for title in f.details.get("groups", ())]
-    return titles or (["numbers of its own"] if findings else [])
+    return titles or (["parameters of the model"] if findings else [])
 
 
 def verdict(diagnosis: Diagnosis) -> str:

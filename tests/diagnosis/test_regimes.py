@@ -37,9 +37,8 @@ def test_a_rudder_that_loses_force_beyond_an_angle_is_located(rng, tmp_path):
         if len(regimes) != 1 or len(regimes[0].sizes) != 1:
             return False
         regime, (size,) = regimes[0].details["regime"], regimes[0].sizes
-        outcomes.append((found, regime, size))
         where = regime["variable"], regime["side"], regime["group"]
-        return (
+        right = (
             where == ("rudder", "above", "turning_gain")
             and regime["low"] < regime["threshold"] < regime["high"]
             and abs(regime["threshold"] - 0.23) < 0.06  # the rudder moves .04 rad a sample
@@ -47,12 +46,14 @@ def test_a_rudder_that_loses_force_beyond_an_angle_is_located(rng, tmp_path):
             and size.low < size.value < size.high
             and regime_scores(found, case)["regime_f1"] > 0.8
             and found.gain["heading_rad"].rmse_after < 0.5 * found.gain["heading_rad"].rmse_before
+            and healthy_bias(found, resolve("cargo"), frozenset({"turning_gain"})) < 0.1
         )
+        outcomes.extend([(found, regime, size)] if right else [])
+        return right
 
     assert passes(located, 0.6)
     found, regime, size = outcomes[-1]
     assert f"{100 * size.value:+.0f} % beyond {np.rad2deg(regime['threshold']):.3g} deg of rudder" in verdict(found)
-    assert healthy_bias(found, resolve("cargo"), frozenset({"turning_gain"})) < 0.1
     model_to_json(found.extended, tmp_path / "extended.json")
     inputs, start = np.full((100, 1), 0.3), initial_state(found.extended)
     runs = [simulate(m, inputs, 1.0, start) for m in (found.extended, resolve(tmp_path / "extended.json"))]

@@ -69,7 +69,7 @@ def test_coefficients_are_wrong_and_not_lacking():
     own = replace(found.causes[0], cause="base_coefficients", sizes=(Size("K", 0.1, 0.09, 0.11, "1/s"),))
     told = words.verdict(replace(found, causes=(own, *found.causes)))
     percent = 100.0 * (0.1 / found.model.parameters["K"] - 1.0)
-    expected = f"The simulation has wrong numbers of its own (K {percent:+.0f} %) and lacks rudder offset ("
+    expected = f"The simulation has wrong parameters of the model (K {percent:+.0f} %) and lacks rudder offset ("
     assert told.startswith(expected)
     tied = replace(own, tied_with=("rudder_effectiveness",))
     assert words.verdict(replace(found, causes=(tied,))).startswith(
