@@ -27,7 +27,6 @@ from ...estimation.selection.selection import (
     with_only,
 )
 from ..causes.base import Cause
-from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
 from ..free_runs.units import REFERENCE_S
 from .catalogue import DELAY, FLOWS, FORCE, INPUT
@@ -103,8 +102,8 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     few, runs = choice.few, choice.runs
     if few is None:
         return None
-    everywhere = [e for e in few.entered if {*e.candidate.names} <= runs.places.keys()]
-    own = [e for e in everywhere if choice.bank.cause_of(e.candidate) == BaseCoefficients.id]
+    uncertain = {n.name for n in choice.bank.own}  # a slip is wrong alone, or not at all
+    own = [e for e in few.entered if {*e.candidate.names} <= uncertain]
     whole = _taken(runs, few.base, choice.selection.final)
     alone = [with_only(runs, few, [one]) for one in own]
     shares = [_taken(runs, few.base, one.final) / whole for one in alone]
@@ -161,10 +160,10 @@ def interval_factor(runs: FreeRuns) -> float:
 
 
 def _may_be_none(choice: Choice, one: Entered) -> bool:
-    """Whether the intervals of all numbers of a candidate beside uncertain ones, or of a fault that is no flow of two
-    components, hold zero."""
-    of_fault = one.candidate.rank == INPUT and choice.bank.cause_of(one.candidate) not in FLOWS
-    if choice.few is None and not of_fault:
+    """Whether the intervals of all numbers of a candidate beside uncertain ones, or of a fault that has another size in
+    each record, hold zero."""
+    of_records = len({choice.bank.places[n].record for n in one.candidate.names}) > 1
+    if choice.few is None and (not of_records or choice.bank.cause_of(one.candidate) in FLOWS):
         return False
     final = choice.selection.final
     halves = half_intervals(choice.runs, final, choice.beside)
