@@ -20,53 +20,66 @@ def _between(u0, u1, part, u):
         u[i] = u0[i] + part * (u1[i] - u0[i])
 
 
-@njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1, A1, A1, A1), **JIT, **BORROWED)
-def rk4_sample(rhs_lanes, x, u0, u1, numbers, dt, substeps, rate, total, probe, u):
-    """Advance x (n*W,) in place over one sample, the inputs (nu*W,) linear from u0 to u1; the rest is working space."""
+@njit(inline="always")
+def _ahead(x, h, rate, probe):
+    for i in range(x.size):
+        probe[i] = x[i] + h * rate[i]
+
+
+@njit(types.void(RHS, A1, A1, A1, A1, f8, i8, A1), **JIT, **BORROWED)
+def rk4_sample(rhs_lanes, x, u0, u1, numbers, dt, substeps, work):
+    """Advance x (n*W,) in place over one sample, the inputs (nu*W,) linear from u0 to u1; work has 5 n*W + nu*W
+    elements."""
     n, nu, h = x.size, u0.size, dt / substeps
+    first, second, third, last = work[:n], work[n : 2 * n], work[2 * n : 3 * n], work[3 * n : 4 * n]
+    probe, u = work[4 * n : 5 * n], work[5 * n : 5 * n + nu]
     for i in range(nu):
         u[i] = u0[i]
     for s in range(substeps):
-        for stage in range(3):
-            if stage == 1:
-                _between(u0, u1, (s + 0.5) / substeps, u)
-            if stage == 0:
-                rhs_lanes(x, u, numbers, rate)
-                for i in range(n):
-                    total[i] = x[i] + h / 6.0 * rate[i]
-                    probe[i] = x[i] + 0.5 * h * rate[i]
-            else:
-                rhs_lanes(probe, u, numbers, rate)
-                ahead = h if stage == 2 else 0.5 * h
-                for i in range(n):
-                    total[i] += h / 3.0 * rate[i]
-                    probe[i] = x[i] + ahead * rate[i]
+        rhs_lanes(x, u, numbers, first)
+        _ahead(x, 0.5 * h, first, probe)
+        _between(u0, u1, (s + 0.5) / substeps, u)
+        rhs_lanes(probe, u, numbers, second)
+        _ahead(x, 0.5 * h, second, probe)
+        rhs_lanes(probe, u, numbers, third)
+        _ahead(x, h, third, probe)
         _between(u0, u1, (s + 1.0) / substeps, u)
-        rhs_lanes(probe, u, numbers, rate)
+        rhs_lanes(probe, u, numbers, last)
         for i in range(n):
-            x[i] = total[i] + h / 6.0 * rate[i]
+            x[i] += h / 6.0 * (first[i] + 2.0 * (second[i] + third[i]) + last[i])
 
 
-@njit(types.void(RHS, A1, A2, A1, f8, i8, A3), **JIT)
-def open_loop(rhs_lanes, x0, inputs, numbers, dt, substeps, states):
-    """RK4 along given inputs (N+1, nu*W) from x0 (n*W,); the states (R, N+1, n) of the first R runs are filled."""
-    size, x = x0.size, x0.copy()
+@njit(inline="always")
+def _keep(x, k, width, states):
+    """The states x (n*W,) of the first R of W runs as sample k of states (R, N+1, n)."""
     runs, samples, n = states.shape
-    width = size // n
-    rate, total, probe, u = np.empty(size), np.empty(size), np.empty(size), np.empty(inputs.shape[1])
-    for k in range(samples):
-        if k:
-            rk4_sample(rhs_lanes, x, inputs[k - 1], inputs[k], numbers, dt, substeps, rate, total, probe, u)
-        for j in range(runs):
-            for i in range(n):
-                states[j, k, i] = x[i * width + j]
+    flat = states.reshape(states.size)
+    for j in range(runs):
+        first = (j * samples + k) * n
+        for i in range(n):
+            flat[np.uint64(first + i)] = x[np.uint64(i * width + j)]
+
+
+@njit(types.void(RHS, A1, A2, A1, f8, i8, A1, A3), **JIT)
+def open_loop(rhs_lanes, x0, inputs, numbers, dt, substeps, work, states):
+    """RK4 along given inputs (N+1, nu*W) from x0 (n*W,); the states (R, N+1, n) of the first R runs are filled.
+
+    work has 6 n*W + nu*W elements.
+    """
+    x, rest = work[: x0.size], work[x0.size :]
+    x[:] = x0
+    width = x.size // states.shape[2]
+    _keep(x, 0, width, states)
+    for k in range(1, states.shape[1]):
+        rk4_sample(rhs_lanes, x, inputs[k - 1], inputs[k], numbers, dt, substeps, rest)
+        _keep(x, k, width, states)
 
 
 @njit(types.void(RHS, A1, A2, A1, A1, A2, I1, f8, i8, A3), **JIT)
 def in_regimes(rhs_lanes, x0, inputs, numbers, inside, gates, place, dt, substeps, states):
     """`open_loop` with numbers `inside` in a regime of each lane, gates (W, 4), and `numbers` outside."""
     size, x = x0.size, x0.copy()
-    runs, samples, n = states.shape
+    samples, n = states.shape[1:]
     width, h = size // n, dt / substeps
     rate, other, total, probe = np.empty(size), np.empty(size), np.empty(size), np.empty(size)
     u = np.empty(inputs.shape[1])
@@ -95,23 +108,22 @@ def in_regimes(rhs_lanes, x0, inputs, numbers, inside, gates, place, dt, substep
                     total[i] = x[i] + weight * rate[i] if stage == 0 else total[i] + weight * rate[i]
             for i in range(size):
                 x[i] = total[i]
-        for j in range(runs):
-            for i in range(n):
-                states[j, k, i] = x[i * width + j]
+        _keep(x, k, width, states)
 
 
-@njit(types.void(RHS, A1, A2, A1, f8, i8, b1, I1, A2, A2, i8, i8, A2, A2, A2), **JIT)
+@njit(types.void(RHS, A1, A2, A1, f8, i8, b1, I1, A2, A2, i8, i8, A1, A2, A2, A2), **JIT)
 def closed_loop(
-    rhs_lanes, x0, inputs, numbers, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, states, order, rudder
+    rhs_lanes, x0, inputs, numbers, dt, substeps, explicit, kind, reference, setting, i_psi, i_r, work, states, order,
+    rudder,
 ):  # fmt: skip
     """`drivers.closed_loop` for W runs with ideal linkages, each with a helmsman of its own.
 
     kind (W,), reference (N+1, W), setting (10, W) as there; states (N+1, n*W), order and rudder (N+1, W) and the
-    rudder's columns of inputs (N+1, nu*W) are filled.
+    rudder's columns of inputs (N+1, nu*W) are filled.  work has 6 n*W + nu*W elements.
     """
     width, last = kind.size, states.shape[0] - 1
-    n, x = x0.size, x0.copy()
-    rate, total, probe, u = np.empty(n), np.empty(n), np.empty(n), np.empty(inputs.shape[1])
+    n, x, rest = x0.size, work[: x0.size], work[x0.size :]
+    x[:] = x0
     command, side, running = np.zeros(width), setting[3].copy(), np.zeros(width, np.bool_)
     start = x0[i_psi * width : (i_psi + 1) * width].copy()
     execute, amplitude, check, lag, rates = setting[0], setting[1], setting[2], setting[4], setting[5]
@@ -133,9 +145,9 @@ def closed_loop(
             rudder[k + 1, j] = steer(rudder[k, j], command[j], dt, lag[j], rates[j], limit[j])
             inputs[k + 1, j] = rudder[k + 1, j]
         if explicit:
-            rhs_lanes(x, inputs[k], numbers, rate)
+            rhs_lanes(x, inputs[k], numbers, rest[:n])
             for i in range(n):
-                x[i] += dt * rate[i]
+                x[i] += dt * rest[i]
         else:
-            rk4_sample(rhs_lanes, x, inputs[k], inputs[k + 1], numbers, dt, substeps, rate, total, probe, u)
+            rk4_sample(rhs_lanes, x, inputs[k], inputs[k + 1], numbers, dt, substeps, rest)
         states[k + 1] = x

@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from .regimes import Regime
 
 Array = NDArray[np.float64]
+LINE = 64
+"""Bytes of a line of the processor's cache."""
 
 
 @dataclass(frozen=True)
@@ -76,15 +78,16 @@ def open_loops(
     states = np.empty((len(u), samples, start.shape[1]))
     within = None if inside is None else _runs(inside, 2)
     gates, where = gates_of(regimes), places_of(kernels.STATES)
+    series, work = _aligned(samples * u.shape[2] * lanes).reshape(samples, -1), _work(kernels, u.shape[2])
     for first in range(0, len(u), lanes):
         pick = slice(first, first + lanes)
         if first + lanes > len(u):
             pick = np.minimum(np.arange(first, first + lanes), len(u) - 1)
-        series = np.ascontiguousarray(u[pick].transpose(1, 2, 0).reshape(samples, -1))
+        series.reshape(samples, -1, lanes)[:] = u[pick].transpose(1, 2, 0)
         numbers, begin = _numbers(kernels, _theta(model, sets[pick]), outside), start[pick].T.ravel()
         block = states[first : first + lanes]
         if within is None:
-            lane_drivers.open_loop(kernels.rhs_lanes, begin, series, numbers, dt, count, block)
+            lane_drivers.open_loop(kernels.rhs_lanes, begin, series, numbers, dt, count, work, block)
             continue
         other = _numbers(kernels, _theta(model, within[pick]), outside)
         lane_drivers.in_regimes(kernels.rhs_lanes, begin, series, numbers, other, gates[pick], where, dt, count, block)
@@ -140,7 +143,7 @@ def closed_loops(
         integrator == "euler", np.array([KINDS.index(control.kind) for control in steered]),
         np.column_stack([control.reference for control in steered]),
         np.column_stack([setting_of(control) for control in steered]),
-        model.states.index("psi"), model.states.index("r"), states, order, rudder,
+        model.states.index("psi"), model.states.index("r"), _work(kernels, len(kernels.INPUTS)), states, order, rudder,
     )  # fmt: skip
     return Runs(_by_run(states, lanes)[:runs], order.T[:runs], rudder.T[:runs])
 
@@ -169,9 +172,21 @@ def _theta(model: Model, sets: Array) -> Array:
 
 def _numbers(kernels: Kernels, theta: Array, outside: Array) -> Array:
     """The values that `rhs_lanes` takes, from the models' numbers and those of what is outside."""
-    numbers = np.empty(kernels.LANE_NUMBERS * kernels.LANES)
+    numbers = _aligned(kernels.LANE_NUMBERS * kernels.LANES)
     kernels.prepare_lanes(np.concatenate([theta, outside]), numbers)
     return numbers
+
+
+def _work(kernels: Kernels, inputs: int) -> Array:
+    """Working space of the drivers for a block with that many inputs a run."""
+    return _aligned((6 * len(kernels.STATES) + inputs) * kernels.LANES)
+
+
+def _aligned(size: int) -> Array:
+    """An array (size,) that begins with a line of the processor's cache: a vector of a block lies in one line."""
+    room = np.empty(size + LINE // 8 - 1)
+    first = -room.ctypes.data % LINE // 8
+    return room[first : first + size]
 
 
 def _by_run(block: Array, lanes: int) -> Array:
