@@ -83,8 +83,10 @@ def sentence(text: str) -> str:
 
 
 def tie(finding: Finding) -> str:
-    """The cause, with those that the records cannot distinguish from it."""
-    return " or ".join(map(cause, (finding.cause, *finding.tied_with)))
+    """The cause, or other values of groups of numbers, with causes that the records cannot distinguish from it."""
+    own = finding.cause == BaseCoefficients.id and finding.tied_with
+    first = f"other values of {in_line(_wrong_groups([finding]))}" if own else cause(finding.cause)
+    return f"{'either ' if finding.tied_with else ''}{' or '.join([first, *map(cause, finding.tied_with)])}"
 
 
 def detail(value: object) -> str:

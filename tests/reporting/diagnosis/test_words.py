@@ -73,7 +73,7 @@ def test_coefficients_are_wrong_and_not_lacking():
     assert told.startswith(expected)
     tied = replace(own, tied_with=("rudder_effectiveness",))
     assert words.verdict(replace(found, causes=(tied,))).startswith(
-        "The simulation lacks base coefficients or rudder e"
+        "The simulation lacks either other values of parameters of the model or rudder e"
     )
 
 
