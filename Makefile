@@ -95,7 +95,7 @@ bench: env
 
 # The README's picture of the leaderboard.
 board-picture: bench
-	$(BIN)/python -m helmbench.reporting.leaderboard.picture $(RESULTS) reports/leaderboard/quick.svg
+	$(BIN)/python -m helmbench.reporting.leaderboard.board $(RESULTS) reports/leaderboard/quick.svg
 
 # The published pages are replaced only when everything has been computed.
 reproduce: env

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA
-from ..estimation.methods_only.regression.observed import ObserverSetting, observed_samples, printed_samples
+from ..estimation.methods_only.regression.observed import observed_samples, printed_samples
 from ..estimation.methods_only.svr.regression import fit_svr, ls_svr, rw_ls_svr, stacked_rows
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.records.series import require
@@ -79,8 +79,7 @@ class EsoRwLssvr(Method):
             omega, parts = _aligned_rows(records, model, self.omega0)
             samples = [rows.parts for rows in parts]
         else:
-            setting = ObserverSetting(self.discretisation, self.b0)
-            omega, samples = observed_samples(records, model, self.omega0, setting)
+            omega, samples = observed_samples(records, model, self.omega0, self.discretisation, self.b0)
             parts = samples
         spacing = float(np.median(np.diff(samples[0].time_s)))
         rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)

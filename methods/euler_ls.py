@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -100,15 +100,8 @@ def _improved(parts: Sequence[RegressionSamples], model: Model, printed: bool) -
     return solution.coefficients, solution.covariance, solution.condition
 
 
-class Inertia(NamedTuple):
-    """The left side y = mass (k, k) @ accelerations + rest."""
-
-    mass: np.ndarray
-    inverse: np.ndarray
-
-
-def inertia(model: Model, part: RegressionSamples) -> Inertia:
-    """Inertia matrix of a 3-DOF model whose left side is proportional to the accelerations.
+def inertia(model: Model, part: RegressionSamples) -> tuple[np.ndarray, np.ndarray]:
+    """Inertia matrix (k, k) and its inverse, of a 3-DOF model whose left side is proportional to the accelerations.
 
     Raises
     ------
@@ -127,7 +120,7 @@ def inertia(model: Model, part: RegressionSamples) -> Inertia:
     mass = np.stack(found, axis=2)
     if not np.allclose(mass[0], mass[1], rtol=1e-12, atol=0.0):
         raise CannotFit(f"the inertia of model {model.id} changes with the state")
-    return Inertia(mass[0], np.linalg.inv(mass[0]))
+    return mass[0], np.linalg.inv(mass[0])
 
 
 def _traditional(
@@ -139,12 +132,12 @@ def _traditional(
     yaw do) enter once; their coefficients are those of the accelerations, M^-1 times those of the forces.
     """
     k, p, n = n_accelerations(model), len(model.coordinates), sum(len(part.time_s) for part in parts)
-    body = inertia(model, parts[0])
+    mass, inverse = inertia(model, parts[0])
     uses, same = _terms(parts, model)
-    changed_by = [np.flatnonzero(np.abs(body.inverse[j]) > 0.0) for j in range(k)]
+    changed_by = [np.flatnonzero(np.abs(inverse[j]) > 0.0) for j in range(k)]
     columns = [sorted({int(same[i]) for e in changed_by[j] for i in uses[e]}) for j in range(k)]
     x, covariance, conditions = np.zeros((k, p)), np.zeros((k, p, p)), []
-    for j, factor in enumerate(_state_factors(parts, model, body, columns)):
+    for j, factor in enumerate(_state_factors(parts, model, inverse, columns)):
         solved, spread, condition = _solved(factor, n, printed)
         x[j, columns[j]] = solved[1:]
         covariance[j][np.ix_(columns[j], columns[j])] = spread[1:, 1:]
@@ -152,8 +145,8 @@ def _traditional(
     c, total, mixing = np.zeros(p), np.zeros((p, p)), np.zeros((k, p, p))
     for e in range(k):
         for i in uses[e]:
-            c[i] = body.mass[e] @ x[:, same[i]]
-            mixing[:, i, same[i]] = body.mass[e]
+            c[i] = mass[e] @ x[:, same[i]]
+            mixing[:, i, same[i]] = mass[e]
     for j in range(k):
         finite = np.where(np.isfinite(covariance[j]), covariance[j], 0.0)
         total += mixing[j] @ finite @ mixing[j].T
@@ -161,7 +154,7 @@ def _traditional(
 
 
 def _state_factors(
-    parts: Sequence[RegressionSamples], model: Model, body: Inertia, columns: Sequence[Sequence[int]]
+    parts: Sequence[RegressionSamples], model: Model, inverse: np.ndarray, columns: Sequence[Sequence[int]]
 ) -> list[np.ndarray]:
     """Triangular factors of [x_j(t), h terms of `columns[j]` | x_j(t+1)] for each state j."""
     found = [factors.empty(1 + len(own)) for own in columns]
@@ -170,7 +163,7 @@ def _state_factors(
         for y, phi in part.blocks(model):
             cut = slice(start, start + len(y))
             start += len(y)
-            known = part.accelerations[cut] - y @ body.inverse.T  # the part of the left side that is not M a
+            known = part.accelerations[cut] - y @ inverse.T  # the part of the left side that is not M a
             terms = phi.sum(axis=1)  # every coefficient stands in one equation
             for j, own in enumerate(columns):
                 state = part.states[cut, j]

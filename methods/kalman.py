@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..estimation.methods_only.filters.joint import extended, joint_fit
-from ..estimation.methods_only.filters.unscented import Unscented
+from ..estimation.methods_only.filters.joint import joint_fit
 from ..estimation.methods_only.tuning.space import Real
 from .base import Method
 from .options import POSITIVE, SHARE, number, option, whole
@@ -42,7 +41,7 @@ class Ekf(Method):
     inflation: float = INFLATION
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        return joint_fit(records, model, self.passes, self.inflation, extended)
+        return joint_fit(records, model, self.passes, self.inflation)
 
 
 class Ukf(Method):
@@ -69,4 +68,4 @@ class Ukf(Method):
     )
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        return joint_fit(records, model, self.passes, self.inflation, Unscented(self.alpha, self.beta))
+        return joint_fit(records, model, self.passes, self.inflation, (self.alpha, self.beta))

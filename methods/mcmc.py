@@ -51,15 +51,14 @@ class Mcmc(PriorMethod):
         least = 2 * problem.width
         if self.walkers is not None and self.walkers < least:
             raise BadInput(f"walkers is {self.walkers}, at least {least} are needed")
-        chain = sample(problem, outcome.minimum, self.steps, self.walkers, self.seed)
-        coefficients = np.array([problem.coefficients(z) for z in chain.draws])
+        draws, acceptance, time = sample(problem, outcome.minimum, self.steps, self.walkers, self.seed)
+        coefficients = np.array([problem.coefficients(z) for z in draws])
         published = np.array([blank.to_parameters(c) for c in coefficients[:: -(-len(coefficients) // MOST_SHOWN)]])
         quantiles = np.quantile(published, QUANTILES, axis=0).T.tolist()
-        time = chain.autocorrelation_steps
         extra = {
             "explains_records": outcome.adequate,
-            "draws": len(chain.draws),
-            "acceptance": chain.acceptance,
+            "draws": len(draws),
+            "acceptance": acceptance,
             "autocorrelation_steps": time,
             "quantiles": dict(zip(blank.parameter_names, quantiles, strict=True)),
         }

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..estimation.methods_only.regression.weighted import RegressionRows
@@ -41,23 +39,13 @@ class Ridge(RegressionMethod):
     def solve(self, rows: RegressionRows) -> Fit:
         sd = rows.least_residual_sd()
         found = ridge(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.penalty)
-        extra = {"penalty": found.penalty, "degrees_of_freedom": found.freedom, "residual_sd": sd.tolist()}
-        return Fit(found.coefficients, found.covariance, extra=extra)
+        return found._replace(extra={**found.extra, "residual_sd": sd.tolist()})
 
 
-class RidgeSolution(NamedTuple):
-    """Coefficients (p,), covariance (p, p), the penalty and the effective number of coefficients."""
-
-    coefficients: np.ndarray
-    covariance: np.ndarray
-    penalty: float
-    freedom: float
-
-
-def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> RidgeSolution:
+def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> Fit:
     """Ridge solution of the n rows behind a triangular factor of [A | b].
 
-    For penalty None, the one with the least GCV = n RSS/(n - freedom)^2.
+    For penalty None, the one with the least GCV = n RSS/(n - freedom)^2; `extra` has both.
     """
     found = spectrum(factor)
     s, scores, v = found.s, found.scores, found.v
@@ -79,15 +67,7 @@ def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> RidgeSolu
     inverse = np.where((square > DETERMINED) | (penalty > 0.0), 1.0 / penalised, 0.0)
     coefficients = v @ (inverse * s * scores)
     covariance = (v * (inverse * residual / max(n - freedom, 1.0))) @ v.T
-    return RidgeSolution(coefficients, covariance, penalty, freedom)
-
-
-class TruncatedSolution(NamedTuple):
-    """Coefficients (p,), their covariance (p, p), and how many singular values they rest on."""
-
-    coefficients: np.ndarray
-    covariance: np.ndarray
-    rank: int
+    return Fit(coefficients, covariance, extra={"penalty": penalty, "degrees_of_freedom": freedom})
 
 
 class TsvdLs(RegressionMethod):
@@ -109,14 +89,13 @@ class TsvdLs(RegressionMethod):
     def solve(self, rows: RegressionRows) -> Fit:
         sd = rows.least_residual_sd()
         found = truncated(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.rank)
-        extra = {"rank": found.rank, "residual_sd": sd.tolist()}
-        return Fit(found.coefficients, found.covariance, extra=extra)
+        return found._replace(extra={**found.extra, "residual_sd": sd.tolist()})
 
 
-def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> TruncatedSolution:
+def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> Fit:
     """Truncated solution of the n rows behind a triangular factor of [A | b].
 
-    For rank None, the one with the least GCV = n RSS/(n - rank)^2.
+    For rank None, the one with the least GCV = n RSS/(n - rank)^2; `extra` has it.
     """
     found = spectrum(factor)
     most = int(np.sum(found.s > KNOWN * found.s[0]))
@@ -127,4 +106,4 @@ def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> TruncatedS
     rank = min(rank, most)
     v, s, scores = found.v[:, :rank], found.s[:rank], found.scores[:rank]
     covariance = (v * (residuals[rank] / max(n - rank, 1.0) / s**2)) @ v.T
-    return TruncatedSolution(v @ (scores / s), covariance, rank)
+    return Fit(v @ (scores / s), covariance, extra={"rank": rank})

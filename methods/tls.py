@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ..estimation.methods_only.regression.weighted import RegressionRows, mad
@@ -18,15 +16,6 @@ from .options import option, words
 SCALINGS = ("noise", "unit")
 EXACT = 1e-4
 """Noise of a column, relative to its root mean square, below which the column counts as exact."""
-
-
-class TotalSolution(NamedTuple):
-    """A total least-squares solution x (m,) of one equation, with its covariance (m, m)."""
-
-    x: np.ndarray
-    covariance: np.ndarray
-    gap: float
-    """Smallest singular value, relative to that of the regressors alone: near 1 the solution is not unique."""
 
 
 class Tls(RegressionMethod):
@@ -57,10 +46,10 @@ class Tls(RegressionMethod):
             factor = rows.factor(weight)
             columns = np.flatnonzero(np.any(factor[:, :-1] != 0.0, axis=0))
             noise = _column_noise(rows, group, columns) if self.scaling == "noise" else None
-            found = total(np.column_stack([factor[:, columns], factor[:, -1]]), rows.n * len(group), noise)
-            c[columns] = found.x
-            covariance[np.ix_(columns, columns)] = found.covariance
-            gaps.append(found.gap)
+            x, spread, gap = total(np.column_stack([factor[:, columns], factor[:, -1]]), rows.n * len(group), noise)
+            c[columns] = x
+            covariance[np.ix_(columns, columns)] = spread
+            gaps.append(gap)
         if not np.isfinite(c).all():
             raise FitFailed("total least squares has no finite solution")
         return Fit(c, covariance, extra={"gap": gaps})
@@ -102,7 +91,7 @@ def _robust_squares(differences: np.ndarray) -> np.ndarray:
     return len(differences) * mad(differences) ** 2
 
 
-def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> TotalSolution:
+def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray, float]:
     """Total least squares of [A | b] given by a triangular factor of its n rows.
 
     Parameters
@@ -141,7 +130,7 @@ def total(factor: np.ndarray, n: int, noise: np.ndarray | None = None) -> TotalS
     back = np.empty(m)
     back[order[:-1]] = unit[m] / unit[order[:-1]]
     inverse = np.argsort(order[:-1])
-    return TotalSolution(x * back, covariance[np.ix_(inverse, inverse)] * np.outer(back, back), least / float(alone))
+    return x * back, covariance[np.ix_(inverse, inverse)] * np.outer(back, back), least / float(alone)
 
 
 def _covariance(triangle: np.ndarray, exact: int, size: float, least: float, n: int) -> np.ndarray:

@@ -51,6 +51,12 @@ def svg(
         return _written(figure)
 
 
+def as_svg(make: Callable[[], Figure]) -> str:
+    """The figure that `make` draws in the style of all figures, as an SVG file."""
+    with _styled():
+        return _written(make())
+
+
 class Sheet:
     """A figure that charts of one kind are drawn on, one after the other: axes and ticks cost as much as the curves.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,36 +15,26 @@ from . import free_run
 if TYPE_CHECKING:
     from ...models.model import Model
 
+Followed = tuple[Series, np.ndarray]
+"""A series with the initial state that a free run began from, and what was measured less what ran, (N, c)."""
 ROUNDS = 2
 """Gauss-Newton steps of the initial state."""
 STEP = 1e-3
 """Step of the difference quotients with respect to an initial state, in its standard deviations."""
 
 
-class Followed(NamedTuple):
-    """A series with the initial state that a free run began from, and what was measured less what ran, (N, c)."""
-
-    series: Series
-    error: np.ndarray
-
-    @property
-    def squares(self) -> np.ndarray:
-        """Sum of squared residuals (c,) of each output; inf if the run diverges."""
-        return free_run.sums_of_squares(self.series, self.error)
-
-
 def fitted_start(model: Model, series: Series) -> Series:
     """The series with the initial state from which the model's free run follows it best (Gauss-Newton, 2 rounds)."""
-    return _followed(model, series).series
+    return _followed(model, series)[0]
 
 
 def _followed(model: Model, series: Series) -> Followed:
     """The free run from `fitted_start`."""
-    best = Followed(series, free_run.residuals(model, series, series.start))
+    best = (series, free_run.residuals(model, series, series.start))
     cost = _cost([best])
     for _ in range(ROUNDS):
         start = _improved(model, best)
-        tried = Followed(replace(series, start=start), free_run.residuals(model, series, start))
+        tried = (replace(series, start=start), free_run.residuals(model, series, start))
         now = _cost([tried])
         if not now < cost:
             break
@@ -77,9 +67,9 @@ def _cost(runs: Sequence[Followed]) -> float:
     """Negative log likelihood of white residuals whose variances are unknown; inf if a run diverges."""
     total: dict[int, float] = {}
     count: dict[int, int] = {}
-    for run in runs:
-        s = run.series
-        for column, value, outputs in zip(s.columns.tolist(), run.squares, s.outputs.T, strict=True):
+    for s, error in runs:
+        squares = free_run.sums_of_squares(s, error)  # infinite where the run diverges
+        for column, value, outputs in zip(s.columns.tolist(), squares, s.outputs.T, strict=True):
             total[column] = total.get(column, 0.0) + float(value)
             count[column] = count.get(column, 0) + int(np.isfinite(outputs).sum())
     logs = [0.5 * count[c] * np.log(max(total[c] / count[c], 1e-300)) for c in total if count[c]]

@@ -8,7 +8,7 @@ trusted as far ahead as it is better than both, in heading and in yaw rate.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -31,15 +31,10 @@ TRUSTED = ("heading_rad", "yaw_rate_rad_s")
 """Channels in which a model must be better than both simple predictions."""
 
 
-class Horizons(NamedTuple):
-    """Times ahead in s, and how they were chosen."""
+def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> tuple[tuple[float, ...], str]:
+    """Times ahead in s for all models alike, and how they were chosen.
 
-    times_s: tuple[float, ...]
-    basis: str
-
-
-def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
-    """Horizons for all models alike: of the first one that knows its length; its speed may come from the records.
+    They are those of the first model that knows its length; its speed may come from the records.
 
     Where none does, the craft's own time that a model built from records states takes the place of L/U, or else the
     time of a response model's gain and time constant.
@@ -62,14 +57,14 @@ def horizons_of(models: Iterable[Model], records: Sequence[Record]) -> Horizons:
     basis = (
         f"1/60, 1/20 and 1/10 of the records' median duration of {duration:.4g} s (no ship length or speed is known)"
     )
-    return Horizons(tuple(duration * share for share in SHARES), basis)
+    return tuple(duration * share for share in SHARES), basis
 
 
-def _in_lengths(own_s: float, basis: str, longest_s: float) -> Horizons:
+def _in_lengths(own_s: float, basis: str, longest_s: float) -> tuple[tuple[float, ...], str]:
     """Those of LENGTHS that a record is long enough for, at least the first, in s; own_s : L/U."""
     shares = [share for share in LENGTHS if own_s * share <= longest_s] or [LENGTHS[0]]
     basis = f"{', '.join(f'{share:g}' for share in shares)} {basis}"
-    return Horizons(tuple(own_s * share for share in shares), basis)
+    return tuple(own_s * share for share in shares), basis
 
 
 class Simple:

@@ -15,7 +15,7 @@ from ...models.model import CHANNELS as COLUMNS
 from ..run.run import CHANNELS, measured_of, run_of
 from ..run.squares import Squares
 from ..run.stretch import SYMBOLS, stretches_of
-from .horizons import STRAIGHT, TURNS_ON, Horizons, Simple, horizons_of, length_of, trusted_s
+from .horizons import STRAIGHT, TURNS_ON, Simple, horizons_of, length_of, trusted_s
 from .manoeuvres import Found, measured_indices, rows, simulated_indices
 from .result import FREE, ONE_STEP, ErrorScore, Index, LeftOut, Validation
 
@@ -69,8 +69,8 @@ def validate(
             raise BadInput(f"model {name} has no coefficients", hint=hint)
     first = next(iter(models.values()))
     given = {name: record.turned(first.positive_rudder) for name, record in records.items()}
-    horizons = horizons_of(models.values(), list(given.values()))
-    horizons = horizons if ahead else horizons._replace(times_s=())
+    horizons, basis = horizons_of(models.values(), list(given.values()))
+    horizons = horizons if ahead else ()
     parts = {
         (model_name, name): _part(model_name, model, name, record, horizons, predictors.get(model_name))
         for model_name, model in models.items()
@@ -80,15 +80,15 @@ def validate(
         reasons = dict.fromkeys(one.reason for name in given for one in parts[next(iter(models)), name].left_out)
         raise BadInput(f"no record suits model {next(iter(models))}: {'; '.join(reasons)}")
     sums = {(m, r, *key): value for (m, r), part in parts.items() for key, value in part.sums.items()}
-    labels = [FREE, ONE_STEP, *map(label, horizons.times_s)]
-    times = dict(zip(labels[2:], horizons.times_s, strict=True))
+    labels = [FREE, ONE_STEP, *map(label, horizons)]
+    times = dict(zip(labels[2:], horizons, strict=True))
     scores = tuple(_scores(sums, list(models), list(given), times))
     simple, noise = _without_model(first, given, horizons) if ahead else ((), {})
     return Validation(
         models=dict(models),
         records=tuple(measured_of(name, record) for name, record in given.items()),
-        horizons_s=horizons.times_s,
-        horizon_basis=horizons.basis,
+        horizons_s=horizons,
+        horizon_basis=basis,
         scores=scores,
         indices=tuple(index for part in parts.values() for index in part.indices),
         runs=tuple(part.run for part in parts.values() if part.run is not None),
@@ -100,7 +100,7 @@ def validate(
 
 
 def _without_model(
-    model: Model, given: Mapping[str, Record], horizons: Horizons
+    model: Model, given: Mapping[str, Record], horizons: Sequence[float]
 ) -> tuple[tuple[ErrorScore, ...], dict[str, float]]:
     """Errors ahead of both simple predictions over all records, and the sensors' noise by channel."""
     names = {TURNS_ON: Simple(model.states, turns=True), STRAIGHT: Simple(model.states, turns=False)}
@@ -117,7 +117,7 @@ def _without_model(
         for stretch in own[0][1]:
             for column, sd in zip(stretch.series.columns.tolist(), stretch.series.noise.tolist(), strict=True):
                 variances.setdefault(COLUMNS[model.states[column]], []).append(sd**2)
-    times = {label(time): time for time in horizons.times_s}
+    times = {label(time): time for time in horizons}
     found = _scores(sums, list(names), list(given), times)
     noise = {channel: float(np.sqrt(np.mean(values))) for channel, values in variances.items()}
     return tuple(s for s in found if s.record is None and s.channel is not None and s.horizon_s is not None), noise
@@ -129,7 +129,7 @@ def label(horizon_s: float) -> str:
 
 
 def _part(
-    model_name: str, model: Model, name: str, record: Record, horizons: Horizons, predictor: Predictor | None
+    model_name: str, model: Model, name: str, record: Record, horizons: Sequence[float], predictor: Predictor | None
 ) -> _Part:
     """One model on one record."""
 
@@ -165,12 +165,12 @@ def _missing(model: Model, record: Record) -> dict[str, str]:
     return found
 
 
-def _sums_ahead(found: Sequence[Stretch], horizons: Horizons) -> dict[tuple[str, str], Squares]:
+def _sums_ahead(found: Sequence[Stretch], horizons: Sequence[float]) -> dict[tuple[str, str], Squares]:
     """Sums of squares of predictions ahead by channel and horizon."""
     sums: dict[tuple[str, str], Squares] = {}
-    labels = [ONE_STEP, *map(label, horizons.times_s)]
+    labels = [ONE_STEP, *map(label, horizons)]
     for stretch in found:
-        for horizon, states in zip(labels, stretch.ahead(horizons.times_s), strict=True):
+        for horizon, states in zip(labels, stretch.ahead(horizons), strict=True):
             for state, more in states.items():
                 key = COLUMNS[stretch.model.states[state]], horizon
                 sums[key] = sums.get(key, Squares()).plus(more)

@@ -137,17 +137,13 @@ def _by_particulars(folder: Path, situations: Sequence[Situation]) -> dict[Situa
 
 
 def _contest(folder: Path) -> Contest:
-    from ..reporting.leaderboard import standings
     from ..reporting.leaderboard.compact import read_compact
-    from ..reporting.leaderboard.contest import contest
-    from ..reporting.leaderboard.estimates import summarised
-    from ..reporting.leaderboard.publish import ranked_and_tuning
+    from ..reporting.leaderboard.publish import boards
 
     results, parameters = read_compact(folder)
     if results.empty:
         raise BadInput("no run is finished yet", file=folder)
-    runs = standings.judged(ranked_and_tuning(results)[0], summarised(parameters))
-    return contest(standings.cell_table(runs), runs)
+    return boards(results, parameters)[0].contest
 
 
 def _written(folder: Path, text: str, tested: Sequence[Tested]) -> AdviceTest:

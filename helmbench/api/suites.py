@@ -213,7 +213,7 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
 
     Returns
     -------
-    Tables: `overall`, `by` (factor -> standings at each level), `detail` (a row a cell and method), `failures`.
+    Tables: `overall`, `by` (factor -> standings at each level), `cells` (a row a cell and method), `failures`.
 
     Raises
     ------
@@ -222,7 +222,6 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
     from ..bench.kinds import IDENTIFICATION
     from ..reporting.leaderboard.board import build
     from ..reporting.leaderboard.compact import read_compact
-    from ..reporting.leaderboard.estimates import summarised
 
     found = results if isinstance(results, SuiteResults) else load_results(results)
     if found.manifest.get("kind", IDENTIFICATION) != IDENTIFICATION:
@@ -230,8 +229,7 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
         raise BadInput(f"suite {found.suite} ranks no identification methods", file=found.directory, hint=hint)
     if not found.rows:
         raise BadInput("no run is finished yet", file=found.directory, hint="continue with run_suite(..., resume=True)")
-    runs, parameters = read_compact(found.directory)
-    return build(runs, summarised(parameters))
+    return build(*read_compact(found.directory))
 
 
 @typed

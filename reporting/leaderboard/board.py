@@ -1,36 +1,74 @@
-"""The leaderboard of one results store: standings, cells and failures, which show themselves."""
+"""The leaderboard of one results store: standings, cells, contest and failures, which show themselves.
+
+`python -m helmbench.reporting.leaderboard.board RESULTS FILE`, which `make board-picture` calls, draws the standings.
+"""
 
 from __future__ import annotations
 
+import math
+import sys
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
+from ...models.folders import make_folder, write_atomic
+from ..plots import COLOURS, SOFT, as_svg
 from ..tables import html
-from .charts import standings_figure
-from .standings import FACTORS, Frame, cell_table, details, efficiency, failures, judged, matched, standings
-from .tables import overall_table
+from .compact import read_compact
+from .contest import Contest, contest
+from .estimates import summarised
+from .standings import CELL, FACTORS, Frame, cell_table, efficiency, failures, judged, matched, standings
+from .tables import CRITERIA, overall_table
 
 
 @dataclass(frozen=True, repr=False)
 class Leaderboard:
     """Aggregated results; every table is a pandas frame.
 
-    `overall` has `STANDING_COLUMNS`, and so has every frame of `by`: factor -> standings at each of its levels, for
-    factors with more than one.  `cells` is the `cell_table`, `estimates` are the parameters put together over seeds;
-    `failures` has one row per distinct reason.
+    Attributes
+    ----------
+    runs : `standings.judged` runs.
+    estimates : the parameters put together over seeds, `estimates.summarised`.
     """
 
-    overall: Frame
-    by: dict[str, Frame]
-    cells: Frame
+    runs: Frame
     estimates: Frame
-    failures: Frame
 
     @cached_property
-    def detail(self) -> Frame:
-        """One row a cell and method, in reading order, with the estimates of small models."""
-        return details(self.cells, self.estimates)
+    def cells(self) -> Frame:
+        """One row a cell and method (`cell_table`)."""
+        return cell_table(self.runs)
+
+    @cached_property
+    def contest(self) -> Contest:
+        """The prediction errors of methods on problems."""
+        return contest(self.cells, self.runs)
+
+    @cached_property
+    def overall(self) -> Frame:
+        """The standings over all cells, with `STANDING_COLUMNS`."""
+        return standings(self.cells, self._efficiencies, "overall")
+
+    @cached_property
+    def by(self) -> dict[str, Frame]:
+        """Factor -> standings at each of its levels, for factors with more than one."""
+        blocks = {factor: matched(self.cells, factor) for factor in FACTORS}
+        return {factor: standings(rows, self._efficiencies, factor) for factor, rows in blocks.items() if len(rows)}
+
+    @cached_property
+    def failures(self) -> Frame:
+        """One row per distinct reason."""
+        return failures(self.runs)
+
+    @cached_property
+    def _efficiencies(self) -> Frame:
+        return efficiency(self.estimates)
+
+    def in_problems_of(self, suite: str) -> Leaderboard:
+        """The leaderboard of all runs in the problems of one suite."""
+        own = self.runs.loc[self.runs["suite"] == suite, CELL].drop_duplicates()
+        return Leaderboard(self.runs.merge(own, on=CELL), self.estimates)
 
     def table(self) -> Frame:
         """All standings in one table, as `leaderboard.csv` holds them."""
@@ -39,8 +77,30 @@ class Leaderboard:
         return pd.concat([self.overall, *self.by.values()], ignore_index=True)
 
     def plot(self) -> Any:
-        """Draw the held-out prediction error of every method with its interval; a matplotlib figure, not of pyplot."""
-        return standings_figure(self.overall)
+        """Draw the held-out prediction error of every method with its interval; a matplotlib figure, not of pyplot.
+
+        The best method stands first, the errors on a logarithmic axis.
+        """
+        from ...models.figure import ShownFigure
+
+        rows = self.overall
+        places = range(len(rows))
+        figure = ShownFigure(7.5, 1.2 + 0.28 * len(rows))
+        axes = figure.subplots()
+        axes.hlines(places, rows["nrmse_low"], rows["nrmse_high"], color=SOFT, linewidth=1.0)
+        axes.plot(rows["nrmse"], places, "o", color=COLOURS[0])
+        axes.set_yticks(places, list(rows["method"]))
+        axes.set(xscale="log", ylim=(len(rows) - 0.5, -0.5), xlabel=CRITERIA["nrmse"])
+        axes.grid(True, linewidth=0.3)
+        for place, error in zip(places, rows["nrmse"], strict=True):
+            if error == math.inf:
+                across = axes.get_yaxis_transform()
+                axes.text(0.98, place, "median: infinite", color=SOFT, ha="right", va="center", transform=across)
+        return figure
+
+    def picture(self) -> str:
+        """`plot` as the text of an SVG file, the same every time."""
+        return as_svg(self.plot)
 
     def __repr__(self) -> str:
         methods = ", ".join(self.overall["method"])
@@ -50,17 +110,17 @@ class Leaderboard:
         return html(overall_table(self.overall))
 
 
-def build(results: Frame, estimates: Frame, runs: Frame | None = None, cells: Frame | None = None) -> Leaderboard:
-    """The leaderboard of one results store.
+def build(results: Frame, parameters: Frame) -> Leaderboard:
+    """The leaderboard of runs and parameters as `store.read_tables` or `read_compact` give them."""
+    estimates = summarised(parameters)
+    return Leaderboard(judged(results, estimates), estimates)
 
-    results : as `store.read_tables` gives them.
-    estimates : `estimates.summarised` of the parameters.
-    runs, cells : `judged` and `cell_table` of them, where these are known already.
-    """
-    runs = judged(results, estimates) if runs is None else runs
-    cells = cell_table(runs) if cells is None else cells
-    efficiencies = efficiency(estimates)
-    overall = standings(cells, efficiencies, "overall")
-    blocks = {factor: matched(cells, factor) for factor in FACTORS}
-    by = {factor: standings(rows, efficiencies, factor) for factor, rows in blocks.items() if len(rows)}
-    return Leaderboard(overall, by, cells, estimates, failures(runs))
+
+def write_picture(results: Path, place: Path) -> None:
+    """Draw the standings of stored results (a folder) into a file."""
+    make_folder(place.parent)
+    write_atomic(place, build(*read_compact(results)).picture().encode())
+
+
+if __name__ == "__main__":
+    write_picture(Path(sys.argv[1]), Path(sys.argv[2]))

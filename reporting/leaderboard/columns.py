@@ -63,26 +63,6 @@ STANDING = (
     count("cells"),
     TIME,
 )
-DETAIL = (
-    field("model"),
-    field("train"),
-    field("held_out", "held out"),
-    field("noise"),
-    field("disturbance"),
-    *SAMPLING,
-    field("label", "method"),
-    numeric("parameter error", "rel_error"),
-    numeric("error / CRB", "crb_z"),
-    numeric("NRMSE", "nrmse"),
-    YAW_RATE_R2,
-    YAW_RATE_RMSE,
-    HEADING_R2,
-    numeric("heading RMSE (deg)", "rmse_heading_rad", scale=DEG),
-    field("estimates"),
-    OUTCOMES,
-    count("diverged"),
-    TIME,
-)
 FAILURE = (
     Column("status", lambda row: row["status"].replace("_", " ")),
     field("label", "method"),

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ...datasets.display import shown_name
-from .standings import CELL, COVERAGE, FLOOR, MEDIANS, PREDICTED, Frame, in_order, significant
+from .standings import CELL, COVERAGE, FLOOR, MEDIANS, PREDICTED, Frame, in_order, medians, significant
 
 CRITERIA = {"prediction": "nrmse", "parameters": "rel_error"}
 """Name of a criterion -> column of the cells; the first is what methods are ranked by."""
@@ -146,7 +146,7 @@ def contest(cells: Frame, runs: Frame, criterion: str = "prediction") -> Contest
     return Contest(
         methods,
         problems,
-        errors if singles is None else _medians(singles),
+        errors if singles is None else medians(singles),
         errors[:, :, None] if singles is None else singles,
         filled(significant(cells["cpu_s"], 3), np.nan),
         filled(cells["failed"], 0.0).astype(int),
@@ -244,17 +244,6 @@ def _single_runs(
     found = np.full((*shape, len(known)), np.nan)
     found[row, place, runs["seed"].map(known)] = _rounded(runs[column])
     return found
-
-
-def _medians(runs: np.ndarray) -> np.ndarray:
-    """Medians (P, M) over seeds, nan left out; infinite where either middle value is."""
-    ordered, n = np.sort(runs, axis=2), (~np.isnan(runs)).sum(axis=2)
-    low, high = (
-        np.take_along_axis(ordered, np.maximum(place, 0)[:, :, None], axis=2)[:, :, 0]
-        for place in ((n - 1) // 2, n // 2)
-    )
-    with np.errstate(invalid="ignore"):
-        return np.where(n == 0, np.nan, np.where(low == high, low, (low + high) / 2.0))
 
 
 def _rounded(errors: Any) -> np.ndarray:

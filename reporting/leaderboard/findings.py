@@ -1,54 +1,51 @@
-"""Findings of the published leaderboard: sentences computed from stored results, each with its figures and command.
+"""Findings of the published leaderboard: sentences computed from stored results, each with the command that makes them.
 
 A finding is None where the results do not hold what it needs.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 import numpy as np
 
 from ..numbers import duration, number, percent
-from . import profiles, tuners
 from .answer import headlines
+from .board import Leaderboard
 from .contest import Contest
 from .grey_black import grey_against_black
-from .standings import CELL, Frame, Series, median, of_own_models
-from .statistics import Statistics
+from .standings import CELL, Frame, Series, matched, median, of_own_models
 
 OUTLIERS, SLOW = "low,outliers=10%", 16
 """Levels that findings compare with the plain ones."""
+MEDIAN_OF_NORMAL = 0.6745
+"""Median of |z|, z standard normal."""
+Finding = tuple[str, str]
+"""A sentence with its figures, and the command that makes the runs."""
 
 
-@dataclass(frozen=True)
-class BoardFinding:
-    """A sentence with its figures, and the command that makes the runs."""
-
-    text: str
-    command: str
-
-
-def findings(of: Statistics, every: Statistics | None = None) -> list[BoardFinding]:
+def findings(main: Leaderboard, every: Leaderboard | None = None) -> list[Finding]:
     """All findings that the results allow, in reading order.
 
     Parameters
     ----------
-    of : the main suite.
+    main : the main suite.
     every : all suites, for what is said of conditions; None: the main one.
     """
-    ranking: tuple[Callable[[Statistics], BoardFinding | None], ...] = (
-        _boxes, _boxes_of_simpler_models, _simpler_models, _bound, _speed,
-    )  # fmt: skip
-    conditions = (_noise, _disturbance, _outliers, _sampling, _excitation)
-    made = [
-        *_best(of),
-        *(make(of) for make in ranking),
-        *(make(every or of) for make in conditions),
-        *(make(of) for make in (_failures, _ranking, _hardest)),
+    every = every or main
+    named = [f"Which method, {case}: {text}" for case, text in headlines(main.contest) if _first(main.contest)]
+    of_main = [*named, _boxes(main.contest), *_other_models(main), _bound(main), _speed(main.contest)]
+    wind = next((level for level in every.contest.problems["disturbance"].unique() if level.startswith("wind")), None)
+    conditions = [
+        ("noise", _levels(every, "noise", "low", "high", ("low noise", "high noise"))),
+        ("disturbances", _levels(every, "disturbance", "none", wind, ("calm water", f"{wind} while training"))),
+        ("outliers", _levels(every, "noise", "low", OUTLIERS, ("no outliers", "10 % outliers"))),
+        ("sampling", _levels(every, "thinning", 1, SLOW, ("all samples", f"every {SLOW}th sample"))),
+        ("excitation", _excitation(every.contest)),
     ]
-    return [found for found in made if found is not None]
+    last = [_failures(main.contest), _hardest(main)]
+    made = [("default", text) for text in of_main] + conditions + [("default", text) for text in last]
+    return [(text, command(suite)) for suite, text in made if text]
 
 
 def command(suite: str) -> str:
@@ -56,173 +53,138 @@ def command(suite: str) -> str:
     return f"helmbench run --suite {suite} -o out/{suite}"
 
 
-def _first(of: Statistics) -> tuple[str, int] | None:
-    places = [place for place in of.board.order() if not place.partial]
-    return (places[0].method, places[0].index) if places else None
+def _boxes(board: Contest, where: str = "") -> str | None:
+    found = grey_against_black(board)
+    return found.sentence(where) if found else None
 
 
-def _best(of: Statistics) -> list[BoardFinding]:
-    """Which method, for every case of what is known."""
-    if not _first(of):
-        return []
-    return [BoardFinding(f"Which method, {case}: {text}", command("default")) for case, text in headlines(of.board)]
+def beyond(board: Contest) -> list[Finding]:
+    """The best grey box against the best black box where both predict something else than they were trained on.
+
+    board : of the suite `generalise`.
+    """
+    text = _boxes(board, "Beyond the training records")
+    return [(text, command("generalise"))] if text else []
 
 
-def _boxes(of: Statistics) -> BoardFinding | None:
-    found = of.grey_black
-    return BoardFinding(found.sentence(), command("default")) if found else None
+def _first(board: Contest) -> tuple[str, int] | None:
+    return next(((place.method, place.index) for place in board.order() if not place.partial), None)
 
 
-def _own_models(of: Statistics) -> np.ndarray:
-    """Whether the fitted model of each problem (P,) is the ship's own."""
-    return of_own_models(of.board.problems, of.estimates)
-
-
-def _boxes_of_simpler_models(of: Statistics) -> BoardFinding | None:
-    """Grey against black box where the grey box cannot be exact."""
-    own = _own_models(of)
-    found = grey_against_black(of.board.kept(~own))
-    if found is None or own.all():
-        return None
-    return BoardFinding(found.sentence("Where the fitted model is not the ship's own"), command("default"))
-
-
-def _simpler_models(of: Statistics) -> BoardFinding | None:
-    """What a simpler model costs the first method, on the vessels that were fitted with both."""
-    first, own, vessels = _first(of), _own_models(of), of.board.problems["vessel"].astype(str)
-    both = sorted(set(vessels[own]) & set(vessels[~own]))
+def _other_models(of: Leaderboard) -> list[str | None]:
+    """Grey against black box where the grey box cannot be exact, and what a simpler model costs the first method on
+    the vessels that were fitted with both."""
+    board = of.contest
+    own, vessels = of_own_models(board.problems, of.estimates), board.problems["vessel"].astype(str)
+    boxes = None if own.all() else _boxes(board.kept(~own), "Where the fitted model is not the ship's own")
+    first, both = _first(board), sorted(set(vessels[own]) & set(vessels[~own]))
     if first is None or not both:
-        return None
-    error, at = of.board.errors[:, first[1]], vessels.isin(both).to_numpy()
+        return [boxes]
+    error, at = board.errors[:, first[1]], vessels.isin(both).to_numpy()
     exact, simple = median(error[at & own]), median(error[at & ~own])
     if np.isnan(exact) or np.isnan(simple):
-        return None
-    text = (
+        return [boxes]
+    cost = (
         f"With response models instead of the ship's own equations {first[0]} errs {number(simple)} instead of "
         f"{number(exact)} in the median ({', '.join(both)})."
     )
-    return BoardFinding(text, command("default"))
+    return [boxes, cost]
 
 
-def beyond(board: Contest) -> BoardFinding | None:
-    """The best grey box against the best black box where both predict something else than they were trained on.
-
-    Parameters
-    ----------
-    board : of the suite `generalise`.
-    """
-    found = grey_against_black(board)
-    if found is None:
-        return None
-    return BoardFinding(found.sentence("Beyond the training records"), command("generalise"))
-
-
-def tuners_compared(board: Contest) -> list[BoardFinding]:
-    """Which tuner finds the best options at each budget.
-
-    Parameters
-    ----------
-    board : of the suite `tuners`.
-    """
-    return [BoardFinding(budget.sentence(), command(tuners.SUITE)) for budget in tuners.budgets(board)]
-
-
-def _bound(of: Statistics) -> BoardFinding | None:
+def _bound(of: Leaderboard) -> str | None:
     """How near the best method comes to the Cramer-Rao bound at low noise."""
-    curves, floor = profiles.noise_curves(of.cells, of.estimates, of.board.methods)
-    known = {
-        method: curve["low"] / floor["low"] for method, curve in curves.items() if "low" in curve and floor.get("low")
-    }
-    if not known:
+    errors, floor = low_noise(of.cells, of.estimates)
+    if not errors or not floor > 0.0:
         return None
-    near = min(known, key=lambda method: known[method])
-    text = (
+    near = min(errors, key=lambda method: errors[method])
+    return (
         f"At low noise {near} comes nearest to the Cramer-Rao floor: its median parameter error is "
-        f"{number(known[near])} times the floor ({percent(floor['low'], 2)}); unbiased methods reach about 1."
+        f"{number(errors[near] / floor)} times the floor ({percent(floor, 2)}); unbiased methods reach about 1."
     )
-    return BoardFinding(text, command("default"))
 
 
-def _speed(of: Statistics) -> BoardFinding | None:
-    errors = [median(row) for row in of.board.errors.T]
-    times = [median(row) for row in of.board.times.T]
-    full = {place.index for place in of.board.order() if not place.partial}
-    front = [i for i in profiles.pareto(errors, times) if i in full]
-    if len(front) < 2:
-        return None
-    named = ", ".join(f"{of.board.methods[i]} ({number(errors[i])}, {duration(times[i])})" for i in front)
-    return BoardFinding(f"No other method is both faster and more accurate than: {named}.", command("default"))
+def low_noise(cells: Frame, estimates: Frame) -> tuple[dict[str, float], float]:
+    """Median parameter error of methods at low noise, and the Cramer-Rao bound as a floor under them (nan: none).
+
+    Only vessels that were run, calm and whole, at every level of noise.  The floor is the median error of an estimate
+    that reaches the bound: `MEDIAN_OF_NORMAL` times the bound over the parameter's size, over identifiable parameters.
+    """
+    plain = cells[(cells["disturbance"] == "none") & (cells["thinning"] == 1) & (cells["length"] == 1.0)]
+    rows = matched(plain[plain["rel_error"].notna()], "noise")
+    rows = rows[rows["noise"] == "low"]
+    own = estimates[(estimates["true_kind"] == "given") & estimates["identifiable"]]
+    own = own[[*CELL, "crb_sd", "true"]].merge(rows[CELL].drop_duplicates(), on=CELL)
+    with np.errstate(all="ignore"):
+        bound = (own["crb_sd"] / own["true"].abs()).replace(np.inf, np.nan)
+    cell = own.assign(bound=bound).dropna(subset="bound").groupby(CELL, observed=True)["bound"].median()
+    errors = rows.groupby("label", observed=True)["rel_error"].median()
+    return {str(name): float(error) for name, error in errors.items()}, MEDIAN_OF_NORMAL * median(cell)
 
 
-def _noise(of: Statistics) -> BoardFinding | None:
-    return _levels(of, "noise", "low", "high", ("low noise", "high noise"), "noise")
+def _speed(board: Contest) -> str | None:
+    errors, times = ([median(row) for row in table.T] for table in (board.errors, board.times))
+    full = {place.index for place in board.order() if not place.partial}
+    front = [i for i in pareto(errors, times) if i in full]
+    named = ", ".join(f"{board.methods[i]} ({number(errors[i])}, {duration(times[i])})" for i in front)
+    return f"No other method is both faster and more accurate than: {named}." if len(front) > 1 else None
 
 
-def _disturbance(of: Statistics) -> BoardFinding | None:
-    wind = next((level for level in of.board.problems["disturbance"].unique() if level.startswith("wind")), None)
-    return _levels(of, "disturbance", "none", wind, ("calm water", f"{wind} while training"), "disturbances")
+def pareto(errors: Sequence[float], times: Sequence[float]) -> list[int]:
+    """Indices of the methods that none beats in both error and time, fastest first; none that is not finite."""
+    rows = [(t, e, i) for i, (e, t) in enumerate(zip(errors, times, strict=True)) if np.isfinite(e) and np.isfinite(t)]
+    found: list[int] = []
+    least = np.inf
+    for _, error, i in sorted(rows):
+        if error < least:
+            found.append(i)
+            least = error
+    return found
 
 
-def _outliers(of: Statistics) -> BoardFinding | None:
-    return _levels(of, "noise", "low", OUTLIERS, ("no outliers", "10 % outliers"), "outliers")
-
-
-def _sampling(of: Statistics) -> BoardFinding | None:
-    return _levels(of, "thinning", 1, SLOW, ("all samples", f"every {SLOW}th sample"), "sampling")
-
-
-def _excitation(of: Statistics) -> BoardFinding | None:
+def _excitation(board: Contest) -> str | None:
     """The manoeuvre from which most is learned, where several are compared on the same held-out records."""
-    problems = of.board.problems
+    problems = board.problems
     alone = problems[~problems["train"].str.contains(r"\+[A-Za-z_]", regex=True)]
     shared = alone.groupby(["vessel", "model", "held_out"], observed=True)["train"].nunique()
     blocks = shared[shared > 2].index
     if not len(blocks):
         return None
     keep = problems.set_index(["vessel", "model", "held_out"]).index.isin(blocks) & problems.index.isin(alone.index)
-    board = of.board.kept(keep)
-    levels = _medians_by(board.problems["excitation"], board.errors)
+    own = board.kept(keep)
+    levels = _medians_by(own.problems["excitation"], own.errors)
     order = sorted(levels, key=lambda text: levels[text])
-    text = (
+    return (
         f"Of single manoeuvres, {order[0]} teaches most (median prediction error {number(levels[order[0]])} over all "
         f"methods), {order[-1]} least ({number(levels[order[-1]])})."
     )
-    return BoardFinding(text, command("excitation"))
 
 
-def _failures(of: Statistics) -> BoardFinding | None:
-    lost = {place.method: place.imputed / place.problems for place in of.board.order()}
+def _failures(board: Contest) -> str | None:
+    lost = {place.method: place.imputed / place.problems for place in board.order()}
     worst = max(lost, key=lambda method: lost[method], default="")
     if not lost or not lost[worst] > 0.0:
         return None
     never = sum(share == 0.0 for share in lost.values())
-    text = (
+    return (
         f"{worst} gives no finite prediction in {percent(lost[worst])} of its problems, the largest share; "
         f"{never} of {len(lost)} methods always give one."
     )
-    return BoardFinding(text, command("default"))
 
 
-def _ranking(of: Statistics) -> BoardFinding | None:
-    told = next((text for text in of.statements() if text.startswith("The first method stays")), None)
-    return BoardFinding(told, command("default")) if told else None
-
-
-def _hardest(of: Statistics) -> BoardFinding | None:
-    first = _first(of)
+def _hardest(of: Leaderboard) -> str | None:
+    board, first = of.contest, _first(of.contest)
     if first is None:
         return None
-    own = _own_models(of)
-    every = _medians_by(of.board.problems["vessel"][own], of.board.errors[own, first[1]])
+    own = of_own_models(board.problems, of.estimates)
+    every = _medians_by(board.problems["vessel"][own], board.errors[own, first[1]])
     known = {vessel: error for vessel, error in every.items() if not np.isnan(error)}
     if len(known) < 2:
         return None
     hard = max(known, key=lambda vessel: known[vessel])
-    text = (
+    return (
         f"With the ships' own equations {first[0]} has its largest median prediction error on {hard} "
         f"({number(known[hard])})."
     )
-    return BoardFinding(text, command("default"))
 
 
 def _medians_by(levels: Series, errors: np.ndarray) -> dict[str, float]:
@@ -230,9 +192,7 @@ def _medians_by(levels: Series, errors: np.ndarray) -> dict[str, float]:
     return {str(level): median(errors[(levels == level).to_numpy()]) for level in levels.unique()}
 
 
-def _levels(
-    of: Statistics, factor: str, plain: object, other: object, words: tuple[str, str], suite: str
-) -> BoardFinding | None:
+def _levels(of: Leaderboard, factor: str, plain: object, other: object, words: tuple[str, str]) -> str | None:
     """Which method predicts best at a level of a factor, and at the plain one; `words` name the plain and the other."""
     block = [name for name in CELL if name != factor]
     cells: Frame = of.cells[of.cells["nrmse"].notna()]
@@ -244,11 +204,9 @@ def _levels(
         return None
     kept = both[both["label"].isin(most[most >= 0.9 * most.max()].index)]
     errors = kept.groupby("label", observed=True)[["nrmse_a", "nrmse_b"]].median()
-    best = errors["nrmse_b"].idxmin()
-    calm = errors["nrmse_a"].idxmin()
-    text = (
+    best, calm = errors["nrmse_b"].idxmin(), errors["nrmse_a"].idxmin()
+    return (
         f"With {words[1]}, {best} predicts best: median error {number(errors.loc[best, 'nrmse_b'])} against "
         f"{number(errors.loc[best, 'nrmse_a'])} with {words[0]} ({int(most.max())} problems; with {words[0]}, {calm} "
         f"is best with {number(errors.loc[calm, 'nrmse_a'])})."
     )
-    return BoardFinding(text, command(suite))

@@ -9,9 +9,10 @@ from .. import tables
 from ..numbers import DEG, number, percent, r_squared
 from ..tables import field, make_table
 from .answer import answer
+from .board import Leaderboard
 from .columns import TIME, numeric
-from .contest import Contest, RankedMethod
-from .standings import COVERAGE, Frame
+from .contest import RankedMethod
+from .standings import COVERAGE
 
 SHORT = partial(number, digits=2)
 RANKING = (
@@ -30,18 +31,17 @@ MEANING = (
 )
 
 
-def overview(ended: str, overall: Frame, board: Contest) -> str:
+def overview(ended: str, board: Leaderboard) -> str:
     """Plain text with one table, whose bars let a narrow terminal leave columns out.
 
     Parameters
     ----------
     ended : which suite, how many runs there are, and how they ended.
-    overall : `Leaderboard.overall`.
     """
-    ranking = make_table(RANKING, overall.to_dict("records"))
-    places = board.order()
+    ranking = make_table(RANKING, board.overall.to_dict("records"))
+    places = board.contest.order()
     told = "\n".join([MEANING, *_coverage(places), *_lost(places)])
-    return "\n\n".join([ended, answer(board), tables.markdown(ranking), told])
+    return "\n\n".join([ended, answer(board.contest), tables.markdown(ranking), told])
 
 
 def _coverage(places: Sequence[RankedMethod]) -> list[str]:

@@ -17,22 +17,12 @@ from .ahead import ahead_table
 from .answer import answer
 from .board import Leaderboard, build
 from .compact import read_compact
-from .contest import contest
-from .estimates import summarised
+from .grey_black import grey_against_black
 from .overview import overview
 from .page_data import as_script, page_data
+from .stability import stability_sentences
 from .standings import Frame
-from .statistics import Statistics
-from .tables import (
-    choice_table,
-    detail_tables,
-    failure_table,
-    matrices,
-    overall_table,
-    read_timing,
-    record_table,
-    timing_table,
-)
+from .tables import failure_table, matrices, overall_table, read_timing, record_table, timing_table
 from .tuners import budgets, tuner_table
 from .uncertainty import uncertainty_table
 
@@ -69,42 +59,35 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     results, parameters = read_compact(directory)
     if results.empty:
         raise BadInput("no run is finished yet", file=directory, hint="continue with helmbench run --resume")
-    estimates = summarised(parameters)
+    board = build(results, parameters)
     del parameters  # some gigabytes where there are millions
-    runs = standings.judged(results, estimates)
-    cells = standings.cell_table(runs)
-    board = build(results, estimates, runs, cells)
-    found = Statistics(contest(cells, runs), cells, estimates)
     timings = read_timing(Path(timing) if timing else directory / TIMING, required=timing is not None)
+    data = as_script(page_data(board, read_traces(directory)))
     texts = {
-        "leaderboard.md": markdown(manifest, results, board, timings, found),
+        "leaderboard.md": markdown(manifest, results, board, timings),
         "leaderboard.csv": tables.csv(tables.from_frame(board.table())),
-        "leaderboard.html": html(
-            manifest,
-            results,
-            board,
-            timings,
-            found,
-            as_script(page_data(cells, runs, estimates, read_traces(directory))),
-        ),
+        "leaderboard.html": html(manifest, results, board, timings, data),
     }
     paths = write_files(directory, texts)
-    told = overview(f"Suite {manifest['suite']}, {headline(manifest, results)}", board.overall, found.board)
+    told = overview(f"Suite {manifest['suite']}, {headline(manifest, results)}", board)
     overall = tuple(board.overall.to_dict("records"))
     return Report(texts["leaderboard.md"], told, paths, len(results) >= manifest["planned"], overall)
 
 
-def markdown(
-    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict], statistics: Statistics
-) -> str:
-    """The report as Markdown text; cells are listed where no true parameters are known, as in measured sets."""
+def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict]) -> str:
+    """The report as Markdown text."""
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
-    parts += [*answer_lines(statistics), *map(tables.in_markdown, statements(statistics))]
-    unknown = board.cells["rel_error"].isna().groupby(board.cells["vessel"], observed=True).transform("all")
-    details = detail_tables(standings.details(board.cells[unknown], board.estimates))
-    tail = [uncertainty_table(results), failure_table(board.failures), timing_table(timings)]
-    first = [overall_table(board.overall), choice_table(board.by), tuner_table(statistics.board), ahead_table(results)]
-    for table in [*first, *matrices(board.overall, board.by), *details, *tail]:
+    parts += [f"**{tables.in_markdown(line)}**" for line in answer(board.contest).splitlines()]
+    parts += map(tables.in_markdown, statements(board))
+    for table in [
+        overall_table(board.overall),
+        tuner_table(board.contest),
+        ahead_table(results),
+        *matrices(board.overall, board.by),
+        uncertainty_table(results),
+        failure_table(board.failures),
+        timing_table(timings),
+    ]:
         if table.rows:
             parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
     made_with = tables.listed(environment_rows(manifest))
@@ -116,7 +99,6 @@ def html(
     results: Frame,
     board: Leaderboard,
     timings: Sequence[dict],
-    statistics: Statistics,
     data: str,
     main: str = "",
     advice: str = "",
@@ -126,7 +108,7 @@ def html(
     Parameters
     ----------
     data : what `page_data.as_script` gave.
-    main : the suite that board and statistics are of, where the results are of several.
+    main : the suite that the board is of, where the results are of several.
     advice : what the test of the advice says.
     """
     return render(
@@ -138,12 +120,9 @@ def html(
         data=data,
         main=main,
         advice=advice,
-        charts=statistics.charts(),
-        statements=statements(statistics),
-        sensitivity=statistics.sensitivity_table(),
+        statements=statements(board),
         overall=overall_table(board.overall),
-        choice=choice_table(board.by),
-        tuners=tuner_table(statistics.board),
+        tuners=tuner_table(board.contest),
         ahead=ahead_table(results),
         by_record=record_table(results),
         matrices=matrices(board.overall, board.by),
@@ -155,15 +134,11 @@ def html(
     )
 
 
-def answer_lines(statistics: Statistics) -> list[str]:
-    """The headlines in bold type, a paragraph each."""
-    return [f"**{tables.in_markdown(line)}**" for line in answer(statistics.board).splitlines()]
-
-
-def statements(statistics: Statistics) -> list[str]:
-    """Grey against black boxes, tuners at equal budgets, and what the tests say, in sentences."""
-    boxes = [statistics.grey_black.sentence()] if statistics.grey_black else []
-    return [*boxes, *(budget.sentence() for budget in budgets(statistics.board)), *statistics.statements()]
+def statements(board: Leaderboard) -> list[str]:
+    """Grey against black boxes, tuners at equal budgets, and how stable the ranking is, in sentences."""
+    boxes = grey_against_black(board.contest)
+    compared = [boxes.sentence()] if boxes else []
+    return [*compared, *(own.sentence() for own in budgets(board.contest)), *stability_sentences(board.contest)]
 
 
 def headline(manifest: Mapping[str, Any], results: Frame) -> str:

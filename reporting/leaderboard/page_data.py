@@ -15,6 +15,7 @@ import numpy as np
 
 from ...bench.kinds.identification.plan import AS_MEASURED
 from ...models.model import list_vessels
+from .board import Leaderboard
 from .contest import CRITERIA, DIMENSIONS, MOST_VALUES, Contest, contest, levels
 from .standings import CASES, CELL, Frame
 
@@ -29,11 +30,10 @@ COARSER = ("held_out", "length", "thinning", "train", "disturbance", "model", "v
 """Columns of a cell that are put together, one after the other, where there are too many cells for a page."""
 
 
-def page_data(
-    cells: Frame, runs: Frame, estimates: Frame, traces: Sequence[Mapping[str, Any]], suite: str = ""
-) -> dict[str, Any]:
+def page_data(own: Leaderboard, traces: Sequence[Mapping[str, Any]], suite: str = "") -> dict[str, Any]:
     """Everything that the page's script needs, as plain values; `suite` is the one that the page shows first."""
-    coarse, together = coarsened(cells)
+    coarse, together = coarsened(own.cells)
+    runs, estimates = own.runs, own.estimates
     if together:
         runs, estimates = runs[:0], estimates[:0]
     boards = {name: contest(coarse, runs, name) for name in CRITERIA}

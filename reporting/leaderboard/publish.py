@@ -10,7 +10,6 @@ import io
 import json
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -23,18 +22,16 @@ from ...bench.traces import read_traces
 from ...models.data_file import load
 from ...models.errors import BadInput
 from ...models.folders import make_folder, write_atomic
-from .. import plots, tables
-from . import standings, tuners
+from .. import tables
+from . import tuners
 from .answer import begin, headlines
 from .board import Leaderboard, build
-from .charts import standings_figure
-from .contest import Contest, contest
-from .estimates import summarised
-from .findings import BoardFinding, beyond, findings, tuners_compared
+from .contest import Contest
+from .findings import Finding, beyond, command, findings
 from .page import headline, html
 from .page_data import MEASURED, as_script, page_data
+from .stability import stability_sentences
 from .standings import CASES, CELL, STATUSES, Frame
-from .statistics import Statistics
 from .tables import overall_table
 from .tuners import tuner_table
 from .uncertainty import uncertainty_finding, uncertainty_table
@@ -79,8 +76,7 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
     traces = [entry for source in sources for entry in read_traces(source)]
     manifest = combined(manifests)
     written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters), MANIFEST: _json(manifest)}
-    made = pages(manifest, results, parameters, traces, advice=_tested(folder), slow=slow_board(folder))
-    return _written(folder, written | made)
+    return _written(folder, written | pages(folder, manifest, results, parameters, traces))
 
 
 def publish_again(folder: str | Path) -> tuple[Path, ...]:
@@ -100,7 +96,7 @@ def publish_again(folder: str | Path) -> tuple[Path, ...]:
         raise BadInput(f"cannot be read ({error})", file=folder) from None
     page = folder / PAGE
     old = json.loads(page.read_text().partition(DATA)[2].partition("</script>")[0]) if page.is_file() else None
-    return _written(folder, pages(manifest, results, parameters, (), old, _tested(folder), slow_board(folder)))
+    return _written(folder, pages(folder, manifest, results, parameters, (), old))
 
 
 def _tested(folder: Path) -> str:
@@ -110,40 +106,28 @@ def _tested(folder: Path) -> str:
     return (folder / ADVICE).read_text(encoding="utf-8").split("\n\n")[1]
 
 
-@dataclass(frozen=True)
-class SlowBoard:
-    """The board of fits that may take minutes: its headlines in one line, and its problems, one row (`CELL`) each."""
-
-    headlines: str
-    problems: Frame
-
-    def told(self, main: Contest) -> str:
-        """Its headlines, how its problems differ from the main board's, and whom that ranks first on those of both."""
-        import pandas as pd
-
-        own, theirs = (pd.MultiIndex.from_frame(frame[CELL].astype(str)) for frame in (main.problems, self.problems))
-        both = np.asarray(own.isin(theirs))
-        if both.all() and len(own) == len(theirs):
-            return self.headlines
-        text = f"{self.headlines} It has {len(theirs)} problems, this board {len(own)}; both have {both.sum()} of them"
-        named = [
-            f"{case} {places[0].method}"
-            for case in CASES
-            if (places := [place for place in main.kept(both).where({"case": case}).order() if not place.partial])
-        ]
-        return f"{text}, on which this board ranks first: {', '.join(named)}." if named else f"{text}."
-
-
-def slow_board(folder: Path) -> SlowBoard | None:
-    """The board in the folder's `SLOW`; None without one."""
+def _slow(folder: Path, main: Contest) -> str:
+    """The headlines of the board in the folder's `SLOW`, how its problems differ from the main board's, and whom that
+    ranks first on those of both; empty without such a board."""
     import pandas as pd
 
     page, table = folder / SLOW / README, folder / SLOW / RESULTS
     if not (page.is_file() and table.is_file()):
-        return None
+        return ""
     lines = page.read_text(encoding="utf-8").splitlines()
-    headlines = " ".join(line.strip("*") for line in lines if line.startswith("**"))
-    return SlowBoard(headlines, pd.read_parquet(table, columns=CELL).drop_duplicates())
+    text = " ".join(line.strip("*") for line in lines if line.startswith("**"))
+    problems = pd.read_parquet(table, columns=CELL).drop_duplicates()
+    own, theirs = (pd.MultiIndex.from_frame(frame[CELL].astype(str)) for frame in (main.problems, problems))
+    both = np.asarray(own.isin(theirs))
+    if both.all() and len(own) == len(theirs):
+        return text
+    text = f"{text} It has {len(theirs)} problems, this board {len(own)}; both have {both.sum()} of them"
+    named = [
+        f"{case} {places[0].method}"
+        for case in CASES
+        if (places := [place for place in main.kept(both).where({"case": case}).order() if not place.partial])
+    ]
+    return f"{text}, on which this board ranks first: {', '.join(named)}." if named else f"{text}."
 
 
 def _written(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
@@ -153,43 +137,34 @@ def _written(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
 
 
 def pages(
+    folder: Path,
     manifest: Mapping[str, Any],
     results: Frame,
     parameters: Frame,
     traces: Sequence[Mapping[str, Any]],
     old: Mapping[str, Any] | None = None,
-    advice: str = "",
-    slow: SlowBoard | None = None,
 ) -> dict[str, bytes]:
-    """README, page and picture by name.
+    """README, page, picture and table of problems by name.
 
     The ranking is that of the first suite, in which all methods are compared on the same problems.
 
     Parameters
     ----------
+    folder : of which the test of the advice and the board of fits that may take minutes are told, where it holds any.
     old : data of an earlier page of the same results, whose curves are kept.
-    advice : what the test of the advice says.
-    slow : the board of fits that may take minutes.
     """
-    runs, estimates, tuning = judged_runs(results, parameters)
-    cells = standings.cell_table(runs)
-    first = str(runs["suite"].iloc[0])
-    board, found = main_board(runs, estimates, first)
-    every = Statistics(contest(cells, runs), cells, estimates)
-    shown = page_data(cells, runs, estimates, traces, first)
+    every, tuning = boards(results, parameters)
+    first = str(every.runs["suite"].iloc[0])
+    main, several = every.in_problems_of(first), every.runs["suite"].nunique() > 1
+    shown = page_data(every, traces, first)
     if old and all(old[name] == shown[name] for name in ("problems", "methods")):
         shown["runs"] = old["runs"]
-    data = as_script(shown)
-    lines = headline_lines(found.board, every.board)
-    compared = None if tuning is None else contest_of_tuners(tuning, parameters)
-    findings = [*told(runs, found, every), *(tuners_compared(compared) if compared else [])]
+    advice = _tested(folder)
     texts = {
-        README: readme(
-            manifest, results, board, lines, found, findings, compared, advice, slow.told(found.board) if slow else ""
-        ),
-        PAGE: html(manifest, results, board, (), found, data, first if runs["suite"].nunique() > 1 else "", advice),
-        PICTURE: picture(board),
-        TABLE: problem_table(cells),
+        README: readme(manifest, results, main, every, tuning, advice, _slow(folder, main.contest)),
+        PAGE: html(manifest, results, main, (), as_script(shown), first if several else "", advice),
+        PICTURE: main.picture(),
+        TABLE: problem_table(every.cells),
     }
     return {name: text.encode() for name, text in texts.items()}
 
@@ -205,26 +180,14 @@ def ranked_and_tuning(results: Frame) -> tuple[Frame, Frame | None]:
     return results[~own].reset_index(drop=True), results[own].reset_index(drop=True)
 
 
-def judged_runs(results: Frame, parameters: Frame) -> tuple[Frame, Frame, Frame | None]:
-    """The runs that methods are ranked by (`standings.judged`), their parameters summarised, and the tuners' runs."""
+def boards(results: Frame, parameters: Frame) -> tuple[Leaderboard, Contest | None]:
+    """The board of the runs that methods are ranked by, and the contest of the tuners' runs."""
+
+    def board(own: Frame) -> Leaderboard:
+        return build(own, parameters[parameters["suite"].isin(own["suite"].unique())].reset_index(drop=True))
+
     runs, tuning = ranked_and_tuning(results)
-    estimates = summarised(parameters[parameters["suite"].isin(runs["suite"].unique())].reset_index(drop=True))
-    return standings.judged(runs, estimates), estimates, tuning
-
-
-def contest_of_tuners(results: Frame, parameters: Frame) -> Contest:
-    """The contest of the runs of the suite `tuners`."""
-    own = parameters[parameters["suite"] == tuners.SUITE].reset_index(drop=True)
-    runs = standings.judged(results, summarised(own))
-    return contest(standings.cell_table(runs), runs)
-
-
-def main_board(runs: Frame, estimates: Frame, suite: str) -> tuple[Leaderboard, Statistics]:
-    """Leaderboard and statistics of all runs (`standings.judged`) in one suite's problems, as the page gives them."""
-    own = runs.merge(runs.loc[runs["suite"] == suite, CELL].drop_duplicates(), on=CELL)
-    cells = standings.cell_table(own)
-    board = build(own, estimates, own, cells)
-    return board, Statistics(contest(cells, own), cells, estimates)
+    return board(runs), None if tuning is None else board(tuning).contest
 
 
 def headline_lines(main: Contest, every: Contest) -> list[str]:
@@ -234,42 +197,42 @@ def headline_lines(main: Contest, every: Contest) -> list[str]:
     return [f"{begin(case)}: {text}" if case else text for case, text in found.items()]
 
 
-def told(runs: Frame, main: Statistics, every: Statistics) -> list[BoardFinding]:
+def told(main: Leaderboard, every: Leaderboard, tuning: Contest | None) -> list[Finding]:
     """All findings, of the main suite's ranking and of the conditions of all suites."""
-    more = (uncertainty_finding(runs), *_generalise(runs))
-    return [*findings(main, every), *(found for found in more if found is not None)]
-
-
-def _generalise(runs: Frame) -> list[BoardFinding]:
-    """What only the suite `generalise` says."""
-    own = runs[runs["suite"] == "generalise"]
-    found = None if own.empty else beyond(contest(standings.cell_table(own), own))
-    return [found] if found else []
+    stated = uncertainty_finding(every.runs)
+    generalise = every.runs[every.runs["suite"] == "generalise"]
+    return [
+        *findings(main, every),
+        *([(stated, command("default"))] if stated else []),
+        *(beyond(Leaderboard(generalise, every.estimates).contest) if len(generalise) else []),
+        *((own.sentence(), command(tuners.SUITE)) for own in (tuners.budgets(tuning) if tuning else [])),
+    ]
 
 
 def readme(
     manifest: Mapping[str, Any],
     results: Frame,
     board: Leaderboard,
-    lines: Sequence[str],
-    statistics: Statistics,
-    findings: Sequence[BoardFinding],
-    tuning: Contest | None = None,
-    advice: str = "",
-    slow: str = "",
+    every: Leaderboard,
+    tuning: Contest | None,
+    advice: str,
+    slow: str,
 ) -> str:
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
-    suites = ranked_and_tuning(results)[0]["suite"]
+    suites = every.runs["suite"]
     main, where = suites.iloc[0], f" in the suite {suites.iloc[0]}" if suites.nunique() > 1 else ""
     ranking = overall_table(board.overall)
     keep = [i for i, name in enumerate(ranking.columns) if name in SHOWN]
     rows = tuple(tuple(row[i] for i in keep) for row in ranking.rows)
     shown = tables.Table(tuple(ranking.columns[i] for i in keep), rows)
-    listed = [f"{n}. {tables.in_markdown(own.text)}\n   `{own.command}`" for n, own in enumerate(findings, start=1)]
+    listed = [
+        f"{n}. {tables.in_markdown(text)}\n   `{made_by}`"
+        for n, (text, made_by) in enumerate(told(board, every, tuning), start=1)
+    ]
     return "\n\n".join(
         [
             "# Leaderboard",
-            *(f"**{tables.in_markdown(line)}**" for line in lines),
+            *(f"**{tables.in_markdown(line)}**" for line in headline_lines(board.contest, every.contest)),
             *([f"{advice} See [{ADVICE}]({ADVICE})."] if advice else []),
             *([f"[Where a fit may take minutes]({SLOW}/{README}): {slow}"] if slow else []),
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
@@ -288,7 +251,7 @@ def readme(
             "\n".join(listed),
             *(_section(tuner_table(tuning)) if tuning else []),
             "## Statistics",
-            *map(tables.in_markdown, statistics.statements()),
+            *map(tables.in_markdown, stability_sentences(board.contest)),
         ]
     ) + "\n"  # fmt: skip
 
@@ -316,16 +279,6 @@ def problem_table(cells: Frame) -> str:
     """The medians over seeds of every problem and method as CSV text."""
     table = cells[[*TABLE_COLUMNS]].rename(columns={"label": "method"})
     return str(table.to_csv(index=False, float_format=DIGITS, lineterminator="\n"))
-
-
-def picture(board: Leaderboard) -> str:
-    """The standings as an SVG file."""
-    import matplotlib
-
-    with matplotlib.rc_context({"svg.hashsalt": "helmbench", "svg.fonttype": "none"}):
-        buffer = io.BytesIO()
-        standings_figure(board.overall).savefig(buffer, format="svg", metadata=plots.NO_METADATA)
-    return "\n".join(line.rstrip() for line in buffer.getvalue().decode().splitlines()) + "\n"
 
 
 def together(found: Sequence[tuple[Frame, Frame]]) -> tuple[Frame, Frame]:

@@ -60,32 +60,10 @@ EFFICIENCY_SEEDS = 3
 """Least number of seeds from which an efficiency is estimated."""
 
 STANDING_COLUMNS = [
-    "scope",
-    "group",
-    "method",
-    "mean_rank",
-    "rank_parameters",
-    "rank_prediction",
-    "cells",
-    "rel_error",
-    "rel_error_low",
-    "rel_error_high",
-    "nrmse",
-    "nrmse_low",
-    "nrmse_high",
-    "rmse_yaw_rate_rad_s",
-    "r2_yaw_rate",
-    "rmse_heading_rad",
-    "r2_heading",
-    "efficiency",
-    "diverged",
-    "failed",
-    "not_applicable",
-    "ok",
-    "runs",
-    "wall_s",
-    "cpu_s",
-    "peak_memory_mib",
+    *("scope", "group", "method", "mean_rank", *CRITERIA, "cells"),
+    *(f"{name}{end}" for name in CRITERIA.values() for end in ("", "_low", "_high")),
+    *("rmse_yaw_rate_rad_s", "r2_yaw_rate", "rmse_heading_rad", "r2_heading", "efficiency"),
+    *("diverged", "failed", "not_applicable", "ok", "runs", "wall_s", "cpu_s", "peak_memory_mib"),
 ]
 
 
@@ -223,14 +201,6 @@ def efficiency(estimates: Frame) -> Frame:
     return found[[*CELL, "label", "parameter", "seeds", "efficiency"]].reset_index(drop=True)
 
 
-def details(cells: Frame, estimates: Frame) -> Frame:
-    """Rows of `cell_table` in reading order, with the estimates of small models as text."""
-    places = {text: in_order(text) for text in cells["noise"].unique()}
-    table = cells.assign(estimates=_estimates(cells, estimates), _noise=cells["noise"].astype(str).map(places))
-    keys = ["vessel", "train", "held_out", "model", "_noise", "disturbance", "thinning", "length", "label"]
-    return table.sort_values(keys, ignore_index=True).drop(columns="_noise")
-
-
 def failures(runs: Frame) -> Frame:
     """Every reason why runs failed, did not apply or did not converge, with the number of runs and their seeds."""
     listed = runs[(runs["status"] != "ok") | runs["error"].notna()]
@@ -252,10 +222,10 @@ def bootstrap_interval(values: Sequence[float] | np.ndarray, draws: int = BOOTST
         ordered, middle = np.sort(values), 0.5 * (values.size - 1)
         return float(ordered[int(np.floor(middle - half))]), float(ordered[int(np.ceil(middle + half))])
     picks = np.random.default_rng(BOOTSTRAP_SEED).integers(values.size, size=(draws, values.size))
-    medians = np.sort(_medians(values[picks]))
+    drawn = np.sort(medians(values[picks]))
     tail = (1.0 - LEVEL) / 2.0
     low, high = int(np.floor(tail * (draws - 1))), int(np.ceil((1.0 - tail) * (draws - 1)))
-    return float(medians[low]), float(medians[high])
+    return float(drawn[low]), float(drawn[high])
 
 
 def _standing(cells: Frame, efficiencies: Any) -> dict[str, Any]:
@@ -299,16 +269,6 @@ def labels(frame: Frame) -> Series:
     return pd.Series(pd.Categorical.from_codes(codes, every), index=frame.index)
 
 
-def _estimates(cells: Frame, estimates: Frame, most: int = 6) -> list[str]:
-    """`K 0.324, T 20.1` per row: the median estimates over seeds, for models with few parameters."""
-    table = estimates[estimates["estimate"].notna() & estimates["vessel"].isin(cells["vessel"].unique())]
-    texts: dict[tuple, list[str]] = {}
-    for *cell, parameter, value in table[[*CELL, "label", "parameter", "estimate"]].itertuples(index=False, name=None):
-        texts.setdefault(tuple(cell), []).append(f"{parameter} {value:.4g}")
-    found = [texts.get(tuple(row), []) for row in cells[[*CELL, "label"]].itertuples(index=False, name=None)]
-    return [", ".join(items) if len(items) <= most else f"{len(items)} parameters" for items in found]
-
-
 def in_order(level: str) -> tuple[tuple[int, float, str], ...]:
     """Key that sorts levels in reading order: noise levels by size, numbers by value, other texts by letter."""
     from ...datasets.sensors import NOISE
@@ -329,15 +289,16 @@ def _mean(values: Series) -> float:
 
 def median(values: Any) -> float:
     """Median without nan; infinite where the middle is."""
-    known = np.asarray(values, dtype=float)
-    known = known[~np.isnan(known)]
-    return float(_medians(known[None, :])[0]) if known.size else float("nan")
+    known = np.asarray(values, dtype=float).ravel()
+    return float(medians(known)) if known.size else float("nan")
 
 
-def _medians(rows: np.ndarray) -> np.ndarray:
-    """Medians along the last axis where infinities are ordinary large values."""
-    ordered = np.sort(rows, axis=-1)
-    n = ordered.shape[-1]
-    low, high = ordered[..., (n - 1) // 2], ordered[..., n // 2]
+def medians(rows: np.ndarray) -> np.ndarray:
+    """Medians along the last axis without nan, infinities being ordinary large values; nan where nothing is known."""
+    ordered, n = np.sort(rows, axis=-1), (~np.isnan(rows)).sum(axis=-1)
+    low, high = (
+        np.take_along_axis(ordered, np.maximum(place, 0)[..., None], axis=-1)[..., 0]
+        for place in ((n - 1) // 2, n // 2)
+    )
     with np.errstate(invalid="ignore"):
-        return np.where(low == high, low, (low + high) / 2.0)
+        return np.where(n == 0, np.nan, np.where(low == high, low, (low + high) / 2.0))

@@ -1,23 +1,19 @@
-"""Tables of the leaderboard: standings, methods by conditions, all cells, failures."""
+"""Tables of the leaderboard: standings, methods by conditions, failures, errors by record, timings."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...models.data_file import load
 from ...models.errors import BadInput
 from ...models.folders import check_regular
 from ..numbers import duration, is_missing, number
 from ..tables import Cell, Column, Table, field, make_table, with_least_marked
-from . import standings
-from .columns import DETAIL, FAILURE, STANDING
+from .columns import FAILURE, STANDING
 from .standings import Frame
-
-if TYPE_CHECKING:
-    from .standings import Frame
 
 FACTORS = {
     "noise": "noise",
@@ -31,18 +27,8 @@ FACTORS = {
 }
 """Titles of the factors of `standings.FACTORS`."""
 CRITERIA = {"rel_error": "Parameter error", "nrmse": "Held-out NRMSE"}
-NEAR = 1.5
-"""The fastest method is sought among those with a prediction error up to this multiple of the least."""
-CHOICES = {
-    "records": "records",
-    "rel_error": "most accurate parameters (error)",
-    "nrmse": "best prediction (NRMSE)",
-    "fast": f"fastest within {NEAR:g} times the best (NRMSE, time)",
-}
 MOST_FAILURES = 1000
 """Rows of the table of failures beyond which it says no conditions."""
-SHARED = ("model", "train", "held out", "noise", "disturbance")
-"""Columns of the table of all cells that stand in its note where they are the same in every row."""
 
 
 def overall_table(overall: Frame) -> Table:
@@ -86,51 +72,6 @@ def _compared(level: str) -> Column:
 def _in_every_cell(cell: Cell) -> bool:
     """Whether a cell of `_matrix` is a median over as many cells as any other there."""
     return " of " not in cell.text
-
-
-def choice_table(by: Mapping[str, Frame]) -> Table:
-    """For every level of every factor: most accurate parameters, best prediction, fastest near the best.
-
-    Only methods that were compared in as many cells as any other there.
-    """
-    rows = [
-        {"records": f"{FACTORS[factor]} {level}", **_choices(frame[frame["group"] == level])}
-        for factor, frame in by.items()
-        for level in dict.fromkeys(frame["group"])
-    ]
-    note = (
-        "The three methods with the best mean rank, with their median errors; and the fastest one with a prediction "
-        f"error of at most {NEAR:g} times the least. Only methods that were compared in every cell there."
-    )
-    return make_table([field(name, title) for name, title in CHOICES.items()], rows, "Which method", note)
-
-
-def _choices(frame: Frame, most: int = 3) -> dict[str, str]:
-    """Texts of one row of `choice_table`."""
-    everywhere = _rows(frame[(frame["cells"] == frame["cells"].max()) & (frame["cells"] > 0)])
-    texts = {}
-    for rank, name in standings.CRITERIA.items():
-        known = sorted((row for row in everywhere if not is_missing(row[rank])), key=lambda row: row[rank])
-        texts[name] = ", ".join(f"{row['method']} {number(row[name])}" for row in known[:most])
-    known = [row for row in everywhere if not is_missing(row["nrmse"])]
-    least = min((row["nrmse"] for row in known), default=0.0)
-    fast = min((row for row in known if row["nrmse"] <= NEAR * least), key=lambda row: row["cpu_s"], default=None)
-    text = f"{fast['method']} {number(fast['nrmse'])}, {duration(fast['cpu_s'])}" if fast else ""
-    return texts | {"fast": text}
-
-
-def detail_tables(detail: Frame) -> list[Table]:
-    """Every cell, one table a vessel."""
-    vessels = list(dict.fromkeys(detail["vessel"]))
-    return [_detail_table(vessel, _rows(detail[detail["vessel"] == vessel])) for vessel in vessels]
-
-
-def _detail_table(vessel: str, rows: Sequence[Mapping[str, Any]]) -> Table:
-    texts = {column.title: {column.text(row) for row in rows} for column in DETAIL if column.title in SHARED}
-    shared = {title: found.pop() for title, found in texts.items() if len(found) == 1}
-    note = ", ".join(f"{title} {text}" for title, text in shared.items())
-    columns = [column for column in DETAIL if column.title not in shared]
-    return make_table(columns, rows, f"All cells of {vessel}", f"All with {note}." if note else "")
 
 
 def failure_table(failures: Frame) -> Table:

@@ -7,30 +7,34 @@ the tuner's seeds.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
-from ..numbers import duration, number, p_value
-from ..tables import Column, Table, make_table
+from ..numbers import duration, number
+from ..tables import Table, field, make_table
+from .columns import numeric
 from .contest import Contest
 from .grey_black import FEWEST
-from .paired import LEVEL, PairedComparison, compare, log_ratios
+from .paired import LEVEL, holm, log_ratios, signed_rank
 from .standings import median
 
 SUITE = "tuners"
 """The suite whose runs compare tuners; they take no part in the ranking of methods."""
 PREFIX = "tuned:"
-
-
-class Tuned(NamedTuple):
-    """What a label says: the method with the options that are given, the tuner and the number of trials."""
-
-    method: str
-    tuner: str
-    trials: int
+COLUMNS = (
+    numeric("trials", "trials"),
+    field("tuner"),
+    numeric("error over the least", "excess"),
+    numeric("median error", "error"),
+    numeric("CPU time", "time", duration),
+)
+NOTE = (
+    "Held-out errors of the options found: the median ratio to the least error of all tuners in the same problem, and "
+    "the median over problems and methods; CPU time of a fit with all its trials."
+)
 
 
 @dataclass(frozen=True)
@@ -40,59 +44,53 @@ class Budget:
     Attributes
     ----------
     trials, methods : number of trials, and the methods that were tuned.
-    tests : the tuners by mean rank, Friedman's test and signed ranks of every pair.
-    errors : tuner -> errors (n,) on the shared problems, infinite where the fit failed or its free run diverged.
+    errors : tuner -> errors (n,) on the shared problems, infinite where the fit failed or its free run diverged; the
+        tuners by `excess`, since the errors of problems differ too much for their median.
     times : tuner -> median CPU time of a fit with its trials, s.
     """
 
     trials: int
     methods: tuple[str, ...]
-    tests: PairedComparison
     errors: Mapping[str, np.ndarray]
     times: Mapping[str, float]
 
-    @property
-    def order(self) -> list[str]:
-        """The tuners by `excess`, then by mean rank: the errors of problems differ too much for their median."""
-        return sorted(self.tests.methods, key=self.excess)
-
-    def excess(self, tuner: str) -> float:
-        """Median ratio of the tuner's error to the least of all tuners in the same problem."""
-        least = np.min([*self.errors.values()], axis=0)
-        return float(np.exp(median(log_ratios(self.errors[tuner], least))))
+    def rows(self) -> list[dict[str, Any]]:
+        """Rows of `tuner_table`, the tuner with the least excess first."""
+        return [
+            {"trials": self.trials, "tuner": name, "excess": excess(self.errors, name), "error": median(own)}
+            | {"time": self.times[name]}
+            for name, own in self.errors.items()
+        ]
 
     def sentence(self) -> str:
-        """Which tuner finds the best options, and whether chance alone explains the differences."""
-        first, *rest = self.order
-        others = ", ".join(f"{tuner} {number(self.excess(tuner))}" for tuner in rest)
+        """Which tuner finds the best options, and which others signed ranks tell apart from it (Holm-corrected)."""
+        first, *rest = self.errors
+        others = ", ".join(f"{tuner} {number(excess(self.errors, tuner))}" for tuner in rest)
+        p = holm([signed_rank(log_ratios(self.errors[tuner], self.errors[first])) for tuner in rest])
+        told = ", ".join(tuner for tuner, value in zip(rest, p, strict=True) if value < LEVEL) or "none"
         return (
             f"Of tuners at equal budgets ({self.trials} trials), {first} finds options with the least held-out error "
-            f"in the median: {number(self.excess(first))} times the least of all tuners in the same problem "
-            f"({others}); {self._chance()}"
+            f"in the median: {number(excess(self.errors, first))} times the least of all tuners in the same problem "
+            f"({others}); of these, signed ranks over {len(self.errors[first])} problems of {len(self.methods)} "
+            f"methods tell apart from it: {told}."
         )
 
-    def _chance(self) -> str:
-        tests = self.tests
-        p = "< 0.001" if tests.friedman_p < 0.001 else f"= {p_value(tests.friedman_p)}"
-        friedman = f"Friedman p {p} over {tests.n} problems of {len(self.methods)} methods"
-        if not tests.friedman_p < LEVEL:
-            return f"the differences are not more than chance ({friedman})."
-        pairs = [(i, j) for j in range(len(tests.methods)) for i in range(j) if tests.p[i, j] < LEVEL]
-        told = ", ".join(f"{tests.methods[i]} before {tests.methods[j]}" for i, j in pairs) or "no pair"
-        return f"the differences are more than chance ({friedman}; by mean rank signed ranks tell apart: {told})."
+
+def excess(errors: Mapping[str, np.ndarray], tuner: str) -> float:
+    """Median ratio of a tuner's errors (n,) to the least of all tuners in the same problem."""
+    return float(np.exp(median(log_ratios(errors[tuner], np.min([*errors.values()], axis=0)))))
 
 
-def tuned(label: str) -> Tuned | None:
-    """What a label of the contest says of its tuning; None unless it names tuner and trials."""
+def tuned(label: str) -> tuple[str, str, int] | None:
+    """Method with the options that are given, tuner and number of trials of a label; None unless it names them."""
     name, *options = label.split(",")
-    pairs = [option.partition("=") for option in options]
-    given = {option: value for option, _, value in pairs}
+    given = {option: value for option, _, value in (option.partition("=") for option in options)}
     tuner, trials = given.pop("tuner", ""), given.pop("trials", "")
     given.pop("tuner_seed", None)
     if not (name.startswith(PREFIX) and tuner and trials.isdigit()):
         return None
     method = ",".join([name.removeprefix(PREFIX), *(f"{option}={value}" for option, value in given.items())])
-    return Tuned(method, tuner, int(trials))
+    return method, tuner, int(trials)
 
 
 def budgets(board: Contest) -> list[Budget]:
@@ -103,8 +101,8 @@ def budgets(board: Contest) -> list[Budget]:
     places: dict[int, dict[str, dict[str, list[int]]]] = {}
     for place, label in enumerate(board.methods):
         if own := tuned(label):
-            by_tuner = places.setdefault(own.trials, {}).setdefault(own.method, {})
-            by_tuner.setdefault(own.tuner, []).append(place)
+            method, tuner, trials = own
+            places.setdefault(trials, {}).setdefault(method, {}).setdefault(tuner, []).append(place)
     found = [_budget(board, trials, places[trials]) for trials in sorted(places)]
     return [budget for budget in found if budget is not None]
 
@@ -117,36 +115,20 @@ def _budget(board: Contest, trials: int, places: Mapping[str, Mapping[str, Seque
     blocks = [
         np.column_stack([np.median(board.errors[:, own[tuner]], axis=1) for tuner in tuners]) for own in places.values()
     ]
-    errors = np.concatenate(blocks)
-    errors = errors[~np.isnan(errors).any(axis=1) & np.isfinite(errors).any(axis=1)]
-    if len(errors) < FEWEST:
+    table = np.concatenate(blocks)
+    table = table[~np.isnan(table).any(axis=1) & np.isfinite(table).any(axis=1)]
+    if len(table) < FEWEST:
         return None
+    errors = dict(zip(tuners, table.T, strict=True))
+    errors = {tuner: errors[tuner] for tuner in sorted(tuners, key=lambda tuner: excess(errors, tuner))}
     times = {
         tuner: median(np.concatenate([board.times[:, own[tuner]].ravel() for own in places.values()]))
         for tuner in tuners
     }
-    return Budget(trials, tuple(places), compare(errors, tuners), dict(zip(tuners, errors.T, strict=True)), times)
+    return Budget(trials, tuple(places), errors, times)
 
 
 def tuner_table(board: Contest) -> Table:
     """Tuners by budget and error; no row where the contest does not compare any."""
-    rows = [(budget, tuner) for budget in budgets(board) for tuner in budget.order]
-    columns = [
-        Column("trials", lambda row: str(row[0].trials), lambda row: row[0].trials),
-        Column("tuner", lambda row: row[1]),
-        _number("error over the least", lambda budget, tuner: budget.excess(tuner)),
-        _number("median error", lambda budget, tuner: median(budget.errors[tuner])),
-        _number("mean rank", lambda budget, tuner: float(budget.tests.mean_ranks[budget.tests.methods.index(tuner)])),
-        Column("CPU time", lambda row: duration(row[0].times[row[1]]), lambda row: row[0].times[row[1]]),
-    ]
-    return make_table(columns, rows, "Tuners at equal budgets", NOTE if rows else "")
-
-
-NOTE = (
-    "Held-out errors of the options found: the median ratio to the least error of all tuners in the same problem, and "
-    "the median over problems and methods; CPU time of a fit with all its trials."
-)
-
-
-def _number(title: str, value: Callable[[Budget, str], float]) -> Column:
-    return Column(title, lambda row: number(value(*row), 3), lambda row: value(*row))
+    rows = [row for budget in budgets(board) for row in budget.rows()]
+    return make_table(COLUMNS, rows, "Tuners at equal budgets", NOTE if rows else "")

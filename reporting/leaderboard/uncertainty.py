@@ -9,7 +9,6 @@ import numpy as np
 from ..numbers import percent
 from ..tables import Table, field, make_table
 from .columns import count, numeric
-from .findings import BoardFinding, command
 from .standings import labels, median
 
 if TYPE_CHECKING:
@@ -47,7 +46,7 @@ def _row(label: str, own: Frame) -> dict[str, Any]:
     return {"method": label, "runs": len(own)} | found | shares
 
 
-def uncertainty_finding(runs: Frame) -> BoardFinding | None:
+def uncertainty_finding(runs: Frame) -> str | None:
     """How often the stated intervals of free runs hold, with the ship's own equations and on measured ships.
 
     runs : as `standings.judged` gives them.
@@ -56,7 +55,5 @@ def uncertainty_finding(runs: Frame) -> BoardFinding | None:
         return None
     shares = runs.groupby("case", observed=True)["coverage_free"].agg(["mean", "count"])
     told = [f"{case} {percent(float(mean))} ({int(n)} runs)" for case, mean, n in shares.itertuples(name=None) if n]
-    if not told:
-        return None
     text = f"The 95 % intervals of free runs that methods state hold the record in: {', '.join(told)}."
-    return BoardFinding(text, command("default"))
+    return text if told else None

@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.methods.eso_rw_lssvr import EsoRwLssvr
-from helmbench.models.errors import BadInput, CannotFit
+from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
 RECORDS = {
@@ -74,9 +74,3 @@ def test_the_printed_variant_needs_a_heading_reference():
 def test_3dof_models_are_refused():
     with pytest.raises(CannotFit, match="response model"):
         EsoRwLssvr().fit([generate(Case("mariner", "zigzag:20/20", duration_s=100.0))], resolve("mariner"))
-
-
-@pytest.mark.parametrize("options", [{"omega0": 0.0}, {"discretisation": "none"}, {"C": 0.0}])
-def test_impossible_options(options):
-    with pytest.raises(BadInput):
-        EsoRwLssvr(**options).fit([record_of("cargo-S3")], resolve("cargo"))

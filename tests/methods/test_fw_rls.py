@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 from helmbench.methods.rls import FwRls, Rls
-from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 
 from ..made_up.records import driven, relative_errors
@@ -66,9 +65,3 @@ def test_forgetting_follows_a_change():
     remembering, forgetting = (method.fit(records, before) for method in methods)
     assert relative_errors(forgetting, after)["K"] < 1e-4
     assert relative_errors(remembering, after)["K"] > 0.05
-
-
-@pytest.mark.parametrize("options", [{"mu": 0.0}, {"mu": 1.1}, {"weight": 0.0}])
-def test_impossible_options(options):
-    with pytest.raises(BadInput):
-        fit(FwRls(**options))

@@ -12,7 +12,6 @@ from helmbench.estimation.methods_only.likelihood.moving_horizon import Arrival,
 from helmbench.estimation.records.series import series_of
 from helmbench.methods.moving_horizon import MovingHorizon
 from helmbench.methods.output_error import OutputError
-from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 
 from ..made_up.records import relative_errors
@@ -99,18 +98,3 @@ def test_the_trajectory_has_a_row_for_every_horizon(suite):
     assert estimate.trajectory.shape == (2 * n, 3) and estimate.extra["passes"] == 2
     assert estimate.trajectory_time_s[-1] == pytest.approx(2.0 * sum(r.time_s[-1] - r.time_s[0] for r in records))
     assert set(estimate.extra["residual_sd"]) == {"r", "psi"}
-
-
-def test_refusals(suite):
-    model, records = suite("response-1")
-    for options in (
-        {"horizon": 1},
-        {"step": 0.0},
-        {"step": 1.5},
-        {"step": 0.4},
-        {"forgetting": 0.0},
-        {"passes": 0},
-        {"inflation": 0},
-    ):
-        with pytest.raises(BadInput):
-            MovingHorizon(**options).fit(records, model)

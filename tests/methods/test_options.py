@@ -1,6 +1,7 @@
 """Options: one declaration makes the constructor, the check, the docstring, the list and the searched range."""
 
 import inspect
+import re
 from typing import ClassVar
 
 import pytest
@@ -8,7 +9,7 @@ import pytest
 from helmbench.estimation.methods_only.tuning.space import Real
 from helmbench.methods.base import Method
 from helmbench.methods.options import POSITIVE, option, whole, words
-from helmbench.methods.registry import method_options, methods
+from helmbench.methods.registry import make, method_options, methods
 from helmbench.models.errors import BadInput
 
 
@@ -127,3 +128,40 @@ def test_every_option_has_a_meaning_and_no_value_ends_in_a_traceback(name):
 def test_what_wraps_lists_the_options_of_what_it_wraps(text, own, inner):
     names = [one.name for one in method_options(text)]
     assert names.index(own) < names.index(inner)
+
+
+IMPOSSIBLE = {
+    "ekf": "passes=0 inflation=0",
+    "eso-rw-lssvr": "omega0=0 discretisation=other C=0",
+    "euler-ls": "algorithm=A3",
+    "fci-ls": "beta=-1 most=0 tolerance=-1",
+    "fw-rls": "mu=0 mu=1.1 weight=0",
+    "gp-narx": "trials=-1",
+    "arx": "stride=0",
+    "huber": "k=0 scheme=zoh",
+    "iv": "instruments=none lag=0 iterations=0 horizon_s=-1 scheme=x",
+    "ls": "scheme=backward",
+    "ls-svr": "C=-1 scheme=other tuner=other variant=other",
+    "lts": "coverage=0.5 starts=-1",
+    "mi-rls": "length=0 length=2.5",
+    "mlp": "alpha=-2",
+    "moving-horizon": "horizon=1 step=0 step=1.5 step=0.4 forgetting=0 passes=0 inflation=0",
+    "nmi-rls": "omega=0",
+    "output-error": "max_iterations=0",
+    "pem": "max_iterations=0",
+    "pinn": "weight=0 spacing=0.5 iterations=0",
+    "ridge": "penalty=-1",
+    "rls": "p0=-1 prior=mine",
+    "svf-ls": "omega=0 omega=-1 order=2",
+    "tls": "scaling=none scheme=x",
+    "tukey": "k=-1",
+    "ukf": "alpha=0 alpha=1.5 beta=0 passes=0",
+}
+
+
+@pytest.mark.parametrize("text", [f"{name},{own}" for name, options in IMPOSSIBLE.items() for own in options.split()])
+def test_impossible_options_of_methods_are_refused(text):
+    _, key, _ = re.split("[,=]", text)
+    with pytest.raises(BadInput, match=key) as caught:
+        make(text)
+    assert "\n" not in str(caught.value)

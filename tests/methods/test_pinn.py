@@ -8,7 +8,7 @@ import pytest
 from helmbench.datasets.generator import Case, generate
 from helmbench.methods import contract
 from helmbench.methods.registry import make
-from helmbench.models.errors import BadInput, CannotFit
+from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
 
@@ -56,13 +56,6 @@ def test_what_the_records_leave_open_has_no_finite_error():
     straight = record.with_channels(**{name: np.zeros(record.n) for name in record.channels})
     found = contract.fit_or_none(make("pinn,iterations=5"), straight, model)
     assert found is None or not np.isfinite(found.covariance).all()
-
-
-@pytest.mark.parametrize("text", ["pinn,weight=0", "pinn,spacing=0.5", "pinn,iterations=0"])
-def test_impossible_options_are_refused(text):
-    model, records = contract.sample("response-1")
-    with pytest.raises(BadInput):
-        make(text).fit(records, model)
 
 
 def test_without_jax_it_does_not_apply(monkeypatch):

@@ -3,12 +3,8 @@
 import numpy as np
 import pytest
 
-from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.numerics import factors
-from helmbench.methods.registry import make
 from helmbench.methods.tls import total
-from helmbench.models.errors import BadInput
-from helmbench.models.model import resolve
 
 
 def factor_of(a, b):
@@ -54,17 +50,3 @@ def test_tls_of_exact_columns_is_least_squares(rng):
     assert found.x == pytest.approx(np.linalg.lstsq(a, b, rcond=None)[0], rel=1e-9)
     expected = np.linalg.inv(a.T @ a) * np.sum((b - a @ found.x) ** 2) / 296
     assert np.diag(found.covariance) == pytest.approx(np.diag(expected), rel=1e-6)
-
-
-@pytest.mark.parametrize("text", ["tls,scheme=forward", "tls,scheme=forward,scaling=unit"])
-@pytest.mark.parametrize("name", ["response-1", "kvlcc2-l7"])
-def test_exact_on_difference_data(text, name):
-    model = resolve(name)
-    record = generate(Case(name, "zigzag:20/20@euler"))
-    assert make(text).fit([record], model).coefficients == pytest.approx(model.coefficients, rel=1e-4)
-
-
-@pytest.mark.parametrize("text", ["tls,scaling=none", "tls,scheme=x"])
-def test_impossible_options_are_refused(text):
-    with pytest.raises(BadInput):
-        make(text)

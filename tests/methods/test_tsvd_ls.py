@@ -33,7 +33,7 @@ def test_the_rank_is_that_of_the_least_cross_validation(rng):
         b = a @ [1.0, -1.0, 2.0] + noise * rng.normal(size=n)
         residuals = [b - a @ truncated(factor_of(a, b), n, rank).coefficients for rank in (1, 2, 3)]
         gcv = [n * (e @ e) / (n - rank) ** 2 for rank, e in enumerate(residuals, start=1)]
-        assert truncated(factor_of(a, b), n).rank == 1 + int(np.argmin(gcv))
+        assert truncated(factor_of(a, b), n).extra["rank"] == 1 + int(np.argmin(gcv))
     assert truncated(factor_of(a, a @ [1.0, -1.0, 2.0]), n).coefficients == pytest.approx([1.0, -1.0, 2.0], rel=1e-6)
 
 

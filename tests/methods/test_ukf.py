@@ -5,7 +5,6 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.methods.kalman import Ukf
-from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.models.simulate import simulate
 
@@ -36,9 +35,3 @@ def test_response_model_from_a_noisy_heading(rng):
     print(found)
     limits = {"T1": 0.01, "T2": 0.25, "T3": 0.18, "K": 0.001}
     assert all(found[name] == pytest.approx(value, rel=limits[name]) for name, value in model.parameters.items())
-
-
-@pytest.mark.parametrize("options", [{"alpha": 0.0}, {"alpha": 1.5}, {"beta": 0.0}, {"passes": 0}])
-def test_impossible_options(options):
-    with pytest.raises(BadInput):
-        Ukf(**options).fit([generate(Case("cargo", "zigzag:20/20"))], resolve("cargo"))

@@ -118,7 +118,12 @@ class EffectKind(ABC):
 
     def truths(self, p: Mapping[str, Any], ship: TrueShip, details: Mapping[str, Any]) -> dict[str, float]:
         """True sizes in one record, by the names under which a finding with these `details` states them."""
-        return {name: float(value) for name, value in p.items() if isinstance(value, int | float)}
+        return numbers(p)
+
+
+def numbers(p: Mapping[str, Any]) -> dict[str, float]:
+    """The parameters that are numbers."""
+    return {name: float(value) for name, value in p.items() if isinstance(value, int | float)}
 
 
 class RecordEffect(EffectKind):
@@ -147,9 +152,9 @@ class RegimeKind(EffectKind):
     group = REGIME
     right: ClassVar[tuple[str, ...]]
 
-    @abstractmethod
     def regime(self, p: Mapping[str, Any], ship: TrueShip) -> TrueRegime:
         """Where it acts."""
+        raise NotImplementedError(f"{self.id} has no regime")
 
 
 class ScalarKind(EffectKind):

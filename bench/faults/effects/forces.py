@@ -15,7 +15,6 @@ import numpy as np
 
 from ....models.compilation import njit
 from ..regimes import TrueRegime
-from ..ships import TrueShip
 from ..simulator import CONSTANTS
 from .base import ANTICIPATED, REGIME, EffectKind, RegimeKind, Setting
 
@@ -119,6 +118,25 @@ def _in_time(p: Mapping[str, Any]) -> frozenset[str]:
     return frozenset({"time"})
 
 
+class ForceRegime(ForceKind, RegimeKind):
+    """A force that acts in a part of the run only."""
+
+    group = REGIME
+
+
+def propeller_push(a, t, x, d, length, speed, out):
+    """Pushes the stern sideways while the ship turns to one side (a[1]: -1 port, 1 starboard)."""
+    if a[1] * x[2] > 0.0:
+        out[1] += a[0]
+        out[2] -= a[0]
+
+
+def resistance(a, t, x, d, length, speed, out):
+    """Resists more above a speed (a[1]: speed over the ship's own)."""
+    if x[0] * x[0] + x[1] * x[1] > (a[1] * speed) ** 2:
+        out[0] -= a[0]
+
+
 ROWS = (
     AnticipatedForce(
         id="memory", rank=34, force=memory,
@@ -145,46 +163,16 @@ ROWS = (
         id="periodic", rank=38, force=periodic, variables=_in_time,
         constants=lambda s, axis, rng: [rng.uniform(0.12, 0.4) / s.ship.clock, axis, rng.uniform(-np.pi, np.pi)],
     ),
+    ForceRegime(
+        id="propeller_side_force", rank=61, response=True, force=propeller_push,
+        right=("asymmetry", "neutral_rudder_angle", "rudder_offset", "constant_force"),
+        draw_constants=lambda s, rng: [float(rng.choice([-1.0, 1.0])), float(rng.choice([-1.0, 1.0]))],
+        regime=lambda p, ship: TrueRegime("side", "port" if p["constants"][1] < 0.0 else "starboard"),
+    ),
+    ForceRegime(
+        id="resistance_above_speed", rank=64, force=resistance,
+        right=("resistance", "constant_force", "propeller_thrust"),
+        draw_constants=lambda s, rng: [1.0, float(rng.uniform(0.85, 0.93))],
+        regime=lambda p, ship: TrueRegime("speed", "above", p["constants"][1] * ship.speed_m_s),
+    ),
 )  # fmt: skip
-
-
-class PropellerSideForce(ForceKind, RegimeKind):
-    """The propeller pushes the stern sideways while the ship turns to one side (constants[1]: -1 port, 1 starboard)."""
-
-    id = "propeller_side_force"
-    rank = 61
-    group = REGIME
-    response = True
-    right = ("asymmetry", "neutral_rudder_angle", "rudder_offset", "constant_force")
-
-    @staticmethod
-    def force(a, t, x, d, length, speed, out):
-        if a[1] * x[2] > 0.0:
-            out[1] += a[0]
-            out[2] -= a[0]
-
-    def draw_constants(self, s: Setting, rng: np.random.Generator) -> list[float]:
-        return [float(rng.choice([-1.0, 1.0])), float(rng.choice([-1.0, 1.0]))]
-
-    def regime(self, p, ship: TrueShip) -> TrueRegime:
-        return TrueRegime("side", "port" if p["constants"][1] < 0.0 else "starboard")
-
-
-class ResistanceAboveSpeed(ForceKind, RegimeKind):
-    """The hull resists more above a speed (constants[1]: speed over the ship's own)."""
-
-    id = "resistance_above_speed"
-    rank = 64
-    group = REGIME
-    right = ("resistance", "constant_force", "propeller_thrust")
-
-    @staticmethod
-    def force(a, t, x, d, length, speed, out):
-        if x[0] * x[0] + x[1] * x[1] > (a[1] * speed) ** 2:
-            out[0] -= a[0]
-
-    def draw_constants(self, s: Setting, rng: np.random.Generator) -> list[float]:
-        return [1.0, float(rng.uniform(0.85, 0.93))]
-
-    def regime(self, p, ship: TrueShip) -> TrueRegime:
-        return TrueRegime("speed", "above", p["constants"][1] * ship.speed_m_s)

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
 
 import numpy as np
 
 from ....datasets.columns import RUDDERS
 from ..regimes import TrueRegime
-from ..ships import DEGREE, TrueShip
-from .base import EffectKind, RecordEffect, RegimeKind, Rows, ScalarKind, Setting
+from ..ships import DEGREE
+from .base import EffectKind, RecordEffect, RegimeKind, Rows, ScalarKind
 
 
 def rudder_columns(rows: Rows) -> list[str]:
@@ -57,45 +56,20 @@ ROWS = (
         id="rudder_saturation", rank=6, parameter="limit", unit="rad", chain=("saturation",), negative=0.0, cap=0.02,
         inverse=True, command=True, response=True, size=lambda ship: 24 * DEGREE,
     ),
+    EffectKind(  # the rudder loses a share of its effect at a time t0
+        id="rudder_fault", rank=3, units={"e": "1", "t0": "s"}, sized=("e",), cap=0.95, response=True,
+        draw=lambda s, rng: {
+            "e": -0.03 * float(rng.uniform(0.6, 1.4)), "t0": float(rng.uniform(0.25, 0.65) * s.duration_s),
+        },
+        rudder=lambda p: {"fault": p["e"], "fault_time": p["t0"]},
+    ),
+    RegimeKind(  # the rudder loses a share of its force beyond an angle
+        id="rudder_force_loss", rank=60, units={"loss": "1", "angle": "rad"}, sized=("loss",), cap=0.8, response=True,
+        right=("rudder_force", "rudder_large_angle", "rudder_effectiveness", "turning_gain"),
+        draw=lambda s, rng: {
+            "loss": 0.1 * float(np.exp(rng.uniform(-0.4, 0.4))), "angle": float(np.deg2rad(rng.uniform(11.0, 18.0))),
+        },
+        forces=lambda p: {"rudder_loss": p["loss"], "rudder_angle": p["angle"]},
+        regime=lambda p, ship: TrueRegime("rudder", "above", p["angle"]),
+    ),
 )  # fmt: skip
-
-
-class RudderFaultEffect(EffectKind):
-    """The rudder loses a share of its effect at a time t0."""
-
-    id = "rudder_fault"
-    rank = 3
-    units: ClassVar = {"e": "1", "t0": "s"}
-    sized = ("e",)
-    cap = 0.95
-    response = True
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, float]:
-        return {"e": -0.03 * float(rng.uniform(0.6, 1.4)), "t0": float(rng.uniform(0.25, 0.65) * s.duration_s)}
-
-    def rudder(self, p) -> dict[str, float]:
-        return {"fault": p["e"], "fault_time": p["t0"]}
-
-
-class RudderForceLoss(RegimeKind):
-    """The rudder loses a share of its force beyond an angle."""
-
-    id = "rudder_force_loss"
-    rank = 60
-    units: ClassVar = {"loss": "1", "angle": "rad"}
-    sized = ("loss",)
-    cap = 0.8
-    response = True
-    right = ("rudder_force", "rudder_large_angle", "rudder_effectiveness", "turning_gain")
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
-        return {
-            "loss": 0.1 * float(np.exp(rng.uniform(-0.4, 0.4))),
-            "angle": float(np.deg2rad(rng.uniform(11.0, 18.0))),
-        }
-
-    def forces(self, p) -> dict[str, float]:
-        return {"rudder_loss": p["loss"], "rudder_angle": p["angle"]}
-
-    def regime(self, p, ship: TrueShip) -> TrueRegime:
-        return TrueRegime("rudder", "above", p["angle"])

@@ -56,7 +56,11 @@ class SensorKind(RecordEffect):
         self.apply(rows, time, p, {}, rng)
 
 
-class OffsetKind(ScalarKind, SensorKind):
+class ScalarSensorKind(ScalarKind, SensorKind):
+    """An effect on a sensor with one number."""
+
+
+class OffsetKind(ScalarSensorKind):
     """A constant added to a channel: parameter `b`."""
 
     parameter = "b"
@@ -67,7 +71,7 @@ class OffsetKind(ScalarKind, SensorKind):
         rows[self.channel] = rows[self.channel] + p["b"]
 
 
-class ScaleKind(ScalarKind, SensorKind):
+class ScaleKind(ScalarSensorKind):
     """Channels multiplied by 1 + s."""
 
     stage = Stage.SCALE
@@ -96,6 +100,51 @@ def delay_columns(rows: Rows, time: np.ndarray, names: list[str], delay_s: float
         rows[name] = np.where(share > 0.999, moved, np.nan)
 
 
+def turned(rows: Rows, time, p, noise_sd, rng) -> None:
+    turn_velocity(rows, p["angle"])
+
+
+def in_earth_axes(rows: Rows, time, p, noise_sd, rng) -> None:
+    turn_velocity(rows, -rows["heading_rad"])
+
+
+def exchanged(rows: Rows, time, p, noise_sd, rng) -> None:
+    first, second = p["channels"]
+    rows[first], rows[second] = rows[second], rows[first]
+
+
+def negative_rudder(rows: Rows, time, p, noise_sd, rng) -> None:
+    for name in rudder_columns(rows):
+        rows[name] = -rows[name]
+
+
+def late_velocities(p: Mapping[str, Any]) -> tuple[str, ...]:
+    return (*VELOCITY, *ATTITUDE) if p.get("attitude") else VELOCITY
+
+
+def jittered(rows: Rows, time: np.ndarray, p, rng: np.random.Generator) -> None:
+    taken = np.clip(time + p["sd"] * rng.standard_normal(time.size), time[0], time[-1])
+    for name, values in rows.items():
+        rows[name] = np.interp(taken, time, values)
+
+
+def gross_errors(rows: Rows, time, p, noise_sd: Mapping[str, float], rng: np.random.Generator) -> None:
+    for name in [name for name in rows if name not in RUDDERS]:
+        n = rows[name].size
+        error = rng.choice([-1.0, 1.0], n) * rng.uniform(12.0, 30.0, n) * noise_sd.get(name, 0.0)
+        rows[name] = rows[name] + np.where(rng.random(n) < p["share"], error, 0.0)
+
+
+def gross_errors_of_measured(rows: Rows, time, p, rng: np.random.Generator) -> None:
+    """A measured channel's own noise is taken from its third differences."""
+    spread = {name: np.nanmedian(np.abs(np.diff(values, 3))) for name, values in rows.items()}
+    gross_errors(rows, time, p, {name: 1.4826 * value / np.sqrt(20.0) for name, value in spread.items()}, rng)
+
+
+def ramp(rows: Rows, time: np.ndarray, p, noise_sd, rng) -> None:
+    rows[p["channel"]] = rows[p["channel"]] + p["size"] * time / time[-1]
+
+
 ROWS = (
     OffsetKind(
         id="yaw_rate_bias", rank=8, unit="rad/s", channel="yaw_rate_rad_s", response=True,
@@ -105,179 +154,50 @@ ROWS = (
     OffsetKind(id="sway_offset", rank=12, unit="m/s", channel="sway_m_s", size=lambda ship: 0.005 * ship.clock),
     ScaleKind(id="yaw_rate_scale", rank=9, channels=("yaw_rate_rad_s",), response=True, size=lambda ship: 0.01),
     ScaleKind(id="speed_scale", rank=11, channels=VELOCITY, size=lambda ship: 0.002),
+    ScalarSensorKind(  # the axes of the speed log are turned by an angle to starboard
+        id="axis_misalignment", rank=17, parameter="angle", unit="rad", cap=0.6, stage=Stage.ALIGNMENT,
+        size=lambda ship: 0.1 * DEGREE, apply=turned,
+    ),
+    SensorKind(  # the columns of surge and sway hold the velocities along north and east
+        id="earth_frame_velocity", rank=15, stage=Stage.FRAME, apply=in_earth_axes,
+    ),
+    SensorKind(  # two columns are exchanged
+        id="channel_swap", rank=16, units={"channels": "pair"}, whole=("channels",), stage=Stage.COLUMN,
+        draw=lambda s, rng: {"channels": (VELOCITY, ("north_m", "east_m"))[rng.integers(2)]}, apply=exchanged,
+    ),
+    SensorKind(id="rudder_sign", rank=7, response=True, apply=negative_rudder),
+    ScalarSensorKind(  # the heading is recorded tau seconds late
+        id="heading_delay", rank=13, parameter="tau", unit="s", negative=0.0, response=True,
+        size=lambda ship: 0.2 * ship.clock, delay_s=lambda channel, p: p["tau"] if channel == "heading_rad" else 0.0,
+        change_record=lambda rows, time, p, rng: delay_columns(rows, time, ["heading_rad"], p["tau"]),
+    ),
+    SensorKind(  # the velocities are recorded tau seconds late, and heading and yaw rate too where `attitude` is 1
+        id="velocity_delay", rank=14, units={"tau": "s", "attitude": "0 or 1"}, sized=("tau",),
+        draw=lambda s, rng: {
+            "tau": 0.2 * s.ship.clock * rng.uniform(0.7, 1.4), "attitude": float(rng.random() < 0.5),
+        },
+        delay_s=lambda channel, p: p["tau"] if channel in late_velocities(p) else 0.0,
+        change_record=lambda rows, time, p, rng: delay_columns(
+            rows, time, [name for name in late_velocities(p) if name in rows], p["tau"]
+        ),
+    ),
+    ScalarSensorKind(  # samples are taken at times with a random error; ten times as large, they keep their order
+        id="clock_jitter", rank=19, parameter="sd", unit="s", negative=0.0, variance_only=True, response=True,
+        size=lambda ship: 0.015 * ship.clock, jitter_s=lambda p: p["sd"], change_record=jittered,
+    ),
+    ScalarSensorKind(  # a share of every channel's samples has gross errors of 12 to 30 standard deviations
+        id="outliers", rank=18, parameter="share", unit="1", negative=0.0, cap=0.1, variance_only=True, response=True,
+        stage=Stage.GROSS_ERROR, size=lambda ship: 0.005, noncentrality=lambda p: p["share"] * 12e4,
+        apply=gross_errors, change_record=gross_errors_of_measured,
+    ),
+    SensorKind(  # a sensor of heading or yaw rate drifts linearly through the record
+        id="sensor_ramp", group=ANTICIPATED, rank=39, units={"size": "rad or rad/s"}, sized=("size",), response=True,
+        draw=lambda s, rng: {
+            "channel": str(rng.choice(("yaw_rate_rad_s", "heading_rad"))), "size": random_sign(rng) * 0.05 * DEGREE,
+        },
+        apply=ramp, variables=lambda p: frozenset({"time"}),
+    ),
 )  # fmt: skip
-
-
-class AxisMisalignmentEffect(ScalarKind, SensorKind):
-    """The axes of the speed log are turned by an angle to starboard."""
-
-    id = "axis_misalignment"
-    rank = 17
-    parameter, unit = "angle", "rad"
-    cap = 0.6
-    stage = Stage.ALIGNMENT
-
-    def size(self, ship: TrueShip) -> float:
-        return 0.1 * DEGREE
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        turn_velocity(rows, p["angle"])
-
-
-class EarthFrameVelocityEffect(SensorKind):
-    """The columns of surge and sway hold the velocities along north and east."""
-
-    id = "earth_frame_velocity"
-    rank = 15
-    stage = Stage.FRAME
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        turn_velocity(rows, -rows["heading_rad"])
-
-
-class ChannelSwapEffect(SensorKind):
-    """Two columns are exchanged."""
-
-    id = "channel_swap"
-    rank = 16
-    units: ClassVar = {"channels": "pair"}
-    whole = ("channels",)
-    stage = Stage.COLUMN
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, tuple[str, str]]:
-        pairs = [("surge_m_s", "sway_m_s"), ("north_m", "east_m")]
-        return {"channels": pairs[rng.integers(2)]}
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        first, second = p["channels"]
-        rows[first], rows[second] = rows[second], rows[first]
-
-
-class RudderSignEffect(SensorKind):
-    """The recorded rudder has the wrong sign."""
-
-    id = "rudder_sign"
-    rank = 7
-    response = True
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        for name in rudder_columns(rows):
-            rows[name] = -rows[name]
-
-
-class HeadingDelayEffect(ScalarKind, SensorKind):
-    """The heading is recorded tau seconds late."""
-
-    id = "heading_delay"
-    rank = 13
-    parameter, unit = "tau", "s"
-    negative = 0.0
-    response = True
-
-    def size(self, ship: TrueShip) -> float:
-        return 0.2 * ship.clock
-
-    def delay_s(self, channel, p) -> float:
-        return p["tau"] if channel == "heading_rad" else 0.0
-
-    def change_record(self, rows, time, p, rng) -> None:
-        delay_columns(rows, time, ["heading_rad"], p["tau"])
-
-
-class VelocityDelayEffect(SensorKind):
-    """The velocities are recorded tau seconds late, and heading and yaw rate too where `attitude` is 1."""
-
-    id = "velocity_delay"
-    rank = 14
-    units: ClassVar = {"tau": "s", "attitude": "0 or 1"}
-    sized = ("tau",)
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, float]:
-        return {"tau": 0.2 * s.ship.clock * rng.uniform(0.7, 1.4), "attitude": float(rng.random() < 0.5)}
-
-    def delay_s(self, channel, p) -> float:
-        return p["tau"] if channel in self._channels(p) else 0.0
-
-    def change_record(self, rows, time, p, rng) -> None:
-        delay_columns(rows, time, [name for name in self._channels(p) if name in rows], p["tau"])
-
-    @staticmethod
-    def _channels(p) -> tuple[str, ...]:
-        return (*VELOCITY, *ATTITUDE) if p.get("attitude") else VELOCITY
-
-
-class ClockJitterEffect(ScalarKind, SensorKind):
-    """Samples are taken at times with a random error."""
-
-    id = "clock_jitter"
-    rank = 19
-    parameter, unit = "sd", "s"
-    negative = 0.0
-    variance_only = True
-    response = True
-
-    def size(self, ship: TrueShip) -> float:
-        """Large errors (ten times) are below half of a sampling step of .5 s: samples keep their order."""
-        return 0.015 * ship.clock
-
-    def jitter_s(self, p) -> float:
-        return p["sd"]
-
-    def change_record(self, rows, time, p, rng) -> None:
-        taken = np.clip(time + p["sd"] * rng.standard_normal(time.size), time[0], time[-1])
-        for name, values in rows.items():
-            rows[name] = np.interp(taken, time, values)
-
-
-class OutliersEffect(ScalarKind, SensorKind):
-    """A share of every channel's samples has gross errors of 12 to 30 standard deviations."""
-
-    id = "outliers"
-    rank = 18
-    parameter, unit = "share", "1"
-    negative = 0.0
-    cap = 0.1
-    variance_only = True
-    response = True
-    stage = Stage.GROSS_ERROR
-
-    def size(self, ship: TrueShip) -> float:
-        return 0.005
-
-    def noncentrality(self, p) -> float:
-        return p["share"] * 12e4
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        for name in [name for name in rows if name not in RUDDERS]:
-            n = rows[name].size
-            error = rng.choice([-1.0, 1.0], n) * rng.uniform(12.0, 30.0, n) * noise_sd.get(name, 0.0)
-            rows[name] = rows[name] + np.where(rng.random(n) < p["share"], error, 0.0)
-
-    def change_record(self, rows, time, p, rng) -> None:
-        """A measured channel's own noise is taken from its third differences."""
-        spread = {name: np.nanmedian(np.abs(np.diff(values, 3))) for name, values in rows.items()}
-        self.apply(rows, time, p, {name: 1.4826 * value / np.sqrt(20.0) for name, value in spread.items()}, rng)
-
-
-class SensorRamp(SensorKind):
-    """A sensor of heading or yaw rate drifts linearly through the record."""
-
-    id = "sensor_ramp"
-    group = ANTICIPATED
-    rank = 39
-    units: ClassVar = {"size": "rad or rad/s"}
-    sized = ("size",)
-    response = True
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
-        channel = str(rng.choice(("yaw_rate_rad_s", "heading_rad")))
-        return {"channel": channel, "size": random_sign(rng) * 0.05 * DEGREE}
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        rows[p["channel"]] = rows[p["channel"]] + p["size"] * time / time[-1]
-
-    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
-        return frozenset({"time"})
 
 
 class YawRateSaturationEffect(SensorKind, RegimeKind):

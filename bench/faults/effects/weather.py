@@ -2,12 +2,20 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
-
 import numpy as np
 
 from ..ships import DEGREE
 from .base import EffectKind, Setting, WeatherKind
+
+
+def draw_motion(s: Setting, rng: np.random.Generator) -> dict[str, tuple[float, ...]]:
+    def around(value: float, spread: float) -> tuple[float, ...]:
+        return tuple(float(value * x) for x in rng.uniform(1 - spread, 1 + spread, s.records))
+
+    omega = rng.uniform(0.5, 0.9) / s.ship.clock
+    rms, peak = around(0.1 * DEGREE, 0.2), around(omega, 0.05)
+    return {"rms": rms, "omega": peak, "damping": around(rng.uniform(0.05, 0.15), 0.1)}
+
 
 ROWS = (
     WeatherKind(  # a uniform current towards a direction
@@ -26,29 +34,8 @@ ROWS = (
         id="wave_drift", rank=23, units={"Hs": "m", "from": "rad"}, size=lambda ship: 0.3 * ship.clock**2,
         forces=lambda p: {"Hs": p["Hs"], "wave_from": p["from"]},
     ),
+    EffectKind(  # first-order wave motion of heading and yaw rate, narrow-band
+        id="wave_motion", rank=22, units={"rms": "rad", "omega": "rad/s", "damping": "1"}, sized=("rms",),
+        variance_only=True, response=True, draw=draw_motion, wave=lambda p: (p["rms"], p["omega"], p["damping"]),
+    ),
 )  # fmt: skip
-
-
-class WaveMotionEffect(EffectKind):
-    """First-order wave motion of heading and yaw rate, narrow-band."""
-
-    id = "wave_motion"
-    rank = 22
-    units: ClassVar = {"rms": "rad", "omega": "rad/s", "damping": "1"}
-    sized = ("rms",)
-    variance_only = True
-    response = True
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, tuple]:
-        def around(value, spread):
-            return tuple(float(value * x) for x in rng.uniform(1 - spread, 1 + spread, s.records))
-
-        omega = rng.uniform(0.5, 0.9) / s.ship.clock
-        return {
-            "rms": around(0.1 * DEGREE, 0.2),
-            "omega": around(omega, 0.05),
-            "damping": around(rng.uniform(0.05, 0.15), 0.1),
-        }
-
-    def wave(self, p) -> tuple[float, float, float]:
-        return p["rms"], p["omega"], p["damping"]

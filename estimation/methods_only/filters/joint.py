@@ -2,13 +2,13 @@
 
 The coefficients are constant states.  The filter starts from least squares and runs over the records several times:
 each pass starts from the last pass's coefficients with the first prior, and from initial states smoothed with them.
-Sensor noise is estimated from the records, process noise by the likelihood of the innovations.  How one record is
-filtered is a `RecordFilter`: `extended` here, or `unscented.Unscented`.
+Sensor noise is estimated from the records, process noise by the likelihood of the innovations.  One record is filtered
+by the extended filter, or by the unscented one (Julier & Uhlmann 1997; Wan & van der Merwe 2000, scaled form).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -86,20 +86,6 @@ class FilteredRecord(NamedTuple):
     cost: float
 
 
-RecordFilter = Callable[["Model", Series, CoefficientDensity, NoiseVariances], FilteredRecord]
-
-
-class FilterPass(NamedTuple):
-    """One run over all records, in the terms of `FilteredRecord`."""
-
-    density: CoefficientDensity
-    path: np.ndarray
-    innovations: list[np.ndarray]
-    cost: float
-    change: float = np.inf
-    """Largest change of a coefficient over the pass, in posterior standard deviations."""
-
-
 def joint_start(model: Model, series: Series, density: CoefficientDensity) -> tuple[np.ndarray, np.ndarray]:
     """Joint vector (n + e,) and its covariance; the hidden state w = q - c rudder depends on its coefficient c."""
     n, e = len(model.states), len(density.mean)
@@ -121,39 +107,49 @@ def grid_points(series: Series) -> np.ndarray:
     return np.round(series.index + series.part).astype(np.int64)
 
 
-def extended(model: Model, series: Series, density: CoefficientDensity, noise: NoiseVariances) -> FilteredRecord:
-    """One record through the extended Kalman filter, from its initial state and a density of the coefficients."""
-    return _extended(model, series, density, noise, keep=False)[0]
+def filter_record(
+    model: Model,
+    series: Series,
+    density: CoefficientDensity,
+    noise: NoiseVariances,
+    sigma: tuple[float, float] | None = None,
+    kept: Sequence[np.ndarray] = (),
+) -> FilteredRecord:
+    """One record through the filter, from its initial state and a density of the coefficients.
 
-
-def _extended(
-    model: Model, series: Series, density: CoefficientDensity, noise: NoiseVariances, keep: bool
-) -> tuple[FilteredRecord, tuple[np.ndarray, ...]]:
-    """As `extended`, with what the smoother needs: filtered and predicted states and covariances, transitions.
-
-    These are of shapes (K, n) and (K, n, n) for the K grid points with `keep`, else empty.
+    Parameters
+    ----------
+    sigma : None: the extended filter.  Else the unscented one, whose density goes through a sample step at sigma points
+        instead of along the tangent: their distance alpha in units of sqrt(m) standard deviations, m being the size of
+        the joint vector, and the weight beta of the mean's shift in the covariance.
+    kept : what the smoother needs of the extended filter is filled: filtered states (K, n) and covariances (K, n, n),
+        predicted ones, and transitions (K, n, n), for the K grid points.
     """
     from ....models.simulate import substeps, tangent_tables
     from . import _joint_kernels
 
     n, p, e = len(model.states), len(model.coordinates), len(density.mean)
-    source, target, sparse = tangent_tables(model, range(p if e else 0), n)
-    target = target + (n if e else 0)
     z, covariance = joint_start(model, series, density)
-    theta = np.concatenate([density.coefficients, model.constants])
-    grid = len(series.inputs) if keep else 0
     path, innovations = np.empty((len(series.outputs), p)), np.empty_like(series.outputs)
-    kept = tuple(np.zeros((grid, n)) if i in (0, 2) else np.zeros((grid, n, n)) for i in range(5))
-    cost = _joint_kernels.kalman(
-        model.kernels.tangent, z, theta, covariance, density.origin, np.ascontiguousarray(density.factor),
-        series.inputs, series.outputs, grid_points(series), series.columns,
-        series.dt, substeps(model, series.dt), source, target, sparse, noise.process, noise.sensor[series.columns],
-        path, innovations, *kept,
+    before = (
+        z, np.concatenate([density.coefficients, model.constants]), covariance, density.origin,
+        np.ascontiguousarray(density.factor), series.inputs, series.outputs, grid_points(series), series.columns,
+        series.dt, substeps(model, series.dt),
     )  # fmt: skip
-    if not np.isfinite(z).all():
-        cost = np.inf
+    variances = noise.process, noise.sensor[series.columns]
+    if sigma is None:
+        source, target, sparse = tangent_tables(model, range(p if e else 0), n)
+        none = np.zeros((0, n)), np.zeros((0, n, n))
+        cost = _joint_kernels.kalman(
+            model.kernels.tangent, *before, source, target + (n if e else 0), sparse, *variances, path, innovations,
+            *(kept or (*none, *none, none[1])),
+        )  # fmt: skip
+    else:
+        from . import _unscented_kernels
+
+        cost = _unscented_kernels.unscented(model.kernels.rhs, *before, *variances, *sigma, path, innovations)
     after = density._replace(mean=z[n:], covariance=covariance[n:, n:])
-    return FilteredRecord(after, path, innovations, cost), kept
+    return FilteredRecord(after, path, innovations, cost if np.isfinite(z).all() else np.inf)
 
 
 def filter_pass(
@@ -161,24 +157,28 @@ def filter_pass(
     series: Sequence[Series],
     density: CoefficientDensity,
     noise: NoiseVariances,
-    filter_record: RecordFilter,
-) -> FilterPass:
+    sigma: tuple[float, float] | None = None,
+) -> list[FilteredRecord]:
     """All records in turn: the density of the coefficients is carried over, the states start from each record."""
-    paths, innovations, cost = [], [], 0.0
+    found: list[FilteredRecord] = []
     for s in series:
-        found = filter_record(model, s, density, noise)
-        density, cost = found.density, cost + found.cost
-        paths.append(found.path)
-        innovations.append(found.innovations)
-    return FilterPass(density, np.concatenate(paths), innovations, cost if np.isfinite(cost) else np.inf)
+        found.append(filter_record(model, s, density, noise, sigma))
+        density = found[-1].density
+    return found
+
+
+def smoother_arrays(model: Model, series: Series) -> tuple[np.ndarray, ...]:
+    """Empty arrays for `filter_record` to keep what the smoother needs."""
+    grid, n = len(series.inputs), len(model.states)
+    return tuple(np.zeros((grid, n)) if i in (0, 2) else np.zeros((grid, n, n)) for i in range(5))
 
 
 def smoothed_states(model: Model, series: Series, noise: NoiseVariances) -> np.ndarray:
     """States (K, n) on the record's time grid given all its samples, the model's coefficients fixed (RTS smoother)."""
     from . import _joint_kernels
 
-    fixed = CoefficientDensity.fixed(model.coefficients)
-    _, kept = _extended(model, series, fixed, noise, keep=True)
+    kept = smoother_arrays(model, series)
+    filter_record(model, series, CoefficientDensity.fixed(model.coefficients), noise, kept=kept)
     filtered, filtered_p, predicted, predicted_p, transitions = kept
     used = [i for i, name in enumerate(model.states) if name not in ("x", "y")]
     block = np.ix_(range(len(filtered)), used, used)
@@ -223,7 +223,7 @@ def best_noise(
     """
     choices = [NoiseVariances(level, level * change, sensor) for level in levels]
     fixed = CoefficientDensity.fixed(model.coefficients)
-    costs = np.array([sum(extended(model, s, fixed, noise).cost for s in series) for noise in choices])
+    costs = np.array([sum(filter_record(model, s, fixed, noise).cost for s in series) for noise in choices])
     costs = np.where(np.isfinite(costs), costs, np.inf)
     best = int(np.argmin(costs))
     return float(costs[best]), choices[best]
@@ -276,14 +276,18 @@ def prior_factor(source: LeastSquares, inflation: float) -> np.ndarray:
 
 
 def joint_fit(
-    records: Sequence[Record], model: Model, passes: int, inflation: float, filter_record: RecordFilter
+    records: Sequence[Record],
+    model: Model,
+    passes: int,
+    inflation: float,
+    sigma: tuple[float, float] | None = None,
 ) -> Fit:
     """Coefficients by up to `passes` passes of the joint filter over all records.
 
     Parameters
     ----------
     inflation : factor on the standard deviations of the least-squares start that make the prior.
-    filter_record : the filter of one record.
+    sigma : of the unscented filter, as in `filter_record`; None: the extended one.
 
     Raises
     ------
@@ -296,7 +300,7 @@ def joint_fit(
     model = model.with_coefficients(start.coefficients)
     prior = prior_factor(start.source, inflation)
     for narrower in NARROWER:
-        done = run_passes(model, series, narrower * prior, change, sensor, passes, filter_record)
+        done = run_passes(model, series, narrower * prior, change, sensor, passes, sigma)
         if done:
             return _as_fit(done, series, model, passes)
     raise FitFailed("the filter diverges in its first pass")
@@ -309,23 +313,26 @@ def run_passes(
     change: np.ndarray,
     sensor: np.ndarray,
     passes: int,
-    filter_record: RecordFilter = extended,
-) -> list[FilterPass]:
-    """Up to `passes` passes, as many as do not diverge.
+    sigma: tuple[float, float] | None = None,
+) -> list[tuple[list[FilteredRecord], float]]:
+    """Up to `passes` passes, as many as do not diverge, with the largest change of a coefficient over each.
+
+    The change is in posterior standard deviations.
 
     prior (p, p) is the factor of the prior covariance, change (n,) and sensor (n,) as in `best_noise`.
     """
-    done: list[FilterPass] = []
+    done: list[tuple[list[FilteredRecord], float]] = []
     series, levels = list(series), PROCESS
     for _ in range(passes):
         _, noise = best_noise(model, series, change, sensor, levels)
         levels = [level for level in PROCESS if 1.0 / NEAR < level / noise.level < NEAR]
-        found = filter_pass(model, series, CoefficientDensity.prior(model.coefficients, prior), noise, filter_record)
-        if not np.isfinite(found.cost):
+        found = filter_pass(model, series, CoefficientDensity.prior(model.coefficients, prior), noise, sigma)
+        if not np.isfinite([one.cost for one in found]).all():
             break
-        change_of_pass = found.density.coefficients - model.coefficients
-        done.append(found._replace(change=largest_change(change_of_pass, found.density.coefficient_covariance)))
-        model = model.with_coefficients(found.density.coefficients)
+        after = found[-1].density
+        moved = largest_change(after.coefficients - model.coefficients, after.coefficient_covariance)
+        done.append((found, moved))
+        model = model.with_coefficients(after.coefficients)
         series = [with_smoothed_start(model, s, noise) for s in series]
     return done
 
@@ -336,9 +343,9 @@ def largest_change(change: np.ndarray, covariance: np.ndarray) -> float:
     return float(np.max(np.abs(change) / np.where(sd > 0.0, sd, np.inf), initial=0.0))
 
 
-def _as_fit(done: list[FilterPass], series: Sequence[Series], model: Model, passes: int) -> Fit:
-    complete, change = len(done) == passes, done[-1].change
-    path = np.concatenate([found.path for found in done])
+def _as_fit(done: list[tuple[list[FilteredRecord], float]], series: Sequence[Series], model: Model, passes: int) -> Fit:
+    (last, change), complete = done[-1], len(done) == passes
+    path = np.concatenate([one.path for found, _ in done for one in found])
     clock, passed = [], 0.0
     for s in list(series) * len(done):
         clock.append(passed + s.dt * (s.index + s.part))
@@ -347,8 +354,8 @@ def _as_fit(done: list[FilterPass], series: Sequence[Series], model: Model, pass
     converged = complete and change < 1.0
     failure = "the coefficients still moved in the last pass" if complete else "a pass diverged"
     return Fit(
-        done[-1].density.coefficients,
-        done[-1].density.coefficient_covariance,
+        last[-1].density.coefficients,
+        last[-1].density.coefficient_covariance,
         converged=converged,
         message="" if converged else failure,
         n_iterations=len(done),
@@ -356,8 +363,8 @@ def _as_fit(done: list[FilterPass], series: Sequence[Series], model: Model, pass
         trajectory_time_s=np.concatenate(clock)[::-stride][::-1],
         extra={
             "channels": [[model.states[i] for i in s.columns] for s in series],
-            "innovations": done[-1].innovations,
+            "innovations": [one.innovations for one in last],
             "largest_change": change,
-            "cost": [found.cost for found in done],
+            "cost": [sum(one.cost for one in found) for found, _ in done],
         },
     )

@@ -7,8 +7,6 @@ in Applied Mathematics and Computational Science 5; sampled by emcee (Foreman-Ma
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from ....models.errors import CannotFit, FitFailed
@@ -22,22 +20,20 @@ DISCARDED = 0.5
 """Share of the steps after which the walkers have left their start."""
 
 
-class PosteriorChain(NamedTuple):
-    """Draws (n, width) of the unknowns, the share of the proposals that were accepted, and the largest autocorrelation
-    time of an unknown in steps."""
-
-    draws: np.ndarray
-    acceptance: float
-    autocorrelation_steps: float
-
-
-def sample(problem: Problem, minimum: Minimum, steps: int, walkers: int | None, seed: int) -> PosteriorChain:
+def sample(
+    problem: Problem, minimum: Minimum, steps: int, walkers: int | None, seed: int
+) -> tuple[np.ndarray, float, float]:
     """Draws from around a minimum of the cost.
 
     Parameters
     ----------
     steps : of every walker; the first half is left out.
     walkers : None: twice the unknowns and two, at least `LEAST_WALKERS`.
+
+    Returns
+    -------
+    Draws (n, width) of the unknowns, the share of the proposals that were accepted, and the largest autocorrelation
+    time of an unknown in steps.
 
     Raises
     ------
@@ -69,4 +65,4 @@ def sample(problem: Problem, minimum: Minimum, steps: int, walkers: int | None, 
     if not acceptance > 0.0:
         raise FitFailed("no proposal was accepted: the density has no width around its largest value")
     draws = np.asarray(sampler.get_chain(discard=int(DISCARDED * steps), flat=True))
-    return PosteriorChain(draws, acceptance, float(np.max(times)))
+    return draws, acceptance, float(np.max(times))

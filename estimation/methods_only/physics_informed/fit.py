@@ -35,7 +35,7 @@ from ...regression.starts import starts_of
 from ...results.fit import Fit
 from ..black_box.free_runs import require_jax
 from .equations import POINTS, PinnEquations
-from .network import Features, NetworkWindow, features_of
+from .network import Features, features_of
 
 if TYPE_CHECKING:
     from ....datasets.record import Record
@@ -234,7 +234,7 @@ def _parts(
     edges = np.linspace(0, last, -(-last // (STEPS * stride)) + 1).round().astype(int)
     for i, (a, b) in enumerate(zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True)):
         times = np.arange(a, b + 1, stride)
-        window = NetworkWindow(a, b, round((b - a) / (spacing * stride)) + OUTSIDE)
+        window = a, b, round((b - a) / (spacing * stride)) + OUTSIDE
         chosen = (place >= a) & ((place < b) | (i == len(edges) - 2))
         outputs = np.full((int(chosen.sum()), len(kept)), np.nan)
         outputs[:, [kept.index(column) for column in series.columns]] = series.outputs[chosen]

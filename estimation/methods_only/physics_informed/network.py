@@ -33,19 +33,12 @@ class Features(NamedTuple):
     slopes: np.ndarray
 
 
-class NetworkWindow(NamedTuple):
-    """A stretch of a series: rows `first` to `last` of its grid (s), and the number of its units."""
-
-    first: int
-    last: int
-    units: int
-
-
-def features_of(window: NetworkWindow, dt: float, inputs: np.ndarray, place: np.ndarray) -> Features:
+def features_of(window: tuple[int, int, int], dt: float, inputs: np.ndarray, place: np.ndarray) -> Features:
     """The hidden layer of a window.
 
     Parameters
     ----------
+    window : first and last row of the series' grid, and the number of its units.
     inputs : (M + 1, nu) of the whole grid, in units of their size, dt seconds apart and linear in between.
     place : (T,) times in grid steps.
     """

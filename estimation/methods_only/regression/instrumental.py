@@ -26,20 +26,14 @@ if TYPE_CHECKING:
     from ....models.model import Model
     from ...records.series import Series
 
+Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
+"""Rows of one record: y (N, k), phi (N, k, p) and the instruments z (N, k, p)."""
 LAGS = 6
 """Samples over which the residuals may be correlated."""
 STILL = 0.01
 """Change of a coefficient, in standard errors, below which the iteration has converged."""
 SMALLEST_SINGULAR = 1e-14
 """Singular values, relative to the largest, that a pseudo-inverse leaves out."""
-
-
-class InstrumentedRows(NamedTuple):
-    """Rows of one record: y (N, k), phi (N, k, p) and the instruments z (N, k, p)."""
-
-    y: np.ndarray
-    phi: np.ndarray
-    z: np.ndarray
 
 
 class IvSolution(NamedTuple):
@@ -60,7 +54,7 @@ def lagged_fit(records: Sequence[Record], model: Model, scheme: str, lag: int) -
     FitFailed : the regression has no finite, non-zero columns, or the instruments are too few.
     """
     rows = [_lagged(record, model, scheme, lag) for record in records]
-    check_enough_rows(sum(row.y.size for row in rows), model)
+    check_enough_rows(sum(y.size for y, *_ in rows), model)
     return _solve(rows)
 
 
@@ -81,18 +75,19 @@ def refined_fit(
     outputs = [series_of(record, model).outputs for record in records]
     own = [_evaluated(record, model, scheme)[:2] for record in records]
 
-    def tried(c: np.ndarray) -> _Tried:
+    def tried(c: np.ndarray) -> tuple[np.ndarray, list[Record], float]:
+        """Coefficients (p,), the records that they simulate, and how far those are from the measured ones."""
         known = model.with_coefficients(c)
         runs = [restarted_run(record, known, horizon_s) for record in records]
-        return _Tried(c, runs, sum(_distance(y, run, known) for y, run in zip(outputs, runs, strict=True)))
+        return c, runs, sum(_distance(y, run, known) for y, run in zip(outputs, runs, strict=True))
 
     candidates = [first.coefficients, *(start.coefficients for start in starts_of(records, model))]
-    here, best, found = min(map(tried, candidates), key=lambda one: one.misfit), np.inf, first
+    here, runs, _ = min(map(tried, candidates), key=lambda one: one[2])
+    best, found = np.inf, first
     for count in range(1, max_iterations + 1):
-        rows = zip(own, here.runs, strict=True)
+        rows = zip(own, runs, strict=True)
         new = _solve([_without_gaps(y, phi, _evaluated(run, model, scheme)[1]) for (y, phi), run in rows])
-        before, here = here.coefficients, tried(new.coefficients)
-        cost = here.misfit
+        before, (here, runs, cost) = here, tried(new.coefficients)
         sd = np.sqrt(np.diag(new.covariance))
         change = np.abs(new.coefficients - before) / np.where(sd > 0.0, sd, 1.0)
         still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(new.coefficients, before, rtol=1e-9, atol=0.0)
@@ -101,14 +96,6 @@ def refined_fit(
         if still:
             return new, count, True
     return found, max_iterations, False
-
-
-class _Tried(NamedTuple):
-    """Coefficients (p,), the records that they simulate, and how far those are from the measured ones."""
-
-    coefficients: np.ndarray
-    runs: list[Record]
-    misfit: float
 
 
 def _distance(outputs: np.ndarray, run: Record, model: Model) -> float:
@@ -130,16 +117,16 @@ def _evaluated(record: Record, model: Model, scheme: str) -> tuple[np.ndarray, n
     return y, phi, samples.time_s
 
 
-def _without_gaps(y: np.ndarray, phi: np.ndarray, z: np.ndarray) -> InstrumentedRows:
+def _without_gaps(y: np.ndarray, phi: np.ndarray, z: np.ndarray) -> Rows:
     good = np.isfinite(y).all(axis=1) & np.isfinite(phi).all(axis=(1, 2)) & np.isfinite(z).all(axis=(1, 2))
-    return InstrumentedRows(y[good], phi[good], z[good])
+    return y[good], phi[good], z[good]
 
 
-def _lagged(record: Record, model: Model, scheme: str, lag: int) -> InstrumentedRows:
+def _lagged(record: Record, model: Model, scheme: str, lag: int) -> Rows:
     """Rows of a record whose instruments are the regressors `lag` samples earlier."""
     y, phi, time = _evaluated(record, model, scheme)
     if len(y) <= lag:
-        return InstrumentedRows(y[:0], phi[:0], phi[:0])
+        return y[:0], phi[:0], phi[:0]
     z = np.full_like(phi, np.nan)
     z[lag:] = phi[:-lag]
     late = np.full(len(time), np.inf)
@@ -148,20 +135,20 @@ def _lagged(record: Record, model: Model, scheme: str, lag: int) -> Instrumented
     return _without_gaps(y, phi, z)
 
 
-def _factor(parts: Sequence[InstrumentedRows], weight: np.ndarray) -> np.ndarray:
+def _factor(parts: Sequence[Rows], weight: np.ndarray) -> np.ndarray:
     """Triangular factor of [z | phi | y] over all rows, equation e multiplied by weight[e]."""
-    p = parts[0].phi.shape[2]
+    p = parts[0][1].shape[2]
     found = np.zeros((0, 2 * p + 1))
-    for part in parts:
+    for y, phi, z in parts:
         for e in np.flatnonzero(weight):
-            found = factors.fold(found, weight[e] * np.column_stack([part.z[:, e], part.phi[:, e], part.y[:, e]]))
+            found = factors.fold(found, weight[e] * np.column_stack([z[:, e], phi[:, e], y[:, e]]))
     return found
 
 
-def _solve(parts: Sequence[InstrumentedRows]) -> IvSolution:
+def _solve(parts: Sequence[Rows]) -> IvSolution:
     """Coefficients with z'(y - phi c) = 0; solved twice, the second time with equations weighted by their residuals."""
-    y = np.concatenate([part.y for part in parts])
-    used = np.array([any(np.any(part.phi[:, e]) for part in parts) for e in range(y.shape[1])])
+    y = np.concatenate([y for y, *_ in parts])
+    used = np.array([any(np.any(phi[:, e]) for _, phi, _ in parts) for e in range(y.shape[1])])
     if not len(y) or not used.any():
         raise FitFailed("the regression has no finite, non-zero columns")
     rms = np.sqrt((y**2).mean(axis=0))
@@ -173,16 +160,16 @@ def _solve(parts: Sequence[InstrumentedRows]) -> IvSolution:
     return found
 
 
-def _weighted(parts: Sequence[InstrumentedRows], weight: np.ndarray) -> IvSolution:
+def _weighted(parts: Sequence[Rows], weight: np.ndarray) -> IvSolution:
     """Solution with equations multiplied by weight (k,): z = Q R, and Q'phi c = Q'y by singular values."""
-    p = parts[0].phi.shape[2]
+    p = parts[0][1].shape[2]
     factor = _factor(parts, weight)
     if len(factor) < p or not np.isfinite(factor).all():
         raise FitFailed("the instruments are not finite or too few")
     solution = factors.solve(factor[:p, p:])
     product = factor[:p, p : 2 * p]
     inverse = _pseudo_inverse(product)
-    residuals = [(part.y - part.phi @ solution.x) for part in parts]
+    residuals = [(y - phi @ solution.x) for y, phi, _ in parts]
     moments = inverse @ _moments(parts, weight, residuals, factor[:p, :p]) @ inverse.T
     covariance = (moments + moments.T) / 2.0
     unknown = ~np.isfinite(np.diag(solution.covariance))
@@ -192,15 +179,15 @@ def _weighted(parts: Sequence[InstrumentedRows], weight: np.ndarray) -> IvSoluti
 
 
 def _moments(
-    parts: Sequence[InstrumentedRows], weight: np.ndarray, residuals: Sequence[np.ndarray], triangle: np.ndarray
+    parts: Sequence[Rows], weight: np.ndarray, residuals: Sequence[np.ndarray], triangle: np.ndarray
 ) -> np.ndarray:
     """Covariance (p, p) of Q'e for residuals e that are correlated over `LAGS` samples (Bartlett weights)."""
     inverse = _pseudo_inverse(triangle)
     total = np.zeros_like(triangle)
-    for part, error in zip(parts, residuals, strict=True):
+    for (*_, z), error in zip(parts, residuals, strict=True):
         score = np.zeros((len(error), len(triangle)))
         for e in np.flatnonzero(weight):
-            score += part.z[:, e] @ inverse * (weight[e] ** 2 * error[:, e, None])
+            score += z[:, e] @ inverse * (weight[e] ** 2 * error[:, e, None])
         total += score.T @ score
         for lag in range(1, min(LAGS, len(score) - 1) + 1):
             cross = score[lag:].T @ score[:-lag]

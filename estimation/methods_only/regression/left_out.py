@@ -43,13 +43,6 @@ class Scheme(NamedTuple):
     omega: float = np.nan
 
 
-class Window(NamedTuple):
-    """A window of a record, and its measured outputs."""
-
-    record: Record
-    series: Series
-
-
 def schemes_of(records: Sequence[Record]) -> list[Scheme]:
     """Every scheme to choose from: the differences first, which win where they are equal to a filter."""
     corners = corner_frequencies(records, CORNERS).tolist()
@@ -75,8 +68,8 @@ def best_scheme(records: Sequence[Record], model: Model, schemes: Sequence[Schem
     return schemes[int(np.argmin(costs))]
 
 
-def windows_of(records: Sequence[Record], model: Model) -> list[Window]:
-    """Windows of equal numbers of samples, without those in which nothing is measured.
+def windows_of(records: Sequence[Record], model: Model) -> list[tuple[Record, Series]]:
+    """Windows of equal numbers of samples and their measured outputs, without those in which nothing is measured.
 
     Raises
     ------
@@ -88,7 +81,7 @@ def windows_of(records: Sequence[Record], model: Model) -> list[Window]:
     found, reason = [], "the records are too short to leave windows out"
     for piece in pieces:
         try:
-            found.append(Window(piece, series_of(piece, model)))
+            found.append((piece, series_of(piece, model)))
         except CannotFit as error:
             reason = error.reason
     if not found:
@@ -96,12 +89,12 @@ def windows_of(records: Sequence[Record], model: Model) -> list[Window]:
     return found
 
 
-def left_out_error(scheme: Scheme, windows: Sequence[Window], model: Model) -> float:
+def left_out_error(scheme: Scheme, windows: Sequence[tuple[Record, Series]], model: Model) -> float:
     """Negative log likelihood of free runs along every window of the fit to all others; inf where one has none."""
     try:
-        equations, counts = _window_factors(scheme, [window.record for window in windows], model)
+        equations, counts = _window_factors(scheme, [record for record, _ in windows], model)
         models = [model.with_coefficients(_without(equations, counts, left)) for left in range(len(windows))]
-        return left_out_cost(models, [window.series for window in windows])
+        return left_out_cost(models, [series for _, series in windows])
     except (CannotFit, FitFailed):
         return np.inf
 

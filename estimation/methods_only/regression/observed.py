@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -28,28 +28,26 @@ SHORTEST = 16
 """Samples that a stretch without long gaps needs."""
 
 
-class ObserverSetting(NamedTuple):
-    """Discretisation of the observer ('exact' or 'euler') and its input gain on the rudder."""
-
-    discretisation: str = "exact"
-    b0: float = 0.0
-
-
 def observed_samples(
-    records: Sequence[Record], model: Model, omega0: float | None, setting: ObserverSetting
+    records: Sequence[Record], model: Model, omega0: float | None, discretisation: str = "exact", b0: float = 0.0
 ) -> tuple[float, list[RegressionSamples]]:
     """Poles omega0 [rad/s] and observed samples; None takes those whose free run follows the records best.
+
+    Parameters
+    ----------
+    discretisation : of the observer, 'exact' or 'euler'.
+    b0 : its input gain on the rudder.
 
     Raises
     ------
     CannotFit : a record lacks a channel, or no observer gives enough finite rows.
     """
     if omega0 is not None:
-        return omega0, _checked(_observed(records, model, omega0, setting), model)
+        return omega0, _checked(_observed(records, model, omega0, discretisation, b0), model)
     series = [series_of(record, model) for record in records]
     best: tuple[float, float, list[RegressionSamples]] | None = None
     for omega in _poles(records):
-        samples = _observed(records, model, omega, setting)
+        samples = _observed(records, model, omega, discretisation, b0)
         try:
             _checked(samples, model)
             coefficients = least_squares(*equation_factors(samples, model)).coefficients
@@ -87,14 +85,14 @@ def _poles(records: Sequence[Record]) -> list[float]:
 
 
 def _observed(
-    records: Sequence[Record], model: Model, omega0: float, setting: ObserverSetting
+    records: Sequence[Record], model: Model, omega0: float, discretisation: str, b0: float
 ) -> list[RegressionSamples]:
     """Samples of every stretch after the observer's transient."""
     found = []
     for record in records:
         for piece in _stretches(record, model):
             psi, rudder, others, time, dt = _on_grid(piece, model)
-            states = observe(psi, dt, omega0, setting.discretisation, setting.b0, rudder)
+            states = observe(psi, dt, omega0, discretisation, b0, rudder)
             samples = _samples(states, rudder, np.gradient(rudder, dt), others, time, model)
             found.append(_from(samples, int(np.searchsorted(time, time[0] + TRANSIENT / omega0))))
     return [samples for samples in found if len(samples.time_s)]

@@ -6,7 +6,6 @@ Sources: Huber 1964, Annals of Mathematical Statistics 35; Beaton & Tukey 1974, 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
@@ -71,25 +70,17 @@ def m_covariance(rows: RegressionRows, scale: np.ndarray, c: np.ndarray, weight:
 
     scale (k,) is the spread of the residuals of each equation.
     """
-    moments = psi_moments(rows.residuals(c) / scale, weight)
+    residuals = rows.residuals(c) / scale
+    square, slope = psi_moments(residuals, weight)
     solution = factors.solve(rows.factor(1.0 / scale**2))
-    freedom = max(moments.n - solution.rank, 1)
-    factor = moments.square / max(moments.slope, 1e-3) ** 2 * moments.n / freedom
+    factor = square / max(slope, 1e-3) ** 2 * residuals.size / max(residuals.size - solution.rank, 1)
     return solution.covariance * factor
 
 
-class PsiMoments(NamedTuple):
-    """Means of psi(e)^2 and of psi'(e) over scaled residuals e, and their number."""
-
-    square: float
-    slope: float
-    n: int
-
-
-def psi_moments(residuals: np.ndarray, weight: Weight) -> PsiMoments:
-    """Moments of psi(e) = e w(e) over scaled residuals (N, k); the slope by a central difference."""
+def psi_moments(residuals: np.ndarray, weight: Weight) -> tuple[float, float]:
+    """Means of psi(e)^2 and psi'(e) over scaled residuals (N, k), psi(e) = e w(e); psi' by a central difference."""
     h = 1e-5
     high, low = residuals + h, residuals - h
     slope = (high * weight(high) - low * weight(low)) / (2.0 * h)
     square = (residuals * weight(residuals)) ** 2
-    return PsiMoments(float(square.mean()), float(slope.mean()), residuals.size)
+    return float(square.mean()), float(slope.mean())

@@ -7,7 +7,7 @@ one motion.  The rudder passes through yaw's smoother as well, so that a linear 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -26,20 +26,18 @@ EXTRA_STATES = (1, 2)
 """States tried in addition to the highest derivative that the regression needs."""
 
 
-class SmoothedRows(NamedTuple):
-    """Rows of every stretch, the random walk of each motion by its symbol, and the longest time step, s."""
-
-    rows: list[FilteredRows]
-    walks: dict[str, Walk]
-    dt: float
-
-
-def smoothed_rows(records: Sequence[Record], model: Model, level: float = 1.0) -> SmoothedRows:
+def smoothed_rows(
+    records: Sequence[Record], model: Model, level: float = 1.0
+) -> tuple[list[FilteredRows], dict[str, Walk], float]:
     """Rows of all records, smoothed by the random walks of largest likelihood.
 
     Parameters
     ----------
     level : factor on the process noise of the random walks.
+
+    Returns
+    -------
+    Rows of every stretch, the random walk of each motion by its symbol, and the longest time step, s.
 
     Raises
     ------
@@ -52,7 +50,7 @@ def smoothed_rows(records: Sequence[Record], model: Model, level: float = 1.0) -
     parts = [_smoothed(piece, model, walks, level) for piece in pieces]
     rows = [FilteredRows(part, np.zeros((len(part.time_s), 1)), "all") for part in parts]
     check_enough_rows(sum(part.accelerations.size for part in parts), model)
-    return SmoothedRows(rows, walks, max(piece.dt for piece in pieces))
+    return rows, walks, max(piece.dt for piece in pieces)
 
 
 def _scaled(walk: Walk, level: float) -> Walk:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
@@ -142,15 +142,6 @@ def equation_scales(left: np.ndarray, right: np.ndarray) -> np.ndarray:
     return np.maximum(mad(left - right @ solution.x), 1e-9 * rms)
 
 
-class SvrFit(NamedTuple):
-    """Coefficients (p,), covariance (p, p), the fitted regressor, and how C was chosen."""
-
-    coefficients: np.ndarray
-    covariance: np.ndarray
-    regressor: Any
-    tuned: TunedConstant
-
-
 def fit_svr(
     rows: TrainingRows,
     build: BuildRegressor,
@@ -174,23 +165,27 @@ def fit_svr(
     """
     if len(rows.y) <= rows.x.shape[1] or rows.training.all() or not rows.training.any():
         raise CannotFit(f"{len(rows.y)} usable regression rows for {rows.x.shape[1]} coefficients")
-    found = _regress(rows, build, c, TUNERS[tuner] if isinstance(tuner, str) else tuner, whole)
-    weights = getattr(found.regressor, "weights_", None)
+    coefficients, covariance, regressor, tuned = _regress(
+        rows, build, c, TUNERS[tuner] if isinstance(tuner, str) else tuner, whole
+    )
+    weights = getattr(regressor, "weights_", None)
     outliers = {} if weights is None else {"outliers": float(np.mean(weights == 0.0))}
-    limit = getattr(found.regressor, "max_iter", None)
-    converged = limit is None or not whole or found.regressor.n_iter_ < limit
+    limit = getattr(regressor, "max_iter", None)
+    converged = limit is None or not whole or regressor.n_iter_ < limit
     return Fit(
-        found.coefficients,
-        found.covariance,
+        coefficients,
+        covariance,
         converged=bool(converged),
         message="" if converged else "the weights have not converged",
-        n_iterations=int(getattr(found.regressor, "n_iter_", 1)),
-        extra={**extra, "C": found.tuned.value, "evaluations": found.tuned.evaluations, **outliers},
+        n_iterations=int(getattr(regressor, "n_iter_", 1)),
+        extra={**extra, "C": tuned.value, "evaluations": tuned.evaluations, **outliers},
     )
 
 
-def _regress(rows: TrainingRows, build: BuildRegressor, c: float | None, tune: Tuner, whole: bool) -> SvrFit:
-    """C by validation if it is None, then the fit.
+def _regress(
+    rows: TrainingRows, build: BuildRegressor, c: float | None, tune: Tuner, whole: bool
+) -> tuple[np.ndarray, np.ndarray, Any, TunedConstant]:
+    """Coefficients (p,), covariance (p, p), the fitted regressor, and how C was chosen: by validation if it is None.
 
     Coefficients of columns that are zero, about which the rows have no information, get zero and infinite variance.
     """
@@ -203,7 +198,7 @@ def _regress(rows: TrainingRows, build: BuildRegressor, c: float | None, tune: T
     coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))
     coefficients[used] = regressor.coef_
     covariance[np.ix_(used, used)] = _sandwich(rows, regressor)
-    return SvrFit(coefficients, covariance, regressor, tuned)
+    return coefficients, covariance, regressor, tuned
 
 
 def _validation(rows: TrainingRows, build: BuildRegressor) -> Callable[[float], float]:

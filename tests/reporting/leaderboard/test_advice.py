@@ -13,9 +13,9 @@ from helmbench.bench.situations import SEEDS, Situation, checks_text, draw, suit
 from helmbench.bench.store import Store, frames
 from helmbench.bench.suites import load_suite
 from helmbench.models.errors import BadInput
-from helmbench.reporting.leaderboard import advice, contest, standings
+from helmbench.reporting.leaderboard import advice
 from helmbench.reporting.leaderboard.answer import answer, shortlist
-from helmbench.reporting.leaderboard.estimates import summarised
+from helmbench.reporting.leaderboard.board import build
 
 SHIPS = ("mariner", "s175", "kvlcc2-l7")
 CALM, WINDY = {}, {"disturbance": "wind:8@40deg"}
@@ -23,8 +23,7 @@ CALM, WINDY = {}, {"disturbance": "wind:8@40deg"}
 
 def board_of(runs):
     results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
-    judged = standings.judged(results, summarised(parameters))
-    return contest.contest(standings.cell_table(judged), judged)
+    return build(results, parameters).contest
 
 
 @pytest.fixture

@@ -9,9 +9,9 @@ from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import sync_playwright
 
 from helmbench.bench.store import Store, read_tables
-from helmbench.reporting.leaderboard import contest, page, publish, standings
+from helmbench.reporting.leaderboard import page, publish
 from helmbench.reporting.leaderboard.answer import answer, rivals
-from helmbench.reporting.leaderboard.estimates import summarised
+from helmbench.reporting.leaderboard.board import build
 
 from ...support.browser import chromium
 
@@ -126,9 +126,7 @@ def opened(browser, results):
 
 
 def board(results):
-    stored, parameters = read_tables(results)
-    runs = standings.judged(stored, summarised(parameters))
-    return contest.contest(standings.cell_table(runs), runs)
+    return build(*read_tables(results)).contest
 
 
 def choose(tab, chosen, budget):

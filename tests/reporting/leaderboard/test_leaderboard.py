@@ -11,12 +11,10 @@ from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
 from helmbench.reporting.leaderboard import standings as leaderboard
 from helmbench.reporting.leaderboard.board import build
-from helmbench.reporting.leaderboard.estimates import summarised
 
 
 def board(runs):
-    results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
-    return build(results, summarised(parameters))
+    return build(*frames(runs, kind_of(IDENTIFICATION).tables))
 
 
 def by_method(table):
@@ -216,13 +214,6 @@ def test_failures_are_listed_once_a_reason_with_their_seeds(run_of):
 def test_a_fit_that_did_not_converge_is_told(run_of):
     runs = [run_of(error=0.1, reason="not converged: 100 iterations")]
     assert board(runs).failures["error"].tolist() == ["not converged: 100 iterations"]
-
-
-def test_detail_shows_the_estimates_of_small_models(run_of, parameter_of):
-    rows = [parameter_of("K", 0.3, 0.3239, 0.1), parameter_of("T", 20.0, 20.12, 0.1)]
-    assert board([run_of(error=0.1, parameters=rows)]).detail["estimates"].tolist() == ["K 0.3239, T 20.12"]
-    many = [parameter_of(f"c{i}", 1.0, 1.0, 0.1) for i in range(9)]
-    assert board([run_of(error=0.1, parameters=many)]).detail["estimates"].tolist() == ["9 parameters"]
 
 
 @given(st.lists(st.floats(0.0, 1e6), min_size=1, max_size=30))

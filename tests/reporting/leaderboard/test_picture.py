@@ -5,7 +5,7 @@ from pathlib import Path
 
 from helmbench.bench.store import Store
 from helmbench.bench.suites import load_suite
-from helmbench.reporting.leaderboard.picture import write_picture
+from helmbench.reporting.leaderboard.board import write_picture
 
 from ...made_up.runs import make_run
 

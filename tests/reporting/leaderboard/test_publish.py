@@ -9,10 +9,9 @@ import pytest
 from helmbench.bench.store import read_tables
 from helmbench.models.errors import BadInput
 from helmbench.reporting.leaderboard import comparing, publish, standings
-from helmbench.reporting.leaderboard.contest import contest
-from helmbench.reporting.leaderboard.estimates import summarised
+from helmbench.reporting.leaderboard.board import build
 from helmbench.reporting.leaderboard.findings import findings
-from helmbench.reporting.leaderboard.statistics import Statistics
+from helmbench.reporting.leaderboard.stability import stability_sentences
 from helmbench.reporting.tables import in_markdown
 
 STORED = Path(__file__).parents[3] / "reports" / "leaderboard"
@@ -47,20 +46,16 @@ def by_problem(table, method, figure):
 def check_published(folder):
     """README and page hold what the stored tables give."""
     results, parameters = (pd.read_parquet(folder / name) for name in (publish.RESULTS, publish.PARAMETERS))
-    runs, parameters, _ = publish.judged_runs(results, parameters)
-    cells = standings.cell_table(runs)
-    _, found = publish.main_board(runs, parameters, runs["suite"].iloc[0])
-    every = Statistics(contest(cells, runs), cells, parameters)
+    every, tuning = publish.boards(results, parameters)
+    runs, main = every.runs, every.in_problems_of(every.runs["suite"].iloc[0])
     readme, page = (folder / publish.README).read_text(), (folder / publish.PAGE).read_text()
-    lines = publish.headline_lines(found.board, every.board)
+    lines = publish.headline_lines(main.contest, every.contest)
     assert lines and all(in_markdown(line) in readme for line in lines)
-    told = [in_markdown(own.text) for own in publish.told(runs, found, every)]
+    told = [in_markdown(text) for text, _ in publish.told(main, every, tuning)]
     assert told and all(text in readme for text in told)
-    said = [in_markdown(text) for text in found.statements()]
+    said = [in_markdown(text) for text in stability_sentences(main.contest)]
     assert said and all(text in readme for text in said)
-    slow = publish.slow_board(folder)
-    assert slow is None or slow.told(found.board) in readme
-    order = [place.method for place in found.board.order()]
+    order = [place.method for place in main.contest.order()]
     table = readme.split("## Ranking")[1].split("##")[0]
     lines = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("| ")]
     assert lines[2:][: len(order)] == order
@@ -132,9 +127,7 @@ def test_the_problems_of_fits_that_take_minutes_are_told_apart_from_the_others(f
 
 def test_findings_are_computed_from_the_results(folder):
     results, parameters = read_tables(folder)
-    runs = standings.judged(results, summarised(parameters))
-    cells = standings.cell_table(runs)
-    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, summarised(parameters)))]
+    told = [text for text, _ in findings(build(results, parameters))]
     assert any("the black box errs 4.0 times as much" in text and "the grey box beats" in text for text in told)
     assert any(
         "With high noise, pem predicts best: median error 0.03 against 0.01 with low noise" in text for text in told
@@ -196,10 +189,7 @@ def test_simpler_models_are_told_apart_from_the_ships_own(folder, folder_of, run
         for n in ("low", "high")
     ]
     results, parameters = publish.together([read_tables(folder), read_tables(folder_of("simple", simple))])
-    estimates = summarised(parameters)
-    runs = standings.judged(results, estimates)
-    cells = standings.cell_table(runs)
-    told = [own.text for own in findings(Statistics(contest(cells, runs), cells, estimates))]
+    told = [text for text, _ in findings(build(results, parameters))]
     assert any(
         text.startswith("Where the fitted model is not the ship's own, in free runs the black box") for text in told
     )

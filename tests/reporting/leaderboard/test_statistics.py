@@ -5,33 +5,30 @@ from itertools import product
 
 import numpy as np
 import pytest
-from scipy.stats import friedmanchisquare, wilcoxon
+from scipy.stats import wilcoxon
 
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
-from helmbench.reporting.leaderboard import contest, equivalence, paired, profiles, standings
+from helmbench.reporting.leaderboard import contest, equivalence, paired
 from helmbench.reporting.leaderboard.answer import answer
 from helmbench.reporting.leaderboard.board import build
-from helmbench.reporting.leaderboard.estimates import summarised
+from helmbench.reporting.leaderboard.findings import low_noise, pareto
 from helmbench.reporting.leaderboard.stability import stability
-
-
-def tables_of(runs):
-    """The results of runs, and their parameters put together over seeds."""
-    results, parameters = frames(runs, kind_of(IDENTIFICATION).tables)
-    return results, summarised(parameters)
 
 
 @pytest.fixture
 def board_of():
     """The contest of stored runs."""
 
-    def build(runs, criterion="prediction"):
-        results, estimates = tables_of(runs)
-        judged = standings.judged(results, estimates)
-        return contest.contest(standings.cell_table(judged), judged, criterion)
+    def contest_of(runs, criterion="prediction"):
+        board = leaderboard_of(runs)
+        return contest.contest(board.cells, board.runs, criterion)
 
-    return build
+    return contest_of
+
+
+def leaderboard_of(runs):
+    return build(*frames(runs, kind_of(IDENTIFICATION).tables))
 
 
 @pytest.fixture
@@ -75,40 +72,8 @@ def test_holm_steps_down():
     assert paired.holm([0.9, 0.8]).max() == 1.0
 
 
-def test_friedman_is_that_of_scipy(rng):
-    errors = rng.lognormal(size=(12, 4)) * [1.0, 1.5, 2.0, 2.0]
-    assert paired.friedman(errors) == pytest.approx(friedmanchisquare(*errors.T).pvalue)
-    assert math.isnan(paired.friedman(errors[:, :2])) and paired.friedman(np.ones((5, 3))) == 1.0
-
-
-def test_critical_difference_is_that_of_demsar():
-    """Demsar 2006, section 3.2.2: four classifiers, 14 data sets, q = 2.569."""
-    assert paired.critical_difference(14, 4) == pytest.approx(2.569 * math.sqrt(4 * 5 / (6 * 14)), rel=1e-3)
-
-
-def test_groups_join_neighbours_that_no_test_tells_apart(rng):
-    scale = np.exp(rng.normal(scale=0.05, size=(20, 4)))
-    found = paired.compare(scale * [1.0, 1.0, 3.0, 9.0], ["a", "b", "c", "d"])
-    assert set(found.methods[:2]) == {"a", "b"} and found.methods[2:] == ("c", "d")
-    assert found.groups in {((0, 1),), ()} and found.p[1, 3] < 1e-3 and found.friedman_p < 1e-6
-
-
-def test_profiles_count_problems_within_a_factor_of_the_least_error():
-    errors = np.array([[1.0, 2.0], [3.0, 1.0], [1.0, np.inf]])
-    found = profiles.performance_profiles(errors, np.array([1.0, 2.0, 3.0]))
-    assert found.tolist() == [[2 / 3, 1 / 3], [2 / 3, 2 / 3], [1.0, 2 / 3]]
-
-
 def test_the_front_has_what_nothing_beats_in_error_and_time():
-    assert profiles.pareto([1.0, 2.0, 0.5, np.inf, 0.6], [2.0, 1.0, 9.0, 0.1, 9.5]) == [1, 0, 2]
-
-
-def test_seeds_needed_follow_from_the_spread_between_seeds(rng):
-    runs = np.exp(rng.normal(scale=0.2, size=(40, 5, 4)))
-    found = profiles.seeds_needed(runs, (0.1, 0.5))
-    assert found.spread == pytest.approx(0.2, rel=0.25) and found.seeds == 4
-    z = 1.959964 + 0.841621
-    assert found.needed == {d: math.ceil(2 * (z * found.spread / math.log1p(d)) ** 2) for d in (0.1, 0.5)}
+    assert pareto([1.0, 2.0, 0.5, np.inf, 0.6], [2.0, 1.0, 9.0, 0.1, 9.5]) == [1, 0, 2]
 
 
 def test_the_floor_is_the_median_error_at_the_bound(run_of, parameter_of):
@@ -117,11 +82,9 @@ def test_the_floor_is_the_median_error_at_the_bound(run_of, parameter_of):
         for n, e, sd in (("low", 0.02, 0.1), ("high", 0.1, 0.4))
         for m in "ab"
     ]
-    results, estimates = tables_of(runs)
-    cells = standings.cell_table(standings.judged(results, estimates))
-    curves, floor = profiles.noise_curves(cells, estimates, ["a"])
-    assert curves == {"a": pytest.approx({"low": 0.02, "high": 0.1})}
-    assert floor == pytest.approx({"low": 0.6745 * 0.05, "high": 0.6745 * 0.2})
+    board = leaderboard_of(runs)
+    errors, floor = low_noise(board.cells, board.estimates)
+    assert errors == pytest.approx({"a": 0.02, "b": 0.02}) and floor == pytest.approx(0.6745 * 0.05)
 
 
 TRUTHS = [(1.0, equivalence.EQUAL), (1.1, equivalence.EQUAL), (2.0, equivalence.WORSE), (440.0, equivalence.WORSE)]
@@ -235,10 +198,9 @@ def test_what_is_known_of_the_ship_is_never_put_together(board_of, run_of):
 
 def test_stability_draws_ships(board_of, run_of, rng):
     board = board_of(problems(run_of, rng, 1.5, ships=8))
-    found = stability(board)
-    assert found.firsts == {"a": 1.0} and found.ships == 8 and found.places == (1, 1)
+    assert stability(board) == ({"a": 1.0}, 8, (1, 1))
     split = board_of(ratios_of(run_of, [4.0, 4.0, 0.25, 0.25, 4.0], lambda p: f"v{p}"))
-    assert 0.5 < stability(split).firsts["a"] < 1.0 and stability(split.where({"vessel": "v0"})) is None
+    assert 0.5 < stability(split)[0]["a"] < 1.0 and stability(split.where({"vessel": "v0"})) is None
 
 
 def test_a_budget_ranks_slow_methods_last(board_of, eight_problems):
@@ -259,19 +221,8 @@ def test_a_method_of_few_problems_stands_below_the_others(board_of, run_of, eigh
 
 
 def test_the_ranking_is_that_of_the_standings(eight_problems, board_of):
-    results, estimates = tables_of(eight_problems)
     order = [place.method for place in board_of(eight_problems).order()]
-    assert build(results, estimates).overall["method"].tolist() == order
-
-
-def test_sensitivity_leaves_vessels_out_and_takes_other_metrics(run_of, rng):
-    results, estimates = tables_of(problems(run_of, rng, 1.2))
-    judged = standings.judged(results, estimates)
-    cells = standings.cell_table(judged)
-    board = contest.contest(cells, judged)
-    found = {row.choice: row for row in profiles.sensitivity(board, profiles.other_metrics(cells, board))}
-    assert set(found) >= {"by heading RMSE", "without v0", "without v3"} and "by time" not in found
-    assert found["without v0"].first == "a" and found["without v0"].problems == 6
+    assert leaderboard_of(eight_problems).overall["method"].tolist() == order
 
 
 @pytest.mark.parametrize(

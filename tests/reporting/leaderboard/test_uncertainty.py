@@ -42,7 +42,7 @@ def test_results_of_older_suites_have_no_table():
 def test_the_finding_names_every_case_that_was_scored():
     cases = pd.Categorical(["equations known"] * 2 + ["measured ships"], ["equations known", "measured ships"])
     found = uncertainty_finding(runs(method=["a", "b", "c"], case=cases, coverage_free=[0.9, 0.8, 0.25]))
-    assert found is not None and "equations known 85 % (2 runs), measured ships 25 % (1 runs)" in found.text
+    assert found is not None and "equations known 85 % (2 runs), measured ships 25 % (1 runs)" in found
 
 
 @pytest.mark.parametrize("missing", [[None, None], [float("nan")] * 2])

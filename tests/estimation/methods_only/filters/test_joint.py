@@ -64,7 +64,8 @@ def test_filter_and_smoother_are_kalman_s(linear):
     """Fixed coefficients of a linear model: the same as the textbook recursions, gap included."""
     model, _, series, noise = linear
     fixed = CoefficientDensity.fixed(model.coefficients)
-    found, kept = joint._extended(model, series, fixed, noise, keep=True)
+    kept = joint.smoother_arrays(model, series)
+    found = joint.filter_record(model, series, fixed, noise, kept=kept)
     filtered, cost, smoothed = _kalman(model, series, noise)
     assert kept[0] == pytest.approx(np.array([x for x, _ in filtered]), rel=1e-9, abs=1e-12)
     assert kept[1] == pytest.approx(np.array([p for _, p in filtered]), rel=1e-7, abs=1e-14)
@@ -92,7 +93,7 @@ def test_joint_filter_solves_a_linear_regression(rng):
     series = series_of(Record(0.1 * np.arange(400), {"rudder_rad": rudder, "yaw_rate_rad_s": rate}), model)
     noise = NoiseVariances(0.0, np.zeros(2), np.array([0.003**2, 0.0]))
     prior = CoefficientDensity.prior(np.array([0.01]), np.array([[0.05]]))
-    found = joint.extended(model.blanked(), series, prior, noise).density
+    found = joint.filter_record(model.blanked(), series, prior, noise).density
     area = np.concatenate([[0.0], np.cumsum((rudder[1:] + rudder[:-1]) / 2.0 * 0.1)])
     design = np.column_stack([area, np.ones(400)]) / 0.003
     prior = np.diag([1.0 / 0.05**2, 1.0 / series.start_sd[0] ** 2])

@@ -7,7 +7,6 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.filters import joint
-from helmbench.estimation.methods_only.filters.unscented import Unscented
 from helmbench.estimation.records.series import series_of
 from helmbench.models.model import resolve
 from helmbench.models.simulate import simulate
@@ -25,8 +24,8 @@ def test_with_fixed_coefficients_of_a_linear_model_it_is_the_kalman_filter(alpha
     """Sigma points carry a Gaussian through a linear map exactly, at any distance."""
     model, series, noise = setting("cargo", "zigzag:20/20")
     fixed = joint.CoefficientDensity.fixed(model.coefficients)
-    found = Unscented(alpha)(model, series, fixed, noise)
-    exact = joint.extended(model, series, fixed, noise)
+    found = joint.filter_record(model, series, fixed, noise, (alpha, 2.0))
+    exact = joint.filter_record(model, series, fixed, noise)
     assert found.cost == pytest.approx(exact.cost, rel=1e-7)
     assert found.innovations == pytest.approx(exact.innovations, rel=1e-6, abs=1e-9)
 
@@ -36,9 +35,9 @@ def test_with_a_narrow_prior_it_is_the_extended_filter():
     model, series, noise = setting("response-1", "zigzag:20/20")
     factor = np.diag(1e-5 * np.abs(model.coefficients))
     prior = joint.CoefficientDensity.prior(1.00001 * model.coefficients, factor)
-    found = Unscented()(model, series, prior, noise)
+    found = joint.filter_record(model, series, prior, noise, (0.1, 2.0))
     after, path = found.density, found.path
-    extended = joint.extended(model, series, prior, noise)
+    extended = joint.filter_record(model, series, prior, noise)
     step = np.abs(extended.density.mean).max()
     assert after.mean == pytest.approx(extended.density.mean, abs=1e-3 * max(step, 1e-3))
     assert path[-1] == pytest.approx(after.coefficients, rel=1e-12)
@@ -61,7 +60,7 @@ def test_one_measurement_gives_the_posterior_of_sampling(rng):
     sensor = np.full(2, 1e-4 * np.var(runs))
     noise = joint.NoiseVariances(0.0, np.zeros(2), sensor)
     prior = joint.CoefficientDensity.prior(model.coefficients, factor)
-    after = Unscented(0.5)(model, series, prior, noise).density
+    after = joint.filter_record(model, series, prior, noise, (0.5, 2.0)).density
     gain = draws.T @ (runs - np.mean(runs)) / len(runs) / (np.var(runs) + sensor[0])
     expected = gain * (series.outputs[1, 0] - np.mean(runs))
     print(after.mean, expected)

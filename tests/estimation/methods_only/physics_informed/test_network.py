@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.estimation.methods_only.black_box.free_runs import require_jax
 from helmbench.estimation.methods_only.physics_informed.equations import PinnEquations, rates_of
-from helmbench.estimation.methods_only.physics_informed.network import NetworkWindow, features_of
+from helmbench.estimation.methods_only.physics_informed.network import features_of
 from helmbench.models.kernels import catalogue
 from helmbench.models.model import list_vessels, resolve
 from helmbench.models.simulate import accelerations
@@ -38,7 +38,7 @@ def test_the_slopes_of_the_features_are_their_derivatives(rng):
     """Central differences of a thousandth of a step; between two points of the grid, where the features are smooth but
     for the interpolation of the integrals, whose error is the curvature of an input's power within a step."""
     inputs = np.cumsum(rng.normal(size=(101, 1)), axis=0) / 100.0
-    window, place, dt, step = NetworkWindow(20, 80, 24), rng.uniform(21.0, 79.0, 50), 0.5, 1e-3
+    window, place, dt, step = (20, 80, 24), rng.uniform(21.0, 79.0, 50), 0.5, 1e-3
     place = np.floor(place) + 0.1 + 0.8 * (place % 1.0)
     at = features_of(window, dt, inputs, place)
     low, high = (features_of(window, dt, inputs, place + side * step).values for side in (-1.0, 1.0))
