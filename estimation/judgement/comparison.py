@@ -11,9 +11,9 @@ Source of the rule: Hastie, Tibshirani & Friedman 2009, The Elements of Statisti
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -37,21 +37,8 @@ if TYPE_CHECKING:
 BLOCKS = 4
 """Blocks of time into which a single record is cut."""
 HELD_OUT, RECORDS, TIME_BLOCKS = "held out", "records left out", "blocks left out"
-
-
-class Fitter(Protocol):
-    """What a method does: fit a model to records; raises CannotFit and FitFailed."""
-
-    def fit(self, records: Record | Sequence[Record], model: Model) -> Estimate: ...
-
-
-@dataclass(frozen=True)
-class Entrant:
-    """A model, a method as text, and the method itself."""
-
-    model: Model
-    method: str
-    fitter: Fitter
+Entrant = tuple["Model", str, Any]
+"""A model, a method as text, and the method itself: `fit(records, model)`, which raises CannotFit and FitFailed."""
 
 
 def compare(entrants: Sequence[Entrant], train: Sequence[Record], held_out: Sequence[Record] = ()) -> Comparison:
@@ -111,6 +98,7 @@ def _candidate(
 
     refit : whether it is fitted anew for each of them; otherwise no record that tests it is a training record.
     """
+    model, method, _ = one
     estimate: Estimate | None = None
     squares: dict[str, dict[str, Squares]] = {}
     diverged: list[str] = []
@@ -124,12 +112,13 @@ def _candidate(
                 diverged += [record.name] if run.diverged else []
     except (CannotFit, FitFailed) as error:
         wall_s = np.nan if estimate is None else estimate.wall_s
-        return Candidate(one.model, one.method, estimate, error.reason, wall_s=wall_s)
-    return Candidate(one.model, one.method, estimate, "", squares, tuple(diverged), estimate.wall_s)
+        return Candidate(model, method, estimate, error.reason, wall_s=wall_s)
+    return Candidate(model, method, estimate, "", squares, tuple(diverged), estimate.wall_s)
 
 
 def _fitted(one: Entrant, records: Sequence[Record]) -> Estimate:
-    return one.fitter.fit([hull_record(record, one.model) for record in records], one.model)
+    model, _, method = one
+    return method.fit([hull_record(record, model) for record in records], model)
 
 
 def _common(candidates: Sequence[Candidate]) -> tuple[str, ...]:

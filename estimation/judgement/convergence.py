@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,19 +16,13 @@ BANDS = (0.05, 0.02)
 """Half widths of the bands, relative to the value."""
 
 
-class Convergence(NamedTuple):
-    """Convergence of one parameter."""
-
-    settled_s: dict[float, float]
-    """Band -> seconds of record after which the parameter stays in the band; inf if it ends outside."""
-    overshoot: float
-    """Largest excursion beyond the value, coming from the start, relative to the size of the value."""
-
-
 def convergence(
     estimate: Estimate, truth: Mapping[str, float] | None = None, bands: Sequence[float] = BANDS, start: float = 0.0
-) -> dict[str, Convergence]:
+) -> dict[str, tuple[dict[float, float], float]]:
     """Convergence of every published parameter of a recursive method's estimate.
+
+    Parameter -> settling times, band -> seconds of record after which it stays in the band (inf if it ends outside);
+    and its overshoot, the largest excursion beyond the value, coming from the start, relative to the value's size.
 
     Parameters
     ----------
@@ -51,7 +45,7 @@ def convergence(
         raise BadInput(f"no parameter {unknown[0]!r}", hint=f"known: {', '.join(estimate.parameters)}")
     paths = parameter_paths(estimate)
     return {
-        name: Convergence(
+        name: (
             {band: settling_time(paths[name], estimate.trajectory_time_s, value, band) for band in bands},
             overshoot(paths[name], value, start),
         )

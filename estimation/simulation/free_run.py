@@ -8,7 +8,7 @@ Pieces of a long record are folded one after the other, so memory does not grow 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -51,12 +51,6 @@ def sums_of_squares(series: Series, error: np.ndarray) -> np.ndarray:
     return np.where(np.isfinite(total).all(), (total**2).sum(axis=0), np.inf)
 
 
-class _Piece(NamedTuple):
-    index: slice
-    states: np.ndarray
-    columns: np.ndarray
-
-
 def _seed(model: Model, series: Series, free: Sequence[int], p: int) -> np.ndarray:
     """Derivatives (n, p + f) of the simulated initial state: coefficients, then the free initial states."""
     seed = np.zeros((len(model.states), p + len(free)))
@@ -68,8 +62,10 @@ def _seed(model: Model, series: Series, free: Sequence[int], p: int) -> np.ndarr
     return seed
 
 
-def _pieces(model: Model, series: Series, state: np.ndarray, free: Sequence[int]) -> Iterator[_Piece]:
-    """States (M, n) and derivatives (M, n, p + f) over consecutive stretches of the grid that share their ends."""
+def _pieces(
+    model: Model, series: Series, state: np.ndarray, free: Sequence[int]
+) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
+    """Consecutive stretches of the grid that share their ends, their states (M, n) and derivatives (M, n, p + f)."""
     from ...models import drivers
     from ...models.simulate import substeps, tangent_tables
 
@@ -87,7 +83,7 @@ def _pieces(model: Model, series: Series, state: np.ndarray, free: Sequence[int]
         )  # fmt: skip
         columns = flat.reshape(len(inputs), *seed.shape)
         x, seed = states[-1].copy(), columns[-1].copy()
-        yield _Piece(slice(first, first + len(inputs)), states, columns)
+        yield slice(first, first + len(inputs)), states, columns
 
 
 def output_factors(
@@ -121,10 +117,9 @@ def _rows(
 ) -> Iterator[list[np.ndarray]]:
     """For each piece the rows of every output."""
     last = len(series.inputs) - 1
-    for piece in _pieces(model, series, state, free):
-        stop = piece.index.stop if piece.index.stop > last else piece.index.stop - 1
-        within = _samples_in(series, piece.index.start, stop)
-        error, slopes = _at_samples(series, piece, within)
+    for index, states, columns in _pieces(model, series, state, free):
+        within = _samples_in(series, index.start, index.stop if index.stop > last else index.stop - 1)
+        error, slopes = _at_samples(series, index.start, states, columns, within)
         rows = np.concatenate([slopes, error[:, :, None]], axis=2)
         found = []
         for c in range(len(series.columns)):
@@ -143,11 +138,13 @@ def _samples_in(series: Series, start: int, stop: int) -> slice | np.ndarray:
     return (series.index >= start) & (series.index < stop)
 
 
-def _at_samples(series: Series, piece: _Piece, within: slice | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Residuals (N, c) and derivatives (N, c, m) at the samples `within` a piece."""
-    index = series.index[within] - piece.index.start
+def _at_samples(
+    series: Series, first: int, states: np.ndarray, columns: np.ndarray, within: slice | np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Residuals (N, c) and derivatives (N, c, m) at the samples `within` a stretch from a point of the grid on."""
+    index = series.index[within] - first
     measured = _in_a_row(series.columns)
-    states, columns = piece.states[:, measured], piece.columns[:, measured]
+    states, columns = states[:, measured], columns[:, measured]
     if series.on_grid:
         index = _in_a_row(index)
         return series.outputs[within] - states[index], columns[index]

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -28,6 +27,8 @@ from ..run.run import as_shown
 from ..run.stretch import Stretch
 from .result import Index
 
+IndexValues = tuple[Mapping[str, float], Mapping[str, str]]
+"""Values by index name, rad or m, and why there is none by index name."""
 INITIAL = "initial_turning"
 UNITS: dict[str, str] = {**dict.fromkeys(OVERSHOOTS, "rad"), **dict.fromkeys((INITIAL, *TURNING), "m")}
 INITIAL_RUDDER_RAD = math.radians(9.0), math.radians(11.0)
@@ -35,23 +36,6 @@ INITIAL_RUDDER_RAD = math.radians(9.0), math.radians(11.0)
 POSITIONS, VELOCITIES = ("north_m", "east_m"), ("surge_m_s", "sway_m_s")
 LONGER = 2
 """A simulated manoeuvre may take so many times the duration of the recorded one."""
-
-
-class Found(NamedTuple):
-    """Values by index name, rad or m, and why there is none by index name."""
-
-    values: Mapping[str, float]
-    reasons: Mapping[str, str]
-
-
-class Sailed(NamedTuple):
-    """A simulated manoeuvre from the first execute on: grid numbers of the recorded inputs in turn, states, numbers
-    of the rudder orders in it, and why it ends early, or an empty text."""
-
-    source: np.ndarray
-    states: np.ndarray
-    orders: tuple[int, ...]
-    reason: str
 
 
 def names_of(found: RecordedManoeuvre) -> tuple[str, ...]:
@@ -62,13 +46,13 @@ def names_of(found: RecordedManoeuvre) -> tuple[str, ...]:
     return (*(OVERSHOOTS if found.kind == "zigzag" else TURNING), *initial)
 
 
-def measured_indices(record: Record, found: RecordedManoeuvre) -> Found:
+def measured_indices(record: Record, found: RecordedManoeuvre) -> IndexValues:
     """The indices of a recorded manoeuvre, with reasons for those that the record does not allow."""
     first = found.executes[0]
     return _indices(record.slice(first, None), found, [mark - first for mark in found.executes], "the record")
 
 
-def simulated_indices(stretch: Stretch, record: Record, found: RecordedManoeuvre) -> Found:
+def simulated_indices(stretch: Stretch, record: Record, found: RecordedManoeuvre) -> IndexValues:
     """The same indices of the simulated manoeuvre.
 
     Parameters
@@ -77,28 +61,34 @@ def simulated_indices(stretch: Stretch, record: Record, found: RecordedManoeuvre
     record : the samples that it comes from, as they were recorded, in the model's rudder sign.
     """
     if "psi" not in stretch.model.states:
-        return Found({}, dict.fromkeys(names_of(found), "the model has no heading"))
-    sailed = sail(stretch, _grid_places(stretch, record, found.executes), not record.has(RUDDERS[1]))
-    told = _indices(_shown(stretch, record, sailed), found, sailed.orders, "the model")
-    return Found(told.values, {name: sailed.reason or reason for name, reason in told.reasons.items()})
+        return {}, dict.fromkeys(names_of(found), "the model has no heading")
+    marks = _grid_places(stretch, record, found.executes)
+    source, states, orders, early = sail(stretch, marks, not record.has(RUDDERS[1]))
+    values, reasons = _indices(_shown(stretch, record, source, states), found, orders, "the model")
+    return values, {name: early or reason for name, reason in reasons.items()}
 
 
 def rows(
-    model: str, record: str, length_m: float, found: RecordedManoeuvre, measured: Found, simulated: Found
+    model: str, record: str, length_m: float, found: RecordedManoeuvre, measured: IndexValues, simulated: IndexValues
 ) -> list[Index]:
     """A row an index."""
     out = []
     for name in names_of(found):
-        reasons = dict.fromkeys(r for r in (measured.reasons.get(name), simulated.reasons.get(name)) if r)
-        real, own = (side.values.get(name, math.nan) for side in (measured, simulated))
+        reasons = dict.fromkeys(why[name] for _, why in (measured, simulated) if why.get(name))
+        real, own = (values.get(name, math.nan) for values, _ in (measured, simulated))
         out.append(Index(model, record, found.title, name, UNITS[name], real, own, "; ".join(reasons), length_m))
     return out
 
 
-def sail(stretch: Stretch, marks: Sequence[int], leaves_late: bool) -> Sailed:
+def sail(stretch: Stretch, marks: Sequence[int], leaves_late: bool) -> tuple[np.ndarray, np.ndarray, list[int], str]:
     """The manoeuvre with rudder orders at the grid points `marks` of the recorded one, sailed by the model.
 
     leaves_late : whether the rudder still has its old angle at a mark (a measured one has).
+
+    Returns
+    -------
+    Grid numbers of the recorded inputs in turn, from the first execute on, states, numbers of the rudder orders in it,
+    and why it ends early, or an empty text.
     """
     inputs, first, psi = stretch.series.inputs, marks[0], stretch.model.states.index("psi")
     heading, start = stretch.known[psi], stretch.state_at(first)
@@ -118,7 +108,7 @@ def sail(stretch: Stretch, marks: Sequence[int], leaves_late: bool) -> Sailed:
             reason = f"the simulated heading does not change by {math.degrees(goal - heading[first]):.3g} deg"
             break
         orders.append(order)
-    return Sailed(source, run.states, tuple(orders), _why(run.diverged_s) or reason)
+    return source, run.states, orders, _why(run.diverged_s) or reason
 
 
 def _why(diverged_s: float | None) -> str:
@@ -138,14 +128,14 @@ def _grid_places(stretch: Stretch, record: Record, marks: Sequence[int]) -> list
     return np.rint(place).astype(int).tolist()
 
 
-def _shown(stretch: Stretch, record: Record, sailed: Sailed) -> Record:
+def _shown(stretch: Stretch, record: Record, source: np.ndarray, states: np.ndarray) -> Record:
     """The simulated manoeuvre as the model's instruments show it."""
-    time = stretch.series.dt * np.arange(len(sailed.source))
-    even = Record(time, {"rudder_rad": stretch.series.inputs[sailed.source, 0]}, record.name, record.meta)
-    return as_shown(stretch.model, even, stretch.channels(sailed.states))
+    time = stretch.series.dt * np.arange(len(source))
+    even = Record(time, {"rudder_rad": stretch.series.inputs[source, 0]}, record.name, record.meta)
+    return as_shown(stretch.model, even, stretch.channels(states))
 
 
-def _indices(record: Record, found: RecordedManoeuvre, orders: Sequence[int], whose: str) -> Found:
+def _indices(record: Record, found: RecordedManoeuvre, orders: Sequence[int], whose: str) -> IndexValues:
     """Indices of a manoeuvre that starts with its first execute."""
     known = {name: v for name, v in record.channels.items() if np.isfinite(v).any()}
     whole = record.with_channels(
@@ -168,4 +158,4 @@ def _indices(record: Record, found: RecordedManoeuvre, orders: Sequence[int], wh
         tracked = whole.has(*POSITIONS) or whole.has(*VELOCITIES)
         values[INITIAL] = initial_turning(whole, float(whole.time_s[0])) if tracked else math.nan
         reasons |= {} if tracked else {INITIAL: f"{whose} has neither positions nor velocities"}
-    return Found(values, {name: reasons[name] for name, value in values.items() if not math.isfinite(value)})
+    return values, {name: reasons[name] for name, value in values.items() if not math.isfinite(value)}

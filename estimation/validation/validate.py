@@ -16,7 +16,7 @@ from ..run.run import CHANNELS, measured_of, run_of
 from ..run.squares import Squares
 from ..run.stretch import SYMBOLS, stretches_of
 from .horizons import STRAIGHT, TURNS_ON, Simple, horizons_of, length_of, trusted_s
-from .manoeuvres import Found, measured_indices, rows, simulated_indices
+from .manoeuvres import IndexValues, measured_indices, rows, simulated_indices
 from .result import FREE, ONE_STEP, ErrorScore, Index, LeftOut, Validation
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def _index_rows(model: str, name: str, piece: Record, stretch: Stretch, manoeuvr
     """The indices of the record's longest stretch."""
     measured = measured_indices(piece, manoeuvre)
     if "psi" in stretch.model.states and stretch.model.states.index("psi") not in stretch.known:
-        simulated = Found({}, {})
+        simulated: IndexValues = {}, {}
     else:
         simulated = simulated_indices(stretch, piece, manoeuvre)
     return rows(model, name, length_of(stretch.model), manoeuvre, measured, simulated)

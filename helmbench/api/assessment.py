@@ -83,7 +83,7 @@ def compare(
     train, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
     structures = candidate_models(models, train)
     _check(train, others, structures)
-    entrants = [comparison.Entrant(model, text, fitter) for model in structures for text, fitter in fitters]
+    entrants = [(model, text, fitter) for model in structures for text, fitter in fitters]
     return comparison.compare(entrants, train, others)
 
 

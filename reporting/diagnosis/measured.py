@@ -43,20 +43,38 @@ def as_public_loaders_name_them(record: Record) -> Record:
 
 @dataclass(frozen=True)
 class PublishedDiagnosis:
-    """One published diagnosis: base model, runs of a measured set, options, and what is done to the records first.
+    """One published diagnosis: runs of a measured set, and the base model with its options; of a craft without a model
+    runs of a set, or all of a folder beside the measured sets.
 
+    prepare : what is done to the records first.
     elsewhere : held-out runs of the set MARIN, beside those of the set.
     """
 
     title: str
     note: str
-    model: str
-    train: tuple[str, ...]
-    held_out: tuple[str, ...]
+    dataset: str
+    train: tuple[str, ...] = ()
+    held_out: tuple[str, ...] = ()
+    model: str = ""
     options: dict[str, Any] = field(default_factory=dict)
     prepare: Callable[[Record], Record] | None = None
     elsewhere: tuple[str, ...] = ()
-    dataset: str = HSVA
+
+    def records(self) -> tuple[list[Record], list[Record]]:
+        """Training and held-out records; a folder has `train-*.csv` and `heldout-*.csv`."""
+        from ...datasets.io import read_record
+        from ...datasets.measured import data_dir, load
+
+        folder = data_dir() / self.dataset
+        if not self.train:
+            train, held_out = (
+                [read_record(path) for path in sorted(folder.glob(f"{side}-*.csv"))] for side in ("train", "heldout")
+            )
+            return train, held_out
+        away = [(MARIN, stem) for stem in self.elsewhere]
+        sides = [(self.dataset, stem) for stem in self.train], [*((self.dataset, s) for s in self.held_out), *away]
+        train, held_out = ([load(*run).thinned(EVERY.get(run[0], 1)) for run in side] for side in sides)
+        return train, held_out
 
 
 APART = ("zigzag_31-Jul-2020_13_57_45", "zigzag_31-Jul-2020_14_10_05")
@@ -69,173 +87,148 @@ REPORTS = {
         "The simulation of Yasukawa and Yoshimura (2015), trained on ten runs of one laboratory and scored, nothing "
         "refitted, on the zigzags of another. The vessel file pairs the open-water curve of one propeller with the "
         "diameter of another, so that its thrust is too small.",
-        "kvlcc2-l7",
+        HSVA,
         tuple(stems(HSVA)),
         (),
+        "kvlcc2-l7",
         {"base_parameters": "file"},
         elsewhere=("zz_10", "zz_-10", "zz_20", "zz_-20"),
     ),
     "hsva-public-columns": PublishedDiagnosis(
         "HSVA zigzags under the column names of public loaders",
         "The columns that public loaders call surge, sway, roll rate and yaw rate, used as they are named.",
-        "kvlcc2-l7",
+        HSVA,
         ("Z_15_05", "Z_20_05"),
         ("Z_25_05",),
+        "kvlcc2-l7",
         {"base_parameters": "file"},
         as_public_loaders_name_them,
     ),
     "hsva-nomoto": PublishedDiagnosis(
         "HSVA 15/5 zigzag with a first-order Nomoto model",
         "What a first-order response model does not describe of a free-running tanker model.",
-        "nomoto-1-cubic",
+        HSVA,
         ("Z_15_05",),
         ("Z_25_05", "Z_10_10_P", "Z_10_10_S", "Z_20_10_S"),
+        "nomoto-1-cubic",
         {"base_parameters": "identify"},
     ),
     "hsva-nomoto-runs": PublishedDiagnosis(
         "HSVA zigzags with a second-order Nomoto model",
         "Five runs for training; the terms that the model lacks are named by free runs of runs that were left out.",
-        "nomoto-2",
+        HSVA,
         ("Z_10_05", "Z_10_10_P", "Z_15_05", "Z_20_05", "Z_25_05"),
         ("Z_10_10_S", "Z_20_10_S", "Z_35_05"),
+        "nomoto-2",
         {"base_parameters": "identify"},
     ),
     "hsva-small-angles": PublishedDiagnosis(
         "HSVA 5/1 zigzag, heading and rudder alone",
         "The neutral rudder angle, from the smallest zigzag and the fewest channels.",
-        "nomoto-2",
+        HSVA,
         ("Z_05_01",),
         ("Z_15_01",),
+        "nomoto-2",
         {"base_parameters": "identify", "channels": ("heading_rad",)},
     ),
     "marin-simulation": PublishedDiagnosis(
         "The published KVLCC2 simulation against MARIN's runs alone",
         "Turning circles and two zigzags for training, the other zigzags held out. The yaw rates of these records show "
         "an offset that differs from run to run.",
-        "kvlcc2-l7",
+        MARIN,
         ("tc_-35", "tc_35", "zz_-10", "zz_-20"),
         ("zz_10", "zz_20"),
+        "kvlcc2-l7",
         {"base_parameters": "file"},
-        dataset=MARIN,
     ),
     "esso-osaka-pond": PublishedDiagnosis(
         "The Esso Osaka model of 3 m in a pond, with measured wind",
         "Five zigzags of a free-running model (Wakita et al. 2022). The numbers of the vessel come from three of them, "
         "which train here as well; the two others took no part in either.",
-        "esso-osaka-l3",
+        ESSO_OSAKA,
         tuple(stem for stem in stems(ESSO_OSAKA) if stem.startswith("zigzag") and stem not in APART),
         APART,
+        "esso-osaka-l3",
         {"base_parameters": "file"},
-        dataset=ESSO_OSAKA,
     ),
     "blueboat-nomoto": PublishedDiagnosis(
         "A BlueBoat steered by its two propellers, with a first-order Nomoto model",
         "Logger files of an unmanned surface vessel. What the model takes as rudder is the difference of the two "
         "propellers' commands, whose sides the published columns exchange.",
-        "nomoto-1-cubic",
+        BLUEBOAT,
         ("train-0", "train-1"),
         ("train-2", "heldout-0"),
+        "nomoto-1-cubic",
         {"base_parameters": "identify"},
-        dataset=BLUEBOAT,
     ),
 }
 
 
 def diagnosed(report: PublishedDiagnosis) -> Diagnosis:
     """The diagnosis of a report; BadInput where the measured set is missing on this machine."""
-    from ...datasets.measured import load
     from ...diagnosis.diagnose import diagnose
     from ...diagnosis.gain.runs import with_errors_ahead
     from ...diagnosis.options import Options
 
     model = resolve(report.model)
-    runs = [(report.dataset, stem) for stem in (*report.train, *report.held_out)]
-    runs += [(MARIN, stem) for stem in report.elsewhere]
-    records = [load(*run).thinned(EVERY.get(run[0], 1)).turned(model.positive_rudder) for run in runs]
-    records = [report.prepare(record) if report.prepare else record for record in records]
-    count = len(report.train)
-    found = diagnose(model, records[:count], records[count:], Options(**report.options))
-    return with_errors_ahead(found, records[count:])
-
-
-@dataclass(frozen=True)
-class PublishedCraft:
-    """One published diagnosis without a model: runs of a measured set, or all of a folder beside the measured sets."""
-
-    title: str
-    note: str
-    dataset: str
-    train: tuple[str, ...] = ()
-    held_out: tuple[str, ...] = ()
-
-    def records(self) -> tuple[list[Record], list[Record]]:
-        """Training and held-out records; a folder has `train-*.csv` and `heldout-*.csv`."""
-        from ...datasets.io import read_record
-        from ...datasets.measured import data_dir, load
-
-        if self.train:
-            every = EVERY.get(self.dataset, 1)
-            train, held_out = (
-                [load(self.dataset, s).thinned(every) for s in side] for side in (self.train, self.held_out)
-            )
-            return train, held_out
-        folder = data_dir() / self.dataset
-        train, held_out = (
-            [read_record(path) for path in sorted(folder.glob(f"{side}-*.csv"))] for side in ("train", "heldout")
-        )
-        return train, held_out
+    train, held_out = (
+        [report.prepare(record) if report.prepare else record for record in turned]
+        for turned in ([one.turned(model.positive_rudder) for one in side] for side in report.records())
+    )
+    found = diagnose(model, train, held_out, Options(**report.options))
+    return with_errors_ahead(found, held_out)
 
 
 POND = tuple(stem for stem in stems(ESSO_OSAKA) if stem.startswith("zigzag") and stem not in APART)
 TURNS_IN_POND = tuple(stem for stem in stems(ESSO_OSAKA) if not stem.startswith("zigzag"))
 FOREIGN = "Records that the library does not fetch: the reader's own data folder holds them."
 CRAFT = {
-    "craft-blueboat": PublishedCraft(
+    "craft-blueboat": PublishedDiagnosis(
         "A BlueBoat without a model", "Steered by its two propellers, whose sides the published columns exchange.",
         BLUEBOAT, ("train-0", "train-1", "train-2"), ("heldout-0",),
     ),
-    "craft-esso-osaka-zigzags": PublishedCraft(
+    "craft-esso-osaka-zigzags": PublishedDiagnosis(
         "The Esso Osaka model of 3 m without a model: zigzags", "Five zigzags in a pond, with measured wind.",
         ESSO_OSAKA, POND, APART,
     ),
-    "craft-esso-osaka": PublishedCraft(
+    "craft-esso-osaka": PublishedDiagnosis(
         "The Esso Osaka model of 3 m without a model: zigzags, turns and a random run",
         "The random run backs its propeller, which no training run does.",
         ESSO_OSAKA, (*POND, APART[0], TURNS_IN_POND[1]), (APART[1], TURNS_IN_POND[0], TURNS_IN_POND[2]),
     ),
-    "craft-hsva": PublishedCraft(
+    "craft-hsva": PublishedDiagnosis(
         "HSVA's 7 m KVLCC2 without a model", "Free-running zigzags of a tanker that is unstable on a straight course.",
         HSVA, ("Z_10_05", "Z_10_10_P", "Z_15_05", "Z_20_05", "Z_25_05"), ("Z_10_10_S", "Z_20_10_S", "Z_35_05"),
     ),
-    "craft-marin": PublishedCraft(
+    "craft-marin": PublishedDiagnosis(
         "MARIN's KVLCC2 without a model",
         "A turning circle and two zigzags train, those to the other side are held out.",
         MARIN, ("tc_-35", "zz_-10", "zz_-20"), ("tc_35", "zz_10", "zz_20"),
     ),
-    "craft-otter": PublishedCraft(
+    "craft-otter": PublishedDiagnosis(
         "An Otter catamaran without a model", f"Two propellers under a course controller, in wind. {FOREIGN}", "otter"
     ),
-    "craft-vtec": PublishedCraft(
+    "craft-vtec": PublishedDiagnosis(
         "A VTec S-III without a model", f"Two propellers, a pool and a lake. {FOREIGN}", "vtec"
     ),
-    "craft-expedition": PublishedCraft(
+    "craft-expedition": PublishedDiagnosis(
         "An ocean racing yacht without a model", f"Logged every second in waves, rudder measured. {FOREIGN}",
         "expedition_horta",
     ),
-    "craft-expedition-gps": PublishedCraft(
+    "craft-expedition-gps": PublishedDiagnosis(
         "The ocean racing yacht over ground, without a model",
         f"The same runs, with speed and course over ground in place of the speed through the water. {FOREIGN}",
         "expedition_horta_gps",
     ),
-    "craft-rov": PublishedCraft(
+    "craft-rov": PublishedDiagnosis(
         "A remotely operated vehicle without a model: steps in yaw",
         f"What steers it is the yaw command of its thrusters; no speed is measured. {FOREIGN}", "exjobb-yaw",
     ),
-    "craft-rov-loop": PublishedCraft(
+    "craft-rov-loop": PublishedDiagnosis(
         "A remotely operated vehicle without a model: under its own controller",
         f"The command follows the yaw rate, and does not act in the first seconds. {FOREIGN}", "exjobb-loop",
     ),
-    "craft-model-yacht": PublishedCraft(
+    "craft-model-yacht": PublishedDiagnosis(
         "A model yacht without a model", f"Sailed by hand, its heading and track seen from outside. {FOREIGN}",
         "madao-april",
     ),
@@ -288,7 +281,7 @@ TABLE = (
 )
 
 
-def _row(name: str, report: PublishedCraft, of: YawRateSkill) -> str:
+def _row(name: str, report: PublishedDiagnosis, of: YawRateSkill) -> str:
     """The row of a craft."""
     scores = " | ".join(fixed(value, 3) for value in (of.craft, of.nomoto, of.arx))
     more = f"{of.craft - max(of.nomoto, of.arx):+.3f}"

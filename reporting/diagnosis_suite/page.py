@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -43,24 +42,6 @@ READING = (
     "[intervals] of rates: Clopper-Pearson, 95 %; of medians: 5 and 95 % quantiles of the cases. A failed case "
     "counts against its rate. Every case can be made again from its vessel, causes, strength, gusts and seed."
 )
-
-
-@dataclass(frozen=True)
-class ConfusionCell:
-    """One count of a confusion matrix."""
-
-    count: int
-    right: bool
-    shade: str
-
-
-@dataclass(frozen=True)
-class Matrix:
-    """Confusion of one method: column names, and rows of (name, cells)."""
-
-    method: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[str, tuple[ConfusionCell, ...]], ...]
 
 
 def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
@@ -260,26 +241,27 @@ def failure_table(board: Board) -> Table:
 # figures
 
 
-def matrices(board: Board) -> list[Matrix]:
-    """Confusion matrices; the shade is the share of the row."""
+def matrices(board: Board) -> list[dict[str, Any]]:
+    """Confusion of each `method`: `columns`, and `rows` of a name and cells; the shade is the share of the row."""
     return [_matrix(str(method), own) for method, own in board.confusion.groupby("method", sort=True)]
 
 
-def _matrix(method: str, own: Frame) -> Matrix:
+def _matrix(method: str, own: Frame) -> dict[str, Any]:
     counts = {(row["injected"], row["named"]): row["cases"] for row in own.to_dict("records")}
     injected, said = (sorted(set(own[name]), key=_brackets_last) for name in ("injected", "named"))
     rows = []
     for name in injected:
         total = sum(counts.get((name, other), 0) for other in said)
         cells = [_cell(name, other, counts.get((name, other), 0), total) for other in said]
-        rows.append((name, tuple(cells)))
-    return Matrix(method, tuple(said), tuple(rows))
+        rows.append((name, cells))
+    return {"method": method, "columns": said, "rows": rows}
 
 
-def _cell(injected: str, said: str, count: int, total: int) -> ConfusionCell:
+def _cell(injected: str, said: str, count: int, total: int) -> dict[str, Any]:
     right = {"(null)": "(adequate)", "(anticipated)": "(unexplained)", "(unforeseen)": "(unexplained)"}
     right |= {"(planted-null)": "(unexplained)"}
-    return ConfusionCell(count, right.get(injected, injected) == said, f"{0.12 + 0.6 * count / total:.2f}")
+    shade = f"{0.12 + 0.6 * count / total:.2f}"
+    return {"count": count, "right": right.get(injected, injected) == said, "shade": shade}
 
 
 def _brackets_last(name: str) -> tuple[bool, str]:

@@ -79,7 +79,7 @@ class Tested:
     @property
     def regret(self) -> float:
         """The advised method's error over the least, neither below `FLOOR`."""
-        return max(self.error, FLOOR) / max(self.least, FLOOR)
+        return self._over_least(self.error)
 
     @property
     def regret_without_floor(self) -> float:
@@ -89,11 +89,14 @@ class Tested:
     @property
     def chosen_regret(self) -> float:
         """The same of the method that was chosen from the list."""
-        return max(self.chosen_error, FLOOR) / max(self.least, FLOOR)
+        return self._over_least(self.chosen_error)
 
     def plain_regret(self, method: str) -> float:
         """The same of a method of `PLAIN_RULES`."""
-        return max(self.plain.get(method, np.inf), FLOOR) / max(self.least, FLOOR)
+        return self._over_least(self.plain.get(method, np.inf))
+
+    def _over_least(self, error: float) -> float:
+        return max(error, FLOOR) / max(self.least, FLOOR)
 
 
 def advise(board: Contest, wanted: Mapping[str, str], applies: Sequence[str]) -> Advice | None:
@@ -177,12 +180,10 @@ def _chosen(
     names = [name for name in advice.listed if name in methods]
     if not names:
         return np.nan
-    shown = np.array(
-        [checks[checked.index(name)] if name in checked else np.full(runs.shape[1], np.inf) for name in names]
-    )
+    none = np.full(runs.shape[1], np.inf)
+    shown = np.array([checks[checked.index(name)] if name in checked else none for name in names])
     best = np.argmin(np.where(np.isnan(shown), np.inf, shown), axis=0)
-    own = runs[[methods.index(name) for name in names]]
-    return median(own[best, np.arange(runs.shape[1])])
+    return median(runs[[methods.index(name) for name in names]][best, np.arange(runs.shape[1])])
 
 
 def summary(tested: Sequence[Tested]) -> str:
@@ -238,13 +239,6 @@ def report(tested: Sequence[Tested], drawn: int, seed: int) -> str:
 
 
 def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:
-    def row(kind: str, own: Sequence[Tested]) -> dict[str, Any]:
-        named, chosen = [one.regret for one in own], [one.chosen_regret for one in own]
-        shares = {"named": named, "chosen": chosen, "raw": [one.regret_without_floor for one in own]}
-        return {"kind": kind, "n": len(own), "median": median(named), "median_chosen": median(chosen)} | {
-            name: _count(regrets) / len(own) for name, regrets in shares.items()
-        }
-
     columns = [
         column("kind"),
         count("n", "situations"),
@@ -254,7 +248,13 @@ def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:
         numeric(f"chosen from the list: regret below {GOOD:g}", "chosen", percent),
         numeric("median", "median_chosen"),
     ]
-    return make_table(columns, [row(kind, own) for kind, own in by_kind])
+    rows = []
+    for kind, own in by_kind:
+        named, chosen = [one.regret for one in own], [one.chosen_regret for one in own]
+        shares = {"named": named, "chosen": chosen, "raw": [one.regret_without_floor for one in own]}
+        shares = {name: _count(regrets) / len(own) for name, regrets in shares.items()}
+        rows.append({"kind": kind, "n": len(own), "median": median(named), "median_chosen": median(chosen)} | shares)
+    return make_table(columns, rows)
 
 
 def _situations(tested: Sequence[Tested]) -> Table:

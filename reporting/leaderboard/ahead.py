@@ -9,6 +9,7 @@ import numpy as np
 from ...bench.scores.errors_ahead import LENGTHS, PREFIXES
 from ..numbers import DEG, number
 from ..tables import Column, Table, field, make_table
+from .columns import numeric
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -23,33 +24,24 @@ NOTE = (
 )
 
 
+WANTED = ("trusted_s", "noise_", *(f"rmse_{prefix}_" for prefix in PREFIXES.values()))
+
+
 def ahead_table(results: Frame) -> Table:
     """Methods on measured records by how far ahead to trust them; no row where no run was scored ahead."""
-    known = results[results["trusted_s"].notna()] if "trusted_s" in results else None
-    rows = (
-        []
-        if known is None
-        else [
-            dict(zip(KEYS, key, strict=True)) | {name: _median(own, name) for name in own if name.startswith(WANTED)}
-            for key, own in known.groupby(KEYS, observed=True)
-        ]
-    )
-    rows.sort(key=lambda row: (row["vessel"], -row["trusted_s"]))
+    rows: list[dict[str, Any]] = []
+    if "trusted_s" in results:
+        known = results[results["trusted_s"].notna()]
+        values = known[[name for name in known if name.startswith(WANTED)]].astype(float).replace(np.inf, np.nan)
+        medians = values.groupby([known[key] for key in KEYS], observed=True).median().reset_index()
+        rows = medians.sort_values(["vessel", "trusted_s"], ascending=[True, False], kind="stable").to_dict("records")
     columns = [
         *map(field, KEYS),
-        Column("trust it for, s", lambda row: number(row["trusted_s"]), lambda row: row["trusted_s"]),
+        numeric("trust it for, s", "trusted_s"),
         *(Column(f"{length:g} lengths", _errors(length)) for length in LENGTHS),
         Column("sensor noise", lambda row: number(_of(row, "noise_yaw_rate_rad_s"))),
     ]
     return make_table(columns, rows, "How far ahead, measured records", NOTE)
-
-
-WANTED = ("trusted_s", "noise_", *(f"rmse_{prefix}_" for prefix in PREFIXES.values()))
-
-
-def _median(own: Frame, name: str) -> float:
-    values = own[name].to_numpy(float)
-    return float(np.median(values[np.isfinite(values)])) if np.isfinite(values).any() else float("nan")
 
 
 def _errors(length: float) -> Any:

@@ -41,12 +41,7 @@ def _outcomes(row: Row) -> str:
     return f"{row['failed']} / {row['not_applicable']} / {row['runs']}"
 
 
-OUTCOMES = Column("failed / n.a. / runs", _outcomes, lambda row: row["failed"])
-YAW_RATE_RMSE = numeric("yaw rate RMSE (deg/s)", "rmse_yaw_rate_rad_s", scale=DEG)
-YAW_RATE_R2 = numeric("yaw rate R2", "r2_yaw_rate", r_squared)
-HEADING_R2 = numeric("heading R2", "r2_heading", r_squared)
 TIME = numeric("time", "cpu_s", duration)
-SAMPLING = (unless_one("thinning"), unless_one("length"))
 STANDING = (
     field("method"),
     numeric("mean rank", "mean_rank"),
@@ -54,11 +49,11 @@ STANDING = (
     numeric("by prediction", "rank_prediction"),
     with_interval("parameter error [95 %]", "rel_error"),
     with_interval("NRMSE [95 %]", "nrmse"),
-    YAW_RATE_RMSE,
-    YAW_RATE_R2,
-    HEADING_R2,
+    numeric("yaw rate RMSE (deg/s)", "rmse_yaw_rate_rad_s", scale=DEG),
+    numeric("yaw rate R2", "r2_yaw_rate", r_squared),
+    numeric("heading R2", "r2_heading", r_squared),
     numeric("efficiency", "efficiency"),
-    OUTCOMES,
+    Column("failed / n.a. / runs", _outcomes, lambda row: row["failed"]),
     count("diverged"),
     count("cells"),
     TIME,
@@ -72,7 +67,8 @@ FAILURE = (
     field("train"),
     field("noise"),
     field("disturbance"),
-    *SAMPLING,
+    unless_one("thinning"),
+    unless_one("length"),
     count("runs"),
     field("seeds"),
 )

@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..numbers import MISSING, interval, p_value
+from ..numbers import interval, p_value
 from ..tables import Column, Table, field, make_table
-from .estimates import summarised
+from .board import build
+from .columns import count, numeric
 from .paired import holm, log_ratios, signed_rank
-from .standings import CELL, FLOOR, Frame, bootstrap_interval, cell_table, judged
+from .standings import CELL, FLOOR, Frame, bootstrap_interval
 
 FIGURES = {"nrmse": "prediction error", "rel_error": "parameter error", "cpu_s": "CPU time"}
 """Column of the cells -> what is compared."""
@@ -51,11 +52,11 @@ class Changes:
         columns = [
             field("method"),
             field("figure"),
-            Column("problems", lambda row: str(row["problems"]), lambda row: row["problems"]),
-            Column("unchanged", lambda row: str(row["unchanged"]), lambda row: row["unchanged"]),
+            count("problems"),
+            count("unchanged"),
             Column("second / first [95 %]", lambda row: interval(row["ratio"], row["low"], row["high"]),
                    lambda row: row["ratio"]),
-            Column("p", lambda row: p_value(row["p"]) if row["p"] is not None else MISSING, lambda row: row["p"]),
+            numeric("p", "p", p_value),
         ]  # fmt: skip
         return make_table(columns, self.rows, "Ratios of medians over shared problems")
 
@@ -82,14 +83,14 @@ class Changes:
         return html(self.table())
 
     def __repr__(self) -> str:
-        changed = sum(row["p"] is not None and row["p"] < 0.05 for row in self.rows)
+        changed = sum(row["p"] < 0.05 for row in self.rows)
         return f"<Changes of {len(self.rows)} figures, {changed} of them significant>"
 
 
 def changes(first: tuple[Frame, Frame], second: tuple[Frame, Frame]) -> Changes:
     """Compare the tables (`store.read_tables`) of two folders, cell by cell and method by method."""
     keys = [*CELL, "label"]
-    before, after = (cell_table(judged(runs, summarised(parameters))) for runs, parameters in (first, second))
+    before, after = (build(*tables).cells for tables in (first, second))
     both = before.merge(after, on=keys, suffixes=("_a", "_b"))
     rows = []
     for method, own in both.groupby("label", sort=True, observed=True):

@@ -106,15 +106,6 @@ class Contest:
         ]
         return sorted(places, key=lambda place: (place.partial, round(place.mean_rank, 9), place.method))
 
-    def block(self, methods: Sequence[int] | None = None) -> tuple[np.ndarray, tuple[str, ...]]:
-        """Errors (n, m) on the problems that all of the methods share, and their labels.
-
-        methods : indices; None: those that were compared in `COVERAGE` of the problems.
-        """
-        picked = [place.index for place in self.order() if not place.partial] if methods is None else list(methods)
-        errors = self.errors[:, picked]
-        return errors[~np.isnan(errors).any(axis=1)], tuple(self.methods[i] for i in picked)
-
 
 @dataclass(frozen=True)
 class RankedMethod:

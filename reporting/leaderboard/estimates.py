@@ -18,7 +18,6 @@ def summarised(parameters: Frame) -> Frame:
 
     unit, true, true_kind, crb_sd : of a first run.
     identifiable, judged : whether any run's parameter is identifiable, has a relative error.
-    estimate : median over seeds.
     seeds, bound, square : number of estimates that have a bound, their mean crb_sd^2 and mean squared error.
     first_seed, first_estimate, first_stderr : whether the first seed has the parameter, and what it gives.
     """
@@ -73,20 +72,10 @@ def _over_seeds(parameters: Frame, number: np.ndarray, count: int) -> dict[str, 
     return {
         "identifiable": total(parameters["identifiable"].eq(True).to_numpy(dtype=bool)) > 0.0,
         "judged": total(parameters["rel_error"].notna().to_numpy()) > 0.0,
-        "estimate": _medians(estimate, number, count),
         "seeds": seeds.astype(np.int32),
         "bound": total(np.where(bounded, bound**2, 0.0)) / shares,
         "square": total(np.where(bounded, error**2, 0.0)) / shares,
     }
-
-
-def _medians(values: np.ndarray, number: np.ndarray, count: int) -> np.ndarray:
-    """Median (count,) of each group's values, nan left out; nan where there is none."""
-    ordered = values[np.lexsort((values, number))]  # nan is the last of its group
-    first = np.concatenate([[0], np.cumsum(np.bincount(number, minlength=count))[:-1]])[:count]
-    known = np.bincount(number[~np.isnan(values)], minlength=count)
-    low, high = (ordered[np.where(known > 0, first + place, 0)] for place in ((known - 1) // 2, known // 2))
-    return np.where(known > 0, 0.5 * (low + high), np.nan)
 
 
 def _of_first_seed(parameters: Frame, number: np.ndarray, count: int) -> dict[str, np.ndarray]:

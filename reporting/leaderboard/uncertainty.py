@@ -23,27 +23,28 @@ NOTE = (
 )
 
 
+COLUMNS = (
+    field("method"),
+    count("runs"),
+    numeric("parameters inside", "coverage_95", percent),
+    numeric("CRPS of parameters", "crps_median"),
+    numeric("free run inside", "coverage_free", percent),
+    numeric("CRPS of free runs", "crps_free"),
+)
+
+
 def uncertainty_table(results: Frame) -> Table:
     """Methods that state an uncertainty, the best free runs first; no row where none was scored."""
     scored = [name for name in SCORES if name in results]
     known = results[results[scored].notna().any(axis=1)]
     rows = [_row(str(label), own[scored]) for label, own in known.groupby(labels(known), observed=True)]
     rows.sort(key=lambda row: (np.isnan(row["crps_free"]), row["crps_free"], row["method"]))
-    columns = [
-        field("method"),
-        count("runs"),
-        numeric("parameters inside", "coverage_95", percent),
-        numeric("CRPS of parameters", "crps_median"),
-        numeric("free run inside", "coverage_free", percent),
-        numeric("CRPS of free runs", "crps_free"),
-    ]
-    return make_table(columns, rows, "What stated uncertainties are worth", NOTE)
+    return make_table(COLUMNS, rows, "What stated uncertainties are worth", NOTE)
 
 
 def _row(label: str, own: Frame) -> dict[str, Any]:
-    found = dict.fromkeys(SCORES, np.nan) | {name: median(own[name]) for name in own}
-    shares = {name: float(own[name].mean()) for name in own if name.startswith("coverage")}
-    return {"method": label, "runs": len(own)} | found | shares
+    means = {name: float(own[name].mean()) if name.startswith("coverage") else median(own[name]) for name in own}
+    return {"method": label, "runs": len(own)} | dict.fromkeys(SCORES, np.nan) | means
 
 
 def uncertainty_finding(runs: Frame) -> str | None:

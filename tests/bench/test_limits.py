@@ -18,52 +18,38 @@ from helmbench.models.errors import BadInput, EnvironmentFault
 from ..made_up.suites import suite_file
 from ..support.inline_pool import inline
 
-METHODS = """
+METHOD = """
 import ctypes, os, time
 import numpy as np
 from helmbench.methods.base import Method
 
 class Bad(Method):
+    name = "{name}"
     def estimate(self, records, model):
-        self.misbehave()
-
-class Crash(Bad):
-    name = "crash"
-    def misbehave(self):
-        ctypes.string_at(0)
-
-class Leave(Bad):
-    name = "leave"
-    def misbehave(self):
-        os._exit(0)
-
-class Hang(Bad):
-    name = "hang"
-    def misbehave(self):
+        {body}
+"""
+DEAF_TO_EXCEPTIONS = """
         while True:
             try:
                 time.sleep(0.01)
             except Exception:
                 pass
-
-class Deaf(Bad):
-    name = "deaf"
-    def misbehave(self):
-        ctypes.PyDLL(None).sleep(600)  # holds the interpreter's lock
-
-class Greedy(Bad):
-    name = "greedy"
-    def misbehave(self):
-        np.ones(2**29)
 """
+BODIES = {
+    "crash": "ctypes.string_at(0)",
+    "leave": "os._exit(0)",
+    "hang": DEAF_TO_EXCEPTIONS,
+    "deaf": "ctypes.PyDLL(None).sleep(600)  # holds the interpreter's lock",
+    "greedy": "np.ones(2**29)",
+}
 
 
 @pytest.fixture
 def named(tmp_path):
     """`path.py:Class` of bad methods."""
-    path = tmp_path / "bad.py"
-    path.write_text(METHODS)
-    return lambda *classes: [f"{path}:{name}" for name in classes]
+    for name, body in BODIES.items():
+        (tmp_path / f"{name}.py").write_text(METHOD.format(name=name, body=body))
+    return lambda *names: [f"{tmp_path / name}.py:Bad" for name in names]
 
 
 def suite_of_one_run(tmp_path):
@@ -84,7 +70,7 @@ def errors_of(tmp_path, methods, limits):
 @pytest.mark.nightly
 def test_a_method_that_ends_its_process_leaves_the_suite_running(tmp_path, named):
     suite_of_one_run(tmp_path)
-    chosen = [word for name in ["ls", *named("Crash", "Leave")] for word in ("--method", name)]
+    chosen = [word for name in ["ls", *named("crash", "leave")] for word in ("--method", name)]
     words = ["run", "--suite", str(tmp_path / "mine.yaml"), *chosen, "--jobs", "2", "-o", str(tmp_path / "out")]
     done = subprocess.run([sys.executable, "-m", "helmbench", *words], capture_output=True, text=True, timeout=300)
     assert done.returncode == 1, done.stderr
@@ -96,13 +82,13 @@ def test_a_method_that_ends_its_process_leaves_the_suite_running(tmp_path, named
 
 @pytest.mark.nightly
 def test_runs_out_of_time_say_so(tmp_path, named):
-    errors = errors_of(tmp_path, named("Hang", "Deaf"), Limits(seconds=1.0, grace_s=1.0))
+    errors = errors_of(tmp_path, named("hang", "deaf"), Limits(seconds=1.0, grace_s=1.0))
     assert errors == dict.fromkeys(("hang", "deaf"), "out of time: more than 1 s (--timeout)")
 
 
 @pytest.mark.nightly
 def test_runs_out_of_memory_say_so(tmp_path, named):
-    errors = errors_of(tmp_path, named("Greedy"), Limits(gib=2.0))
+    errors = errors_of(tmp_path, named("greedy"), Limits(gib=2.0))
     assert errors["greedy"].startswith("out of memory: Unable to allocate 4.00 GiB")
 
 

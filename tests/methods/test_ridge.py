@@ -37,8 +37,9 @@ def test_ridge_gcv_shrinks_more_with_more_noise(rng):
     noise = rng.normal(size=300)
     quiet, loud = (ridge(factor_of(a, a @ x + sd * noise), 300, None) for sd in (1e-6, 30.0))
     error = 1e-6 * np.sqrt(np.diag(np.linalg.inv(a.T @ a)))
-    assert np.all(np.abs(quiet[0] - x) < 6.0 * error)
-    assert quiet[2] < loud[2] and quiet[3] > loud[3]
+    assert np.all(np.abs(quiet.coefficients - x) < 6.0 * error)
+    assert quiet.extra["penalty"] < loud.extra["penalty"]
+    assert quiet.extra["degrees_of_freedom"] > loud.extra["degrees_of_freedom"]
 
 
 def test_ridge_without_penalty_is_least_squares(rng):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -32,10 +32,8 @@ DIFFERENCED = 20
 """Rows of differences whose errors may be correlated."""
 
 
-class BuildRegressor(Protocol):
-    """Makes a scikit-learn regressor with constant `c`; a `rough` one, for speed, while C is chosen."""
-
-    def __call__(self, c: float, rough: bool = False) -> Any: ...
+BuildRegressor = Callable[..., Any]
+"""Makes a scikit-learn regressor with constant `c`; a `rough` one (second argument), for speed, while C is chosen."""
 
 
 def ls_svr(variant: str) -> BuildRegressor:

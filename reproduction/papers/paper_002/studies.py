@@ -136,7 +136,7 @@ def _settling(fit: Estimate | None, model: Model) -> dict[str, float]:
     """Seconds until a parameter stays within 5 % of the set value; `NEVER` where it does not within the record."""
     if fit is None:
         return dict.fromkeys(model.parameters, NEVER)
-    times = {p: c.settled_s[BAND] for p, c in convergence(fit, model.parameters, [BAND]).items()}
+    times = {p: settled[BAND] for p, (settled, _) in convergence(fit, model.parameters, [BAND]).items()}
     return {p: seconds if seconds <= DURATION_S else NEVER for p, seconds in times.items()}
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.judgement.comparison import Entrant, compare, families_for
+from helmbench.estimation.judgement.comparison import compare, families_for
 from helmbench.estimation.validation.validate import validate
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
@@ -38,7 +38,7 @@ def records():
 
 
 def entrant(fitter, model="response-1", name="spy"):
-    return Entrant(resolve(model), name, fitter)
+    return resolve(model), name, fitter
 
 
 def test_held_out_records_take_no_part(records):
@@ -103,7 +103,7 @@ def test_of_equal_models_the_one_with_fewer_coefficients_is_chosen(seed):
         for k, text in enumerate(texts)
     ]
     models = ["nomoto-1-cubic", "nomoto-1", "integrator"]
-    found = compare([Entrant(resolve(name), "output-error", make("output-error")) for name in models], records)
+    found = compare([(resolve(name), "output-error", make("output-error")) for name in models], records)
     errors = {one.model.id: one.error for one in found.candidates}
     assert found.chosen.model.id in ("nomoto-1", "nomoto-1-cubic")  # a tie may go to the larger one by chance
     assert errors["integrator"] > 10.0 * errors["nomoto-1"] and errors["nomoto-1-cubic"] < 1.2 * errors["nomoto-1"]

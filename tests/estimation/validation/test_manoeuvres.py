@@ -84,13 +84,13 @@ def test_a_circle_has_its_radius_as_advance_and_transfer(side):
     record = circle(side=side)
     found = performed(record)
     assert (found.kind, found.title, record.time_s[found.executes[0]]) == ("turn", "turn 35", pytest.approx(20.0))
-    values = measured_indices(record, found).values
+    values = measured_indices(record, found)[0]
     assert values == pytest.approx({"advance": 100.0, "transfer": 100.0, "tactical_diameter": 200.0}, rel=1e-3)
 
 
 def test_initial_turning_is_the_way_along_the_arc(rng):
     record = circle(rudder=10.0)
-    values = measured_indices(record, performed(record)).values
+    values = measured_indices(record, performed(record))[0]
     assert values["initial_turning"] == pytest.approx(100.0 * 10.0 * DEG, rel=5e-3)
     noisy = {name: record.column(name) + rng.normal(0.0, 0.1, record.n) for name in ("north_m", "east_m")}
     assert initial_turning(record.with_channels(**noisy), 20.0) == pytest.approx(100.0 * 10.0 * DEG, abs=1.0)
@@ -113,7 +113,7 @@ def test_overshoots_of_a_first_order_ship_are_those_of_the_formula(rudder, headi
     record, expected = zigzag(0.1, 15.0, rudder * DEG, heading * DEG)
     found = performed(record)
     assert found.title == f"zigzag {rudder:.0f}/{heading:.0f}" and len(found.executes) >= 3
-    values = measured_indices(record, found).values
+    values = measured_indices(record, found)[0]
     assert [values["first_overshoot"], values["second_overshoot"]] == pytest.approx(expected[:2], rel=5e-3)
 
 

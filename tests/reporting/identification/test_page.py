@@ -11,7 +11,7 @@ import pytest
 from helmbench.datasets.display import shown_name, shown_unit
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.judgement.assessment import assess
-from helmbench.estimation.judgement.comparison import Entrant, compare
+from helmbench.estimation.judgement.comparison import compare
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
 from helmbench.reporting import media
@@ -27,7 +27,7 @@ from ...support.page_tables import page_tables
 def found():
     texts = ("zigzag:20/20", "zigzag:10/10:port")
     train, other = (generate(Case("response-1", text, "low", seed=k)) for k, text in enumerate(texts))
-    methods = [Entrant(resolve("nomoto-1"), name, make(name)) for name in ("output-error", "ls", "sklearn:Ridge")]
+    methods = [(resolve("nomoto-1"), name, make(name)) for name in ("output-error", "ls", "sklearn:Ridge")]
     compared = compare(methods, [train], [other])
     estimate = compared.candidates[0].estimate
     return assess(estimate, [train], [other], compared, ["a doubt about <this>"])

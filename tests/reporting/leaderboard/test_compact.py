@@ -82,7 +82,6 @@ def test_parameters_are_put_together_over_seeds(runs):
         ]
         error = own["estimate"] - 2.0
         assert row["seeds"] == 4 and row["first_seed"] and row["judged"]
-        assert row["estimate"] == pytest.approx(np.median(own["estimate"]))
         assert (row["bound"], row["square"]) == pytest.approx((0.05**2, np.mean(error**2)))
         assert row["first_estimate"] == own.loc[own["seed"] == 0, "estimate"].item()
 

@@ -12,7 +12,7 @@ from helmbench.models.errors import BadInput
 from helmbench.reporting.timing.page import verdict
 from helmbench.reporting.timing.publish import publish
 from helmbench.reporting.timing.rows import read_rows
-from helmbench.reporting.timing.study import Study
+from helmbench.reporting.timing.study_page import demands, study
 
 PUBLISHED = Path(__file__).parents[3] / "reports" / "timing" / "rows.jsonl"
 MACHINE = {"cpu": "a processor", "cpus": 2, "python": "3.11"}
@@ -84,19 +84,19 @@ def test_a_file_that_holds_no_rows_is_refused_in_one_line(tmp_path, text):
 
 
 def test_a_study_is_the_product_of_its_parts():
-    study = Study(RUN, 1e6, 100)
-    assert study.hours == pytest.approx(1e6 * 0.008 / 100 / 3600.0)
-    assert study.cores_fed == pytest.approx(4.0)
-    assert study.parent_hours == pytest.approx(2000.0 / 3600.0)
-    assert study.calls_per_s * study.runs_together * 0.008 == pytest.approx(100.0)
-    assert study.part_hours > study.hours
-    assert study.runs_a_part * 0.01 * 0.01 == pytest.approx(2.0)
+    found = study(RUN, 1e6, 100)
+    assert found["hours"] == pytest.approx(1e6 * 0.008 / 100 / 3600.0)
+    assert found["cores_fed"] == pytest.approx(4.0)
+    assert found["parent_hours"] == pytest.approx(2000.0 / 3600.0)
+    assert found["calls_per_s"] * found["runs_together"] * 0.008 == pytest.approx(100.0)
+    assert found["part_hours"] > found["hours"]
+    assert found["runs_a_part"] * 0.01 * 0.01 == pytest.approx(2.0)
 
 
 def test_what_breaks_first_is_what_is_scarcest():
-    study = Study(RUN, 1e6, 100)
-    assert study.demands(1e12, 1e12)[0][0] == "the process that hands out and stores"
-    assert study.demands(1e6, 1e12)[0] == ("its memory", pytest.approx(4000.0))
+    found = study(RUN, 1e6, 100)
+    assert demands(found, 100, 1e12, 1e12)[0][0] == "the process that hands out and stores"
+    assert demands(found, 100, 1e6, 1e12)[0] == ("its memory", pytest.approx(4000.0))
 
 
 def test_the_page_of_a_study_has_its_figures(tmp_path):
@@ -112,8 +112,8 @@ def test_the_page_of_a_study_has_its_figures(tmp_path):
 
 def test_the_published_study_is_that_of_the_published_rows(tmp_path):
     paths = publish(PUBLISHED, tmp_path, MACHINE)
-    (study,) = (path for path in paths if path.name == "study.md")
-    assert study.read_text() == (PUBLISHED.parent / "study.md").read_text()
+    (page,) = (path for path in paths if path.name == "study.md")
+    assert page.read_text() == (PUBLISHED.parent / "study.md").read_text()
 
 
 def test_every_published_target_that_is_missed_says_why():
