@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
-from typing import Any, Protocol
+from typing import Any
 
 import sympy as sp
 from sympy.printing.precedence import PRECEDENCE
@@ -31,38 +31,12 @@ class EquationLine:
     new: bool
 
 
-class EquationForm(Protocol):
-    """How the pieces of a line are written."""
-
-    between: str
-
-    def expression(self, expression: Any, marks: Mapping[str, bool]) -> str:
-        """An expression; symbols in `marks` are highlighted."""
-        ...
-
-    def rate(self, state: str) -> str:
-        """The time derivative of a state."""
-        ...
-
-    def product(self, factor: Any, state: str) -> str:
-        """A factor, in brackets where it is a sum, times the rate of a state."""
-        ...
-
-    def left(self, pieces: Sequence[str]) -> str:
-        """The left side of an equation from its pieces."""
-        ...
-
-    def sign(self, sign: str) -> str:
-        """A sign between terms."""
-        ...
-
-    def term(self, sign: str, inside: str, new: bool) -> str:
-        """A term with its sign."""
-        ...
-
-
 class LatexForm:
-    """LaTeX; new terms stand over a brace."""
+    """LaTeX; new terms stand over a brace.
+
+    A form writes expressions (symbols in `marks` are highlighted), rates of states, a factor (in brackets where it is a
+    sum) times such a rate, the left side of an equation from its pieces, signs, and terms with their signs.
+    """
 
     between = " "
 
@@ -112,6 +86,8 @@ class HtmlForm:
 
 
 HTML, LATEX = HtmlForm(), LatexForm()
+EquationForm = LatexForm | HtmlForm
+"""How the pieces of a line are written."""
 
 
 def equation(left: Left, right: Any, marks: Mapping[str, bool], whole: bool = False) -> EquationLine:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 from . import results
@@ -16,15 +15,6 @@ from .pages import answers
 
 MOST = 0.02
 """Share of the verdicts that may change."""
-
-
-@dataclass(frozen=True)
-class Change:
-    """What two reproductions disagree about: `what` names a claim or an answer of the first page."""
-
-    what: str
-    first: str
-    second: str
 
 
 def verdicts(directory: Path) -> dict[str, str]:
@@ -49,9 +39,9 @@ def headlines(directory: Path) -> dict[str, str]:
     return found
 
 
-def changes(first: dict[str, str], second: dict[str, str]) -> list[Change]:
-    """Entries that differ."""
-    return [Change(what, first[what], second[what]) for what in first if first[what] != second[what]]
+def changes(first: dict[str, str], second: dict[str, str]) -> list[tuple[str, str, str]]:
+    """Name of a claim, or of an answer of the first page, and both entries, where they differ."""
+    return [(what, first[what], second[what]) for what in first if first[what] != second[what]]
 
 
 def main(arguments: Sequence[str]) -> int:
@@ -59,8 +49,8 @@ def main(arguments: Sequence[str]) -> int:
     one, two = (Path(argument) for argument in arguments)
     first = verdicts(one)
     changed, turned = changes(first, verdicts(two)), changes(headlines(one), headlines(two))
-    for change in [*changed, *turned]:
-        print(f"{change.what}: {change.first} -> {change.second}")
+    for what, before, after in [*changed, *turned]:
+        print(f"{what}: {before} -> {after}")
     share = len(changed) / len(first)
     print(f"{len(changed)} of {len(first)} verdicts ({share:.1%}) and {len(turned)} headlines changed")
     return int(share > MOST or bool(turned))

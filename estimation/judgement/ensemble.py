@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -28,15 +28,6 @@ COUNT = 20
 """Members of an ensemble."""
 
 
-@runtime_checkable
-class Drawable(Protocol):
-    """A predictor that draws others from its own uncertainty."""
-
-    def members(self, count: int, rng: np.random.Generator) -> Sequence[Predictor]:
-        """At most `count` predictors; none where it states no uncertainty."""
-        ...
-
-
 def members(estimate: Estimate, count: int, rng: np.random.Generator) -> list[Predictor]:
     """At most `count` predictors drawn from the estimate's uncertainty; none where that is not stated, or infinite."""
     predictor = estimate.predictor
@@ -46,7 +37,8 @@ def members(estimate: Estimate, count: int, rng: np.random.Generator) -> list[Pr
     if isinstance(predictor, HybridPredictor):
         parts = predictor.members(count, rng) or [predictor] * len(models)
         return [replace(part, model=model) for part, model in zip(parts, models, strict=False)]
-    return list(predictor.members(count, rng)) if isinstance(predictor, Drawable) else []
+    draw = getattr(predictor, "members", None)  # of predictors that state an uncertainty
+    return list(draw(count, rng)) if draw else []
 
 
 def _models(estimate: Estimate, count: int, rng: np.random.Generator) -> list[Model]:

@@ -7,7 +7,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import replace
 from importlib.metadata import version
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -22,22 +22,13 @@ if TYPE_CHECKING:
     from ...models.model import Model
 
 
-class Reach(NamedTuple):
-    """What a record holds: least and largest rudder, yaw rate, drift angle (rad) and surge (m/s); nan: not measured."""
-
-    rudder: tuple[float, float]
-    yaw_rate: tuple[float, float]
-    drift: tuple[float, float]
-    surge: tuple[float, float]
-
-
 REACHES: Mapping[str, tuple[str, str, float]] = {
     "rudder": ("rudder angle", "deg", DEG),
     "yaw_rate": ("yaw rate", "deg/s", DEG),
     "drift": ("drift angle", "deg", DEG),
     "surge": ("surge speed", "m/s", 1.0),
 }
-"""Field of `Reach` -> what it is called, its unit, and the factor to it."""
+"""What a record holds -> what it is called, its unit, and the factor to it."""
 
 LIMITS = (
     "Nothing is said of a motion outside these ranges, of another loading, depth, wind or sea than that of the "
@@ -89,13 +80,14 @@ def digest(model: Model) -> str:
     return hashlib.sha256(json.dumps(facts).encode()).hexdigest()[:16]
 
 
-def reach_of(record: Measured) -> Reach:
-    """The ranges of a record."""
+def reach_of(record: Measured) -> dict[str, tuple[float, float]]:
+    """Least and largest value in a record by key of `REACHES`: angles and rates in rad, m/s; nan: not measured."""
     none = np.full(record.time_s.size, np.nan)
     surge, sway = (record.channels.get(channel, none) for channel in ("surge_m_s", "sway_m_s"))
     drift = np.where(np.hypot(surge, sway) > 0.0, np.arctan2(-sway, surge), np.nan)
     yaw_rate = record.channels.get("yaw_rate_rad_s", none)
-    return Reach(_ends(record.rudder), _ends(yaw_rate), _ends(drift), _ends(surge))
+    found = {"rudder": record.rudder, "yaw_rate": yaw_rate, "drift": drift, "surge": surge}
+    return {name: _ends(values) for name, values in found.items()}
 
 
 def _ends(values: np.ndarray) -> tuple[float, float]:
@@ -103,17 +95,11 @@ def _ends(values: np.ndarray) -> tuple[float, float]:
     return (float(known.min()), float(known.max())) if known.size else (np.nan, np.nan)
 
 
-def whole_reach(validation: Validation) -> Reach:
-    """The ranges of all records together."""
-    each = [reach_of(record) for record in validation.records]
-    return Reach(*(_ends(np.array([getattr(one, field) for one in each]).ravel()) for field in Reach._fields))
-
-
 def limits(validation: Validation) -> list[str]:
     """Sentences: beyond what the certificate says nothing."""
-    reach, lines = whole_reach(validation), []
-    for field, (title, unit, factor) in REACHES.items():
-        low, high = (factor * end for end in getattr(reach, field))
+    each, lines = [reach_of(record) for record in validation.records], []
+    for name, (title, unit, factor) in REACHES.items():
+        low, high = (factor * end for end in _ends(np.array([one[name] for one in each]).ravel()))
         known = np.isfinite(low)
         lines.append(f"{title} {number(low)} to {number(high)} {unit}" if known else f"{title}: not measured")
     diverged = [f"{run.record}: {run.told}" for run in validation.runs if run.told and run.model in validation.models]
@@ -128,7 +114,7 @@ def record_table(validation: Validation) -> Table:
         Column("samples", lambda record: str(record.time_s.size)),
     ]
     for field, (title, unit, factor) in REACHES.items():
-        columns.append(Column(f"{title}, {unit}", lambda r, f=field, k=factor: _range(getattr(reach_of(r), f), k)))
+        columns.append(Column(f"{title}, {unit}", lambda r, f=field, k=factor: _range(reach_of(r)[f], k)))
     return make_table(columns, validation.records)
 
 

@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from types import SimpleNamespace
 
 import pytest
 
@@ -78,36 +79,23 @@ def test_a_method_from_a_file(tmp_path):
         registry.make(f"{file}:Mine")
 
 
-class _Point:
-    value = "elsewhere:Plug"
-
-    def __init__(self, target):
-        self.target = target
-
-    def load(self):
-        if isinstance(self.target, Exception):
-            raise self.target
-        return self.target
-
-
-class Plug(Ls):
-    name = "plug"
-    title = "from another package"
-
-
-class Twin(Ls):
-    title = "has a name that is taken"
+Plug = type("Plug", (Ls,), {"name": "plug", "title": "from another package"})
+Twin = type("Twin", (Ls,), {"title": "has a name that is taken"})
 
 
 def test_entry_points(monkeypatch):
-    def installed(target):
-        monkeypatch.setattr(discovery, "_points", lambda group: [_Point(target)] if group == registry.GROUP else [])
+    def installed(load):
+        point = SimpleNamespace(value="elsewhere:Plug", load=load)
+        monkeypatch.setattr(discovery, "_points", lambda group: [point] if group == registry.GROUP else [])
 
-    installed(Plug)
+    def broken():
+        raise ImportError("broken")
+
+    installed(lambda: Plug)
     assert registry.methods()["plug"] is Plug
-    installed(ImportError("broken"))
+    installed(broken)
     with pytest.raises(BadInput, match=r"elsewhere:Plug: method plug-in cannot be loaded: broken"):
         registry.methods()
-    installed(Twin)
+    installed(lambda: Twin)
     with pytest.raises(BadInput, match="'ls' is defined twice"):
         registry.methods()

@@ -52,14 +52,6 @@ class LinearSystem(NamedTuple):
         return np.hstack([x @ self.c.T + inputs @ self.d.T, x @ self.a.T + inputs @ self.b.T]) + self.offset
 
 
-class _Rows(NamedTuple):
-    """Pasts (N, q), future inputs (N, f nu) and future outputs (N, f k) of samples."""
-
-    past: np.ndarray
-    inputs: np.ndarray
-    outputs: np.ndarray
-
-
 def identify(training: Training, order: int) -> tuple[LinearSystem, int]:
     """The system of `order` states and the number of steps of its pasts.
 
@@ -70,13 +62,13 @@ def identify(training: Training, order: int) -> tuple[LinearSystem, int]:
     """
     k = training.parts[0].outputs.shape[1]
     steps = 2 * -(-order // k) + 2
-    rows = _rows(training, steps)
+    past, inputs, outputs = _rows(training, steps)
     try:
-        gamma = _observability(rows, order)
+        gamma = _observability(past, inputs, outputs, order)
         a, c = _stable(lstsq(gamma[:-k], gamma[k:])), gamma[:k]
         b, d, offset = _input_matrices(training, a, c)
-        system = LinearSystem(a, b, c, d, offset, np.zeros((order, rows.past.shape[1])), np.zeros(order))
-        system = LinearSystem(*map(np.ascontiguousarray, _with_start(system, rows)))
+        system = LinearSystem(a, b, c, d, offset, np.zeros((order, past.shape[1])), np.zeros(order))
+        system = LinearSystem(*map(np.ascontiguousarray, _with_start(system, past, inputs, outputs)))
     except np.linalg.LinAlgError as error:
         raise FitFailed(f"no linear system of order {order}: {error}") from error
     if not all(np.isfinite(part).all() for part in system):
@@ -84,8 +76,8 @@ def identify(training: Training, order: int) -> tuple[LinearSystem, int]:
     return system, steps
 
 
-def _rows(training: Training, steps: int) -> _Rows:
-    """Rows of all samples with `steps` whole steps before and after them."""
+def _rows(training: Training, steps: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Pasts (N, q), future inputs (N, f nu) and outputs (N, f k) of samples with `steps` whole steps on both sides."""
     s, found = training.stride, []
     for part in training.parts:
         place = np.arange(s * steps, len(part.whole) - s * steps)
@@ -102,14 +94,15 @@ def _rows(training: Training, steps: int) -> _Rows:
     unknowns = steps * (k + 2 * nu) + 1
     if n <= unknowns:
         raise CannotFit(f"{n} usable rows for {unknowns} unknowns")
-    return _Rows(*(np.vstack(blocks) for blocks in zip(*found, strict=True)))
+    past, inputs, outputs = (np.vstack(blocks) for blocks in zip(*found, strict=True))
+    return past, inputs, outputs
 
 
-def _observability(rows: _Rows, order: int) -> np.ndarray:
+def _observability(past: np.ndarray, inputs: np.ndarray, outputs: np.ndarray, order: int) -> np.ndarray:
     """Extended observability matrix (f k, n)."""
-    first = np.hstack([np.ones((len(rows.past), 1)), rows.inputs])
-    r = np.asarray(np.linalg.qr(np.hstack([first, rows.past, rows.outputs]), mode="r"))
-    start, end = first.shape[1], first.shape[1] + rows.past.shape[1]
+    first = np.hstack([np.ones((len(past), 1)), inputs])
+    r = np.asarray(np.linalg.qr(np.hstack([first, past, outputs]), mode="r"))
+    start, end = first.shape[1], first.shape[1] + past.shape[1]
     u, size, _ = svd(r[start:end, end:].T, full_matrices=False)
     return u[:, :order] * np.sqrt(size[:order])
 
@@ -174,17 +167,17 @@ def _least_squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return lstsq(np.vstack([x / size, penalty]), padded) / size[:, None]
 
 
-def _with_start(system: LinearSystem, rows: _Rows) -> LinearSystem:
+def _with_start(system: LinearSystem, past: np.ndarray, inputs: np.ndarray, outputs: np.ndarray) -> LinearSystem:
     """The system with M and m: states that explain the future outputs best, regressed on the past."""
     n, nu = system.b.shape
-    k, steps = len(system.c), rows.inputs.shape[1] // nu
-    state = np.zeros((len(rows.past), k + n))
+    k, steps = len(system.c), inputs.shape[1] // nu
+    state = np.zeros((len(past), k + n))
     forced, gamma, power = [], [], np.eye(n)
     for step in range(steps):
-        state = system.advance(state, rows.inputs[:, nu * step : nu * (step + 1)])
+        state = system.advance(state, inputs[:, nu * step : nu * (step + 1)])
         forced.append(state[:, :k])
         gamma.append(system.c @ power)
         power = system.a @ power
-    best = _least_squares(np.vstack(gamma), (rows.outputs - np.hstack(forced)).T).T
-    found = _least_squares(np.hstack([rows.past, np.ones((len(best), 1))]), best)
+    best = _least_squares(np.vstack(gamma), (outputs - np.hstack(forced)).T).T
+    found = _least_squares(np.hstack([past, np.ones((len(best), 1))]), best)
     return system._replace(from_past=found[:-1].T, from_past_offset=found[-1])

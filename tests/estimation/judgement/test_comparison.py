@@ -1,6 +1,7 @@
 """Comparison of models and methods: what each is fitted to and tested on, and which is chosen."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -26,9 +27,8 @@ class Spy:
         return replace(found, model=worse)
 
 
-class Failing:
-    def fit(self, records, model):
-        raise FitFailed("out of luck")
+def out_of_luck(records, model):
+    raise FitFailed("out of luck")
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,11 @@ def test_errors_are_those_of_a_validation(records):
 
 
 def test_the_better_one_is_chosen_and_failures_are_kept(records):
-    given = [entrant(Spy(0.8), name="spoiled"), entrant(Failing(), name="failing"), entrant(Spy(), name="good")]
+    given = [
+        entrant(Spy(0.8), name="spoiled"),
+        entrant(SimpleNamespace(fit=out_of_luck), name="failing"),
+        entrant(Spy(), name="good"),
+    ]
     found = compare(given, records[:2], records[2:])
     assert found.chosen.method == "good" and found.candidates[1].reason == "out of luck"
     assert np.isnan(found.candidates[1].error) and found.candidates[0].error > 2.0 * found.chosen.error

@@ -96,16 +96,16 @@ def test_initial_turning_is_the_way_along_the_arc(rng):
     assert initial_turning(record.with_channels(**noisy), 20.0) == pytest.approx(100.0 * 10.0 * DEG, abs=1.0)
     without = record.with_channels(north_m=None, east_m=None)
     assert initial_turning(without, 20.0) == pytest.approx(100.0 * 10.0 * DEG, rel=5e-3)
-    assert "initial_turning" not in measured_indices(circle(rudder=35.0), performed(circle(rudder=35.0))).values
+    assert "initial_turning" not in measured_indices(circle(rudder=35.0), performed(circle(rudder=35.0)))[0]
 
 
 def test_a_turn_that_ends_early_has_a_reason():
     record = circle()
     short = record.between(None, 20.0 + 0.6 * math.pi * 100.0 / 5.0)
-    found = measured_indices(short, performed(short))
-    assert found.values["advance"] == pytest.approx(100.0, rel=1e-3)
-    assert math.isnan(found.values["tactical_diameter"])
-    assert found.reasons == {"tactical_diameter": "the record ends before"}
+    values, reasons = measured_indices(short, performed(short))
+    assert values["advance"] == pytest.approx(100.0, rel=1e-3)
+    assert math.isnan(values["tactical_diameter"])
+    assert reasons == {"tactical_diameter": "the record ends before"}
 
 
 @pytest.mark.parametrize(("rudder", "heading"), [(10.0, 10.0), (20.0, 20.0), (20.0, 10.0)])

@@ -37,10 +37,10 @@ def test_it_tells_what_the_record_holds_and_the_errors_of_the_first_model(found,
     page = found.certificate()
     tried, free, ahead, *_ = page_tables(page)
     reach = reach_of(found.records[0])
-    assert reach.rudder == pytest.approx((record.rudder().min(), record.rudder().max()))
+    assert reach["rudder"] == pytest.approx((record.rudder().min(), record.rudder().max()))
     surge, sway = record.channels["surge_m_s"], record.channels["sway_m_s"]
-    assert reach.drift == pytest.approx((np.arctan(-sway / surge).min(), np.arctan(-sway / surge).max()))
-    assert f"{number(math.degrees(reach.yaw_rate[0]))} to {number(math.degrees(reach.yaw_rate[1]))}" in tried[1]
+    assert reach["drift"] == pytest.approx((np.arctan(-sway / surge).min(), np.arctan(-sway / surge).max()))
+    assert f"{number(math.degrees(reach['yaw_rate'][0]))} to {number(math.degrees(reach['yaw_rate'][1]))}" in tried[1]
     score = found.score("yaw_rate_rad_s", "other", horizon=FREE)
     (row,) = (row for row in free if row[0] == "yaw rate")
     assert number(math.degrees(score.rmse)) in row

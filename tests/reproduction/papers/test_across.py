@@ -177,7 +177,7 @@ def test_changes_between_two_reproductions():
     first = {"000 a": "reproduced", "000 b": "contradicted"}
     assert stability.changes(first, dict(first)) == []
     (change,) = stability.changes(first, first | {"000 b": "not computable"})
-    assert (change.what, change.second) == ("000 b", "not computable")
+    assert (change[0], change[2]) == ("000 b", "not computable")
 
 
 @pytest.mark.nightly
