@@ -174,8 +174,8 @@ def end_state(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
 
 def end_of(model: Model, series: Series, state: np.ndarray, free: Sequence[int]) -> tuple[np.ndarray, np.ndarray]:
     """`end_state` and its derivatives (n, p + f) with respect to the coefficients and the initial states `free`."""
-    *_, last = _pieces(model, series, state, free)
-    end, columns = last.states[-1].copy(), last.columns[-1].copy()
+    *_, (_, states, slopes) = _pieces(model, series, state, free)
+    end, columns = states[-1].copy(), slopes[-1].copy()
     gain = model.kernels.RATE_GAIN
     if gain is not None:
         end[0] += model.coefficients[gain] * series.inputs[-1, 0]

@@ -22,7 +22,7 @@ def test_it_is_the_pseudo_inverse_of_the_leading_part(rank, rng):
     u, s, vt = np.linalg.svd(a / length, full_matrices=False)
     expected = np.linalg.pinv(u[:, :rank] * s[:rank] @ vt[:rank]) @ b / length
     found = truncated(factor_of(a, b), 300, rank)
-    assert found.coefficients == pytest.approx(expected, rel=1e-8) and found.rank == rank
+    assert found.coefficients == pytest.approx(expected, rel=1e-8) and found.extra["rank"] == rank
 
 
 def test_the_rank_is_that_of_the_least_cross_validation(rng):
