@@ -13,7 +13,7 @@ from ..numbers import duration, number, percent
 from .answer import headlines
 from .board import Leaderboard
 from .contest import Contest
-from .grey_black import grey_against_black
+from .grey_black import grey_black_sentence
 from .standings import CELL, Frame, Series, matched, median, of_own_models
 
 OUTLIERS, SLOW = "low,outliers=10%", 16
@@ -34,7 +34,7 @@ def findings(main: Leaderboard, every: Leaderboard | None = None) -> list[Findin
     """
     every = every or main
     named = [f"Which method, {case}: {text}" for case, text in headlines(main.contest) if _first(main.contest)]
-    of_main = [*named, _boxes(main.contest), *_other_models(main), _bound(main), _speed(main.contest)]
+    of_main = [*named, grey_black_sentence(main.contest), *_other_models(main), _bound(main), _speed(main.contest)]
     wind = next((level for level in every.contest.problems["disturbance"].unique() if level.startswith("wind")), None)
     conditions = [
         ("noise", _levels(every, "noise", "low", "high", ("low noise", "high noise"))),
@@ -53,17 +53,12 @@ def command(suite: str) -> str:
     return f"helmbench run --suite {suite} -o out/{suite}"
 
 
-def _boxes(board: Contest, where: str = "") -> str | None:
-    found = grey_against_black(board)
-    return found.sentence(where) if found else None
-
-
 def beyond(board: Contest) -> list[Finding]:
     """The best grey box against the best black box where both predict something else than they were trained on.
 
     board : of the suite `generalise`.
     """
-    text = _boxes(board, "Beyond the training records")
+    text = grey_black_sentence(board, "Beyond the training records")
     return [(text, command("generalise"))] if text else []
 
 
@@ -76,7 +71,7 @@ def _other_models(of: Leaderboard) -> list[str | None]:
     the vessels that were fitted with both."""
     board = of.contest
     own, vessels = of_own_models(board.problems, of.estimates), board.problems["vessel"].astype(str)
-    boxes = None if own.all() else _boxes(board.kept(~own), "Where the fitted model is not the ship's own")
+    boxes = None if own.all() else grey_black_sentence(board.kept(~own), "Where the fitted model is not the ship's own")
     first, both = _first(board), sorted(set(vessels[own]) & set(vessels[~own]))
     if first is None or not both:
         return [boxes]

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -17,34 +17,22 @@ FEWEST = 6
 """Pairs below which a Wilcoxon test cannot become significant at 5 %."""
 
 
-@dataclass(frozen=True)
-class GreyBlack:
-    """The first method of each kind in the ranking, and their errors' ratio (black over grey) over shared problems.
-
-    `ratio` is the median, `better` the number of `pairs` in which the grey box has the smaller error, `p` the two-sided
-    p-value of Wilcoxon's signed-rank test on the logarithms of the ratios.  The methods are chosen on the same runs.
-    """
-
-    grey: str
-    black: str
-    ratio: float
-    better: int
-    pairs: int
-    p: float
-
-    def sentence(self, where: str = "") -> str:
-        """The result in one sentence, which may begin with words on the problems."""
-        if self.p >= LEVEL:
-            verdict = "no difference is shown between"
-        else:
-            verdict = "the grey box beats the black box:" if self.ratio > 1.0 else "the black box beats the grey box:"
-        p = "< 0.001" if self.p < 0.001 else f"= {p_value(self.p)}"
-        begin = f"{where}, in free runs" if where else "In free runs"
-        return (
-            f"{begin} {verdict} {self.grey} (best grey box) and {self.black} (best black box); the black box errs "
-            f"{number(self.ratio)} times as much in the median, the grey box is better in {self.better} of "
-            f"{self.pairs} problems (Wilcoxon p {p})."
-        )
+def grey_black_sentence(board: Contest, where: str = "") -> str | None:
+    """What `grey_against_black` finds, in one sentence, which may begin with words on the problems."""
+    found = grey_against_black(board)
+    if found is None:
+        return None
+    if found["p"] >= LEVEL:
+        verdict = "no difference is shown between"
+    else:
+        verdict = "the grey box beats the black box:" if found["ratio"] > 1.0 else "the black box beats the grey box:"
+    p = "< 0.001" if found["p"] < 0.001 else f"= {p_value(found['p'])}"
+    begin = f"{where}, in free runs" if where else "In free runs"
+    return (
+        f"{begin} {verdict} {found['grey']} (best grey box) and {found['black']} (best black box); the black box errs "
+        f"{number(found['ratio'])} times as much in the median, the grey box is better in {found['better']} of "
+        f"{found['pairs']} problems (Wilcoxon p {p})."
+    )
 
 
 def kinds_of(labels: Sequence[str]) -> dict[str, str]:
@@ -62,16 +50,18 @@ def kinds_of(labels: Sequence[str]) -> dict[str, str]:
     return found
 
 
-def grey_against_black(board: Contest, kinds: Mapping[str, str] | None = None) -> GreyBlack | None:
+def grey_against_black(board: Contest) -> dict[str, Any] | None:
     """The best grey box against the best black box; None where they share fewer than six problems.
 
     A run that failed or diverged has an infinite error; methods that do not apply have none.
 
-    Parameters
-    ----------
-    kinds : label -> kind of its method; default: `kinds_of` the contest's.
+    Returns
+    -------
+    grey, black : the first method of each kind in the ranking, which is of the same runs.
+    ratio, p : median of their errors' ratio, black over grey, and the two-sided p of Wilcoxon's signed-rank test on its
+        logarithm; better : in how many of the `pairs`, the shared problems, the grey box has the smaller error.
     """
-    kinds = kinds_of(board.methods) if kinds is None else kinds
+    kinds = kinds_of(board.methods)
     places = board.order()
     grey, black = (
         next((place for place in places if kinds.get(place.method) == kind), None) for kind in ("grey box", "black box")
@@ -84,6 +74,6 @@ def grey_against_black(board: Contest, kinds: Mapping[str, str] | None = None) -
     if len(one) < FEWEST:
         return None
     ratio = float(np.exp(median(log_ratios(two, one))))
-    return GreyBlack(
-        grey.method, black.method, ratio, int((one < two).sum()), len(one), signed_rank(log_ratios(one, two))
-    )
+    p = signed_rank(log_ratios(one, two))
+    found = {"grey": grey.method, "black": black.method, "ratio": ratio, "pairs": len(one), "p": p}
+    return found | {"better": int((one < two).sum())}

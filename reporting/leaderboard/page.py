@@ -17,7 +17,7 @@ from .ahead import ahead_table
 from .answer import answer
 from .board import Leaderboard, build
 from .compact import read_compact
-from .grey_black import grey_against_black
+from .grey_black import grey_black_sentence
 from .overview import overview
 from .page_data import as_script, page_data
 from .stability import stability_sentences
@@ -136,9 +136,12 @@ def html(
 
 def statements(board: Leaderboard) -> list[str]:
     """Grey against black boxes, tuners at equal budgets, and how stable the ranking is, in sentences."""
-    boxes = grey_against_black(board.contest)
-    compared = [boxes.sentence()] if boxes else []
-    return [*compared, *(own.sentence() for own in budgets(board.contest)), *stability_sentences(board.contest)]
+    boxes = grey_black_sentence(board.contest)
+    return [
+        *([boxes] if boxes else []),
+        *(own.sentence() for own in budgets(board.contest)),
+        *stability_sentences(board.contest),
+    ]
 
 
 def headline(manifest: Mapping[str, Any], results: Frame) -> str:
