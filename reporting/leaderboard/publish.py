@@ -106,7 +106,7 @@ def _tested(folder: Path) -> str:
     return (folder / ADVICE).read_text(encoding="utf-8").split("\n\n")[1]
 
 
-def _slow(folder: Path, main: Contest) -> str:
+def slow_line(folder: Path, main: Contest) -> str:
     """The headlines of the board in the folder's `SLOW`, how its problems differ from the main board's, and whom that
     ranks first on those of both; empty without such a board."""
     import pandas as pd
@@ -161,7 +161,7 @@ def pages(
         shown["runs"] = old["runs"]
     advice = _tested(folder)
     texts = {
-        README: readme(manifest, results, main, every, tuning, advice, _slow(folder, main.contest)),
+        README: readme(manifest, results, main, every, tuning, advice, slow_line(folder, main.contest)),
         PAGE: html(manifest, results, main, (), as_script(shown), first if several else "", advice),
         PICTURE: main.picture(),
         TABLE: problem_table(every.cells),

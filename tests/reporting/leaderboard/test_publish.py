@@ -55,6 +55,7 @@ def check_published(folder):
     assert told and all(text in readme for text in told)
     said = [in_markdown(text) for text in stability_sentences(main.contest)]
     assert said and all(text in readme for text in said)
+    assert publish.slow_line(folder, main.contest) in readme
     order = [place.method for place in main.contest.order()]
     table = readme.split("## Ranking")[1].split("##")[0]
     lines = [line.split("|")[1].strip() for line in table.splitlines() if line.startswith("| ")]
