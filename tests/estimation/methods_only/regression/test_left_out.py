@@ -41,7 +41,7 @@ def test_the_error_is_that_of_windows_that_the_fit_has_not_seen(monkeypatch):
     monkeypatch.setattr(left_out, "left_out_cost", lambda models, series: fitted.extend(models) or 0.0)
     left_out.left_out_error(left_out.Scheme("midpoint"), windows, model)
     for left, own in enumerate(fitted):
-        others = [window.record for place, window in enumerate(windows) if place != left]
+        others = [record for place, (record, _) in enumerate(windows) if place != left]
         direct = make("ls,scheme=midpoint").fit(others, model)
         assert own.coefficients == pytest.approx(direct.coefficients, rel=1e-8)
 
