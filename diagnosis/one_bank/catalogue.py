@@ -141,8 +141,7 @@ def _faults(longest_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     for time_s in (longest_s * FAULT_TIMES).tolist():
         name = f"{FAULT} after {time_s:.9g} s"
         place = Place("steering", (FAULT,), fixed=((f"{FAULT}_time", time_s),))
-        number = Number(name, RudderFault.prior.sd, low=-1.0)
-        yield Candidate(FAULT, (number,), INPUT, kind="time", searched=True), {name: place}
+        yield Candidate(FAULT, (Number(name, RudderFault.prior.sd, low=-1.0),), INPUT, kind="time"), {name: place}
 
 
 def _own_neutral_angles(records: int) -> tuple[Candidate, dict[str, Place]]:

@@ -33,11 +33,10 @@ def distinct(numbers: Iterable[Number]) -> tuple[Number, ...]:
 class Candidate:
     """Numbers that enter together.
 
-    rank : candidates of a lower rank are preferred where they are not clearly worse, of these those of fewer numbers (a
-    setting that is searched for counts as one, and as a rank).  of : id of the candidate that
+    rank : candidates of a lower rank are preferred where they are not clearly worse.  of : id of the candidate that
     this one is a part of, else its own.
     kind : candidates of the same id and kind differ in a setting that is no number of the fit, such as a time: of these
-    the best is tried.  searched : its setting may be any, as the time of a fault.
+    the best is tried.
     Several candidates may have the same id: ways in which one cause may act.
     """
 
@@ -46,15 +45,9 @@ class Candidate:
     rank: int = 0
     of: str = ""
     kind: str = ""
-    searched: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)
-
-    @property
-    def order(self) -> tuple[int, int]:
-        """The least is preferred."""
-        return self.rank + self.searched, len(self.numbers) + self.searched
 
     @property
     def names(self) -> tuple[str, ...]:

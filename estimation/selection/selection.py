@@ -188,7 +188,7 @@ class _Search:
         if not good:
             return None
         best = max(good, key=lambda t: t.fall.gain)
-        order = sorted(good, key=lambda t: (t.candidate.order, -t.fall.gain))
+        order = sorted(good, key=lambda t: (t.candidate.rank, len(t.candidate.numbers), -t.fall.gain))
         first = next(t for t in order if t is best or not self._worse(t, best))
         rivals = (t.candidate for t in good if self._rivals(t, first))
         one = Entered(first.candidate, first.fall, tuple({c.of: c for c in rivals}.values()))
