@@ -143,7 +143,7 @@ def guess_form(column: RawColumn, unit: str) -> TimeGuess | None:
     if _all(NAMED_DATE, column):
         return TimeGuess(("day first",), "form of the texts", True)
     dates = [NUMERIC_DATE.fullmatch(text) for text in texts]
-    return _guess_order([match for match in dates if match]) if all(dates) else None
+    return _guess_order([match for match in dates if match], column) if all(dates) else None
 
 
 def _all(pattern: re.Pattern[str], column: RawColumn) -> bool:
@@ -158,13 +158,19 @@ def _are_seconds(texts: Sequence[str]) -> bool:
     return bool(np.any(steps > 0.0)) and float(np.median(steps[steps > 0.0])) > LEAST_SHOWN_S
 
 
-def _guess_order(dates: Sequence[re.Match[str]]) -> TimeGuess:
+def _guess_order(dates: Sequence[re.Match[str]], column: RawColumn) -> TimeGuess:
     if any(int(match[1]) > 12 for match in dates):
         return TimeGuess(("day first",), "a day above 12", True)
     if any(int(match[3]) > 12 for match in dates):
         return TimeGuess(("month first",), "a day above 12", True)
     if dates[0][2] == "." or all(match[1] == match[3] for match in dates):
         return TimeGuess(("day first",), "form of the date", True)
+    assert column.texts is not None
+    every = [match for text in column.texts.unique() if (match := NUMERIC_DATE.fullmatch(text))]
+    firsts, seconds_ = ({match[place] for match in every} for place in (1, 3))
+    if len(firsts) != len(seconds_) and min(len(firsts), len(seconds_)) == 1:
+        why = "the day changes at midnight, the month does not"
+        return TimeGuess(("day first" if len(firsts) > 1 else "month first",), why, True)
     return TimeGuess(("day first", "month first"), "day and month could be exchanged")
 
 

@@ -29,7 +29,8 @@ class Question:
 
     id : is the same at every draft of the same files;  about : what is asked;  table, column : where ('' : the whole
     log or table);  answers : likeliest first;  number : what a number means that may be given instead of the key of an
-    answer, '' where none may;  doubt : words of a name that are not known: one answer is that of all columns with them.
+    answer, '' where none may;  doubt : words of a name that are not known: one answer is that of all columns with them;
+    without : key of the answer that leaves the column out, where a record is right without it, '' where it is not.
     """
 
     id: str
@@ -40,6 +41,7 @@ class Question:
     answers: tuple[Answer, ...]
     number: str = ""
     doubt: str = ""
+    without: str = ""
 
     def answer(self, key: str) -> Answer | None:
         """The answer of that key, if there is one."""

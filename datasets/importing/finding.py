@@ -19,6 +19,8 @@ WITH_SIDE = ("rudder", "rudder_command")
 """Quantities whose sign is the side of the record's positive rudder."""
 EITHER_SIDE = (*WITH_SIDE, "roll")
 """Angles that lie on either side of zero, also where a file counts them round the full circle."""
+SPARED = ("roll", "roll_rate")
+"""Quantities without which a record is right."""
 CONVENTIONS = {
     "heading": "clockwise from north", "heading_magnetic": "clockwise from magnetic north",
     "course_over_ground": "clockwise from north", "magnetic_variation": "positive to east",
@@ -191,8 +193,9 @@ def ask_sign(
     """The finding with a question for its sign: (key, text, changes of the map's line) each."""
     made = [Answer(key, said, line_of(finding, **changes)) for key, said, changes in answers]
     question = Question(
-        identifier(finding, "sign"), "sign", finding.table.label, finding.column.name, text, (*made, not_used(finding))
-    )
+        identifier(finding, "sign"), "sign", finding.table.label, finding.column.name, text, (*made, not_used(finding)),
+        without=NOT_USED if finding.quantity in SPARED else "",
+    )  # fmt: skip
     return finding.asking(question)
 
 

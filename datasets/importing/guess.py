@@ -29,6 +29,8 @@ PASSES = 3
 """How often channels are compared: one that is told may tell the next."""
 RUDDERS_AND_TURNING = ("rudder", "rudder_command", "heading", "heading_magnetic", "yaw_rate")
 """Quantities that a record is made for."""
+MAGNETIC = ("heading_magnetic", "magnetic_variation", "magnetic_deviation")
+"""Quantities that tell nothing more beside a heading from true north."""
 CONFLICT = (0.7, 1.4)
 """Ratio of two channels outside of which a stated unit is questioned."""
 
@@ -63,6 +65,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     _each(log, answers, lambda f: signs_told.by_channel(log, f))
     _each(log, answers, lambda f: _as_rudder(log, f))
     _each(log, answers, _not_through_water)
+    _each(log, answers, lambda f: _not_magnetic(log, f))
     meanings.without_twins(log, answers, _answered)
     _each(log, answers, lambda f: _checked(log, f))
     open_units.propose(log, tables, answers)
@@ -217,6 +220,14 @@ def _not_through_water(found: ColumnFinding) -> ColumnFinding:
     if found.quantity in NOT_USED_AS and "quantity" not in found.bounded:
         return found.unused(NOT_USED_AS[str(found.quantity)])
     return found
+
+
+def _not_magnetic(log: RawLog, found: ColumnFinding) -> ColumnFinding:
+    """What a compass shows, or what corrects it, unused where a heading from true north is sure."""
+    if found.quantity not in MAGNETIC or found.bounded or found.column.known:
+        return found
+    true = next((f for f in log.findings if f.quantity == "heading" and f.unit and not f.questions), None)
+    return found if true is None else found.unused(f"the heading from true north is column {true.column.name}")
 
 
 def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:

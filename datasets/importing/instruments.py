@@ -16,7 +16,9 @@ from .raw import RawColumn, RawTable
 
 TALKERS = frozenset(map(joined, ("talker", "source", "sensor", "device", "instrument", "sender", "geber", "talker id")))
 NAMES = frozenset(map(joined, ("parameter", "signal", "channel", "variable", "tag", "quantity", "measurement", "item",
-                               "parameter name", "signal name", "messgroesse", "kanal", "topic", "field")))  # fmt: skip
+                               "parameter name", "signal name", "messgroesse", "kanal", "topic", "field", "path", "key", "metric",
+                               "name", "tag name", "entity")))  # fmt: skip
+NUMBERS = frozenset(map(joined, ("id", "number", "index", "instance", "channel", "servo", "servo id", "device id")))
 VALUES = frozenset(map(joined, ("value", "wert", "messwert", "reading", "data", "valeur", "valor", "verdi", "val")))
 UNITS = frozenset(map(joined, ("unit", "units", "einheit", "unite", "unidad", "enhet")))
 AS_LONG = 0.05
@@ -34,9 +36,10 @@ def by_instrument(table: RawTable) -> list[RawTable]:
     name, value = _texts(table, NAMES), next((c for c in table.columns if joined(c.name) in VALUES), None)
     if all(column.name.startswith("column ") for column in table.columns):
         name, value = _nameless(table)
-    if name is not None and value is not None and value.numeric:
-        return _long(table, name, value)
     talker = _texts(table, TALKERS)
+    named_value = name or talker or _numbered(table)
+    if named_value is not None and value is not None and value.numeric:
+        return _long(table, named_value, value)
     if talker is not None:
         return _parts(table, talker)
     return [part for block in _by_time(table) for part in _by_filling(block)]
@@ -96,6 +99,17 @@ def _texts(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:
             kinds = [value for value in column.texts.unique() if value.lower() not in GAPS]
             if 1 < len(kinds) <= MOST:
                 return column
+    return None
+
+
+def _numbered(table: RawTable) -> RawColumn | None:
+    """Names `value 0`, `value 1`, ... of the values of a table, of a column of a few numbers that say of which device a
+    row is."""
+    for column in table.columns:
+        if joined(column.name) in NUMBERS and column.numeric and np.isfinite(column.numbers).all():
+            kinds, counts = np.unique(column.numbers, return_counts=True)
+            if 1 < kinds.size <= MOST and counts.min() > FEWEST and np.mean(np.diff(column.numbers) != 0.0) > 0.5:
+                return replace(column, values=[f"{column.name} {number:g}" for number in column.numbers], unit="")
     return None
 
 
@@ -173,6 +187,7 @@ def _parts(table: RawTable, talker: RawColumn) -> list[RawTable]:
 def _long(table: RawTable, name: RawColumn, value: RawColumn) -> list[RawTable]:
     """A table for every named value (of every talker) of a table in long form."""
     unit, talker = _one(table, UNITS), _one(table, TALKERS)
+    talker = None if talker is name else talker
     if unit is None and len(table.columns) == 4 and table.columns[3].name.startswith("column "):
         unit = table.columns[3]
     times = [c for c in table.columns if is_time(c.name) or c.known == "time"] or list(table.columns[:1])

@@ -17,6 +17,7 @@ from .cells import GAPS, PLAIN, is_number, table_style
 from .cells import SAMPLE as STYLE_SAMPLE
 from .headers import says_unit, scaled_unit, sign_stated
 from .name_places import Names, other_separator, place_names
+from .plain_stamps import with_plain_stamps
 from .raw import RawColumn, RawTable, Rejected
 from .units import tidy
 
@@ -311,7 +312,7 @@ def table_of(
         for name, unit, below, texts in zip(header.names, header.units, header.below, cells, strict=True)
         if not (name.startswith("column ") and texts.unique() in ([], [""]))
     ]
-    columns = with_halves(with_sides(with_notes(columns, header.notes)))
+    columns = with_halves(with_sides(with_notes(list(map(with_plain_stamps, columns)), header.notes)))
     said = (*done, *header.done, *rows.done)
     return RawTable(file, tuple(columns), rows.numbers, sheet, file, header.notes, said, rows.faults)
 

@@ -135,7 +135,7 @@ def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...]
     others = []
     for part in rest:
         own = set(_known(part, short=False))
-        if own and set(may_be) == own:
+        if own and set(may_be) <= own:
             continue
         if own and own < set(may_be):
             may_be = tuple(quantity for quantity in may_be if quantity in own)

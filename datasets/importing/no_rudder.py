@@ -149,7 +149,7 @@ def _which_rudder(tables: Sequence[RawTable], able: Sequence[ColumnFinding]) -> 
     none = Answer(NONE, "there is no rudder in this log: sensors can be checked, no model identified", "rudder: none")
     text = f"No column is known to be the rudder angle: is it one of these, or is there none? Columns: {listed}."
     first = able[0]
-    return Question(RUDDER, "quantity", first.table.label, first.column.name, text, (*answers, none))
+    return Question(RUDDER, "quantity", first.table.label, first.column.name, text, (*answers, none), without=NONE)
 
 
 def _which_turning(tables: Sequence[RawTable], log: RawLog) -> Question:

@@ -88,7 +88,7 @@ def _by_size(log: RawLog, table: RawTable, found: ColumnFinding) -> LogUnit:
     """The likely unit of a column: that of the others of its table, or by its size."""
     size, in_radians = units_told.size_of(found), _in_radians(log, table)
     if found.dimension == "angle":
-        most = units_told.LARGEST_RAD.get(found.may_be[0], units_told.FULL_TURN)
+        most = units_told.LARGEST_RAD.get(found.may_be[0], units_told.UNWRAPPED)
         return UNITS["rad" if in_radians and size <= 1.02 * most else "deg"]
     if found.dimension == "angular rate":
         return UNITS["rad/s" if in_radians else "deg/s" if size <= FASTEST_TURN_DEG_S else "deg/min"]

@@ -259,7 +259,7 @@ ONE_SIDED = 0.1
 """Share of the largest value to one side that the other must reach for 0 to be the middle."""
 FRAME = re.compile(r"\b(?:coordinate|reference|frame|axes|orientation)\b[^\n]{0,30}?\b(enu|ned)\b", re.IGNORECASE)
 """A line that states to where the axes of a file point: `Coordinate system: ENU`."""
-EAST = re.compile(r"\beast\b|\bmath|\benu\b|\bned\b", re.IGNORECASE)
+EAST = re.compile(r"(?<![a-z])(?:east|math[a-z]*|enu|ned)(?![a-z])", re.IGNORECASE)
 """What a header says of a heading that does not count from north."""
 
 
@@ -303,7 +303,7 @@ def as_in_a_record(found: ColumnFinding) -> bool:
 def _with_sense(found: ColumnFinding) -> ColumnFinding:
     """A heading with the way that it counts, where its name or what is said of it states that."""
     frame = frame_stated(found.table)
-    text = " ".join((_called(found.table, found.column), *found.column.said, frame)).lower()
+    text = " ".join((_called(found.table, found.column), *found.column.said, frame)).lower().replace("_", " ")
     turns = re.search(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise", text)
     mathematical = re.search(r"\benu\b|\bmath", text) or (turns and re.search(r"\beast\b", text))
     if mathematical and found.unit is not None:

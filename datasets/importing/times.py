@@ -169,10 +169,12 @@ def _told(table: RawTable) -> TableTime | None:
         if counts or guess is None or not (called or _first(place, column, guess)):
             continue
         texts = guess.stated and not column.numeric
-        scored.append((column is stated, called, guess.forms[0] in DATED, texts, guess.stated, -place, column, guess))
+        utc = bool(ZONE.search(column.name.replace("_", " ")))
+        dated = guess.forms[0] in DATED
+        scored.append((column is stated, called, dated, utc, texts, guess.stated, -place, column, guess))
     if not scored:
         return None
-    *_, column, guess = max(scored, key=lambda entry: entry[:6])
+    *_, column, guess = max(scored, key=lambda entry: entry[:7])
     names, guess = _with_date(table, column, guess)
     return _asked(table, names, guess)
 

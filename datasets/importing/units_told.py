@@ -18,8 +18,9 @@ from .units import UNITS, LogUnit, candidates
 
 LARGEST_RAD = {"rudder": 1.65, "rudder_command": 1.65, "roll": 1.6, "latitude": math.pi / 2.0, "longitude": 3.15,
                "magnetic_variation": 3.15, "magnetic_deviation": 1.6}  # fmt: skip
-FULL_TURN, MANY_TURNS = 6.3, 200.0
-"""Largest size of an angle, rad, in a column without a unit, and in one with, which may go on turning."""
+FULL_TURN, MANY_TURNS, UNWRAPPED = 6.3, 200.0, 40.0
+"""Largest size of an angle, rad, in a column without a unit, in one with, which may go on turning, and in one without
+that does."""
 FASTEST_M_S, FASTEST_RAD_S, FASTEST_RPS = 60.0, 3.5, 100.0
 LARGEST_RUDDER_DEG = 95.0
 ALONG, NEARER = 0.95, 0.2
@@ -226,11 +227,17 @@ def _possible(log: RawLog, found: ColumnFinding) -> tuple[LogUnit | None, str]:
     if quantity == "roll" and is_full_circle(found) and _jumps(found):
         return UNITS["rad" if np.nanmax(found.column.numbers) < 7.0 else "deg"], f"{told} a full circle round zero"
     if found.dimension == "angle":
-        most = LARGEST_RAD.get(quantity, FULL_TURN)
+        most = LARGEST_RAD.get(quantity, UNWRAPPED if _goes_on(found) else FULL_TURN)
         return (UNITS["deg"], f"{told} degrees") if most < size <= 3600.0 and size > 1.02 * most else (None, "")
     if quantity == "propeller" and size > 110.0:
         return UNITS["rpm"], f"{told} revolutions a minute"
     return None, ""
+
+
+def _goes_on(found: ColumnFinding) -> bool:
+    """Whether a direction never jumps back by a turn: in radians it may be beyond one."""
+    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    return quantities()[str(found.quantity)].wraps and bool(np.abs(np.diff(known)).max(initial=0.0) < math.pi)
 
 
 def _jumps(found: ColumnFinding) -> bool:

@@ -29,10 +29,6 @@ from ._shared import (
 if TYPE_CHECKING:
     from .. import Import, ImportDraft
 
-RUDDER, NO_RUDDER = "rudder", "none"
-"""The question which column is the rudder, and the answer that there is none: a record without one is not wrong."""
-
-
 OPTIONS = {
     "segment": click.BOOL,
     "vessel": click.STRING,
@@ -65,7 +61,7 @@ def import_command(
     CSV, Excel, MAT, HDF5, NMEA, ROS, GPX and autopilots' logs.  What every column is, its unit and sign are taken from
     the file, from its other channels and from what is physically possible, and shown; what none of these tells is
     asked, on the terminal or in the file of --map, and --yes stops at it (--json prints the questions).  A log without
-    a rudder becomes a record without one.  The mapping goes beside the record (STEM.map.yaml) for the next log,
+    a rudder becomes a record without one; so does one with a roll of which nothing tells the sign.  The mapping goes beside the record (STEM.map.yaml) for the next log,
     columns that are no channel go to STEM.aside.csv.
     """
     import helmbench
@@ -75,9 +71,10 @@ def import_command(
     draft = helmbench.draft_import(logs, mapping=known, **asked)
     if not (yes or printer.hidden or mapping is not None) and sys.stdin.isatty():
         draft = _asked(draft)
-    if yes and [question.id for question in draft.questions] == [RUDDER]:
-        echo(f"{draft.questions[0].text} None of them is taken for it, by --yes; answer it with --map", err=True)
-        draft = draft.answer({RUDDER: NO_RUDDER})
+    while yes and draft.questions and all(question.without for question in draft.questions):
+        for question in draft.questions:
+            echo(f"{question.text} Imported without it, by --yes; answer it with --map", err=True)
+        draft = draft.answer({question.id: question.without for question in draft.questions})
     try:
         found = draft.import_log()
     except helmbench.BadInput:

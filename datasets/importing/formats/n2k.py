@@ -16,6 +16,8 @@ from ..raw import RawColumn, RawTable, Rejected
 from .extras import needed
 
 CANDUMP = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-F]{8}(#|\s+\[\d\])")
+SPACED = re.compile(r"\s*(\(\d+\.\d+\))\s+(\S+)\s+([0-9A-F]{8})\s+\[\d\]\s+((?:[0-9A-F]{2}\s*)+)$")
+"""A frame as candump prints it on a terminal: its length in brackets, its bytes apart."""
 YDVR = re.compile(r"\d\d:\d\d:\d\d\.\d{3}\s+[RT]\s+[0-9A-F]{8}(\s+[0-9A-F]{2})+", re.IGNORECASE)
 PLAIN = re.compile(r"\d{4}-\d\d-\d\d[T-]\d\d:\d\d:\d\d\.\d+Z?,\d+,\d{5,6},\d+,\d+,\d+(,[0-9a-f]{2})+", re.IGNORECASE)
 JSON_LINE = re.compile(r"\s*\{(?=.*\"fields\").*\"pgn\"\s*:\s*\"?\d+.*\}\s*,?\s*$")
@@ -24,6 +26,7 @@ PGNS: dict[int, dict[str, tuple[str, str, str]]] = {
     127250: {"heading": ("heading", "", "rad"), "variation": ("magnetic variation", "magnetic_variation", "rad"),
              "deviation": ("magnetic deviation", "magnetic_deviation", "rad")},
     127251: {"rate": ("rate of turn", "yaw_rate", "rad/s")},
+    127258: {"variation": ("magnetic variation", "magnetic_variation", "rad")},
     127257: {"roll": ("roll", "", "rad")},
     128259: {"speedwaterreferenced": ("speed through water", "speed_through_water", "m/s")},
     129025: {"latitude": ("latitude", "latitude", "deg"), "longitude": ("longitude", "longitude", "deg")},
@@ -92,7 +95,7 @@ def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, di
         if not line.strip():
             continue
         try:
-            message = decoder.decode(line.strip())
+            message = decoder.decode(_compact(line.strip()))
         except Exception:  # whatever the package raises on a damaged line
             faults.append((number, "no message of NMEA 2000", line))
             continue
@@ -101,6 +104,12 @@ def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, di
             stamp = message.timestamp.replace(tzinfo=datetime.UTC).timestamp()
             out.append((number, message.PGN, message.source, stamp, fields))
     return out, faults
+
+
+def _compact(line: str) -> str:
+    """A frame that candump prints on a terminal as it writes it to a file; other lines as they are."""
+    frame = SPACED.match(line)
+    return f"{frame[1]} {frame[2]} {frame[3]}#{''.join(frame[4].split())}" if frame else line
 
 
 def _from_json(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, dict[str, Any]]], list[Rejected]]:

@@ -54,7 +54,7 @@ def test_without_a_known_rudder_yes_takes_none_and_says_which_column_could_be_it
     assert "is it one of these, or is there none? Columns: Pump" in capsys.readouterr().err
     assert status_of(["import", str(log), "--yes", "-o", str(out)]) == 0
     shown = capsys.readouterr()
-    assert "Columns: Pump. None of them is taken for it" in shown.err and "there is no rudder in this log" in shown.out
+    assert "Columns: Pump. Imported without it, by --yes" in shown.err and "there is no rudder in this log" in shown.out
     mapping = out.with_name("out.map.yaml")
     assert "rudder: none" in mapping.read_text("utf-8")
     assert status_of(["check", str(out)]) == 1
