@@ -26,6 +26,11 @@ FEW = 100
 """Cells that are looked at before a whole column is."""
 SENTENCE, FEWEST_UNITS = re.compile(r"\bin\s+([A-Za-z°/]+(?:\s+per\s+[a-z]+)?)", re.IGNORECASE), 2
 """A unit in a sentence, and how many make it a sentence of units."""
+ANGLE = r"\d[\d.,°\s:'\"\u2032\u2033-]*"
+PLACE = re.compile(
+    rf"(?P<lat>{ANGLE}[NSns])[\s,;/]*(?P<lon>{ANGLE}[EWew])|(?P<north>[NSns]\s*{ANGLE})[\s,;/]*(?P<east>[EWew]\s*{ANGLE})"
+)
+"""A latitude and a longitude in one cell, the letters behind them or before them."""
 MOST_WORDS = 16
 """Words of a line that says something of one column; longer ones are prose."""
 
@@ -70,6 +75,21 @@ def _named(columns: Sequence[RawColumn], note: str) -> tuple[int, str] | None:
             said = re.sub(r"^(?:in|unit|units|einheit)\b[:= ]*", "", said, flags=re.IGNORECASE)
             return (i, said) if said else None
     return None
+
+
+def with_places(columns: Sequence[RawColumn]) -> list[RawColumn]:
+    """Columns of which each cell holds a latitude and a longitude with their letters as two columns."""
+    out: list[RawColumn] = []
+    for column in columns:
+        found = [PLACE.fullmatch(text) for text in column.first(FEW)] if column.texts is not None else []
+        if not found or not all(found) or column.texts is None:
+            out.append(column)
+            continue
+        places = [PLACE.fullmatch(text.strip()) for text in column.texts]
+        for name, behind, before in (("latitude", "lat", "north"), ("longitude", "lon", "east")):
+            own = Texts((match[behind] or match[before]).strip() if match else "" for match in places)
+            out.append(replace(column, name=f"{column.name} {name}", called=name, unit="", values=own))
+    return out
 
 
 def with_sides(columns: Sequence[RawColumn]) -> list[RawColumn]:

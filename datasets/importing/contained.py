@@ -22,12 +22,13 @@ from .formats.autopilots import read_ardupilot, read_px4
 from .formats.columnar import read_parquet
 from .formats.ros import read_bag
 from .raw import RawTable
-from .workbooks import read_excel, read_mat
+from .workbooks import read_excel, read_mat, read_netcdf
 
 READERS = {
     "a workbook": read_excel,
     "a MAT file": read_mat,
     "an HDF5 file": read_mat,
+    "a netCDF file": read_netcdf,
     "a Parquet file": read_parquet,
     "a PX4 log": read_px4,
     "an ArduPilot log": read_ardupilot,

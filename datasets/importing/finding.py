@@ -164,7 +164,7 @@ def ask_unit(finding: ColumnFinding, text: str, units: Sequence[LogUnit] | None 
     answers = [Answer(unit.name, unit.name, line_of(finding, unit=unit.name)) for unit in units]
     question = Question(
         identifier(finding, "unit"), "unit", finding.table.label, finding.column.name, text,
-        (*answers, not_used(finding)),
+        (*answers, not_used(finding)), without=NOT_USED if finding.quantity in SPARED else "",
     )  # fmt: skip
     return finding.asking(question)
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...models.data_file import yaml_of
 from ...models.errors import BadInput
+from ..io import MIN_SAMPLES
 from ..record import Side, is_side
 from . import meanings, no_rudder, open_units, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED, Answer, Question
@@ -50,6 +51,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
             for column in table.columns
             if column.name not in times
         ]
+    _without_notes(log, tables)
     answers = shared_questions.for_equal_doubts(log.findings, answers)
     log.findings = [_answered(_asked_before(found, answers), answers) for found in log.findings]
     _chosen(log, answers)
@@ -75,6 +77,14 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     for _ in range(2):  # the answer for one column's sign tells another's
         _each(log, answers, lambda f: _ask_sign(log, f))
     return log
+
+
+def _without_notes(log: RawLog, tables: Sequence[RawTable]) -> None:
+    """Columns of tables without a time that are shorter than a record are not used beside others: a sheet of notes."""
+    notes = {t.label for t in tables if t.n < MIN_SAMPLES and log.times[t.label].question is not None}
+    if len(notes) < len(tables):
+        why = f"a table of less than {MIN_SAMPLES} rows without a time"
+        log.findings = [f.unused(why) if f.table.label in notes and not f.bounded else f for f in log.findings]
 
 
 def _asked_before(found: ColumnFinding, answers: Dict[str, str]) -> ColumnFinding:

@@ -34,6 +34,8 @@ PART = re.compile(
     r"1\s*/\s*(?P<first>10{1,9})\s*(?P<behind>[^\d].*)|(?P<before>[^\d/]+)/\s*(?P<last>10{1,9})|deci[\s-]?(?P<tenth>.+)"
 )
 """A tenth, hundredth, ... of a unit: `1/10 deg`, `deg/10`, `decidegrees`."""
+SHARE = re.compile(r"(?:%|percent|pct|per cent)\s*(?:of|von)\s*([1-9]\d*(?:\.\d+)?)\s*([^\d\s]+)")
+"""A share of a size that is stated: `% of 35 deg`."""
 REFERENCE = re.compile(r"(?<![a-z])(?:from\s+(?:the\s+)?(?:true\s+)?(?:north|east)|enu|ned)(?![a-z])", re.IGNORECASE)
 """Where a heading counts from, which is no part of its name."""
 
@@ -154,6 +156,9 @@ def scaled_unit(text: str, dimension: str | None = None) -> tuple[LogUnit | None
     if part is not None:
         unit = unit_of(part["behind"] or part["before"] or part["tenth"], dimension)
         return (unit, 1.0 / float(part["first"] or part["last"] or 10)) if unit is not None else (None, 1.0)
+    share = SHARE.fullmatch(text.strip().lower())
+    if share is not None:
+        return (unit, 0.01 * float(share[1])) if (unit := unit_of(share[2], dimension)) is not None else (None, 1.0)
     match = SCALED.fullmatch(text.strip().lower())
     inner = unit_of(match[2], dimension) if match else None
     if match is None or inner is None:
@@ -231,7 +236,9 @@ def _sign(name: str, unit: str) -> tuple[str, str, str]:
     """(side, name and unit without what says the side)."""
     side, (start, stop) = sign_stated(name)
     if side:
-        return side, _without(name, start, stop), unit
+        rest = _without(name, start, stop)
+        again, (start, stop) = sign_stated(rest)
+        return side, _without(rest, start, stop).rstrip(" /,;") if again == side else rest, unit
     side, (start, stop) = sign_stated(f"({unit})") if unit else ("", (0, 0))
     return side, name, _without(f"({unit})", start, stop).strip("() ") if side else unit
 

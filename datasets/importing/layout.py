@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...models.errors import BadInput
-from .beside import with_halves, with_notes, with_sides
+from .beside import with_halves, with_notes, with_places, with_sides
 from .cell_texts import CHUNK, Texts
 from .cells import GAPS, PLAIN, is_number, table_style
 from .cells import SAMPLE as STYLE_SAMPLE
@@ -30,6 +30,7 @@ LETTERED = re.compile(r"[A-Za-z]{0,9}\s*[+-]?\d+(?:[.,]\d+)?\s*[A-Za-z°/%]{0,9}
 """A number with the letters of a side, a hemisphere or a unit."""
 WITH_UNIT = re.compile(r"[+-]?\d+(?:[.,]\d+)?\s*[A-Za-z°/%]{1,8}")
 IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[({](?P<unit>[^\])}]*)[\])}]\s*$")
+QUOTED = re.compile(r"""(["'])(.*)\1""")
 NUMBERED = re.compile(
     r"^\W*(?:col(?:umn)?|spalte|channel|kanal|ch)?\.?\s*#?(?P<number>\d{1,3})\s*[:=.)\-]\s*(?P<name>\S.*)$",
     re.IGNORECASE,
@@ -253,7 +254,8 @@ def _listed_names(head: Sequence[Line]) -> dict[int, str]:
 
 def name_and_unit(text: str) -> tuple[str, str]:
     """(name, unit) of `name [unit]`; a text in brackets that is no unit belongs to the name."""
-    text = text.strip().strip("\"'")
+    quoted = QUOTED.fullmatch(text.strip())
+    text = quoted[2].strip() if quoted else text.strip().strip('"')
     match = IN_BRACKETS.match(text)
     if match and match["name"] and says_unit(match["unit"]) and not match["unit"].isdigit():
         return match["name"].strip(), match["unit"].strip()
@@ -312,7 +314,8 @@ def table_of(
         for name, unit, below, texts in zip(header.names, header.units, header.below, cells, strict=True)
         if not (name.startswith("column ") and texts.unique() in ([], [""]))
     ]
-    columns = with_halves(with_sides(with_notes(list(map(with_plain_stamps, columns)), header.notes)))
+    columns = with_places(list(map(with_plain_stamps, columns)))
+    columns = with_halves(with_sides(with_notes(columns, header.notes)))
     said = (*done, *header.done, *rows.done)
     return RawTable(file, tuple(columns), rows.numbers, sheet, file, header.notes, said, rows.faults)
 

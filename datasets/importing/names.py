@@ -16,7 +16,7 @@ from .quantities import (
     time_names,
     time_parts,
     vague_names,
-    vertical_names,
+    other_motions,
     week_names,
     word_list,
 )
@@ -83,8 +83,8 @@ def named(parts: tuple[str, ...]) -> Named:
         return Named(whole, why="name")
     parts = _spelled(parts)
     told = "".join(part for part in parts if part not in word_list("harmless"))
-    if "".join(parts) in _vertical() or told in _vertical():
-        return Named(why="vertical: no quantity of a record")
+    if "".join(parts) in _other_motions() or told in _other_motions():
+        return Named(why="vertical, or pitch: no quantity of a record")
     command, found = set(parts) & word_list("command"), [p for p in parts if p not in word_list("command")]
     refused = set(found) & word_list("not_measured")
     may_be, rest = _longest(found)
@@ -125,8 +125,8 @@ def _spelled(parts: tuple[str, ...]) -> tuple[str, ...]:
 
 
 @cache
-def _vertical() -> frozenset[str]:
-    return frozenset(map(joined, vertical_names()))
+def _other_motions() -> frozenset[str]:
+    return frozenset(map(joined, other_motions()))
 
 
 def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...], list[str]]:

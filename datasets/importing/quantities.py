@@ -79,9 +79,9 @@ def time_parts() -> dict[str, tuple[str, ...]]:
 
 
 @cache
-def vertical_names() -> tuple[str, ...]:
-    """Names of positions and velocities along a vertical axis, which are none of a record's."""
-    return _names(_words()["vertical"])
+def other_motions() -> tuple[str, ...]:
+    """Names of motions along a vertical axis and about the transverse one, which are none of a record's."""
+    return _names(_words()["other_motions"])
 
 
 @cache

@@ -23,6 +23,8 @@ NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
 WITHOUT_NAME = ("without a name",)
 """Why a column of a file that names none may be anything."""
+PRIMED = re.compile(r"^[^'\u2032]*[A-Za-z]['\u2032]\s*$")
+"""A name with the mark of a nondimensional quantity: r', v'."""
 PREFIX = re.compile(r".*[./:]")
 """The group that a name begins with."""
 VALUE = ("value", "values", "data", "val", "signal", "reading")
@@ -94,6 +96,8 @@ def _from_format(base: ColumnFinding) -> ColumnFinding:
 
 def _from_header(base: ColumnFinding) -> ColumnFinding:
     column = base.column
+    if PRIMED.search(column.called or column.name):
+        return base.unused("a prime marks it as nondimensional")
     header = read_header(_called(base.table, column), column.unit)
     if column.numeric and all(NAMELESS.fullmatch(one.name) for one in base.table.columns):
         text, every = f"What is {column.name!r}? The file names no columns.", tuple(quantities())

@@ -66,6 +66,8 @@ REFUSED = {
 BINARY = {
     b"PK": "a workbook",
     b"MATLAB": "a MAT file",
+    b"CDF\x01": "a netCDF file",
+    b"CDF\x02": "a netCDF file",
     b"\x89HDF": "an HDF5 file",
     b"PAR1": "a Parquet file",
     b"ULog\x01\x12\x35": "a PX4 log",
@@ -105,6 +107,8 @@ def _content(path: Path) -> bytes:
     for magic, (what, hint) in REFUSED.items():
         if data.startswith(magic):
             raise BadInput(what, file=path, hint=hint)
+    if data.startswith(b"PK") and b"[Content_Types].xml" not in data:
+        raise BadInput("a compressed archive", file=path, hint="unpack it first")
     return data
 
 

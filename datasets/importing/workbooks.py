@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import datetime
 import io
+import re
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,10 +15,16 @@ import numpy as np
 
 from ...models.errors import BadInput
 from .formats.hdf import hdf_content
+from .formats.netcdf import netcdf_content
 from .layout import Line, table_of
+from .moments import moment
 from .raw import RawColumn, RawTable
 from .several_tables import blocks_of
 
+SINCE = re.compile(r"(?P<unit>[a-z]+) since (?P<start>\d.*)", re.IGNORECASE)
+"""The unit of a time with its start (Climate and Forecast conventions 1.11, section 4.4)."""
+SECONDS = {"days": 86400.0, "day": 86400.0, "hours": 3600.0, "hour": 3600.0, "minutes": 60.0, "minute": 60.0,
+           "seconds": 1.0, "second": 1.0, "s": 1.0, "milliseconds": 1e-3, "microseconds": 1e-6}  # fmt: skip
 FEWEST = 10
 """Samples below which an array of a MAT file is no time series."""
 UNIT_FIELDS = ("units", "unit", "einheiten")
@@ -87,6 +94,11 @@ def read_mat(data: bytes, path: Path) -> list[RawTable]:
     return _tables_of({k: v for k, v in content.items() if not k.startswith("__")}, {}, path)
 
 
+def read_netcdf(data: bytes, path: Path) -> list[RawTable]:
+    """The series of a classic netCDF file: one table for every length of arrays."""
+    return _tables_of(*netcdf_content(data, path), path)
+
+
 def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) -> list[RawTable]:
     """A table for every structure and length of arrays."""
     groups: dict[tuple[str, int], dict[str, np.ndarray]] = defaultdict(dict)
@@ -114,6 +126,7 @@ def _units_by_path(groups: Mapping[tuple[str, int], Any], told: Mapping[str, Map
 
 def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[str, dict[str, str]]) -> None:
     """Sort arrays of a structure into groups by structure and length, and structures of units by where they stand."""
+    labels = [texts for value in content.values() if (texts := _texts(value))]
     for name, value in content.items():
         if isinstance(value, Mapping):
             if name.lower() in UNIT_FIELDS:
@@ -125,8 +138,14 @@ def _collect(content: Mapping[str, Any], where: str, groups: Any, units: dict[st
         array = np.asarray(value)
         if array.dtype.kind not in "fiub" or array.size < FEWEST or array.ndim > 2:
             continue
-        for column, series in _series(name, array):
+        for column, series in _series(name, array, labels):
             groups[where, series.size][column] = series
+
+
+def _texts(value: Any) -> list[str]:
+    """The texts of an array of texts, such as the names of the columns of a matrix beside it; none where it is none."""
+    flat = np.ravel(value).tolist() if isinstance(value, np.ndarray | list) else []
+    return [text.strip() for text in flat] if len(flat) > 1 and all(isinstance(one, str) for one in flat) else []
 
 
 def _simulink(structure: Mapping[str, Any]) -> dict[str, Any]:
@@ -153,20 +172,34 @@ def _split(label: str, values: np.ndarray, size: int) -> dict[str, np.ndarray]:
     return {name: tall[:, i].copy() for i, name in enumerate(names)}
 
 
-def _series(name: str, array: np.ndarray) -> list[tuple[str, np.ndarray]]:
-    """The series of an array: itself, or the columns of a matrix with numbered names."""
+def _series(name: str, array: np.ndarray, labels: Sequence[Sequence[str]]) -> list[tuple[str, np.ndarray]]:
+    """The series of an array: itself, or the columns of a matrix with the only labels that are as many, or else with
+    numbered names."""
     squeezed = np.squeeze(array).astype(float)
     if squeezed.ndim == 1:
         return [(name, squeezed)]
     tall = squeezed if squeezed.shape[0] > squeezed.shape[1] else squeezed.T
-    return [(f"{name} {i + 1}", tall[:, i].copy()) for i in range(tall.shape[1])]
+    count = tall.shape[1]
+    fitting = [own for own in labels if len(set(own)) == len(own) == count]
+    names = fitting[0] if len(fitting) == 1 else [f"{name} {i + 1}" for i in range(count)]
+    return [(names[i], tall[:, i].copy()) for i in range(count)]
 
 
 def _mat_table(path: Path, where: str, group: Mapping[str, np.ndarray], units: Mapping[str, str]) -> RawTable:
     columns = tuple(
-        RawColumn(name, units.get(f"{where}.{name}".strip("."), ""), values) for name, values in group.items()
+        _column(name, units.get(f"{where}.{name}".strip("."), ""), values) for name, values in group.items()
     )
     size = columns[0].numbers.size
     return RawTable(
         path.name, columns, np.arange(1, size + 1), where, path.name, done=(f"{len(columns)} arrays of {size}",)
     )
+
+
+def _column(name: str, unit: str, values: np.ndarray) -> RawColumn:
+    """A column; a time since a moment that its unit states is one since 1970."""
+    match = SINCE.fullmatch(unit.strip())
+    start = moment(match["start"].strip()) if match else np.nan
+    if match is None or not np.isfinite(start) or match["unit"].lower() not in SECONDS:
+        return RawColumn(name, unit, values)
+    seconds = start + SECONDS[match["unit"].lower()] * values
+    return RawColumn(name, "s", seconds, "time", f"its unit states {unit}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from ....models.errors import BadInput
 from .extras import needed
 
-MOST_ITEMS, MOST_DEPTH, MOST_BYTES = 10_000, 12, 2**31
+MOST_ITEMS, MOST_DEPTH, MOST_BYTES, MOST_NAMES = 10_000, 12, 2**31, 2000
 UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNIT", "einheit")
 
 
@@ -51,25 +52,24 @@ def _group(h5py: Any, group: Any, where: str, units: dict[str, str], count: list
 
 
 def _take(h5py: Any, where: str, name: str, item: Any, out: dict[str, Any], units: dict[str, str]) -> None:
-    unit = next((text for key in UNIT_ATTRIBUTES if (text := _text(item.attrs.get(key)))), "")
+    unit = next((text for key in UNIT_ATTRIBUTES if (text := text_of(item.attrs.get(key)))), "")
     if unit:
         units[f"{where}.{name}".strip(".")] = unit
-    if _text(item.attrs.get("MATLAB_class")) == "char":
+    if text_of(item.attrs.get("MATLAB_class")) == "char":
         out[name] = "".join(map(chr, np.asarray(item[()]).ravel(order="F").astype(int).tolist()))
         return
     if item.dtype.names:
         table = item[()]
         out[name] = {field: table[field] for field in item.dtype.names}
     elif item.dtype.kind in "fiub":
-        out[name] = _unpacked(item)
-    elif h5py.check_string_dtype(item.dtype) is not None and item.shape == ():
-        out[name] = _text(item[()])
+        out[name] = unpacked(np.asarray(item[()]), item.attrs)
+    elif h5py.check_string_dtype(item.dtype) is not None and item.size <= MOST_NAMES:
+        out[name] = text_of(item[()]) if item.shape == () else np.array([text_of(one) for one in np.ravel(item[()])])
 
 
-def _unpacked(item: Any) -> np.ndarray:
+def unpacked(values: np.ndarray, stated: Mapping[str, Any]) -> np.ndarray:
     """The numbers of an array; packed ones by their attributes (Climate and Forecast conventions 1.11, section 8.1)."""
-    values = np.asarray(item[()])
-    packing = {name: item.attrs[name] for name in ("scale_factor", "add_offset", "_FillValue") if name in item.attrs}
+    packing = {name: stated[name] for name in ("scale_factor", "add_offset", "_FillValue") if name in stated}
     if not packing:
         return values
     numbers = {name: float(np.ravel(value)[0]) for name, value in packing.items()}
@@ -77,7 +77,8 @@ def _unpacked(item: Any) -> np.ndarray:
     return np.where(values == numbers["_FillValue"], np.nan, real) if "_FillValue" in numbers else real
 
 
-def _text(value: Any) -> str:
+def text_of(value: Any) -> str:
+    """The text of an attribute; '' where it is none."""
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.ravel()[0]
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value if isinstance(value, str) else ""

@@ -21,6 +21,7 @@ INDEXED = re.compile(
     r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))(?:[._]?(?P<bare>[0-3])|\[(?P<index>[0-3])\])$",
     re.IGNORECASE,
 )
+JOINT = re.compile(r"(?:.*[./])?(?P<field>name|position)\[?(?P<number>\d+)\]?", re.IGNORECASE)
 SECONDS = re.compile(r"(?P<prefix>.*?(?:stamp|time))[._]?(?:secs?|seconds)$", re.IGNORECASE)
 NANOSECONDS = re.compile(r"(?P<prefix>.*?(?:stamp|time))[._]?(?:nsecs?|nanosecs?|nanoseconds)$", re.IGNORECASE)
 DOWN, UP = (
@@ -45,6 +46,7 @@ MOST_FIELDS, MOST_MESSAGES, LONGEST_ARRAY = 120, 2_000_000, 32
 
 def with_ros(table: RawTable) -> RawTable:
     """A table with its ROS fields told: units by their messages, signs by the frame, yaw of a quaternion, one stamp."""
+    table = _with_joints(table)
     paths = [re.sub(r"^(field|data)\.", "", column.name) for column in table.columns]
     turned = _quaternion(table.columns, paths)
     stamped = _stamp(table.columns, paths)
@@ -72,6 +74,22 @@ def with_ros(table: RawTable) -> RawTable:
         for one in dict.fromkeys((fixed, frame))
     )
     return replace(table, columns=tuple(columns), done=(*table.done, f"ROS messages; {said}"))
+
+
+def _with_joints(table: RawTable) -> RawTable:
+    """A table with the positions of a JointState, rad, called as its joints are: `position[0]` beside `name[0]`."""
+    named = {
+        match["number"]: re.sub(r"[_ ]?joint$", "", column.first(1)[0])
+        for column in table.columns
+        if (match := JOINT.fullmatch(column.name)) and match["field"] == "name" and column.first(1)
+    }
+    columns = tuple(
+        replace(column, called=named[match["number"]], unit=column.unit or "rad", source="its ROS message states rad")
+        if (match := JOINT.fullmatch(column.name)) and match["field"] == "position" and match["number"] in named
+        else column
+        for column in table.columns
+    )
+    return replace(table, columns=columns) if named else table
 
 
 def _field(path: str) -> tuple[str, str] | None:
@@ -263,7 +281,7 @@ def _flat(message: Any, prefix: str = "", depth: int = 0) -> list[tuple[str, Any
         if isinstance(value, bool | int | float | str | np.number):
             out.append((path, value))
         elif isinstance(value, list | tuple | np.ndarray):
-            if 0 < len(value) <= LONGEST_ARRAY and all(isinstance(one, int | float | np.number) for one in value):
+            if 0 < len(value) <= LONGEST_ARRAY and all(isinstance(one, int | float | str | np.number) for one in value):
                 out += [(f"{path}[{i}]", one) for i, one in enumerate(value)]
         elif depth < 6:
             out += _flat(value, f"{path}.", depth + 1)
