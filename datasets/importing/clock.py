@@ -75,7 +75,11 @@ MAGNITUDES: tuple[tuple[float, float, Form], ...] = (
     (5e14, 4e15, "epoch us"),
     (5e17, 4e18, "epoch ns"),
 )
-DAY = 86400.0
+DAY, HOUR = 86400.0, 3600.0
+COUNTERS = (2.0**16, 2.0**32)
+"""Numbers at which a counter of 16 or 32 bits begins again."""
+MOST_STEPS = 3.0
+"""Usual steps within which a clock that begins again goes on."""
 WEEKS_OF_TEN_BITS, SINCE_2019 = 1024, 2048
 """Receivers send the week as ten bits, which count from zero since April 2019."""
 FEWEST_STAMPS = 10
@@ -286,14 +290,18 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
         return date + _over_midnight(clock)
     column = columns[0]
     if form == "clock":
-        return _over_midnight(_time_of_day(column))
+        clock = _over_midnight(_time_of_day(column))
+        return _going_on(clock, HOUR if _all(MINUTES, column) else DAY / 2.0)
     if form == "hhmmss":
         return _over_midnight(_from_hhmmss(column.numbers))
     if form == "day fraction":
         return _over_midnight(DAY * column.numbers)
     if form in SCALES:
         factor, offset = SCALES[form]
-        return column.numbers * factor + offset
+        numbers = column.numbers
+        for period in (*COUNTERS, DAY / factor, WEEK_S / factor) if form in COUNTED else ():
+            numbers = _going_on(numbers, period)
+        return numbers * factor + offset
     return _parsed(column, form)
 
 
@@ -356,6 +364,22 @@ def _over_midnight(clock: np.ndarray) -> np.ndarray:
     out, known = clock.copy(), np.flatnonzero(np.isfinite(clock))
     steps = np.diff(clock[known])
     out[known[1:]] += DAY * np.cumsum(steps < -DAY / 2.0)
+    return out
+
+
+def _going_on(clock: np.ndarray, period: float) -> np.ndarray:
+    """Times (N,) of a clock that shows those within a period, going on where it begins again: the next time but for the
+    period is the next step."""
+    places = np.flatnonzero(np.isfinite(clock))
+    known = clock[places]
+    steps = np.diff(known)
+    back = steps < 0.0
+    if not back.any() or known.min() < 0.0 or np.ptp(known) > period:
+        return clock
+    usual = float(np.median(steps[~back])) if not back.all() else 0.0
+    again = back & (steps + period > 0.0) & (steps + period < MOST_STEPS * usual)
+    out = clock.copy()
+    out[places[1:]] += period * np.cumsum(again)
     return out
 
 

@@ -22,6 +22,8 @@ MOST_LAGS, MOST_SAMPLES = 200, 10_000
 """Lags to either side, and samples, by which two rudders are compared."""
 SAME_RUN = 0.9
 """Share of their time in common from which on two logs that count from a start are taken for one run."""
+GAP = 3.0
+"""How many times longer than usual a part is that holds a gap, over which no rate is integrated."""
 LEAST_TURN_RAD = 0.3
 """Change of the course from which on the sense of rotation shows."""
 
@@ -75,7 +77,9 @@ def rate_ratio(angle: ClockSeries, rate: ClockSeries) -> float | None:
     time, turned, turning = shared
     turns = integral(turning, time)
     window = max(1, min(time.size // 10, 50))
-    change, summed = turned[window:] - turned[:-window], turns[window:] - turns[:-window]
+    span = time[window:] - time[:-window]
+    whole = span < GAP * np.median(span)
+    change, summed = (turned[window:] - turned[:-window])[whole], (turns[window:] - turns[:-window])[whole]
     if float(np.std(change)) < 0.1 * DEGREE:
         return None
     return _ratio(change, summed)

@@ -16,8 +16,8 @@ from .raw import RawColumn, RawTable
 
 TALKERS = frozenset(map(joined, ("talker", "source", "sensor", "device", "instrument", "sender", "geber", "talker id")))
 NAMES = frozenset(map(joined, ("parameter", "signal", "channel", "variable", "tag", "quantity", "measurement", "item",
-                               "parameter name", "signal name", "messgroesse", "kanal", "topic", "field", "path", "key", "metric",
-                               "name", "tag name", "entity")))  # fmt: skip
+                               "parameter name", "signal name", "messgroesse", "kanal", "topic", "field", "path", "key",
+                               "metric", "name", "tag name", "entity")))  # fmt: skip
 NUMBERS = frozenset(map(joined, ("id", "number", "index", "instance", "channel", "servo", "servo id", "device id")))
 VALUES = frozenset(map(joined, ("value", "wert", "messwert", "reading", "data", "valeur", "valor", "verdi", "val")))
 UNITS = frozenset(map(joined, ("unit", "units", "einheit", "unite", "unidad", "enhet")))

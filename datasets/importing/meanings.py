@@ -328,6 +328,9 @@ def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: C
             log.findings[i] = found.unused(f"{used.column.name} is used, as {used.why[-1]}")
         elif told is not None and told[0]:
             log.findings[i] = found.unused(f"{told[1]}; that one is used")
+        elif (stuck := _stuck(used, found)) is not None:
+            log.findings[first if stuck is used else i] = stuck.unused("the same number in every row, another varies")
+            first = i if stuck is used else first
         elif told is None and found.column.known and used.column.known:
             log.findings[i] = found.unused(f"{used.table.label} states the same, too short to be compared; it is used")
         elif found.questions and not used.questions:
@@ -339,6 +342,12 @@ def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: C
             if settled.may_be and not settled.questions:
                 log.findings[first] = used.unused(f"{found.column.name} is used, as answered")
                 first = i
+
+
+def _stuck(used: ColumnFinding, found: ColumnFinding) -> ColumnFinding | None:
+    """The one of two columns that shows one number in every row, where the other varies; None else."""
+    spans = [float(np.ptp(f.column.numbers[np.isfinite(f.column.numbers)])) for f in (used, found)]
+    return None if (spans[0] == 0.0) == (spans[1] == 0.0) else used if spans[0] == 0.0 else found
 
 
 def difference(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> tuple[bool, str] | None:

@@ -11,12 +11,12 @@ from itertools import accumulate
 
 from .quantities import (
     date_names,
+    other_motions,
     quantities,
     side_words,
     time_names,
     time_parts,
     vague_names,
-    other_motions,
     week_names,
     word_list,
 )

@@ -8,7 +8,10 @@ from dataclasses import replace
 from .cell_texts import Texts
 from .raw import RawColumn
 
-CLOCK = r"(?:(?P<half>上午|下午|午前|午後|오전|오후)?\s*(?P<h>\d{1,2})[時时点시]\s*(?P<m>\d{1,2})[分분]\s*(?:(?P<s>\d{1,2}(?:[.,]\d+)?)[秒초])?)"
+SECOND = r"(?:(?P<s>\d{1,2}(?:[.,]\d+)?)[秒초])?"
+CLOCK = (
+    rf"(?:(?P<half>上午|下午|午前|午後|오전|오후)?\s*(?P<h>\d{{1,2}})[時时点시]\s*(?P<m>\d{{1,2}})[分분]\s*{SECOND})"
+)
 DATE = r"(?P<year>\d{4})[年년]\s*(?P<month>\d{1,2})[月월]\s*(?P<day>\d{1,2})[日일]"
 FAR_EAST = re.compile(rf"(?:{DATE})?\s*{CLOCK}?")
 DURATION = re.compile(r"(?P<sign>-)?(?P<days>\d+) days?,?\s+(?:\+?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:\.\d+)?))?")
@@ -18,7 +21,7 @@ AFTER_NOON = ("下午", "午後", "오후")
 def with_plain_stamps(column: RawColumn) -> RawColumn:
     """The column with such times as those of ISO 8601, and such durations as seconds; others as they are."""
     first = next(iter(column.first(1)), "") if column.texts is not None else ""
-    if not first or first.isascii() and " day" not in first:
+    if not first or (first.isascii() and " day" not in first):
         return column
     if DURATION.fullmatch(first):
         return replace(column, values=Texts(map(_seconds, column.texts or ())), unit=column.unit or "s")

@@ -15,9 +15,9 @@ from .finding import WITH_SIDE, ColumnFinding, ask_numbers, ask_quantity, ask_sc
 from .headers import PERCENT, ColumnHeader, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
 from .names import Named, named, words
-from .quantities import RATE_OF, mathematical_words, quantities
+from .quantities import RATE_OF, mathematical_words, quantities, vague_names
 from .raw import RawColumn, RawTable
-from .units import UNITS, LogUnit, unit_of
+from .units import UNITS, LogUnit, tidy, unit_of
 
 NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
@@ -31,6 +31,8 @@ VALUE = ("value", "values", "data", "val", "signal", "reading")
 """Names of a column that say nothing: that of its group does."""
 FEWEST_OF_RECORD = 4
 """Columns named as those of a record, from which on their signs are a record's."""
+OF_TIME = ("s", "sec", "seconds", "min", "h")
+"""Units of a time, which no quantity has."""
 PULSES = ("us", "µs", "pwm")
 """Units of a servo's pulse."""
 UNSIGNED = frozenset(
@@ -109,6 +111,8 @@ def _from_header(base: ColumnFinding) -> ColumnFinding:
         header, name, suffix = (below, own, text) if own.may_be and not own.extra else (header, name, suffix)
     if not name.may_be:
         header, name, suffix = _label(column) or (header, name, suffix)
+    if name.may_be == ("sway",) and len(header.words) == 1 and _one_way(column.numbers):
+        name = replace(name, may_be=vague_names()["speed"])
     base = replace(base, unread=header.unread)
     name = replace(name, extra=tuple(word for word in name.extra if word not in _group_words(base.table, column)))
     if not name.may_be:
@@ -126,6 +130,12 @@ def _from_header(base: ColumnFinding) -> ColumnFinding:
     found = _doubted(found, name) if name.extra else found
     found = _with_times(found, header.times) if header.times != 1.0 and found.unit is not None else found
     return ask_numbers(found) if column.style == "open" and _either(column) else found
+
+
+def _one_way(numbers: np.ndarray) -> bool:
+    """Whether numbers (N,) keep to one side of 0, far from it: those of a speed that is called v, not of a sway."""
+    known = numbers[np.isfinite(numbers)]
+    return bool(known.size) and float(known.min()) > FAR_FROM_0 * float(known.max())
 
 
 def _label(column: RawColumn) -> tuple[ColumnHeader, Named, str] | None:
@@ -211,7 +221,8 @@ def _with_unit(found: ColumnFinding, header: ColumnHeader, suffix: str, said: li
     foreign = next((h.foreign for h in headers if h.foreign), "") or next((t for t in texts if t in PERCENT), "")
     pulses = (text for h in headers for text in h.units if text.lower() in PULSES and found.may_be[0] in WITH_SIDE)
     other = next((text for h in headers for text in h.units if unit_of(text) is not None), "") or next(pulses, "")
-    return _with_foreign(found, foreign or other) if foreign or other else found
+    timed = next((text for h in headers for text in h.units if tidy(text) in OF_TIME), "")
+    return _with_foreign(found, foreign or other or timed) if foreign or other or timed else found
 
 
 def _stated_unit(headers: list[ColumnHeader], texts: list[str], dimension: str) -> tuple[LogUnit | None, float]:
@@ -225,7 +236,7 @@ def _stated_unit(headers: list[ColumnHeader], texts: list[str], dimension: str) 
 
 def _with_foreign(found: ColumnFinding, text: str) -> ColumnFinding:
     """A finding whose stated unit is none of the quantity: of a rudder per cent or volts."""
-    if found.may_be[0] in WITH_SIDE and len(found.may_be) == 1:
+    if found.may_be[0] in WITH_SIDE and len(found.may_be) == 1 and tidy(text) not in OF_TIME:
         return replace(found, why=(*found.why, f"unit {text!r} stated"), foreign=text)
     return found.unused(f"{' or '.join(found.may_be)}? its unit {text!r} is none of it")
 
@@ -261,6 +272,8 @@ def _rests_aside(numbers: np.ndarray) -> bool:
 
 ONE_SIDED = 0.1
 """Share of the largest value to one side that the other must reach for 0 to be the middle."""
+FAR_FROM_0 = 0.3
+"""Least number as a share of the largest from which on none is that of a velocity sideways."""
 FRAME = re.compile(r"\b(?:coordinate|reference|frame|axes|orientation)\b[^\n]{0,30}?\b(enu|ned)\b", re.IGNORECASE)
 """A line that states to where the axes of a file point: `Coordinate system: ENU`."""
 EAST = re.compile(r"(?<![a-z])(?:east|math[a-z]*|enu|ned)(?![a-z])", re.IGNORECASE)

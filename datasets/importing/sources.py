@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -96,7 +97,18 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
             raise BadInput("is a directory", file=path, hint="name the log files in it")
         return [replace(table, clock=str(path)) for table in read_contained("a ROS bag", b"", path)]
     tables = _told_apart(_tables(_content(path), path))
-    return with_sidecar([_oldest_first(replace(table, clock=str(path))) for table in tables], path)
+    alike = _alike(tables)
+    clocks = [f"{path} {table.sheet}" if table.label in alike else str(path) for table in tables]
+    tables = [_oldest_first(replace(table, clock=clock)) for table, clock in zip(tables, clocks, strict=True)]
+    return with_sidecar(tables, path)
+
+
+def _alike(tables: Sequence[RawTable]) -> set[str]:
+    """Labels of the tables of a file with equal names of several columns, of no format: runs, with a clock each."""
+    headers = {table.label: tuple((c.name, c.unit) for c in table.columns) for table in tables}
+    plain = {table.label for table in tables if len(table.columns) > 2 and not any(c.known for c in table.columns)}
+    counts = Counter(headers[label] for label in plain)
+    return {label for label in plain if counts[headers[label]] > 1}
 
 
 def _content(path: Path) -> bytes:

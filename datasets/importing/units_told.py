@@ -29,6 +29,8 @@ COPY = 1e-3
 """Largest difference, as a share of its largest number, of a column that is a copy of another one."""
 WITHIN = {"angular rate": 0.25, "speed": 0.07, "length": 0.1, "angle": 0.2}
 """How near to a unit's factor the ratio to another channel must be."""
+WITHIN_AVERAGED = 0.2
+"""The same of a velocity to north or east beside that of a track, a mean over some seconds."""
 SPEEDS = ("speed_over_ground", "speed_through_water", "surge")
 
 
@@ -45,8 +47,9 @@ def by_channel(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if copied is not None:
         return copied
     dimension = quantities()[found.quantity].dimension
+    averaged = found.quantity in ("velocity_north", "velocity_east")
     for name, size in sizes(log, found, raw):
-        unit = nearest(size / found.factor, candidates(dimension), WITHIN[dimension])
+        unit = nearest(size / found.factor, candidates(dimension), WITHIN_AVERAGED if averaged else WITHIN[dimension])
         if unit is not None:
             return found.told("other channel", f"{unit.name}: agrees with {name}", unit=unit)
         tenth = nearest(10.0 * size / found.factor, candidates(dimension), WITHIN[dimension])

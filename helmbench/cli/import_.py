@@ -58,11 +58,11 @@ def import_command(
 ) -> int:
     """Read raw logs of any make as records.
 
-    CSV, Excel, MAT, HDF5, NMEA, ROS, GPX and autopilots' logs.  What every column is, its unit and sign are taken from
-    the file, from its other channels and from what is physically possible, and shown; what none of these tells is
-    asked, on the terminal or in the file of --map, and --yes stops at it (--json prints the questions).  A log without
-    a rudder becomes a record without one; so does one with a roll of which nothing tells the sign.  The mapping goes beside the record (STEM.map.yaml) for the next log,
-    columns that are no channel go to STEM.aside.csv.
+    CSV, Excel, MAT, HDF5, netCDF, NMEA, ROS, GPX and autopilots' logs.  What every column is, its unit and sign are
+    taken from the file, from its other channels and from what is physically possible, and shown; what none of these
+    tells is asked, on the terminal or in the file of --map, and --yes stops at it (--json prints the questions).  A log
+    without a rudder becomes a record without one, one with a roll of unknown sign a record without roll.  The mapping
+    goes beside the record (STEM.map.yaml) for the next log, columns that are no channel go to STEM.aside.csv.
     """
     import helmbench
 

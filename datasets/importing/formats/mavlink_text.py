@@ -15,7 +15,9 @@ from .object_tables import tables_or_refusal
 LINE = re.compile(
     r"(?P<stamp>\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?:\.\d+)?): (?P<name>[A-Z][A-Z0-9_]+) \{(?P<fields>.*)\}\s*$"
 )
-CELLS = re.compile(r"(?P<stamp>\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?),.{0,80}?,mavlink_(?P<name>\w+?)_t,(?P<fields>.*)")
+CELLS = re.compile(
+    r"(?P<stamp>\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?),.{0,80}?,mavlink_(?P<name>\w+?)_t,(?P<fields>.*)"
+)
 NUMBER = re.compile(DECIMAL)
 FIELD = re.compile(rf"(?P<name>\w+) : (?P<number>{DECIMAL})(?=,|$)")
 
@@ -23,7 +25,9 @@ FIELD = re.compile(rf"(?P<name>\w+) : (?P<number>{DECIMAL})(?=,|$)")
 def looks_like_mavlink_text(text: str) -> bool:
     """Whether most of the first lines are messages."""
     lines = [line for line in text[:20000].splitlines()[:50] if line.strip()][:-1]
-    return len(lines) > 2 and sum(LINE.match(line) is not None or CELLS.match(line) is not None for line in lines) > 0.8 * len(lines)
+    return len(lines) > 2 and sum(
+        LINE.match(line) is not None or CELLS.match(line) is not None for line in lines
+    ) > 0.8 * len(lines)
 
 
 def read_mavlink_text(text: str, path: Path) -> list[RawTable]:
