@@ -37,9 +37,9 @@ def by_instrument(table: RawTable) -> list[RawTable]:
     if all(column.name.startswith("column ") for column in table.columns):
         name, value = _nameless(table)
     talker = _texts(table, TALKERS)
-    named_value = name or talker or _numbered(table)
-    if named_value is not None and value is not None and value.numeric:
-        return _long(table, named_value, value)
+    name = name or (talker or _numbered(table) if value is not None and _alone(table, value) else None)
+    if name is not None and value is not None and value.numeric:
+        return _long(table, name, value)
     if talker is not None:
         return _parts(table, talker)
     return [part for block in _by_time(table) for part in _by_filling(block)]
@@ -100,6 +100,12 @@ def _texts(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:
             if 1 < len(kinds) <= MOST:
                 return column
     return None
+
+
+def _alone(table: RawTable, value: RawColumn) -> bool:
+    """Whether a table holds no numbers besides a time, the value and the number of a device."""
+    others = (c for c in table.columns if c is not value and not is_time(c.name) and joined(c.name) not in NUMBERS)
+    return not any(column.numeric for column in others)
 
 
 def _numbered(table: RawTable) -> RawColumn | None:

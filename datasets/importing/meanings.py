@@ -346,8 +346,9 @@ def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: C
 
 def _stuck(used: ColumnFinding, found: ColumnFinding) -> ColumnFinding | None:
     """The one of two columns that shows one number in every row, where the other varies; None else."""
-    spans = [float(np.ptp(f.column.numbers[np.isfinite(f.column.numbers)])) for f in (used, found)]
-    return None if (spans[0] == 0.0) == (spans[1] == 0.0) else used if spans[0] == 0.0 else found
+    known = [f.column.numbers[np.isfinite(f.column.numbers)] for f in (used, found)]
+    still = [bool(numbers.size) and float(np.ptp(numbers)) == 0.0 for numbers in known]
+    return None if still[0] == still[1] or not all(n.size for n in known) else used if still[0] else found
 
 
 def difference(log: RawLog, one: ColumnFinding, other: ColumnFinding) -> tuple[bool, str] | None:

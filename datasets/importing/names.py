@@ -33,6 +33,7 @@ ALPHABETS = "\u0370-\u03ff\u0400-\u04ff"
 WORD = re.compile(rf"[a-z]+\d?(?![a-z])|[a-z]+|\d+|[{HAN}]+|[{ALPHABETS}]+")
 ZONES = ("utc", "gps", "gnss", "local")
 """Words before the part of a time: `UTC_Hour`."""
+AXES = {"north", "east"}
 FEWEST = 3
 """Letters of a name that may stand among other words."""
 
@@ -131,11 +132,11 @@ def _other_motions() -> frozenset[str]:
 
 def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...], list[str]]:
     """(what a name may mean, the other words) without words that are names of the same: the narrowest of all counts, as
-    of `gyro hdt` and `rudder rsa`."""
+    of `gyro hdt` and `rudder rsa`; nor without the letter of an axis beside where it points, as of `x east`."""
     others = []
     for part in rest:
         own = set(_known(part, short=False))
-        if own and set(may_be) <= own:
+        if own and (set(may_be) == own or (set(may_be) < own == AXES)):
             continue
         if own and own < set(may_be):
             may_be = tuple(quantity for quantity in may_be if quantity in own)

@@ -14,7 +14,7 @@ CLOCK = (
 )
 DATE = r"(?P<year>\d{4})[年년]\s*(?P<month>\d{1,2})[月월]\s*(?P<day>\d{1,2})[日일]"
 FAR_EAST = re.compile(rf"(?:{DATE})?\s*{CLOCK}?")
-DURATION = re.compile(r"(?P<sign>-)?(?P<days>\d+) days?,?\s+(?:\+?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:\.\d+)?))?")
+DURATION = re.compile(r"(?P<sign>-)?(?P<days>\d+) days?(?:,?\s+\+?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:\.\d+)?))?")
 AFTER_NOON = ("下午", "午後", "오후")
 
 

@@ -23,7 +23,7 @@ NAMELESS = re.compile(r"column \d+")
 """What the reader calls a column without a name."""
 WITHOUT_NAME = ("without a name",)
 """Why a column of a file that names none may be anything."""
-PRIMED = re.compile(r"^[^'\u2032]*[A-Za-z]['\u2032]\s*$")
+PRIMED = re.compile(r"^[A-Za-z_]{1,6}['\u2032]\s*$")
 """A name with the mark of a nondimensional quantity: r', v'."""
 PREFIX = re.compile(r".*[./:]")
 """The group that a name begins with."""
@@ -32,7 +32,7 @@ VALUE = ("value", "values", "data", "val", "signal", "reading")
 FEWEST_OF_RECORD = 4
 """Columns named as those of a record, from which on their signs are a record's."""
 OF_TIME = ("s", "sec", "seconds", "min", "h")
-"""Units of a time, which no quantity has."""
+"""Units of a time, which no quantity has; a latitude may be in minutes."""
 PULSES = ("us", "µs", "pwm")
 """Units of a servo's pulse."""
 UNSIGNED = frozenset(
@@ -221,7 +221,8 @@ def _with_unit(found: ColumnFinding, header: ColumnHeader, suffix: str, said: li
     foreign = next((h.foreign for h in headers if h.foreign), "") or next((t for t in texts if t in PERCENT), "")
     pulses = (text for h in headers for text in h.units if text.lower() in PULSES and found.may_be[0] in WITH_SIDE)
     other = next((text for h in headers for text in h.units if unit_of(text) is not None), "") or next(pulses, "")
-    timed = next((text for h in headers for text in h.units if tidy(text) in OF_TIME), "")
+    place = found.may_be[0] in ("latitude", "longitude")
+    timed = next((text for h in headers for text in h.units if tidy(text) in OF_TIME and not place), "")
     return _with_foreign(found, foreign or other or timed) if foreign or other or timed else found
 
 

@@ -32,8 +32,10 @@ from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet, with_pospac
 from .formats.signalk import with_signal_k
 from .formats.transposed import looks_transposed, read_transposed
+from .headers import read_header
 from .instruments import by_instrument
 from .layout import distinct
+from .names import named
 from .nmea import looks_like_nmea, read_nmea
 from .raw import RawTable
 from .several_tables import read_parts
@@ -104,11 +106,17 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
 
 
 def _alike(tables: Sequence[RawTable]) -> set[str]:
-    """Labels of the tables of a file with equal names of several columns, of no format: runs, with a clock each."""
+    """Labels of the tables of a file with equal headers that hold a rudder and what tells the turning each: runs, each
+    with a clock of its own."""
     headers = {table.label: tuple((c.name, c.unit) for c in table.columns) for table in tables}
-    plain = {table.label for table in tables if len(table.columns) > 2 and not any(c.known for c in table.columns)}
-    counts = Counter(headers[label] for label in plain)
-    return {label for label in plain if counts[headers[label]] > 1}
+    counts = Counter(headers.values())
+    return {table.label for table in tables if counts[headers[table.label]] > 1 and _is_whole(table)}
+
+
+def _is_whole(table: RawTable) -> bool:
+    """Whether the names of a table, of no format, are those of a rudder and a heading or yaw rate, among others."""
+    may_be = {q for c in table.columns if not c.known for q in named(read_header(c.called or c.name).words).may_be}
+    return bool(may_be & {"rudder", "rudder_command"}) and bool(may_be & {"heading", "yaw_rate"})
 
 
 def _content(path: Path) -> bytes:

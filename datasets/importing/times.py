@@ -44,6 +44,8 @@ SCALE_STATED = re.compile(
 )
 NEAR_S = 1.5
 """Seconds within which two times of a table are the same."""
+HEAD, APART = 400, 0.9
+"""Rows that tell how fine a time is, and the share of them with a time of their own."""
 SURELY_OF_WEEK_S = 86400.0
 """Seconds from which on a number is no time of day."""
 AS_LONG = 0.05
@@ -169,7 +171,7 @@ def _told(table: RawTable) -> TableTime | None:
         if counts or guess is None or not (called or _first(place, column, guess)):
             continue
         texts = guess.stated and not column.numeric
-        utc = bool(ZONE.search(column.name.replace("_", " ")))
+        utc = bool(ZONE.search(column.name.replace("_", " "))) and _tells_rows_apart(column)
         dated = guess.forms[0] in DATED
         scored.append((column is stated, called, dated, utc, texts, guess.stated, -place, column, guess))
     if not scored:
@@ -177,6 +179,12 @@ def _told(table: RawTable) -> TableTime | None:
     *_, column, guess = max(scored, key=lambda entry: entry[:7])
     names, guess = _with_date(table, column, guess)
     return _asked(table, names, guess)
+
+
+def _tells_rows_apart(column: RawColumn) -> bool:
+    """Whether nearly every row has a time of its own: not a date alone, nor the full seconds of a fast log."""
+    first = column.values[:HEAD]
+    return len(set(first.tolist() if isinstance(first, np.ndarray) else first)) > APART * len(first)
 
 
 def _parts(table: RawTable) -> TableTime | None:
