@@ -19,7 +19,7 @@ from .cells import GAPS, side_of
 from .names import joined, named, words
 from .quantities import quantities, side_words
 from .raw import RawColumn, RawTable
-from .units import UNITS, unit_of
+from .units import UNITS, tidy, unit_of
 
 SUFFIXES = (".yaml", ".yml", ".json")
 FEW = 100
@@ -31,6 +31,8 @@ PLACE = re.compile(
     rf"(?P<lat>{ANGLE}[NSns])[\s,;/]*(?P<lon>{ANGLE}[EWew])|(?P<north>[NSns]\s*{ANGLE})[\s,;/]*(?P<east>[EWew]\s*{ANGLE})"
 )
 """A latitude and a longitude in one cell, the letters behind them or before them."""
+DEGREES, MINUTES = frozenset({"deg", "degrees", "°", "grad"}), frozenset({"min", "minutes", "'", "minuten"})
+"""Units of the two parts of an angle."""
 MOST_WORDS = 16
 """Words of a line that says something of one column; longer ones are prose."""
 
@@ -90,6 +92,31 @@ def with_places(columns: Sequence[RawColumn]) -> list[RawColumn]:
             own = Texts((match[behind] or match[before]).strip() if match else "" for match in places)
             out.append(replace(column, name=f"{column.name} {name}", called=name, unit="", values=own))
     return out
+
+
+def with_minutes(columns: Sequence[RawColumn]) -> list[RawColumn]:
+    """Columns of the whole degrees of a latitude or longitude with the minutes of the column behind them."""
+    out = list(columns)
+    for i in range(1, len(out)):
+        whole, minutes = out[i - 1], out[i]
+        if _place_in(whole, DEGREES) != _place_in(minutes, MINUTES) or not _place_in(minutes, MINUTES):
+            continue
+        degrees, rest = whole.numbers, minutes.numbers
+        if (
+            np.array_equal(degrees, np.round(degrees), equal_nan=True)
+            and 0.0 <= np.nanmin(rest) <= np.nanmax(rest) < 60
+        ):
+            out[i - 1] = replace(whole, values=degrees + np.copysign(rest / 60.0, degrees))
+            out[i] = replace(minutes, known="not used", source=f"the minutes of column {whole.name}, added to it")
+    return out
+
+
+def _place_in(column: RawColumn, units: frozenset[str]) -> str:
+    """The latitude or longitude that a column of numbers is a part of, in one of some units; '' where it is none."""
+    own = [word for word in words(column.name) if not word.isdigit()]
+    spelt = tidy(column.unit) if column.unit else own[-1] if own else ""
+    name = named(tuple(word for word in own if word not in DEGREES | MINUTES)).may_be
+    return name[0] if name in (("latitude",), ("longitude",)) and spelt in units and column.numeric else ""
 
 
 def with_sides(columns: Sequence[RawColumn]) -> list[RawColumn]:

@@ -92,11 +92,14 @@ def _heading(made: Channels, variation_deg: float | None) -> None:
     variation = q.get("magnetic_variation")
     size = np.nanmean(variation) if variation is not None else math.radians(variation_deg or 0.0)
     made.variation = float(size) if variation is not None or variation_deg is not None else None
-    deviation = q.get("magnetic_deviation")
-    correction = size + (np.nanmean(deviation) if deviation is not None else 0.0)
+    deviation = q.get("magnetic_deviation", np.zeros(made.time.size))
+    known = np.isfinite(deviation)  # of each heading another one
+    correction = size + np.where(known, deviation, deviation[known].mean() if known.any() else 0.0)
     made.found["heading_rad"] = q["heading_magnetic"] + correction
     made.sources["heading_rad"] = ("heading_magnetic", "magnetic_variation", "magnetic_deviation")
-    made.steps.append(f"heading: magnetic heading {math.degrees(correction):+.3g} deg of variation and deviation")
+    made.steps.append(
+        f"heading: magnetic heading {math.degrees(float(correction.mean())):+.3g} deg of variation, deviation"
+    )
 
 
 def _positions(made: Channels) -> None:

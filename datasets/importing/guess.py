@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable, Sequence
 from collections.abc import Mapping as Dict
 from dataclasses import replace
@@ -30,6 +31,11 @@ PASSES = 3
 """How often channels are compared: one that is told may tell the next."""
 RUDDERS_AND_TURNING = ("rudder", "rudder_command", "heading", "heading_magnetic", "yaw_rate")
 """Quantities that a record is made for."""
+TRUE = re.compile(
+    r"true|gyro|kreisel|hdt|thdg|rwk|rechtweisend|vrai|verdader|\bvera\b|rettvisende|gps|gnss|真|[°g]\s?t\b|\(t\)|psi|yaw",
+    re.IGNORECASE,
+)
+"""What says that a heading counts from true north, or comes from what does not know the magnetic one."""
 MAGNETIC = ("heading_magnetic", "magnetic_variation", "magnetic_deviation")
 """Quantities that tell nothing more beside a heading from true north."""
 CONFLICT = (0.7, 1.4)
@@ -67,6 +73,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     _each(log, answers, lambda f: signs_told.by_channel(log, f))
     _each(log, answers, lambda f: _as_rudder(log, f))
     _each(log, answers, _not_through_water)
+    _each(log, answers, lambda f: _perhaps_magnetic(log, f))
     _each(log, answers, lambda f: _not_magnetic(log, f))
     meanings.without_twins(log, answers, _answered)
     _each(log, answers, lambda f: _checked(log, f))
@@ -229,6 +236,20 @@ def _as_number(question: Question, key: str) -> Answer | None:
 def _not_through_water(found: ColumnFinding) -> ColumnFinding:
     if found.quantity in NOT_USED_AS and "quantity" not in found.bounded:
         return found.unused(NOT_USED_AS[str(found.quantity)])
+    return found
+
+
+def _perhaps_magnetic(log: RawLog, found: ColumnFinding) -> ColumnFinding:
+    """A heading that does not state from which north it counts, beside a variation: which one is asked."""
+    said = " ".join((found.column.name, found.column.unit, *found.column.said))
+    told = found.quantity != "heading" or found.questions or found.bounded or found.column.known or TRUE.search(said)
+    if told or any("heading_magnetic" in f.may_be for f in log.findings):
+        return found
+    for other in log.findings:
+        if other.quantity == "magnetic_variation" and np.any(np.nan_to_num(other.column.numbers)):
+            name = found.column.name
+            text = f"Does {name!r} count from true or from magnetic north? {other.column.name!r} is beside it."
+            return ask_quantity(found, text, ("heading", "heading_magnetic"))
     return found
 
 

@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from ...models.errors import BadInput
-from .beside import with_halves, with_notes, with_places, with_sides
+from .beside import with_halves, with_minutes, with_notes, with_places, with_sides
 from .cell_texts import CHUNK, Texts
 from .cells import GAPS, PLAIN, is_number, table_style
 from .cells import SAMPLE as STYLE_SAMPLE
@@ -314,7 +314,7 @@ def table_of(
         for name, unit, below, texts in zip(header.names, header.units, header.below, cells, strict=True)
         if not (name.startswith("column ") and texts.unique() in ([], [""]))
     ]
-    columns = with_places(list(map(with_plain_stamps, columns)))
+    columns = with_minutes(with_places(list(map(with_plain_stamps, columns))))
     columns = with_halves(with_sides(with_notes(columns, header.notes)))
     said = (*done, *header.done, *rows.done)
     return RawTable(file, tuple(columns), rows.numbers, sheet, file, header.notes, said, rows.faults)

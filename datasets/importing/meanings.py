@@ -347,6 +347,8 @@ def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: C
 def _stuck(used: ColumnFinding, found: ColumnFinding) -> ColumnFinding | None:
     """The one of two columns that shows one number in every row, where the other varies; None else."""
     known = [f.column.numbers[np.isfinite(f.column.numbers)] for f in (used, found)]
+    if used.quantity in ("latitude", "longitude"):  # whole degrees beside minutes
+        return None
     still = [bool(numbers.size) and float(np.ptp(numbers)) == 0.0 for numbers in known]
     return None if still[0] == still[1] or not all(n.size for n in known) else used if still[0] else found
 

@@ -33,6 +33,8 @@ ALPHABETS = "\u0370-\u03ff\u0400-\u04ff"
 WORD = re.compile(rf"[a-z]+\d?(?![a-z])|[a-z]+|\d+|[{HAN}]+|[{ALPHABETS}]+")
 ZONES = ("utc", "gps", "gnss", "local")
 """Words before the part of a time: `UTC_Hour`."""
+OF_ANY_NORTH = ("heading", "hdg", "head")
+"""Words for a heading that do not say from which north."""
 AXES = {"north", "east"}
 FEWEST = 3
 """Letters of a name that may stand among other words."""
@@ -137,6 +139,8 @@ def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...]
     for part in rest:
         own = set(_known(part, short=False))
         if own and (set(may_be) == own or (set(may_be) < own == AXES)):
+            continue
+        if own == {"heading"} < set(may_be) and part in OF_ANY_NORTH:  # that of a compass may be either
             continue
         if own and own < set(may_be):
             may_be = tuple(quantity for quantity in may_be if quantity in own)
