@@ -106,9 +106,18 @@ def with_minutes(columns: Sequence[RawColumn]) -> list[RawColumn]:
             np.array_equal(degrees, np.round(degrees), equal_nan=True)
             and 0.0 <= np.nanmin(rest) <= np.nanmax(rest) < 60
         ):
-            out[i - 1] = replace(whole, values=degrees + np.copysign(rest / 60.0, degrees))
+            sides = _hemispheres(out[i + 1], whole) if i + 1 < len(out) else None
+            signed = degrees + np.copysign(rest / 60.0, degrees)
+            out[i - 1] = replace(whole, values=signed if sides is None else sides * np.abs(signed))
             out[i] = replace(minutes, known="not used", source=f"the minutes of column {whole.name}, added to it")
     return out
+
+
+def _hemispheres(letters: RawColumn, place: RawColumn) -> np.ndarray | None:
+    """(N,) -1 where a column of letters says south or west, else 1; None where it is no column of them."""
+    if letters.texts is None or letters.known or not _sides(letters.texts, place):
+        return None
+    return letters.texts.mapped(lambda text: -1.0 if side_of(text.lower(), place.name) in ("south", "west") else 1.0)
 
 
 def _place_in(column: RawColumn, units: frozenset[str]) -> str:

@@ -299,8 +299,9 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
     if form in SCALES:
         factor, offset = SCALES[form]
         numbers = column.numbers
-        for period in (*COUNTERS, DAY / factor, WEEK_S / factor) if form in COUNTED else ():
-            numbers = _going_on(numbers, period)
+        if form in COUNTED and (np.diff(numbers) < 0.0).any():
+            for period in (*COUNTERS, DAY / factor, WEEK_S / factor):
+                numbers = _going_on(numbers, period)
         return numbers * factor + offset
     return _parsed(column, form)
 

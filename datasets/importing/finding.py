@@ -19,7 +19,7 @@ WITH_SIDE = ("rudder", "rudder_command")
 """Quantities whose sign is the side of the record's positive rudder."""
 EITHER_SIDE = (*WITH_SIDE, "roll")
 """Angles that lie on either side of zero, also where a file counts them round the full circle."""
-SPARED = ("roll", "roll_rate")
+OPTIONAL = ("roll", "roll_rate")
 """Quantities without which a record is right."""
 CONVENTIONS = {
     "heading": "clockwise from north", "heading_magnetic": "clockwise from magnetic north",
@@ -164,7 +164,7 @@ def ask_unit(finding: ColumnFinding, text: str, units: Sequence[LogUnit] | None 
     answers = [Answer(unit.name, unit.name, line_of(finding, unit=unit.name)) for unit in units]
     question = Question(
         identifier(finding, "unit"), "unit", finding.table.label, finding.column.name, text,
-        (*answers, not_used(finding)), without=NOT_USED if finding.quantity in SPARED else "",
+        (*answers, not_used(finding)), without=NOT_USED if finding.quantity in OPTIONAL else "",
     )  # fmt: skip
     return finding.asking(question)
 
@@ -194,7 +194,7 @@ def ask_sign(
     made = [Answer(key, said, line_of(finding, **changes)) for key, said, changes in answers]
     question = Question(
         identifier(finding, "sign"), "sign", finding.table.label, finding.column.name, text, (*made, not_used(finding)),
-        without=NOT_USED if finding.quantity in SPARED else "",
+        without=NOT_USED if finding.quantity in OPTIONAL else "",
     )  # fmt: skip
     return finding.asking(question)
 

@@ -242,8 +242,8 @@ def _not_through_water(found: ColumnFinding) -> ColumnFinding:
 def _perhaps_magnetic(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """A heading that does not state from which north it counts, beside a variation: which one is asked."""
     said = " ".join((found.column.name, found.column.unit, *found.column.said))
-    told = found.quantity != "heading" or found.questions or found.bounded or found.column.known or TRUE.search(said)
-    if told or any("heading_magnetic" in f.may_be for f in log.findings):
+    is_sure = found.questions or found.bounded or found.column.known or TRUE.search(said)
+    if found.quantity != "heading" or is_sure or any("heading_magnetic" in f.may_be for f in log.findings):
         return found
     for other in log.findings:
         if other.quantity == "magnetic_variation" and np.any(np.nan_to_num(other.column.numbers)):

@@ -71,9 +71,9 @@ def import_command(
     draft = helmbench.draft_import(logs, mapping=known, **asked)
     if not (yes or printer.hidden or mapping is not None) and sys.stdin.isatty():
         draft = _asked(draft)
-    spared: set[str] = set()
-    while yes and {q.id for q in draft.questions} - spared and all(question.without for question in draft.questions):
-        spared |= {question.id for question in draft.questions}
+    ids: set[str] = set()
+    while yes and {q.id for q in draft.questions} - ids and all(question.without for question in draft.questions):
+        ids |= {question.id for question in draft.questions}
         for question in draft.questions:
             echo(f"{question.text} Imported without it, by --yes; answer it with --map", err=True)
         draft = draft.answer({question.id: question.without for question in draft.questions})

@@ -78,18 +78,18 @@ def with_ros(table: RawTable) -> RawTable:
 
 def _with_joints(table: RawTable) -> RawTable:
     """A table with the positions of a JointState, rad, called as its joints are: `position[0]` beside `name[0]`."""
-    named = {
+    names = {
         match["number"]: re.sub(r"[_ ]?joint$", "", column.first(1)[0])
         for column in table.columns
         if (match := JOINT.fullmatch(column.name)) and match["field"] == "name" and column.first(1)
     }
     columns = tuple(
-        replace(column, called=named[match["number"]], unit=column.unit or "rad", source="its ROS message states rad")
-        if (match := JOINT.fullmatch(column.name)) and match["field"] == "position" and match["number"] in named
+        replace(column, called=names[match["number"]], unit=column.unit or "rad", source="its ROS message states rad")
+        if (match := JOINT.fullmatch(column.name)) and match["field"] == "position" and match["number"] in names
         else column
         for column in table.columns
     )
-    return replace(table, columns=columns) if named else table
+    return replace(table, columns=columns) if names else table
 
 
 def _field(path: str) -> tuple[str, str] | None:

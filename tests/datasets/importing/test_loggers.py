@@ -219,8 +219,12 @@ def test_the_deviation_of_a_compass_is_that_of_each_heading(tmp_path):
 def test_degrees_and_minutes_in_columns_of_their_own(tmp_path):
     minutes = 25.0 + 0.003 * TIME
     place = {"Lat [deg]": 0.0 * TIME + 54.0, "Lat [min]": minutes, "Lon [deg]": 0.0 * TIME + 10.0, "Lon [min]": minutes}
-    (record,) = helmbench.import_log([written(tmp_path / "log.csv", {"t [s]": TIME, **SHIP, **place})]).records
-    assert np.ptp(record.column("north_m")) == pytest.approx(0.003 * TIME[-1] * 1855.4, rel=2e-3)
+    letters = {**dict(list(place.items())[:2]), "N/S": ["S"] * N, **dict(list(place.items())[2:]), "E/W": ["W"] * N}
+    for columns, sign in ((place, 1.0), (letters, -1.0)):
+        (record,) = helmbench.import_log([written(tmp_path / "log.csv", {"t [s]": TIME, **SHIP, **columns})]).records
+        north, east = record.column("north_m"), record.column("east_m")
+        assert sign * (north[-1] - north[0]) == pytest.approx(0.003 * TIME[-1] * 1855.4, rel=2e-3)
+        assert sign * (east[-1] - east[0]) > 50.0
 
 
 def test_a_latitude_and_a_longitude_in_one_cell(tmp_path):
