@@ -35,7 +35,8 @@ class Prior(NamedTuple):
     others as they are); 0: free runs are not asked for it.  trials : values in that unit at which it is linearised by a
     secant, where its tangent at zero stands for nothing.  entries : instruments that it moves, and needs : states that
     have to be measured, where a check does not say so as a cause.  limit : it is a limit of the rudder's command: its
-    inverse is moved, and behind commands only.  last : it is preferred only where all else is far worse.
+    inverse is moved, and behind commands only.  angle : it is one of the recorded angle, and none behind commands.
+    last : it is preferred only where all else is far worse.  others : further entries by which it may act.
     """
 
     sd: float
@@ -43,7 +44,9 @@ class Prior(NamedTuple):
     entries: tuple[str, ...] = ()
     needs: tuple[str, ...] = ()
     limit: bool = False
+    angle: bool = False
     last: bool = False
+    others: tuple[tuple[str, ...], ...] = ()
 
 
 class Check(ABC):
@@ -145,6 +148,8 @@ class SensorError(Check):
     turn, track, log : what it leaves between heading and yaw rate, between positions and velocities, and between
     positions along the heading and a log that measures no sway; track_without_model : as track, where a model's filter
     is not to be asked for it.
+    together : what it leaves between positions and velocities, sway or not, of sizes that act together; the last one
+    has to matter, and all have to explain more than a scale error.
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
     can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
     farthest : size beyond which it is none of an instrument: then something else is wrong with a channel.
@@ -156,6 +161,7 @@ class SensorError(Check):
     track: ClassVar[tuple[SensorEffect[Path], ...]] = ()
     log: ClassVar[tuple[SensorEffect[Log], ...]] = ()
     track_without_model: ClassVar[tuple[SensorEffect[Path], ...]] = ()
+    together: ClassVar[tuple[SensorEffect[Path | Log], ...]] = ()
     track_rivals: ClassVar[tuple[str, ...]] = ()
     least_turn: ClassVar[float] = 0.0
     drifts: ClassVar[bool] = False

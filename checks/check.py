@@ -20,10 +20,11 @@ from .base import Fault, FileCheck, cleaned
 from .comparison.chains import Chain, chains, sums, why_not
 from .comparison.clock import as_clock
 from .comparison.courses import deviation
+from .comparison.curve import as_curve
 from .comparison.selection import Compared, compare
 from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
 from .integrity.averages import averages_of
-from .registry import check_of, column_checks, file_checks
+from .registry import check_of, column_checks, file_checks, sensor_errors
 from .result import CheckFinding, CheckResult
 from .sensors import LoggerClock
 
@@ -216,12 +217,13 @@ def compared(
     """
     current = list(records)
     every = [_restricted(chain, only) for chain in (chains() if along is None else along)]
+    curves = [c for c in sensor_errors() if c.together and (only is None or c.id in only)]
     for chain in every:
         use, skipped = _split(chain, chain.taken(current), derived)
         reasons += skipped
         try:
             use, doubts = _as_velocities_were_made(chain, use, records)
-            done = compare(chain, use)
+            done = as_curve(compare(chain, use), curves) if chain.of_positions else compare(chain, use)
             if not chain.of_positions and (only is None or LoggerClock.id in only):
                 later = [c for c in every if c.of_positions]
                 done = as_clock(done, [(c, _split(c, c.taken(done.records), derived)[0]) for c in later])

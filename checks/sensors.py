@@ -10,7 +10,17 @@ import numpy as np
 from ..datasets.columns import POSITIONS
 from ..datasets.instruments import later
 from .base import Prior, SensorError
-from .comparison.series import LogEffect, TrackEffect, TurnEffect, half_a_degree, half_a_percent, late_floor
+from .comparison.series import (
+    LogEffect,
+    SurgeEffect,
+    TrackEffect,
+    TurnEffect,
+    curve_floor,
+    half_a_degree,
+    half_a_percent,
+    late_floor,
+    none,
+)
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -98,13 +108,32 @@ class CompassDeviation(SensorError):
 
 
 class SpeedScaleError(SensorError):
-    """Scale error of the speed log: recorded surge and sway = (1 + s) true."""
+    """Scale error of the speed log: recorded surge and sway (in a second variant surge alone) = (1 + s) true."""
 
     id, unit = "speed_scale", "1"
-    track = (TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way, half_a_percent),)
+    track = (
+        TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way, half_a_percent),
+        TrackEffect("s", "1", ("surge_scale",), lambda path: -path.along(path.surge), half_a_percent),
+    )
     log = (LogEffect("s", "1", ("surge_scale",), lambda log: -log.run[None], half_a_percent),)
     farthest = 1.0
     separate_by = "a measured mile in both directions"
+
+
+class SpeedCurve(SensorError):
+    """Speed log that is not linear: recorded surge = (1 + s + c |u|) u: its scale error is s at rest, and grows by c
+    with each m/s."""
+
+    id, unit, is_cause = "speed_curve", "s/m", True
+    together = (
+        SurgeEffect("s", "1", ("surge_scale",), lambda motion: -motion.along(motion.surge), none),
+        SurgeEffect(
+            "c", "s/m", ("surge_curve",), lambda motion: -motion.along(motion.surge * np.abs(motion.surge)), curve_floor
+        ),
+    )
+    farthest = 1.0
+    prior = Prior(0.3, needs=("u",))
+    separate_by = "a measured mile at three speeds, each in both directions"
 
 
 class SwayOffsetError(SensorError):

@@ -20,7 +20,7 @@ from ..models.memory import SIMULATED_SAMPLE, require_memory
 from ..models.model import CHANNELS, Model, resolve
 from ..models.simulate import ClosedLoop, SimulatedRun, closed_loop, initial_state
 from .disturbances import Disturbance, parse_disturbance
-from .instruments import observed
+from .instruments import behind_play, observed
 from .manoeuvres import EULER, Manoeuvre, parse_manoeuvre, steps
 from .randomness import stream
 from .record import Record, RecordMeta, is_side
@@ -142,6 +142,8 @@ def as_measured(record: Record, draw: Draws) -> Record:
     """A true record with the waves' motion, as the instruments show it and the sensors measure it."""
     record = draw.disturbance.motion(draw.model, record, draw.weather("waves"))
     record = observed(record, draw.model.instruments, draw.weather("instruments"))
+    if play := draw.model.instruments.get("rudder_hysteresis"):
+        record = record.with_channels(rudder_rad=behind_play(record.column("rudder_rad"), play))
     return apply(record, draw.sensors, draw.noise())
 
 

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.errors import BadInput
-from ..models.instruments import SENSORS, SWAPS, checked, linkage, similar
+from ..models.instruments import SENSORS, SWAPS, bent, checked, linkage, similar, straightened
 from .columns import RUDDERS
 from .record import Record
 
@@ -106,17 +106,46 @@ def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[s
     """Rudder angle (N,) that the hull felt where `recorded` (N,) was measured or ordered; gaps stay gaps."""
     from ..models.rudder_chain import run_chain
 
-    numbers = linkage(checked(instruments))
+    numbers, play = linkage(checked(instruments)), instruments.get("rudder_hysteresis", 0.0)
     known = np.isfinite(recorded)
-    if not numbers.any() or not known.any():
+    if not (numbers.any() or play) or not known.any():
         return recorded
     series, noise = np.interp(time_s, time_s[known], recorded[known]), 0.0
+    if play:
+        series = before_play(time_s, series, play)
     quiet, felt = series, np.empty(series.size)
     if instruments.get("rudder_backlash", 0.0) > 0.0:
         noise = rudder_noise(series)
         quiet = quietened(series, noise)
     run_chain(np.array(time_s, float), series, quiet, numbers, noise, 1, felt)
     return np.where(known, felt, np.nan)
+
+
+def before_play(time_s: np.ndarray, shown: np.ndarray, play: float) -> np.ndarray:
+    """The angle (N,) of which a sensor with play of +- play, rad, shows (N,): ahead of it by the play in the direction
+    in which it moved last.  Just before it moves the other way the angle crosses the play, at the largest rate of the
+    record."""
+    noise = rudder_noise(shown)
+    quiet = behind_play(quietened(shown, noise), noise)
+    steps = np.diff(quiet)
+    moving = np.flatnonzero(steps)
+    turns = moving[np.diff(np.sign(steps[moving]), prepend=0.0) != 0.0]
+    if not turns.size:
+        return shown
+    after = play * np.sign(steps[turns])
+    before = np.concatenate([[0.0], after[:-1]])
+    rate = float(np.max(np.abs(steps) / np.diff(time_s)))
+    ends = time_s[turns]
+    starts = np.maximum(ends - np.abs(after - before) / rate, np.concatenate([time_s[:1], ends[:-1]]))
+    return shown + np.interp(time_s, np.ravel([starts, ends], "F"), np.ravel([before, after], "F"))
+
+
+def behind_play(angle: np.ndarray, play: float) -> np.ndarray:
+    """Angle (N,) behind play of +- play, at rest in its middle at first; both rad."""
+    out = angle.copy()
+    for k in range(1, angle.size):
+        out[k] = min(max(out[k - 1], angle[k] - play), angle[k] + play)
+    return out
 
 
 def rudder_noise(series: np.ndarray) -> float:
@@ -162,23 +191,24 @@ def _swapped(channels: dict[str, np.ndarray], q: Mapping[str, float]) -> dict[st
     return channels
 
 
-def _numbers(name: str, time: np.ndarray, q: Mapping[str, float]) -> tuple[float, float | np.ndarray]:
-    """Scale and error, (N,) where it drifts, of a channel's sensor."""
+def _numbers(name: str, time: np.ndarray, q: Mapping[str, float]) -> tuple[float, float, float | np.ndarray]:
+    """Gain, its growth with the channel, and error, (N,) where it drifts, of a channel's sensor."""
     short = next((short for short, (column, _) in SENSORS.items() if column == name), "")
     bias, drift = q.get(f"{short}_bias", 0.0), q.get(f"{short}_drift", 0.0)
-    return 1.0 + q.get(f"{short}_scale", 0.0), bias if drift == 0.0 else bias + drift * (time - time[0])
+    error = bias if drift == 0.0 else bias + drift * (time - time[0])
+    return 1.0 + q.get(f"{short}_scale", 0.0), q.get(f"{short}_curve", 0.0), error
 
 
 def _shown(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
-    gain, error = _numbers(name, time, q)
-    return values if gain == 1.0 and not np.any(error) else gain * values + error
+    gain, curve, error = _numbers(name, time, q)
+    return values if gain == 1.0 and not curve and not np.any(error) else bent(values, gain, curve) + error
 
 
 def _freed(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, float]) -> np.ndarray:
-    gain, error = _numbers(name, time, q)
+    gain, curve, error = _numbers(name, time, q)
     if gain == 0.0:
         raise BadInput(f"a scale of -1 of {name} is not invertible")
-    return values if gain == 1.0 and not np.any(error) else (values - error) / gain
+    return values if gain == 1.0 and not curve and not np.any(error) else straightened(values - error, gain, curve)
 
 
 def _turned(channels: dict[str, np.ndarray], q: Mapping[str, float], record: str, back: bool = False):

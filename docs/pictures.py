@@ -19,6 +19,7 @@ from helmbench.bench.faults.injected import inject
 from helmbench.bench.faults.ships import ship
 from helmbench.datasets.display import shown_name, shown_unit
 from helmbench.datasets.grammar import DEGREE
+from helmbench.datasets.instruments import behind_play
 from helmbench.diagnosis.causes.registry import all_causes
 from helmbench.estimation.information.bounds import cramer_rao
 from helmbench.methods.registry import methods
@@ -211,6 +212,14 @@ def _larger_ship(c: Columns, t: np.ndarray) -> None:
     c["yaw_rate_rad_s"] = np.interp(t / np.sqrt(1.3), t, c["yaw_rate_rad_s"]) / np.sqrt(1.3)
 
 
+def _log_curve(c: Columns, t: np.ndarray) -> None:
+    c["surge_m_s"] *= 1.3 - 0.05 * c["surge_m_s"]
+
+
+def _sensor_play(c: Columns, t: np.ndarray) -> None:
+    c["rudder_rad"] = behind_play(c["rudder_rad"], 4.0 * DEGREE)
+
+
 def _other_unit(c: Columns, t: np.ndarray) -> None:
     c["surge_m_s"] *= 3600.0 / 1852.0
 
@@ -231,7 +240,9 @@ CHANGES: Mapping[str, tuple[str, Callable[[Columns, np.ndarray], None]]] = {
     "reference_point": ("sway_m_s", _ahead),
     "rudder_from_sensor": ("rudder_rad", _rudder_from_yaw),
     "rudder_response": ("rudder_rad", _late("rudder_rad", 6.0)),
+    "rudder_sensor_play": ("rudder_rad", _sensor_play),
     "ship_scale": ("yaw_rate_rad_s", _larger_ship),
+    "speed_curve": ("surge_m_s", _log_curve),
     "splice": ("heading_rad", _halves),
     "time_stamps": ("heading_rad", _stamps),
     "wrong_unit": ("surge_m_s", _other_unit),

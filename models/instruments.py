@@ -5,9 +5,11 @@
 Rudder: the recorded angle goes through delay, rate limit, stop (saturation), play (backlash), effectiveness and
 offset, in this order; `models.rudder_chain` holds the equations.  A fault changes the effectiveness from
 rudder_fault_time (of the record) on.  All in the sign of the record.
+The recorded angle itself lies behind play of +- rudder_hysteresis of the rudder's sensor, which is undone first.
 Sensors: recorded = (1 + CHANNEL_scale) true(t - CHANNEL_delay) + CHANNEL_bias + CHANNEL_drift (t - start of the
-record).  Surge and sway are first turned by
-axis_misalignment, or given in the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two columns.
+record); the scale of a speed log that is not linear is 1 + surge_scale + surge_curve |surge|.  Surge and sway are first
+turned by axis_misalignment, or given in the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two
+columns.
 Waves: narrow-band motion of rms wave_rms around wave_frequency is added to heading and yaw rate.
 Logger: a true second takes 1 + clock_rate seconds of the recorded time.
 Size: the record is of a similar ship 1 + ship_scale times as long as the model's, after Froude: lengths go with the
@@ -59,11 +61,19 @@ INSTRUMENTS: dict[str, str] = {
     "earth_frame_velocity": "1",
     **dict.fromkeys(SWAPS, "1"),
     **WAVES,
+    "surge_curve": "s/m",
+    "rudder_hysteresis": "rad",
     "clock_rate": "1",
     "ship_scale": "1",
 }
 """Name -> unit of everything that `Model.instruments` may hold."""
-ADDING = ("rudder_delay", "rudder_backlash", "axis_misalignment", *(f"{name}_delay" for name in SENSORS))
+ADDING = (
+    "rudder_delay",
+    "rudder_backlash",
+    "rudder_hysteresis",
+    "axis_misalignment",
+    *(f"{name}_delay" for name in SENSORS),
+)
 RATIOS = ("rudder_effectiveness", "clock_rate", "ship_scale")
 """Instruments that multiply by 1 + their value."""
 POWERS = {"clock": 0.5, "surge": 0.5, "sway": 0.5, "north": 1.0, "east": 1.0, "yaw_rate": -0.5, "roll_rate": -0.5}
@@ -80,7 +90,7 @@ def checked(instruments: Mapping[str, float], file: object = None) -> dict[str, 
             raise BadInput(f"unknown instrument {name!r}", file=file, hint=hint)
         if isinstance(value, bool) or not isinstance(value, int | float) or not np.isfinite(value):
             raise BadInput(f"instrument {name}: {value!r} is not a finite number", file=file)
-        if value < 0.0 and (name.endswith("_delay") or name in (*LIMITS, "rudder_backlash")):
+        if value < 0.0 and (name.endswith("_delay") or name in (*LIMITS, "rudder_backlash", "rudder_hysteresis")):
             raise BadInput(f"instrument {name}: {value!r} is negative", file=file)
         if name in RATIOS[1:] and value <= -1.0:
             raise BadInput(f"instrument {name}: {value!r} must be larger than -1", file=file)
@@ -98,6 +108,16 @@ def similar(instruments: Mapping[str, float]) -> dict[str, float]:
     return out
 
 
+def bent(true: np.ndarray, gain: float, curve: float) -> np.ndarray:
+    """What a sensor whose gain grows by `curve` with a unit of its channel shows of true values, without its bias."""
+    return true * (gain + curve * np.abs(true))
+
+
+def straightened(shown: np.ndarray, gain: float, curve: float) -> np.ndarray:
+    """The true values of which such a sensor shows these; those beyond what it can show are what it shows most of."""
+    return 2.0 * shown / (gain + np.sqrt(np.maximum(gain**2 + 4.0 * curve * np.abs(shown), 0.0)))
+
+
 def linkage(instruments: Mapping[str, float]) -> np.ndarray:
     """The rudder's numbers (9,) in the order of `RUDDER`, as `rudder_chain` takes them; 0 where ideal."""
     return np.array([instruments.get(name, 0.0) for name in RUDDER])
@@ -106,8 +126,8 @@ def linkage(instruments: Mapping[str, float]) -> np.ndarray:
 def combined(own: Mapping[str, float], found: Mapping[str, float]) -> dict[str, float]:
     """The instruments of a model that had `own` ones, after its corrected records showed `found` ones.
 
-    Scales, biases and rates of the clock of both in turn, delays, play and angles added, limits the tighter, switches
-    exchanged; a fault and waves are taken from `found` where it has them.
+    Scales (a curve to first order), biases and rates of the clock of both in turn, delays, play and angles added,
+    limits the tighter, switches exchanged; a fault and waves are taken from `found` where it has them.
     """
     out = {**own, **found}
     for name in SENSORS:
@@ -115,6 +135,8 @@ def combined(own: Mapping[str, float], found: Mapping[str, float]) -> dict[str, 
         out[f"{name}_scale"] = (1.0 + outer) * (1.0 + inner) - 1.0
         for error in (f"{name}_bias", f"{name}_drift"):
             out[error] = (1.0 + outer) * found.get(error, 0.0) + own.get(error, 0.0)
+    first, second = (1.0 + q.get("surge_scale", 0.0) for q in (own, found))
+    out["surge_curve"] = own.get("surge_curve", 0.0) * second**2 + found.get("surge_curve", 0.0) * first
     for name in RATIOS:
         out[name] = (1.0 + own.get(name, 0.0)) * (1.0 + found.get(name, 0.0)) - 1.0
     second = found.get("rudder_effectiveness", 0.0)

@@ -112,18 +112,21 @@ def _rudder_relation(rudder: Mapping[str, float]) -> EquationLine:
 
 
 def _channel_relations(new: Mapping[str, float]) -> Iterable[EquationLine]:
-    """Scale, bias and delay of sensors, and exchanged columns."""
+    """Scale, bias and delay of sensors, play of the rudder's, and exchanged columns."""
     from ..models.instruments import SENSORS, SWAPS
 
     for short in SENSORS:
-        own = {kind for kind in ("scale", "bias", "delay") if f"{short}_{kind}" in new}
+        own = {kind for kind in ("scale", "curve", "bias", "delay") if f"{short}_{kind}" in new}
         if own:
             channel = short.replace("_", " ")
             delay = sp.Symbol(f"tau_{short}") if "delay" in own else 0
             scale, bias = (sp.Symbol(s) if kind in own else 0 for kind, s in (("scale", "s"), ("bias", "b")))
             true = sp.Function(f"{channel}_true")(sp.Symbol("t") - delay)  # ty: ignore[not-callable]
-            recorded = true * (1 + scale) + bias
+            curve = sp.Symbol("c") * sp.Abs(true) if "curve" in own else 0
+            recorded = true * (1 + scale + curve) + bias
             yield equation([(sp.Symbol(f"{channel}_recorded"), None)], recorded, {}, True)
+    if "rudder_hysteresis" in new:
+        yield statement("the recorded rudder angle is that of the rudder behind play of ± b of its sensor")
     yield from (statement(f"columns {a} and {b} are exchanged") for name, (a, b) in SWAPS.items() if name in new)
 
 

@@ -45,6 +45,11 @@ def late_floor(motion: SensedMotion) -> float:
     return max(0.5 * motion.step_s, 0.02 * motion.turning_time_s)
 
 
+def none(motion: SensedMotion) -> float:
+    """Floor of a size that does not matter by itself."""
+    return float("inf")
+
+
 def half_a_percent(motion: SensedMotion) -> float:
     """Floor of a scale (1)."""
     return 0.005
@@ -136,6 +141,10 @@ class Path(SensedMotion):
         """(2, T) way made by the velocities."""
         return integral(self.rates, self.time)
 
+    def along(self, surge: np.ndarray) -> np.ndarray:
+        """(2, T) way that a surge (T,) makes."""
+        return integral(surge * np.stack([np.cos(self.heading), np.sin(self.heading)]), self.time)
+
     @property
     def turned_way(self) -> np.ndarray:
         """(2, T) change of the way by a heading that is too large."""
@@ -207,6 +216,10 @@ class Log(SensedMotion):
         """(T,) way that the surge gives, m."""
         return integral(self.surge, self.time)
 
+    def along(self, surge: np.ndarray) -> np.ndarray:
+        """(1, T) way that a surge (T,) makes."""
+        return integral(surge, self.time)[None]
+
     @property
     def late_speed(self) -> np.ndarray:
         """(1, T) change of the surge, smoothed: the way that a surge a second late leaves out."""
@@ -225,6 +238,12 @@ def log_of(record: Record) -> Log:
     return Log(time, heading, ahead, surge, max(sensor_sd(north), sensor_sd(east)))
 
 
+def curve_floor(motion: Path | Log) -> float:
+    """Floor of the growth of a scale with the speed, s/m: one percent over the speed (rms)."""
+    return 0.01 / max(float(np.sqrt(np.mean(motion.surge**2))), 1e-12)
+
+
 TurnEffect = SensorEffect[Turn]
 TrackEffect = SensorEffect[Path]
 LogEffect = SensorEffect[Log]
+SurgeEffect = SensorEffect[Path | Log]

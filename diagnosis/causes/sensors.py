@@ -47,7 +47,7 @@ class SpeedScale(sensors.SpeedScaleError, Cause):
     search, channels = ByScore(), ("u", "v")
     number = Number("s", ("surge_scale", "sway_scale"), scale=0.002, low=-0.8, high=2.0)
     smallest, power_size = 0.005, 0.002
-    prior = Prior(0.2, needs=("u",))
+    prior = Prior(0.2, needs=("u",), others=(("surge_scale",),))
 
 
 class SwayOffset(sensors.SwayOffsetError, Cause):

@@ -15,7 +15,7 @@ from ..searches.base import refitted
 from ..searches.change_point import ByChangePoint, longest
 from ..searches.scan import ByScan
 from ..searches.score import ByScore
-from .base import DEGREE, Cause, NotTestable, Number
+from .base import DEGREE, Cause, NotTestable, Number, StageCause
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
@@ -58,6 +58,17 @@ class RudderBacklash(Cause):
     smallest, power_size = 0.1 * DEGREE, 0.3 * DEGREE
     prior = Prior(5.0 * DEGREE, (0.5 * DEGREE, 2.0 * DEGREE))
     separate_by = "slow small-angle rudder sweeps in both directions"
+
+
+class RudderSensorPlay(StageCause):
+    """Play of +- b rad in the drive of the rudder's angle sensor: the recorded angle lags the rudder's by b, in the
+    direction in which that moves; the hull feels the rudder before the record shows it."""
+
+    id, where, unit, stage = "rudder_sensor_play", "rudder", "rad", "looked for by free runs of the model"
+    number = Number("b", ("rudder_hysteresis",), scale=0.1 * DEGREE, low=0.0)
+    smallest = 0.1 * DEGREE
+    prior = Prior(5.0 * DEGREE, (0.5 * DEGREE, 2.0 * DEGREE), angle=True)
+    separate_by = "the angle read at the stock after the rudder came from either side"
 
 
 class CommandLimit(Cause):

@@ -22,7 +22,7 @@ from ...estimation.selection.quadratic import Quadratic
 from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import names_of
 from ...models.errors import CannotFit
-from ...models.instruments import SENSORS, similar
+from ...models.instruments import SENSORS, bent, similar, straightened
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from ...models.outputs import thrust_of
@@ -390,7 +390,7 @@ class FreeRuns:
             short = SENSOR[symbol]
             if late := own.get(f"{short}_delay"):
                 self._start_later(unit, start, symbol, late)
-            start[c] = (start[c] - own.get(f"{short}_bias", 0.0)) / (1.0 + own.get(f"{short}_scale", 0.0))
+            start[c] = straightened(start[c] - own.get(f"{short}_bias", 0.0), *_gain(own, short))
         if "r" not in self.symbols:  # from the heading, in recorded time
             start[self.bank.model.states.index("r")] *= 1.0 + own.get("clock_rate", 0.0)
         if "axis_misalignment" in own:
@@ -512,11 +512,15 @@ class FreeRuns:
         if "axis_misalignment" in own:
             _turn(states.T, place["u"], place["v"], own["axis_misalignment"])
         for symbol, c in place.items():
-            states[c] *= 1.0 + own.get(f"{SENSOR[symbol]}_scale", 0.0)
-            states[c] += own.get(f"{SENSOR[symbol]}_bias", 0.0)
+            states[c] = bent(states[c], *_gain(own, SENSOR[symbol])) + own.get(f"{SENSOR[symbol]}_bias", 0.0)
         unit = self.units[lane.unit]
         for c, first, slope in self._drifts(lane):
             states[c] += first + slope * (unit.grid_s[: states.shape[1]] - unit.record.time_s[0])
+
+
+def _gain(instruments: Mapping[str, float], short: str) -> tuple[float, float]:
+    """Gain of a sensor, and its growth with the channel."""
+    return 1.0 + instruments.get(f"{short}_scale", 0.0), instruments.get(f"{short}_curve", 0.0)
 
 
 def _step(number: Number, value: float) -> float:

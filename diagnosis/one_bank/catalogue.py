@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...checks.base import SensorError
 from ...estimation.selection.number import Candidate, Number
 from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups, values_of
 from ..causes.base import Cause
@@ -103,7 +104,7 @@ def _of_group(group: Group, values: Mapping[str, float]) -> Iterator[Candidate]:
 def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Candidates of rudder, sensors and weather with the places of their numbers."""
     speed = model.speed_m_s if np.isfinite(model.speed_m_s) else 1.0
-    unit = {"1": 1.0, "rad": 1.0, "s": length_s, "m/s": speed, "rad/s": 1.0 / length_s}
+    unit = {"1": 1.0, "rad": 1.0, "s": length_s, "m/s": speed, "s/m": 1.0 / speed, "rad/s": 1.0 / length_s}
     for cause in causes().values():
         if cause.id in facts.decided:
             continue
@@ -122,18 +123,33 @@ def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
 def _of_instruments(
     cause: Check, facts: Facts, unit: Mapping[str, float]
 ) -> Iterator[tuple[Candidate, dict[str, Place]]]:
-    """The number of a cause of rudder or sensors, from each value that it is tried at; nothing of any other cause."""
-    prior, own = cause.prior, cause.number if isinstance(cause, Cause) else None
-    entries = prior.entries or (own.entries if own is not None else ())
+    """The numbers of a cause of rudder or sensors, from each value that they are tried at; none of any other."""
+    prior, number = cause.prior, cause.number if isinstance(cause, Cause) else None
+    entries = prior.entries or (number.entries if number is not None else ())
     needs = prior.needs or (cause.channels if isinstance(cause, Cause) else ())
-    if not (prior.sd and entries and {*needs} <= {*facts.measured}) or (prior.limit and not facts.commanded):
+    if not prior.sd or not {*needs} <= {*facts.measured} or (prior.angle if facts.commanded else prior.limit):
         return
-    place = {cause.id: Place("steering" if cause.where == "rudder" else "sensor", entries, inverse=prior.limit)}
-    size, low = unit.get(cause.unit, 1.0), 0.0 if own is None else own.low
+    if isinstance(cause, SensorError) and cause.together:
+        yield _together(cause, unit)
+    if not entries:
+        return
+    kind = "steering" if cause.where == "rudder" else "sensor"
+    size, low = unit.get(cause.unit, 1.0), 0.0 if number is None else number.low
     size = 1.0 / size if prior.limit else size
     rank = FORCE if prior.last else INPUT
-    for trial in [size * t for t in prior.trials] or [None]:
-        yield Candidate(cause.id, (Number(cause.id, size * prior.sd, low=low, trial=trial),), rank), place
+    for own in (entries, *prior.others):
+        name = cause.id if own == entries else f"{cause.id} of {' '.join(own)}"
+        place = {name: Place(kind, own, inverse=prior.limit)}
+        for trial in [size * t for t in prior.trials] or [None]:
+            yield Candidate(cause.id, (Number(name, size * prior.sd, low=low, trial=trial),), rank), place
+
+
+def _together(cause: SensorError, unit: Mapping[str, float]) -> tuple[Candidate, dict[str, Place]]:
+    """The numbers of a sensor error whose sizes act together."""
+    names = [f"{cause.id} {effect.parameter}" for effect in cause.together]
+    numbers = (Number(n, cause.prior.sd * unit[e.unit]) for n, e in zip(names, cause.together, strict=True))
+    places = {n: Place("sensor", e.instruments) for n, e in zip(names, cause.together, strict=True)}
+    return Candidate(cause.id, tuple(numbers), INPUT), places
 
 
 def _faults(longest_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:

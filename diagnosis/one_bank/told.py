@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ...checks.base import SensorError
 from ...checks.result import Size
 from ...checks.tails import chi2_tail, student_tail
 from ...estimation.selection.selection import independent
@@ -122,14 +123,23 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
         ends = (value - half, value + half)
         if place.inverse:
             value, *ends = (1.0 / x if x > 0.0 else np.inf for x in (value, ends[1], ends[0]))
-        number, term = entry.number if isinstance(entry, Cause) else None, every_term().get(name)
-        said = "e" if cause == FAULT else "tau" if number is None else number.name
-        unit = entry.unit.partition(",")[0] if entry else "1"
-        said, unit = (said, unit) if term is None else (term.name, term.unit)
+        said, unit = _of_number(cause, entry, name)
         record = None if place.record is None else choice.runs.record_names[place.record]
         yield Size(said, float(value), float(ends[0]), float(ends[1]), unit, record)
         for _, time_s in place.fixed:
             yield Size("t0", time_s, *fault_interval(choice, time_s), "s")
+
+
+def _of_number(cause: str, entry: Check | None, name: str) -> tuple[str, str]:
+    """What a number of a cause is called, and its unit."""
+    if (term := every_term().get(name)) is not None:
+        return term.name, term.unit
+    for effect in entry.together if isinstance(entry, SensorError) else ():
+        if name.endswith(f" {effect.parameter}"):
+            return effect.parameter, effect.unit
+    number = entry.number if isinstance(entry, Cause) else None
+    said = "e" if cause == FAULT else "tau" if number is None else number.name
+    return said, entry.unit.partition(",")[0] if entry else "1"
 
 
 def fault_interval(choice: Choice, time_s: float) -> tuple[float, float]:

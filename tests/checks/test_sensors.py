@@ -124,6 +124,35 @@ def test_a_gyro_and_a_log_of_different_scales_are_no_clock(rng):
     assert "logger_clock" not in {f.cause for f in check(both).findings}
 
 
+def nonlinear(record, bend, speed):
+    """The record with a log that is right at a speed and whose scale grows by `bend` from rest to there."""
+    surge = record.column("surge_m_s")
+    return record.with_channels(surge_m_s=surge * (1.0 + bend * (surge / speed - 1.0)))
+
+
+@pytest.mark.parametrize("with_sway", [True, False])
+@pytest.mark.parametrize("bend", [-0.2, 0.1])
+def test_a_log_that_is_not_linear_is_told_with_its_curve(bend, with_sway, rng):
+    injected = made("", rng)
+    speed = float(np.nanmax(injected.train[0].column("surge_m_s")))
+    bent = [nonlinear(r, bend, speed) for r in injected.train]
+    bent = bent if with_sway else [r.with_channels(sway_m_s=None) for r in bent]
+    found = [f for f in check(bent).findings if f.material and f.stage == "sensors"]
+    print(injected.case.vessel, found)
+    assert [f.cause for f in found] == ["speed_curve"]
+    sizes = {s.parameter: s.value for s in found[0].sizes if s.record is None}
+    assert sizes == {"s": pytest.approx(-bend, abs=0.02), "c": pytest.approx(bend / speed, rel=0.15)}
+
+
+@pytest.mark.parametrize("names", [("surge_m_s",), ("surge_m_s", "sway_m_s")])
+def test_a_log_with_a_scale_error_is_linear(names, rng):
+    records = made("", rng).train
+    scaled = [r.with_channels(**{name: 1.05 * r.column(name) for name in names}) for r in records]
+    found = [f for f in check(scaled).findings if f.material]
+    assert [f.cause for f in found] == ["speed_scale"]
+    assert found[0].sizes[0].value == pytest.approx(0.05, abs=0.005)
+
+
 def late_by(tau, record, names):
     """The record, from where it has them, with channels that are tau, s, late."""
     late = record.with_channels(

@@ -6,11 +6,19 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import record_run
-from helmbench.datasets.instruments import corrected, felt_rudder, narrow_band, observed, quietened, rudder_noise
+from helmbench.datasets.instruments import (
+    behind_play,
+    corrected,
+    felt_rudder,
+    narrow_band,
+    observed,
+    quietened,
+    rudder_noise,
+)
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.models.errors import BadInput
-from helmbench.models.instruments import INSTRUMENTS, SENSORS, checked, combined
+from helmbench.models.instruments import INSTRUMENTS, SENSORS, bent, checked, combined, straightened
 from helmbench.models.model import resolve
 from helmbench.models.simulate import initial_state, simulate
 
@@ -29,6 +37,7 @@ def drawn(rng, late=True):
     q |= {f"{name}_drift": rng.normal() * 1e-3 for name in SENSORS}
     q |= {f"{name}_delay": 0.5 * rng.integers(1, 6) for name in SENSORS} if late else {}
     q |= {"axis_misalignment": rng.normal() * 0.1, "swap_yaw_rate_sway": 1.0, "earth_frame_velocity": 1.0}
+    q |= {"surge_curve": rng.uniform(-0.01, 0.02)}
     return q | {"clock_rate": rng.uniform(-0.1, 0.1), "ship_scale": rng.uniform(-0.5, 2.0)}
 
 
@@ -43,6 +52,29 @@ def test_corrected_undoes_observed(record, rng):
         known = np.isfinite(back.column(name))
         assert known.sum() > 0.95 * record.n, name
         np.testing.assert_allclose(back.column(name)[known], record.column(name)[known], atol=1e-9, rtol=1e-9)
+
+
+@pytest.mark.parametrize("sd", [0.0, 1e-3])
+def test_play_of_the_rudders_sensor_is_undone(sd, rng):
+    """A simulated record has it, and behind the model's instruments the rudder is again where it was."""
+    play, ideal = 1.5 * DEGREE, resolve("mariner")
+    model = replace(ideal, instruments={"rudder_hysteresis": play})
+    plain, shown = (
+        record_run(m, parse_manoeuvre("zigzag:20/20"), duration_s=300, dt_s=0.5).column("rudder_rad")
+        for m in (ideal, model)
+    )
+    np.testing.assert_array_equal(shown, behind_play(plain, play))
+    time_s = 0.5 * np.arange(plain.size)
+    back = felt_rudder(time_s, shown + sd * rng.standard_normal(plain.size), model.instruments)
+    errors = [float(np.sqrt(np.mean((x - plain) ** 2))) for x in (shown, back)]
+    assert errors[0] > 0.9 * play and errors[1] < 0.2 * play
+
+
+def test_a_log_of_an_instrument_with_a_curve_reads_more_at_speed():
+    speeds = np.array([-4.0, 0.0, 2.0, 8.0])
+    shown = bent(speeds, 0.9, 0.02)
+    np.testing.assert_allclose(shown, [-3.92, 0.0, 1.88, 8.48])
+    np.testing.assert_allclose(straightened(shown, 0.9, 0.02), speeds, atol=1e-12)
 
 
 @pytest.mark.parametrize("sd", [2e-4, 1e-3, 1e-2])

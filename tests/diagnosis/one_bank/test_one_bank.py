@@ -8,7 +8,7 @@ import pytest
 from helmbench.bench.faults import FaultCase, inject
 from helmbench.datasets.generator import Case as Manoeuvre
 from helmbench.datasets.generator import generate
-from helmbench.datasets.instruments import felt_rudder
+from helmbench.datasets.instruments import behind_play, felt_rudder, quietened, rudder_noise
 from helmbench.datasets.record import Record
 from helmbench.diagnosis.causes.missing_terms import MissingTerm
 from helmbench.diagnosis.causes.registry import causes
@@ -90,6 +90,44 @@ def test_records_of_a_ship_of_another_size_are_told_with_its_scale(vessel, scale
     for channel in ("heading_rad", "surge_m_s"):
         assert found.gain[channel].rmse_after < 0.3 * found.gain[channel].rmse_before
     assert found.extended.instruments == {"ship_scale": pytest.approx(scale - 1.0, abs=0.01)}
+
+
+def behind_sensor_play(record, play, rng):
+    """The record of a rudder's sensor with play of +- play, rad, and the same noise as before."""
+    rudder = record.column("rudder_rad").copy()
+    noise = rudder_noise(rudder)
+    shown = behind_play(quietened(rudder, noise), play)
+    return record.with_channels(rudder_rad=shown + noise * rng.standard_normal(rudder.size))
+
+
+@pytest.mark.parametrize("vessel", ["mariner", pytest.param("s175", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("play_deg", [0.75, pytest.param(1.5, marks=pytest.mark.nightly)])
+def test_play_of_the_rudders_sensor_is_no_stronger_rudder(vessel, play_deg, rng):
+    case, play = inject(FaultCase(vessel), rng), np.deg2rad(play_deg)
+    train, held_out = ([behind_sensor_play(r, play, rng) for r in side] for side in (case.train, case.held_out))
+    found = diagnose(resolve(vessel), train, held_out, Options())
+    assert [f.cause for f in found.causes] == ["rudder_sensor_play"]
+    assert found.causes[0].sizes[0].value == pytest.approx(play, rel=0.2)
+    assert found.gain["heading_rad"].rmse_after < 0.5 * found.gain["heading_rad"].rmse_before
+
+
+@pytest.mark.parametrize("bend", [0.2, pytest.param(-0.1, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("vessel", ["mariner", pytest.param("kvlcc2-l7", marks=pytest.mark.nightly)])
+def test_a_log_that_is_not_linear_is_told_without_positions(vessel, bend, rng):
+    case, model = (
+        inject(FaultCase(vessel, channels=("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")), rng),
+        resolve(vessel),
+    )
+
+    def shown(record):
+        surge = record.column("surge_m_s")
+        return record.with_channels(surge_m_s=surge * (1.0 + bend * (surge / model.speed_m_s - 1.0)))
+
+    found = diagnose(model, *([shown(r) for r in side] for side in (case.train, case.held_out)), Options())
+    assert [f.cause for f in found.causes] == ["speed_curve"]
+    s, c = (size.value for size in found.causes[0].sizes)
+    assert s == pytest.approx(-bend, abs=0.02) and c * model.speed_m_s == pytest.approx(bend, abs=0.02)
+    assert found.extended.instruments == {"surge_scale": pytest.approx(s), "surge_curve": pytest.approx(c)}
 
 
 def test_every_number_of_the_bank_is_known_elsewhere():
