@@ -86,13 +86,19 @@ def _named(
     model: Model, records: Prepared, held_out: Sequence[Record], options: Options, watch: Callable[[str], object]
 ) -> Diagnosis:
     """What free runs of left-out pieces say; of a model that is stated to be exact, or where the records allow no
-    pieces, what the likelihood of the innovations says, which also sees what is faint beside gusts."""
+    pieces, what the likelihood of the innovations says, which also sees what is faint beside gusts.  The reason of the
+    verdict then says why no pieces were asked."""
+    why = ""
     if options.coefficient_sd != 0.0:
         watch(PIECES)
-        with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
-            return by_pieces(model, records, held_out, options)
+        try:
+            with arithmetic_guard():
+                return by_pieces(model, records, held_out, options)
+        except (CannotFit, FitFailed) as error:
+            why = f"; judged by the innovations of a filter, without free runs of left-out pieces: {error}"
     watch(CAUSES)
-    return by_innovations(model, records, held_out, options)
+    said = by_innovations(model, records, held_out, options)
+    return replace(said, reason=said.reason + why)
 
 
 def _described(

@@ -49,6 +49,8 @@ class FaultCase:
     noise_time_s : correlation time of the sensors' noise, s of a 160 m ship (0: white).
     spread : relative standard deviation of an effect's size between records.
     factors : (name, factor) of numbers in which the ship differs from the published one (`ships.sister_numbers`).
+    beside : relative standard deviation of the ship's own numbers beside which the effects have to be told, from
+        innovations that are correlated as errors of free runs are (`strength.own_numbers`); 0: all is known.
     foreign : the effects' forces are those of another record, so that no cause of the motion explains them
         (`frames.foreign_forces`).
     """
@@ -70,6 +72,7 @@ class FaultCase:
     wrap: bool = True
     noise_time_s: float = 0.0
     spread: float = 0.0
+    beside: float = 0.0
     foreign: bool = False
     factors: tuple[tuple[str, float], ...] = ()
 

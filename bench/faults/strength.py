@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 
 from ...datasets.record import Record
@@ -9,6 +12,7 @@ from . import equations, oracle, sensing
 from .case import SIZED, STRENGTHS, FaultCase
 from .effects import Effect, Setting, kind_of
 from .frames import Frames
+from .ships import sister_numbers
 from .simulator import (
     DenseRun,
     Gusts,
@@ -24,6 +28,10 @@ DETECTABLE = 60.0
 #: Non-centrality of a ship that is unstable (a damping that feeds the turn): no real ship
 RUNAWAY = 1e8
 DRAWS = 4
+CORRELATION = 1.7
+"""Ship lengths sailed over which errors of a model that is not exact are correlated, as those of its free runs are."""
+STEP = 0.2
+"""Step of the differences by the ship's own numbers, in their standard deviations."""
 
 
 def draw_effect(
@@ -34,8 +42,9 @@ def draw_effect(
     Drawn again, up to `DRAWS` times, when what was drawn cannot be made that strong.
     """
     best: tuple[Effect, float] | None = None
+    own = own_numbers(case, frames, gusts) if case.beside else None
     for _ in range(DRAWS):
-        found = _draw_once(case, cause, frames, gusts, rng)
+        found = _draw_once(case, cause, frames, gusts, rng, own)
         if not found[2]:
             return found[:2]
         best = best or found[:2]
@@ -43,7 +52,14 @@ def draw_effect(
     return best
 
 
-def _draw_once(case: FaultCase, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator):
+def _draw_once(
+    case: FaultCase,
+    cause: str,
+    frames: Frames,
+    gusts: Gusts | None,
+    rng: np.random.Generator,
+    own: np.ndarray | None,
+):
     """Effect, non-centrality, and whether that fell short of the strength."""
     setting = Setting(
         case.ship,
@@ -58,14 +74,14 @@ def _draw_once(case: FaultCase, cause: str, frames: Frames, gusts: Gusts | None,
         return shape, float("nan"), False
     if isinstance(case.strength, str) and case.strength in SIZED:
         effect = shape.scaled(SIZED[case.strength])
-        power = noncentrality(case, (effect,), frames, gusts)
+        power = noncentrality(case, (effect,), frames, gusts, own)
         if DETECTABLE <= power < RUNAWAY:
             return effect, power, False
         span = (DETECTABLE, 2.0 * DETECTABLE)
     else:
         span = STRENGTHS[case.strength] if isinstance(case.strength, str) else (case.strength,) * 2
     target = float(np.exp(rng.uniform(*np.log(span))))
-    effect, power = scaled_to(case, shape, target, frames, gusts)
+    effect, power = scaled_to(case, shape, target, frames, gusts, own)
     return effect, power, not 0.5 < power / target < 2.0
 
 
@@ -77,11 +93,17 @@ def place_on_track(case: FaultCase, frames: Frames, rng: np.random.Generator) ->
 
 
 def scaled_to(
-    case: FaultCase, shape: Effect, target: float, frames: Frames, gusts: Gusts | None, tolerance: float = 0.15
+    case: FaultCase,
+    shape: Effect,
+    target: float,
+    frames: Frames,
+    gusts: Gusts | None,
+    own: np.ndarray | None = None,
+    tolerance: float = 0.15,
 ) -> tuple[Effect, float]:
     """The effect scaled until its non-centrality is `target` to within the tolerance, or its cap is reached."""
     low, high, factor, slope = 0.0, np.inf, 1.0, 2.0
-    power = noncentrality(case, (shape,), frames, gusts)
+    power = noncentrality(case, (shape,), frames, gusts, own)
     effect = shape
     for _ in range(24):
         miss = np.log(target / np.clip(power, 1e-12, RUNAWAY))
@@ -95,14 +117,21 @@ def scaled_to(
         if effect == before or high - low < 1e-5 * low:
             break
         factor, was = guess, power
-        power = noncentrality(case, (effect,), frames, gusts)
+        power = noncentrality(case, (effect,), frames, gusts, own)
         rise = np.log(np.clip(power, 1e-12, RUNAWAY) / np.clip(was, 1e-12, RUNAWAY)) / np.log(factor / last)
         slope = float(np.clip(rise, 0.7, 8.0))
     return effect, power
 
 
-def noncentrality(case: FaultCase, effects: tuple[Effect, ...], frames: Frames, gusts: Gusts | None) -> float:
-    """Of the best test of the effects on the training records, noise variances and the ship known.
+def noncentrality(
+    case: FaultCase,
+    effects: tuple[Effect, ...],
+    frames: Frames,
+    gusts: Gusts | None,
+    own: np.ndarray | None = None,
+) -> float:
+    """Of the best test of the effects on the training records, noise variances known, and the ship too or its numbers
+    under their priors (own : see `own_numbers`).
 
     Noise-free records under the effects go through the filter of the ship without them (`oracle`); effects that
     only add variance are rated by the gain of a test of variances.
@@ -110,17 +139,58 @@ def noncentrality(case: FaultCase, effects: tuple[Effect, ...], frames: Frames, 
     stated = [value for effect in effects if (value := effect.kind.noncentrality(effect.at(0))) is not None]
     if stated:
         return sum(stated)
-    total = 0.0
-    variance_only = all(effect.kind.variance_only for effect in effects)
-    for i in range(len(case.train)):
-        run = frames.run(case, effects, i, None)
-        record = frames.record(case, effects, i, run, np.random.default_rng(frames.seeds[i]), noise=False)
-        z = whitened(case, record, run, gusts)
-        if not np.isfinite(z).any():
-            return np.inf
-        with np.errstate(over="ignore"):  # an unstable ship
-            total += oracle.variance_gain(z) if variance_only else float(np.nansum(z**2))
+    each = [one for one, _ in _innovations(case, effects, frames, gusts)]
+    if not all(np.isfinite(z).any() for z in each):
+        return np.inf
+    with np.errstate(over="ignore", invalid="ignore"):  # an unstable ship
+        if all(effect.kind.variance_only for effect in effects):
+            total = sum(map(oracle.variance_gain, each))
+        else:
+            total = _beside(np.concatenate([np.nan_to_num(z, posinf=np.inf).ravel() for z in each]), case, own)
     return total if np.isfinite(total) else np.inf
+
+
+def own_numbers(case: FaultCase, frames: Frames, gusts: Gusts | None) -> np.ndarray:
+    """What the ship's own numbers do to the whitened innovations of the training records: a column (N, m) for each,
+    for a change by its standard deviation `case.beside`, under the rudder angles of the ship as it is."""
+    plain = list(_innovations(case, (), frames, gusts))
+    rudders = [run.rudder for _, run in plain]
+    zero = np.concatenate([z.ravel() for z, _ in plain])
+    columns = []
+    for name in sister_numbers(case.vessel):
+        other = replace(case, factors=(*case.factors, (name, 1.0 + STEP * case.beside)))
+        moved = [whitened(case, *_recorded(other, (), frames, i, rudder), gusts) for i, rudder in enumerate(rudders)]
+        columns.append(np.nan_to_num(np.concatenate([z.ravel() for z in moved]) - zero) / STEP)
+    return np.array(columns).T
+
+
+def _beside(z: np.ndarray, case: FaultCase, own: np.ndarray | None) -> float:
+    """Non-centrality of whitened innovations (N,), of which the ship's own numbers explain what they can.
+
+    With numbers that are uncertain, so many samples as are correlated count as one.
+    """
+    if own is None:
+        return float(z @ z)
+    alike = max(1.0, CORRELATION * case.ship.length_m / case.ship.speed_m_s / (case.dt_s or 1.0))
+    projected = own.T @ z
+    information = alike * np.eye(own.shape[1]) + own.T @ own
+    return float(z @ z - projected @ np.linalg.solve(information, projected)) / alike
+
+
+def _innovations(
+    case: FaultCase, effects: tuple[Effect, ...], frames: Frames, gusts: Gusts | None
+) -> Iterator[tuple[np.ndarray, DenseRun]]:
+    """Whitened innovations and run of each training record under the effects, without noise and gusts."""
+    for i in range(len(case.train)):
+        record, run = _recorded(case, effects, frames, i)
+        yield whitened(case, record, run, gusts), run
+
+
+def _recorded(
+    case: FaultCase, effects: tuple[Effect, ...], frames: Frames, i: int, rudder: np.ndarray | None = None
+) -> tuple[Record, DenseRun]:
+    run = frames.run(case, effects, i, None, rudder)
+    return frames.record(case, effects, i, run, np.random.default_rng(frames.seeds[i]), noise=False), run
 
 
 def whitened(case: FaultCase, record: Record, run: DenseRun, gusts: Gusts | None) -> np.ndarray:

@@ -34,7 +34,19 @@ def test_where_pieces_cannot_be_run_the_likelihood_decides(monkeypatch, record, 
         raise error
 
     monkeypatch.setattr(engine, "by_pieces", fails)
-    assert engine.diagnose(helmbench.resolve("response-1"), [record]).verdict == "adequate"
+    said = engine.diagnose(helmbench.resolve("response-1"), [record])
+    assert said.verdict == "adequate"
+    assert "by the innovations of a filter, without free runs of left-out pieces: " in said.reason
+    assert said.reason.endswith(str(error))
+
+
+def test_a_wrong_argument_inside_does_not_end_in_another_diagnosis(monkeypatch, record):
+    def fails(*_):
+        raise helmbench.BadInput("unknown instrument 'gremlin'")
+
+    monkeypatch.setattr(engine, "by_pieces", fails)
+    with pytest.raises(helmbench.BadInput, match="gremlin"):
+        engine.diagnose(helmbench.resolve("response-1"), [record])
 
 
 @pytest.mark.parametrize("base_parameters", ["file", "identify"])

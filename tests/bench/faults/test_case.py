@@ -18,6 +18,7 @@ from helmbench.bench.faults import (
 from helmbench.bench.faults.frames import Frames
 from helmbench.bench.faults.sensing import noise_sd
 from helmbench.bench.faults.ships import ship
+from helmbench.bench.faults.strength import own_numbers
 from helmbench.models.errors import BadInput
 
 QUIET = {
@@ -69,6 +70,20 @@ def test_no_injected_damping_makes_a_ship_unstable(rng: np.random.Generator) -> 
 def test_no_effect_has_no_strength(vessel: str, rng: np.random.Generator) -> None:
     case = FaultCase(vessel, **brief(vessel)).completed()
     assert noncentrality(case, (), Frames.draw(case, rng), None) < 1e-3
+
+
+def test_what_the_ships_own_numbers_can_do_is_no_strength(rng: np.random.Generator) -> None:
+    """Beside numbers of 5 % a rudder of a response model that is 2 % stronger is a turning gain: at most (2/5)^2."""
+    case = FaultCase("response-1", beside=0.05, **brief("response-1")).completed()
+    frames = Frames.draw(case, rng)
+    own = own_numbers(case, frames, None)
+    stronger, late = (Effect("rudder_effectiveness", {"e": 0.02}),), (Effect("rudder_delay", {"tau": 2.0}),)
+    (gain, gain_left), (delay, delay_left) = (
+        [noncentrality(case, effects, frames, None, numbers) for numbers in (None, own)] for effects in (stronger, late)
+    )
+    print(gain, gain_left, delay, delay_left)
+    assert gain > 10.0 and gain_left < 0.17
+    assert 1.0 < delay_left < delay
 
 
 def test_equal_seeds_give_equal_records(seed: int) -> None:

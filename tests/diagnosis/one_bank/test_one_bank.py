@@ -103,7 +103,9 @@ def behind_sensor_play(record, play, rng):
 @pytest.mark.parametrize("vessel", ["mariner", pytest.param("s175", marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("play_deg", [0.75, pytest.param(1.5, marks=pytest.mark.nightly)])
 def test_play_of_the_rudders_sensor_is_no_stronger_rudder(vessel, play_deg, rng):
-    case, play = inject(FaultCase(vessel), rng), np.deg2rad(play_deg)
+    """Without orders that turn back by less than the play, which no record shows."""
+    manoeuvres = ("zigzag:20/20", "turn:25:port", "zigzag:10/10:port")
+    case, play = inject(FaultCase(vessel, train=manoeuvres), rng), np.deg2rad(play_deg)
     train, held_out = ([behind_sensor_play(r, play, rng) for r in side] for side in (case.train, case.held_out))
     found = diagnose(resolve(vessel), train, held_out, Options())
     assert [f.cause for f in found.causes] == ["rudder_sensor_play"]
