@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -146,7 +146,7 @@ def noncentrality(
         if all(effect.kind.variance_only for effect in effects):
             total = sum(map(oracle.variance_gain, each))
         else:
-            total = _beside(np.concatenate([np.nan_to_num(z, posinf=np.inf).ravel() for z in each]), case, own)
+            total = sum(float(np.nansum(z**2)) for z in each) if own is None else _beside(each, case, own)
     return total if np.isfinite(total) else np.inf
 
 
@@ -164,16 +164,12 @@ def own_numbers(case: FaultCase, frames: Frames, gusts: Gusts | None) -> np.ndar
     return np.array(columns).T
 
 
-def _beside(z: np.ndarray, case: FaultCase, own: np.ndarray | None) -> float:
-    """Non-centrality of whitened innovations (N,), of which the ship's own numbers explain what they can.
-
-    With numbers that are uncertain, so many samples as are correlated count as one.
-    """
-    if own is None:
-        return float(z @ z)
+def _beside(each: Sequence[np.ndarray], case: FaultCase, own: np.ndarray) -> float:
+    """Non-centrality of whitened innovations of records beside the ship's own numbers (N, m), which explain what
+    they can of them; so many samples as are correlated count as one."""
+    z = np.nan_to_num(np.concatenate([one.ravel() for one in each]))
     alike = max(1.0, CORRELATION * case.ship.length_m / case.ship.speed_m_s / (case.dt_s or 1.0))
-    projected = own.T @ z
-    information = alike * np.eye(own.shape[1]) + own.T @ own
+    projected, information = own.T @ z, alike * np.eye(own.shape[1]) + own.T @ own
     return float(z @ z - projected @ np.linalg.solve(information, projected)) / alike
 
 
