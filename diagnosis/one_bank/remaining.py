@@ -160,7 +160,7 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
 def _predicts_whole_records(diagnosis: Diagnosis) -> bool:
     """Whether the errors of whole held-out records, with each record's own trim, are near the sensors' noise too: over
     a piece a faint force makes less of them."""
-    sds = diagnosis.noise["sensor_sd"]
+    sds = diagnosis.noise.get("sensor_sd", {})
     return all(g.own_after <= WHOLE * sds[c] for c, g in diagnosis.gain.items() if c in sds)
 
 
