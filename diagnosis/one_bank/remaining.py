@@ -89,7 +89,7 @@ LITTLE, SHARPER = 0.02, 0.25
 """Error beyond the sensors' noise, as a share of the motion, that is no matter; and share of the errors that count as
 none in a diagnosis which count as none here: what is sure decides which of two explanations holds, however little it
 matters."""
-WHOLE = 3.0
+WHOLE = 4.0
 """Factor on the sensors' noise of errors of whole records that are no more than what is left of a trim."""
 FAINTEST = 1e-4
 """Share of the squared motion below which no share of what remains is told: the errors are those of the sensors."""
