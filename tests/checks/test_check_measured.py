@@ -38,7 +38,8 @@ def test_esso_osaka_velocities_and_heading_are_late():
     found = sensors(check(zigzags("esso-osaka", "zigzag")))
     size = found["velocity_delay"].sizes[0]
     print(found.keys(), size)
-    assert size.low < 0.95 < size.high and size.high - size.low < 0.1
+    assert abs(size.value - 0.95) < 0.05  # half a sample: it is known no better, and .01 s go with a log .4 % low
+    assert size.high - size.low < 0.1
     assert "heading" in found["velocity_delay"].evidence
 
 
