@@ -94,7 +94,7 @@ def _named(
         try:
             with arithmetic_guard():
                 return by_pieces(model, records, held_out, options)
-        except (CannotFit, FitFailed) as error:
+        except (BadInput, CannotFit, FitFailed) as error:
             why = f"; judged by the innovations of a filter, without free runs of left-out pieces: {error}"
     watch(CAUSES)
     said = by_innovations(model, records, held_out, options)
