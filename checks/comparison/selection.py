@@ -35,8 +35,9 @@ LATEST = 0.1
 """Share of a record's duration that a delay may have at most."""
 COLLINEAR = 0.5
 """Correlation of two sizes from which the small one is left out of the estimate of the large one."""
-DIFFERENT = 0.05
-"""Probability of equal sizes below which a size is said to differ between records."""
+DIFFERENT, SURELY = 0.05, 1e-3
+"""Probability of equal sizes below which a size is said to differ between records; and below which records are
+corrected by their own sizes of a cause that does not drift."""
 
 
 class Sizes(NamedTuple):
@@ -85,9 +86,10 @@ class Compared:
         this is one of them (own), by its own size."""
         at = [i for i, one in enumerate(self.records) if own and one.name == record.name]
         for s in self.removed:
+            level = DIFFERENT if s.option.cause.drifts else SURELY
             sizes = np.array([mean.value for mean in s.means])
             for i in at:
-                differs = np.array([mean.p_equal < DIFFERENT for mean in s.means]) & np.isfinite(s.each[i])
+                differs = np.array([mean.p_equal < level for mean in s.means]) & np.isfinite(s.each[i])
                 sizes = np.where(differs, s.each[i], sizes)
             sizes = np.maximum(sizes, 0.0) if s.option.effects[0].delay else sizes
             record = s.option.corrected_for(record, sizes)

@@ -239,8 +239,9 @@ def log_of(record: Record) -> Log:
 
 
 def curve_floor(motion: Path | Log) -> float:
-    """Floor of the growth of a scale with the speed, s/m: one percent over the speed (rms)."""
-    return 0.01 / max(float(np.sqrt(np.mean(motion.surge**2))), 1e-12)
+    """Floor of the growth of a scale with the speed, s/m: one percent over the range of speeds."""
+    slow, fast = np.quantile(np.abs(motion.surge), [0.02, 0.98])
+    return 0.01 / max(float(fast - slow), 1e-12)
 
 
 TurnEffect = SensorEffect[Turn]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.axes import track_of
-from ...datasets.columns import POSITIONS, RUDDERS, TRACK, TURN, VELOCITIES
+from ...datasets.columns import POSITIONS, RUDDERS, TRACK, TURN, TWIN, VELOCITIES
 from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq
 from ..base import Fault, FileCheck, cleaned, exact
@@ -118,7 +118,7 @@ class WrongUnit(FileCheck):
 
     def _rudders(self, record: Record) -> list[Fault]:
         faults = []
-        for name in RUDDERS:
+        for name in RUDDERS if not record.has(*TWIN) else ():  # the order of two thrusters is their difference, N
             most = float(np.nanmax(np.abs(record.column(name)), initial=0.0)) if record.has(name) else 0.0
             if most > LARGEST_RUDDER:
                 said = f"{name} reaches {most:.4g} rad: it holds degrees"

@@ -36,6 +36,7 @@ from .result import (
     LawTold,
     NumberTold,
     Rise,
+    by_thrust,
 )
 from .rungs import TURNS
 from .ship import corrected
@@ -126,11 +127,12 @@ def _built(
         reason = f"held-out records leave the range of the training records, where {reason}"
     band, inside = heading_band(ladder, final, model, train, held_out, ahead.horizons_s)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
+    laws = _laws(found, kept[0].attempt)
     return CraftDiagnosis(
         model=model, first=model_of(ladder, kept[0].attempt), ship=simulation,
         own_speed=ahead.models.get(OWN_SPEED), records=tuple(roles),
         verdict=verdict, reason=reason, window_s=window_s(final),
-        laws=_laws(found, kept[0].attempt), steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance),
+        laws=laws, steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance, by_thrust(laws)),
         refused=found.refused, band=band, inside=inside,
         own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.fitted.shifts, strict=True)),
         ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(found, kept, given), notes=tuple(notes),
@@ -277,23 +279,18 @@ def _rise(step: Step) -> Rise:
     return Rise(step.id, step.title, step.gain, step.error, *r2(step.attempt), step.attempt.count)
 
 
-def _numbers(model: Model, covariance: np.ndarray) -> tuple[NumberTold, ...]:
+def _numbers(model: Model, covariance: np.ndarray, in_newton: bool) -> tuple[NumberTold, ...]:
     """The published parameters with intervals, and the numbers between order and hull, which are known within a
-    tenth."""
+    tenth; in_newton : orders are forces."""
     slopes = model.parameters_jacobian(model.coefficients)
     spread = NORMAL_90 * np.sqrt(np.abs(np.einsum("ij,jk,ik->i", slopes, covariance, slopes)))
     values = zip(model.parameters.items(), model.parameter_units, spread.tolist(), strict=True)
     own = [
-        NumberTold(name, "N" if _by_thrust(model, name) else unit, value, value - half, value + half)
+        NumberTold(name, "N" if in_newton and name == "rudder_offset" else unit, value, value - half, value + half)
         for (name, value), unit, half in values
     ]
     units = {name: INSTRUMENTS[name] for name in model.instruments}
     return (*own, *(NumberTold(n, units[n], v, v / 1.1, v * 1.1) for n, v in model.instruments.items()))
-
-
-def _by_thrust(model: Model, name: str) -> bool:
-    """Whether a number is an order that is told in N."""
-    return name == "rudder_offset" and model.family.startswith("twin-thrusters")
 
 
 def _covariance(ladder: Ladder, final: Attempt, model: Model) -> np.ndarray:

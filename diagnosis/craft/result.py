@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -37,6 +38,11 @@ class LawTold:
     r2_heading: float
     chosen: bool
     tied: bool
+
+
+def by_thrust(laws: Sequence[LawTold]) -> bool:
+    """Whether orders are forces, N, and no angles: the records have those of two thrusters, and that law was tried."""
+    return any(law.id == "twin_thrusters" for law in laws)
 
 
 @dataclass(frozen=True)

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from .search import Choice
 
-LARGE = 0.15
+LARGE = 0.3
 """Error, as a share of the motion, from which a model without a finding is not adequate."""
 
 

@@ -137,13 +137,14 @@ def _by_particulars(folder: Path, situations: Sequence[Situation]) -> dict[Situa
 
 
 def _contest(folder: Path) -> Contest:
+    from ..reporting.leaderboard.board import build
     from ..reporting.leaderboard.compact import read_compact
-    from ..reporting.leaderboard.publish import boards
+    from ..reporting.leaderboard.publish import ranked_and_tuning
 
     results, parameters = read_compact(folder)
     if results.empty:
         raise BadInput("no run is finished yet", file=folder)
-    return boards(results, parameters)[0].contest
+    return build(ranked_and_tuning(results)[0], parameters).contest
 
 
 def _written(folder: Path, text: str, tested: Sequence[Tested]) -> AdviceTest:

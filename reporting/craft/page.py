@@ -15,6 +15,7 @@ from ...diagnosis.craft.result import (
     OWN_SPEED,
     PARTLY,
     UNEXPLAINED,
+    by_thrust,
 )
 from ...estimation.validation.horizons import TRUSTED
 from ...estimation.validation.validate import label
@@ -125,7 +126,7 @@ def _neutral(diagnosis: CraftDiagnosis) -> list[str]:
 
 def _steering_unit(diagnosis: CraftDiagnosis) -> tuple[str, float]:
     """Unit in which the steering is shown, and how many of it a unit of the record is."""
-    return ("N", 1.0) if diagnosis.model.family.startswith("twin-thrusters") else ("deg", DEG)
+    return ("N", 1.0) if by_thrust(diagnosis.laws) else ("deg", DEG)
 
 
 def _remaining(diagnosis: CraftDiagnosis) -> list[str]:
