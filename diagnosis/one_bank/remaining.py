@@ -89,8 +89,6 @@ LITTLE, SHARPER = 0.02, 0.25
 """Error beyond the sensors' noise, as a share of the motion, that is no matter; and share of the errors that count as
 none in a diagnosis which count as none here: what is sure decides which of two explanations holds, however little it
 matters."""
-WHOLE = 4.0
-"""Factor on the sensors' noise of errors of whole records that are no more than what is left of a trim."""
 FAINTEST = 1e-4
 """Share of the squared motion below which no share of what remains is told: the errors are those of the sensors."""
 SURE = 0.99
@@ -135,8 +133,8 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if wide:  # the numbers that took up what remains start anew
         model = base
     now = _Beside.of(model, train, options, flows)
-    if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter)) and _predicts_whole_records(diagnosis):
-        return diagnosis  # the sensors' noise is all that is left
+    if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter)):  # the sensors' noise is all that is left
+        return diagnosis
     beside_base = now if model is base else _Beside.of(base, train, options, flows)
     bases = [(_without_named(diagnosis, now.runs.bank, flows), beside_base)]
     if steering := {*instruments} & {*RUDDER}:
@@ -155,13 +153,6 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if sum(event.share or 0.0 for event in of_pieces) > MOST_OF_IT:
         return replace(diagnosis, remaining=of_pieces, hypothesis=None)
     return answer
-
-
-def _predicts_whole_records(diagnosis: Diagnosis) -> bool:
-    """Whether the errors of whole held-out records, with each record's own trim, are near the sensors' noise too: over
-    a piece a faint force makes less of them."""
-    sds = diagnosis.noise.get("sensor_sd", {})
-    return all(g.own_after <= WHOLE * sds[c] for c, g in diagnosis.gain.items() if c in sds)
 
 
 def _moved(base: Model, model: Model) -> int:
