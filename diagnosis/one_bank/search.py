@@ -27,6 +27,7 @@ from ...estimation.selection.selection import (
     with_only,
 )
 from ..causes.base import Cause
+from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
 from ..free_runs.units import REFERENCE_S
 from .catalogue import DELAY, FLOWS, FORCE, INPUT
@@ -102,8 +103,11 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     few, runs = choice.few, choice.runs
     if few is None:
         return None
-    uncertain = {n.name for n in choice.bank.own}  # a slip is wrong alone, or not at all
-    own = [e for e in few.entered if {*e.candidate.names} <= uncertain]
+    uncertain = {n.name for n in choice.bank.own}
+    everywhere = [e for e in few.entered if {*e.candidate.names} <= runs.places.keys()]
+    of_hull = [e for e in everywhere if choice.bank.cause_of(e.candidate) == BaseCoefficients.id]
+    alone_wrong = len(few.entered) == 1  # as a slip is, or not at all
+    own = [e for e in of_hull if alone_wrong or {*e.candidate.names} <= uncertain]
     whole = _taken(runs, few.base, choice.selection.final)
     alone = [with_only(runs, few, [one]) for one in own]
     shares = [_taken(runs, few.base, one.final) / whole for one in alone]
