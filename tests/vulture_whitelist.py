@@ -2,7 +2,7 @@
 
 from joblib.externals.loky import process_executor
 
-from helmbench.cli._shared import CommandGroup, TwoSets
+from helmbench.cli._shared import CommandGroup
 from helmbench.datasets import indices, manoeuvres
 from helmbench.datasets.many import SimulatedRuns
 from helmbench.datasets.record import Record, RecordMeta
@@ -20,7 +20,6 @@ USED = (
     ABCSampler.sample_relative,
     CommandGroup.format_commands,  # by click
     CommandGroup.list_commands,
-    TwoSets.format_options,
     Interval.low_open,  # by `_asdict`
     Interval.high_open,
     RecordMeta.reference_point,  # by the sidecar of a record
