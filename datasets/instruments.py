@@ -142,9 +142,10 @@ def before_play(time_s: np.ndarray, shown: np.ndarray, play: float) -> np.ndarra
 
 def behind_play(angle: np.ndarray, play: float) -> np.ndarray:
     """Angle (N,) behind play of +- play, at rest in its middle at first; both rad."""
-    out = angle.copy()
-    for k in range(1, angle.size):
-        out[k] = min(max(out[k - 1], angle[k] - play), angle[k] + play)
+    from ..models.rudder_chain import follow
+
+    out = np.empty(angle.size)
+    follow(np.array(angle, float), play, out)
     return out
 
 

@@ -171,6 +171,14 @@ def run_chain(time, recorded, quiet, chain, noise, parts, out):
 
 
 @njit(types.void(A1, f8, A1), **JIT)
+def follow(angle, play, out):
+    """Fill `out` with an angle (N,) behind play of +- play, at rest in its middle at first."""
+    out[0] = angle[0]
+    for k in range(1, angle.size):
+        out[k] = _behind_play(out[k - 1], angle[k], play)
+
+
+@njit(types.void(A1, f8, A1), **JIT)
 def quieten(series, sd, out):
     """Fill `out` with a rudder series (N,) freed of its sensor's noise: play counts every reversal, that of noise too.
 
