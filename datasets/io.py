@@ -9,7 +9,8 @@ first record is row 1.
 
 Constant channels
 -----------------
-A channel that never changes is usually a failed sensor, and is bad input, except:
+A channel that never changes is usually a failed sensor. It is left out, and the metadata say so (`LEFT_OUT` among what
+else is kept); where it is a rudder, or nothing is left but the rudder, it is bad input. These may be constant:
 
 * a set value or the weather: propeller and wind;
 * the rudder, where the record itself shows that it was held (a straight course, a turning circle): the heading does
@@ -40,8 +41,8 @@ from ..models.files import read_bytes, replace_together, utf8_of
 from ..models.memory import bounded_memory, require_memory
 from ..models.model import is_model_id
 from .arrow_csv import FEWEST_BYTES, FEWEST_ROWS, columns_of_numbers, numbers_of_arrow, short_text, write_csv
-from .columns import ACCEPTED, NUMBER, RUDDERS, SURROUNDINGS, TWIN, check_header, in_order, to_canonical
-from .record import Record, is_side
+from .columns import ACCEPTED, CANONICAL, NUMBER, RUDDERS, SURROUNDINGS, TWIN, check_header, in_order, to_canonical
+from .record import LEFT_OUT, Record, is_side
 from .sidecar import read_sidecar, refuse_to_replace, sidecar_path, sidecar_text
 from .time_faults import time_fault
 
@@ -89,7 +90,8 @@ def read_record(path: str | os.PathLike[str], positive_rudder: str | None = None
     ------
     BadInput : anything wrong with the file or its sidecar, in one line that names file, row and column: missing,
         unknown or duplicate column, unknown unit, text in a number column, infinite value, wrong encoding, rows of
-        unequal length, fewer than 10 samples, time missing, repeated or going back, empty or constant channel.
+        unequal length, fewer than 10 samples, time missing, repeated or going back, empty channel, constant rudder, or
+        constant channels alone.
     """
     path = Path(path)
     if positive_rudder is not None and not is_side(positive_rudder):
@@ -98,8 +100,10 @@ def read_record(path: str | os.PathLike[str], positive_rudder: str | None = None
     meta, constant = read_sidecar(sidecar_path(path))
     _check_samples(table, path)
     channels = to_canonical(table.columns)
-    _check_constant(channels, constant, table, path)
-    meta = replace(meta, positive_rudder=positive_rudder or meta.positive_rudder)
+    dead = _dead_channels(channels, constant, table, path)
+    channels = {name: values for name, values in channels.items() if name not in dead}
+    extra = {**meta.extra, LEFT_OUT: dead} if dead else meta.extra
+    meta = replace(meta, positive_rudder=positive_rudder or meta.positive_rudder, extra=extra)
     return Record(channels.pop("time_s"), channels, name=path.stem, meta=meta)
 
 
@@ -287,17 +291,30 @@ def _at(table: _Table, index: int, name: str, path: Path, message: str, hint: st
     raise BadInput(message, file=path, row=table.row_of(index), column=name, hint=hint)
 
 
-def _check_constant(channels: dict[str, np.ndarray], declared: Iterable[str], table: _Table, path: Path) -> None:
-    """BadInput for a channel that never changes although it should (see the head of this module)."""
+def _dead_channels(
+    channels: dict[str, np.ndarray], declared: Iterable[str], table: _Table, path: Path
+) -> dict[str, str]:
+    """Channel that never changes although it should (see the head of this module) -> its value, as a text.
+
+    Raises
+    ------
+    BadInput : it is a rudder, or no motion is left.
+    """
     names = {ACCEPTED[name][0]: name for name in table.columns}
-    for channel in _constant_channels(channels):
-        if channel in MAY_BE_CONSTANT or channel in declared or (channel in RUDDERS and _was_held(channel, channels)):
-            continue
+    dead = [
+        c
+        for c in _constant_channels(channels)
+        if c not in MAY_BE_CONSTANT and c not in declared and not (c in RUDDERS and _was_held(c, channels))
+    ]
+    motion = {*channels} - {"time_s", *RUDDERS, *MAY_BE_CONSTANT}
+    refused = [c for c in dead if c in RUDDERS or motion <= {*dead}]
+    for channel in refused:
         index = int(np.isfinite(channels[channel]).argmax())
         value = table.columns[names[channel]][index]
         sidecar = sidecar_path(path).name
         hint = f"a dead sensor? leave the column out, or list {channel} under 'constant:' in {sidecar} if meant so"
         _at(table, index, names[channel], path, f"constant channel: {value:.9g} in every row", hint)
+    return {c: f"{np.nanmin(channels[c]) + 0.0:.6g} {CANONICAL[c]} in every row" for c in dead}
 
 
 def _constant_channels(channels: Mapping[str, np.ndarray]) -> list[str]:

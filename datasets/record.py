@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
 Side = Literal["port", "starboard"]
 SIDES: tuple[Side, Side] = ("port", "starboard")
+LEFT_OUT = "left_out"
+"""Key of a record's further metadata: column of its file that is no measurement -> why."""
 
 
 def is_side(value: object) -> TypeGuard[Side]:
@@ -39,7 +41,8 @@ class RecordMeta:
     """What is known about a record besides its samples; None where nothing is said.
 
     `positive_rudder` is the side the ship turns to under a positive rudder ('port' or 'starboard'); None means
-    the vessel's own sign. `extra` holds whatever else the sidecar file says and is not to be changed in place.
+    the vessel's own sign. `extra` holds whatever else the sidecar file says and is not to be changed in place; below
+    `LEFT_OUT` the columns of the file that are no measurements, each with the reason.
 
     Raises
     ------
@@ -188,6 +191,12 @@ class Record:
 
     def __len__(self) -> int:
         return self.time_s.size
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """Column of the record's file that is no measurement -> why, as `read_record` has them."""
+        columns = self.meta.extra.get(LEFT_OUT)
+        return {str(c): str(why) for c, why in columns.items()} if isinstance(columns, Mapping) else {}
 
     @property
     def n(self) -> int:

@@ -180,8 +180,9 @@ def examined(records: Sequence[Record], model: Model) -> Prepared:
 
 
 def _judged(finding: CheckFinding, model: Model) -> CheckFinding:
-    """The finding; that of a speed which never changes stands in the way of a model whose forces follow the speed."""
-    dead = finding.cause == ConstantChannel.id and finding.biases and SPEED in finding.channels
+    """The finding; that of a speed which never changes, and is in the record, stands in the way of a model whose forces
+    follow the speed."""
+    dead = finding.cause == ConstantChannel.id and finding.blanked > 0 and SPEED in finding.channels
     return replace(finding, standing=True) if dead and model.is_3dof else finding
 
 

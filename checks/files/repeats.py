@@ -31,7 +31,9 @@ class ConstantChannel(FileCheck):
     separate_by = "a record in which the quantity surely changes"
 
     def find(self, record: Record) -> list[Fault]:
-        faults = []
+        faults = [
+            Fault(f"{name} is {said}, and is left out", (name,), biases=True) for name, said in record.left_out.items()
+        ]
         for name, values in record.channels.items():
             known = values[np.isfinite(values)]
             if not known.size:

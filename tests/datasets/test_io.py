@@ -158,6 +158,11 @@ def whole_column(column: int, text: str):
     return change
 
 
+def constant_motion(header, body):
+    for column in (2, 3):
+        whole_column(column, "0.25")(header, body)
+
+
 def rename(column: int, name: str):
     def change(header, body):
         header[column] = name
@@ -236,8 +241,7 @@ BAD_TABLES = {
     "two units": (double_column("heading_deg"), 1, "heading_deg", "the same quantity as heading_rad"),
     "too short": (cut(9), 10, None, "too short: 9 samples; a record needs 10"),
     "header only": (cut(0), 1, None, "too short: 0 samples"),
-    "constant heading": (whole_column(2, "0.25"), 2, "heading_rad", "constant channel: 0.25 in every row"),
-    "constant zero": (whole_column(3, "0"), 2, "yaw_rate_rad_s", "constant channel: 0 in every row"),
+    "constant motion": (constant_motion, 2, "heading_rad", "constant channel: 0.25 in every row"),
     "dead rudder": (whole_column(1, "0.1"), 2, "rudder_rad", "constant channel: 0.1 in every row"),
     "dead rudder at zero": (whole_column(1, "0"), 2, "rudder_rad", "constant channel: 0 in every row"),
 }
@@ -358,14 +362,24 @@ def test_set_values_and_weather_may_be_constant(trial, table, channel):
 
 
 @pytest.mark.parametrize("channel", ["surge_m_s", "sway_m_s", "north_m", "east_m", "roll_rad", "roll_rate_rad_s"])
-def test_dead_motion_channels_are_refused_unless_declared(trial, table, channel):
+def test_dead_motion_channels_are_left_out_unless_declared(trial, table, channel):
     save(trial, [*HEADER, channel], [[*row, "1.5"] for row in table])
-    message = refusal(trial)
-    assert message.startswith(f"trial.csv: row 2, column {channel}: constant channel: 1.5 in every row; a dead sensor?")
-    assert message.endswith(f"or list {channel} under 'constant:' in trial.yaml if meant so")
+    record = read_record(trial)
+    assert not record.has(channel) and record.has("heading_rad", "yaw_rate_rad_s")
+    assert record.meta.extra == {"left_out": {channel: f"1.5 {CANONICAL[channel]} in every row"}}
     trial.with_suffix(".yaml").write_text(f"constant: [{channel}]\n")
     record = read_record(trial)
     assert record.column(channel)[5] == 1.5 and record.meta.extra == {}
+
+
+@pytest.mark.parametrize("place", [2, 3])
+def test_one_of_heading_and_yaw_rate_may_be_dead(trial, table, place):
+    whole_column(place, "-0")(HEADER, table)
+    record, unit = read_record(save(trial, HEADER, table)), CANONICAL[HEADER[place]]
+    assert [*record.channels] == [name for name in HEADER[1:] if name != HEADER[place]]
+    assert record.meta.extra == {"left_out": {HEADER[place]: f"0 {unit} in every row"}}
+    write_record(record, trial)
+    assert read_record(trial).equals(record)
 
 
 def test_held_rudder_is_read_where_the_record_shows_that_it_was_held(trial):
@@ -402,7 +416,7 @@ def test_gaps_do_not_hide_a_constant_channel(trial, table):
         row[2] = ""
     for row in table[7:]:
         row[2] = "0.5"
-    assert refusal(save(trial, HEADER, table)).startswith("trial.csv: row 9, column heading_rad: constant channel: 0.5")
+    assert read_record(save(trial, HEADER, table)).meta.extra == {"left_out": {"heading_rad": "0.5 rad in every row"}}
 
 
 @pytest.mark.parametrize("suffix", [".csv", ".parquet"])
@@ -510,7 +524,6 @@ def test_parquet_of_other_makers(tmp_path):
         ({"time_s": pa.array(range(40), pa.timestamp("s"))}, "trial.parquet: row 1, column time_s: type timestamp["),
         ({"north_m": pa.nulls(40)}, "trial.parquet: row 1, column north_m: no value in the whole column"),
         ({"north_m": pa.array([*range(39), np.inf])}, "trial.parquet: row 40, column north_m: infinite value"),
-        ({"north_m": pa.array([3.0] * 40)}, "trial.parquet: row 1, column north_m: constant channel: 3 in every row"),
         ({"time_s": pa.array([*range(39), 38.0])}, "trial.parquet: row 40, column time_s: duplicate time 38"),
         ({"depth_m": pa.array([3.0] * 40)}, "trial.parquet: column depth_m: unknown column"),
         ({"heading_deg": pa.array([3.0] * 40)}, "trial.parquet: column heading_deg: the same quantity as heading_rad"),

@@ -47,7 +47,7 @@ BAD_RECORDS = {
     "duplicate column": (GOOD.replace("heading_rad", "rudder_rad"), "rudder_rad"),
     "time goes back": (line(GOOD, 12, "0.3,0.1,0.0,0.1"), "row 12"),
     "duplicate time": (line(GOOD, 12, "0.9,0.1,0.0,0.1"), "row 12"),
-    "constant channel": (columns(GOOD, heading_rad=lambda _: 0.5), "heading_rad"),
+    "constant channel": (columns(GOOD, heading_rad=lambda _: 0.5, yaw_rate_rad_s=lambda _: 0.0), "heading_rad"),
     "too short": ("\n".join(GOOD.split("\n")[:4]), "samples"),
     "empty channel": (columns(GOOD, yaw_rate_rad_s=lambda _: "nan"), "yaw_rate_rad_s"),
     "text in a number column": (line(GOOD, 30, "2.8,port,0.0,0.1"), "row 30"),

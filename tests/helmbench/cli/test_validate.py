@@ -2,10 +2,12 @@
 
 import json
 
+import numpy as np
 import pytest
 
 import helmbench
 from helmbench.cli import status_of
+from helmbench.datasets.plausibility import PlausibilityWarning
 
 
 @pytest.fixture(scope="module")
@@ -41,6 +43,22 @@ def test_json_is_the_file_and_what_python_gives(files, tmp_path, capsys):
     assert next(s["rmse"] for s in scores if s["channel"] == "heading_rad") == expected
     assert status_of(["validate", "response-1", str(record), "--quiet"]) == 0
     assert capsys.readouterr().out == ""
+
+
+def test_a_dead_channel_is_told_and_not_scored(files, tmp_path, capsys):
+    record = helmbench.read_record(files / "one.csv")
+    helmbench.write_record(record.with_channels(yaw_rate_rad_s=np.zeros(record.n)), tmp_path / "dead.csv")
+    (tmp_path / "dead.yaml").unlink()  # it says that the channel is constant on purpose
+    assert status_of(["validate", "response-1", str(tmp_path / "dead.csv"), "--json", "-o", str(tmp_path / "out")]) == 0
+    result = json.loads(capsys.readouterr().out)
+    scored = {s["channel"] for s in result["scores"]}
+    assert "heading_rad" in scored and "yaw_rate_rad_s" not in scored
+    said = "yaw_rate_rad_s is 0 rad/s in every row, and is left out"
+    assert result["doubts"] == [f"dead: {said}"]
+    with pytest.warns(PlausibilityWarning, match=said):
+        helmbench.identify(tmp_path / "dead.csv", "nomoto-1", "ls")
+    assert status_of(["check", str(tmp_path / "dead.csv")]) == 1
+    assert said.partition(",")[0] in capsys.readouterr().out
 
 
 def test_a_divergence_is_a_result(files, tmp_path, capsys):
