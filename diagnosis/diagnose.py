@@ -14,10 +14,11 @@ from .by_residuals import by_innovations
 from .checked import with_checks
 from .gain.guard import worsens
 from .one_bank.diagnose import by_pieces
-from .one_bank.remaining import with_remaining, without_causes
+from .one_bank.force_answer import INSTEAD
+from .one_bank.remaining import with_remaining
 from .options import Options
 from .prepared import Prepared, corrected_records, require_room, without_doubtful
-from .report.bank import BY_CHANNELS
+from .report.bank import BY_CHANNELS, without_causes
 from .result import Diagnosis
 
 if TYPE_CHECKING:
@@ -118,7 +119,7 @@ def _described(
     doubtful = diagnosis.verdict == "unexplained" or worsens(diagnosis)
     if doubtful and any(f.stage == BY_CHANNELS for f in diagnosis.causes):
         with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
-            bare = without_causes(diagnosis, {f.cause for f in diagnosis.causes if f.stage == BY_CHANNELS})
+            bare = without_causes(diagnosis, {f.cause for f in diagnosis.causes if f.stage == BY_CHANNELS}, INSTEAD)
             drifting = with_remaining(replace(bare, extended=diagnosis.model), records, held_out, options)
             return drifting if any(f.of_sensor for f in drifting.remaining) and not worsens(drifting) else diagnosis
     return diagnosis

@@ -21,10 +21,10 @@ from ..causes.steering_gear import RudderOffset
 from ..gain.guard import log_fall
 from ..options import Options
 from ..prepared import prepared
+from .answer import extended_model, findings
 from .behind import instruments_of
 from .diagnose import runs_of
 from .search import BESIDE, chosen
-from .told import extended_model, findings
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

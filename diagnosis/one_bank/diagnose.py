@@ -19,9 +19,9 @@ from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
+from .answer import bank_lines, extended_model, findings, verdict
 from .catalogue import Facts, bank_of
 from .search import chosen, with_own_numbers, withdrawn
-from .told import bank_lines, extended_model, findings, verdict
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

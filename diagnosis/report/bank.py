@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from ...checks.base import ColumnFault
     from ...checks.result import CheckFinding
     from ...datasets.record import Record
+    from ..result import Diagnosis
 
 BY_CHANNELS, BY_RESIDUALS = "kinematics", "dynamics"
 BY_FREE_RUNS = "free runs"
@@ -88,6 +89,14 @@ def _line(entry: Entry, findings: Sequence[Finding]) -> Entry:
 def demoted(bank: Sequence[Entry], of: Collection[str], status: str, why: str) -> list[Entry]:
     """The bank in which what had one of the statuses `of` has another one, for a reason."""
     return [replace(entry, status=status, why=why) if entry.status in of else entry for entry in bank]
+
+
+def without_causes(diagnosis: Diagnosis, ids: Collection[str], why: str) -> Diagnosis:
+    """The diagnosis without some causes, for a reason that their lines of the bank say."""
+    rest = tuple(f for f in diagnosis.causes if f.cause not in ids)
+    of = ("named", "tied", "explained_by")
+    bank = (e if e.cause not in ids else demoted([e], of, "not_significant", why)[0] for e in diagnosis.bank)
+    return replace(diagnosis, causes=rest, bank=tuple(bank))
 
 
 def of_channels(cause: str, sensors: Mapping[str, float], own: float | None) -> Entry:
