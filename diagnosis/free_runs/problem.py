@@ -54,8 +54,9 @@ STEP, OWN_STEP = 0.05, 0.3
 """Steps of the differences, in prior standard deviations of numbers and of own effects."""
 LIMIT = 3e3
 """Error, in floors, beyond which a run counts as lost; larger ones count as this."""
-NOISE = 1.2
-"""Factor on the sensors' squared noise."""
+NOISE, NOISE_ERROR = 1.1, 9.0
+"""Factor on the sensors' squared noise, and three relative standard errors of that as it is estimated from n samples,
+times sqrt(n): the median of third differences, which depend on each other."""
 LANES = 1024
 """Runs that are simulated at once, about: more only need memory."""
 SENSOR = {symbol: short for short, (column, _) in SENSORS.items() for symbol in MEASURED if column == CHANNELS[symbol]}
@@ -211,10 +212,15 @@ class FreeRuns:
         known = np.array([np.mean(np.square(own)) if own else 0.0 for own in sds])
         return np.pad(known, (0, len(self.floor) - len(known)))
 
-    @property
+    @cached_property
     def no_matter(self) -> np.ndarray:
-        """Squared errors (C,) of the sensors' noise, which is estimated, and of what counts as none."""
-        return NOISE * self.noise + self.floor**2
+        """Squared errors (C,) of the sensors' noise, which is estimated, and of what counts as none, eq. 13 of
+        docs/mathematics/pieces.md."""
+        records = {u.number: u.record for u in self.units}.values()
+        columns = [CHANNELS[s] for s in self.symbols]
+        samples = [sum(np.count_nonzero(np.isfinite(r.column(c))) for r in records if r.has(c)) for c in columns]
+        error = NOISE_ERROR / np.sqrt(np.maximum(samples, 1.0))
+        return (NOISE + np.pad(error, (0, len(self.floor) - len(error)))) * self.noise + self.floor**2
 
     def excess(self, fitted: Fitted) -> np.ndarray:
         """Mean squared errors (C,) of left-out units beyond what is no matter, as shares of the motion squared."""

@@ -37,7 +37,7 @@ def zigzag(rng, angle, heading, cubic=0.0, second=0.0, loss=0.0, late=0.0, late_
         rudder += min(max(order - rudder, -0.05 * fine), 0.05 * fine)
         speed = 1.0 - slow
         wanted = (GAIN * speed**2 * rudder - speed * r - cubic * r**3) / TIME
-        q = wanted if second == 0.0 else q + fine * (wanted - q) / second
+        q = wanted if second == 0.0 else q + fine * (wanted - (1.0 + second / TIME) * q) / second
         r, psi = r + fine * q, psi + fine * (r + 0.5 * fine * q)
         slow += fine * (loss * r**2 - slow) / 60.0
     time, rudder, psi, r = np.array(rows).T

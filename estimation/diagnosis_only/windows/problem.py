@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 SYMBOLS = ("r", "psi")
 LENGTH = 4.0
 """Length of a window in the craft's own times."""
-FEWEST, MOST = 10, 45
+FEWEST, MOST = 10, 120
 """Samples of a window."""
 WINDOWS = 130
 """Windows at most, of all records together."""
