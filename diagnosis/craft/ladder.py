@@ -17,6 +17,7 @@ import numpy as np
 from ...estimation.diagnosis_only.windows.fit import (
     Fitted,
     Number,
+    covariance_of,
     criterion_at,
     fall,
     fit,
@@ -28,7 +29,8 @@ from ...estimation.selection.score import jackknife
 from ...models.errors import CannotFit
 from ...models.model import Model, resolve
 from ...models.time_scale import OWN_TIME
-from .rungs import LAWS, NEUTRAL, NOTHING, RUNGS, Craft, Law, Rung
+from ..causes.base import NORMAL_90
+from .rungs import GAINS, LAWS, NEUTRAL, NOTHING, RUNGS, Craft, Law, Rung
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -102,13 +104,15 @@ class Steering(NamedTuple):
     """What the rudder or command brings to predictions of left-out windows, beside a craft that it does not turn.
 
     gain, error : fall of the errors (`fall`) and its standard error;  skill, spread : R2 of the yaw rate against the
-    better of that craft and one that does not turn at all, and its standard error.
+    better of that craft and one that does not turn at all, and its standard error;  most : share of the yaw motion
+    (rms) that the steering makes at most, at the end of its 90 % interval.
     """
 
     gain: float
     error: float
     skill: float
     spread: float
+    most: float
 
 
 @dataclass(eq=False)
@@ -283,7 +287,22 @@ def better(old: Attempt, new: Attempt) -> tuple[float, float]:
 def steering(ladder: Ladder, now: Attempt) -> Steering:
     """How much better left-out windows are predicted with the rudder or command than without it."""
     without = ladder.first(NOTHING)
-    return Steering(*better(without, now), *_skill(without, now))
+    return Steering(*better(without, now), *_skill(without, now), _most(ladder, now))
+
+
+def _most(ladder: Ladder, now: Attempt) -> float:
+    """Share of the yaw motion within windows (rms) that the steering makes, with its gains at the ends of their 90 %
+    intervals."""
+    fitted, w = now.fitted, now.fitted.windows
+    halves = NORMAL_90 * np.sqrt(np.diag(covariance_of(fitted, OWN_ANGLE * ladder.craft.scales.rudder)))
+    gains = [(n.place, half) for n, half in zip(fitted.numbers, halves.tolist(), strict=True) if n.name in GAINS]
+    without, most = fitted.coefficients.copy(), fitted.coefficients.copy()
+    for place, half in gains:
+        without[place] = 0.0
+        most[place] += half if most[place] >= 0.0 else -half
+    errors = w.errors(np.stack([most, without]), np.tile(fitted.shifts[w.record], (2, 1)))
+    steered = (errors[: len(w.inputs)] - errors[len(w.inputs) :])[:, :, :1]
+    return float(np.sqrt(mean_of_known(steered**2, (0, 1)))[0] / w.motion[0])
 
 
 def _skill(without: Attempt, now: Attempt) -> tuple[float, float]:

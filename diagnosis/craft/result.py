@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 SCHEMA = 1
 ADEQUATE, PARTLY, UNEXPLAINED, INCONCLUSIVE = "adequate", "partly_named", "unexplained", "inconclusive"
-NO_EFFECT, FOLLOWS = "input_does_not_act", "input_follows_output"
+NO_EFFECT, FOLLOWS = "input_hardly_acts", "input_follows_output"
 OUTSIDE = "outside_training"
 FIRST, BUILT, SHIP, OWN_SPEED = "first", "built", "particulars", "own speed"
 """Names of the models whose errors ahead stand beside each other: the law alone, all steps, the simulation of

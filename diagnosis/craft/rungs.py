@@ -134,6 +134,8 @@ def _azimuth(c: Craft, sign: float) -> dict[str, Prior]:
     return damping | {"bn": _steering(c, sign, c.scales.turns**2)}
 
 
+GAINS = ("b", "b2", "bn", "bs")
+"""Names of the numbers that a rudder, an order or a difference of orders is multiplied by."""
 NOTHING = Law(
     "no_steering",
     "nomoto-1",

@@ -31,6 +31,8 @@ below SHOWN it is not what turns the craft.  A column that has nothing to do wit
 seen to bring .2 and 3.1 standard errors."""
 
 
+HARDLY = 0.3
+"""Share of the yaw motion (rms) below which, at the end of its 90 % interval, the steering is told to act hardly."""
 SKILLED = 0.2
 """R2 of the yaw rate of left-out windows above which, where its 90 % interval is above zero, the steering acts."""
 
@@ -96,7 +98,10 @@ def _without_steering(acts: Steering, motion: float, said: str) -> tuple[str, st
             UNEXPLAINED,
             f"the recorded rudder or command acts; what form its effect has these records do not tell: {told}",
         )
-    return NO_EFFECT, f"the recorded rudder or command is not what turns the craft: {told}"
+    if acts.most < HARDLY:
+        most = f"at most {_percent(acts.most)} of the yaw motion follows the recorded rudder or command"
+        return NO_EFFECT, f"{most}, something else turns the craft: {told}"
+    return UNEXPLAINED, f"whether the recorded rudder or command turns the craft these records do not tell: {told}"
 
 
 def _along(ahead: Validation) -> float:

@@ -219,7 +219,7 @@ class FreeRuns:
         records = {u.number: u.record for u in self.units}.values()
         columns = [CHANNELS[s] for s in self.symbols]
         samples = [sum(np.count_nonzero(np.isfinite(r.column(c))) for r in records if r.has(c)) for c in columns]
-        error = NOISE_ERROR / np.sqrt(np.maximum(samples, 1.0))
+        error = NOISE_ERROR / np.sqrt(np.maximum(np.array(samples, float), 1.0))
         return (NOISE + np.pad(error, (0, len(self.floor) - len(error)))) * self.noise + self.floor**2
 
     def excess(self, fitted: Fitted) -> np.ndarray:

@@ -36,7 +36,7 @@ HEADLINES = {
     PARTLY: (FAIR, "Partly named"),
     UNEXPLAINED: (BAD, "Unexplained"),
     INCONCLUSIVE: (FAIR, "Inconclusive"),
-    NO_EFFECT: (BAD, "The recorded input does not act"),
+    NO_EFFECT: (BAD, "The recorded input hardly acts"),
     OUTSIDE: (FAIR, "Held-out records leave the training range"),
     FOLLOWS: (BAD, "The recorded input follows the motion"),
 }

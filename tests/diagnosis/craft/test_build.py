@@ -103,9 +103,13 @@ def test_an_input_with_which_left_out_windows_are_predicted_is_not_denied(rng):
     records = [sailed(rng, craft, "run", length=45.0)]
     scales = scales_of(records)
     final = climb(Ladder(pieces_of(records, scales), *craft_of(records, scales), commands=True)).final
-    told = {s: verdict_of(final, Steering(0.1, 0.08, 0.4, s), None, 0.0, 9.0) for s in (0.1, 0.3)}
-    assert told[0.1][0] == UNEXPLAINED and "command acts; what form its effect has" in told[0.1][1]
-    assert told[0.3][0] == NO_EFFECT
+    told = {
+        (s, most): verdict_of(final, Steering(0.1, 0.08, 0.4, s, most), None, 0.0, 9.0)
+        for s, most in ((0.1, 0.6), (0.3, 0.6), (0.3, 0.2))
+    }
+    assert told[0.1, 0.6][0] == UNEXPLAINED and "command acts; what form its effect has" in told[0.1, 0.6][1]
+    assert told[0.3, 0.6][0] == UNEXPLAINED and "these records do not tell" in told[0.3, 0.6][1]
+    assert told[0.3, 0.2][0] == NO_EFFECT and "at most 20 % of the yaw motion follows" in told[0.3, 0.2][1]
 
 
 def test_a_measured_current_is_taken_off_the_speed_and_the_track(rng):
@@ -152,7 +156,7 @@ def test_a_command_that_does_not_act_gives_no_model_that_is_worse_than_going_str
     craft = draw(rng, "flow")
     other = [unrelated(rng, sailed(rng, craft, f"run {i}", length=45.0)) for i in range(3)]
     found = build(other[:2], other[2:])
-    assert found.verdict in ("input_does_not_act", "unexplained", "inconclusive")
+    assert found.verdict in ("input_hardly_acts", "unexplained", "inconclusive")
     assert not any(run.diverged for run in found.ahead.runs)
 
 

@@ -20,7 +20,7 @@ def test_nothing_is_said_of_a_channel_that_is_dead(dead):
     ahead = SimpleNamespace(trusted_s={BUILT: 30.0}, horizons_s=(), score=lambda *_, **__: None)
     assert np.isnan(r2(attempt)[0]) and r2(attempt)[1] == pytest.approx(0.99)
     said = (ADEQUATE, "over 10 s of left-out windows it explains 99 % of the change of heading; trust it for 30 s")
-    assert verdict_of(attempt, Steering(0.9, 0.01, 0.9, 0.01), ahead, 0.0, 5.0) == said
+    assert verdict_of(attempt, Steering(0.9, 0.01, 0.9, 0.01, 0.95), ahead, 0.0, 5.0) == said
 
 
 def scored(model, rmse, time):
@@ -41,7 +41,7 @@ def test_a_tie_at_the_first_time_ahead_is_no_failure(first, trusted, verdict):
     ahead = SimpleNamespace(
         trusted_s={BUILT: trusted}, horizons_s=(), score=lambda *_, **__: None, scores=own, simple=simple
     )
-    told = verdict_of(attempt, Steering(0.9, 0.01, 0.9, 0.01), ahead, 0.0, 5.0)
+    told = verdict_of(attempt, Steering(0.9, 0.01, 0.9, 0.01, 0.95), ahead, 0.0, 5.0)
     assert told[0] == verdict and (trusted > 0.0 or "from 10 s ahead on" in told[1])
 
 
@@ -50,4 +50,4 @@ def test_a_fall_of_two_and_a_half_errors_is_enough_where_the_yaw_rate_shows_the_
     windows = SimpleNamespace(inputs=np.zeros((4, 11, 1)), motion=np.array([0.2, 0.2]), dt=1.0)
     attempt = SimpleNamespace(fitted=SimpleNamespace(windows=windows), errors=np.full((8, 10, 2), 0.02))
     ahead = SimpleNamespace(trusted_s={BUILT: 30.0}, horizons_s=(), score=lambda *_, **__: None)
-    assert verdict_of(attempt, Steering(0.6, 0.24, skill, 0.1), ahead, 0.0, 5.0)[0] == verdict
+    assert verdict_of(attempt, Steering(0.6, 0.24, skill, 0.1, 0.5), ahead, 0.0, 5.0)[0] == verdict
