@@ -17,6 +17,7 @@ import numpy as np
 from . import kernels as kernel_store
 from .errors import BadInput
 from .families.extensions import extension_of
+from .parameter_checks import usual_spreads
 from .time_scale import time_scale_s
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ class Group:
     slips : name -> prior standard deviation of numbers that are known well, and are wrong alone or not at all: those of
     drawings and tables.
     ratio_to : name of another number of which the published one is the ratio to it; else empty.
+    usual : name -> half of the range that the number usually has for ships: how far one may be wrong alone, by a slip.
     """
 
     id: str
@@ -58,6 +60,7 @@ class Group:
     of: str = ""
     slips: dict[str, float] = field(default_factory=dict)
     ratio_to: str = ""
+    usual: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)
@@ -124,7 +127,8 @@ def local_numbers(model: Model) -> tuple[LocalNumber, ...]:
 
 
 def parts_of(group: Group) -> tuple[Group, ...]:
-    """Every number of a group as a group of its own, which may be wrong by GROSS times as much."""
+    """Every number of a group as a group of its own, which may be wrong by GROSS times as much, and by half of the
+    range that it has for ships."""
     if len(group.every) < 2 and group.sd:
         return ()
     return tuple(
@@ -132,7 +136,7 @@ def parts_of(group: Group) -> tuple[Group, ...]:
             f"{group.id}.{name}",
             group.title,
             group.extension if name in group.sd else None,
-            {name: GROSS * sd},
+            {name: max(GROSS * sd, group.usual.get(name, 0.0))},
             {key: value for key, value in group.mean.items() if key == name},
             {key: value for key, value in group.low.items() if key == name},
             of=group.id,
@@ -150,7 +154,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     BadInput : the family states no groups, or its file is wrong.
     """
     values = values_of(model)
-    found = []
+    spreads, found = usual_spreads(model.family.partition("+")[0], values), []
     for name, entry in _stated(model.family.partition("+")[0]).items():
         title, extension = entry["title"], entry.get("extension")
         numbers, slips = entry.get("numbers", {}), entry.get("slips", {})
@@ -161,7 +165,8 @@ def groups_of(model: Model) -> tuple[Group, ...]:
             known = dict.fromkeys(extension_of(extension).units, 0.0)
         group = _group(name, title, extension, _matched(numbers, known), model)
         well_known = _group(name, title, None, _matched(slips, values), model).sd
-        group = replace(group, slips=well_known, ratio_to=entry.get("ratio_to", ""))
+        usual = {n: spreads[n] for n in (*group.sd, *well_known) if n in spreads and extension is None}
+        group = replace(group, slips=well_known, ratio_to=entry.get("ratio_to", ""), usual=usual)
         if group.every:
             found.append(group)
     return tuple(found)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -67,6 +68,7 @@ SIZES: Mapping[str, Callable[[Numbers], float]] = {
     "m'": lambda n: n["m"] if "m" in n else _mass(n),
     "m22": lambda n: n["m22"],
 }
+ANY = 1e4
 NEGATIVE = 1e-6
 """Size that a number has at least where its sign is known."""
 MMG = (
@@ -172,6 +174,28 @@ RANGES: Mapping[str, tuple[Range, ...]] = {
 """Family -> ranges; of a number that the family or the table does not have nothing is said."""
 MASS = Range("mass", "C_b L B d rho", (0.97, 1.03), (0.8, 1.25))
 """Mass, kg, where a table has breadth and block coefficient beside it."""
+
+
+def usual_spreads(family: str, numbers: Numbers) -> dict[str, float]:
+    """Name -> half of the range that a number usually has, in its own unit, for those of the numbers whose range is
+    known and says something: no more than ANY times its smaller end."""
+    spreads: dict[str, float] = {}
+    for one in RANGES.get(family, ()):
+        low, high = sorted(map(abs, one.usual))
+        if one.name in numbers and high < ANY * max(low, 1.0):
+            with suppress(KeyError, ZeroDivisionError):  # the sizes that it is divided by are not among the numbers
+                spreads.setdefault(one.name, 0.5 * abs((one.usual[1] - one.usual[0]) * SIZES[one.of](numbers)))
+    return spreads
+
+
+def unusual_numbers(model: Model) -> list[str]:
+    """What hardly any ship has of a model's numbers, a sentence each; nothing of a model without numbers."""
+    if not model.known:
+        return []
+    names = (*model.coordinates, *model.constant_names)
+    numbers = with_gyration(dict(zip(names, model.theta.tolist(), strict=True)))
+    ranges = RANGES.get(model.family.partition("+")[0], ())
+    return [f"{one.name} of the model is {one.value:.4g}: {one.expected}" for one in doubts(numbers, ranges)]
 
 
 def doubts(numbers: Numbers, ranges: Iterable[Range]) -> list[UnlikelyNumber]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from ...datasets.signals import lagged
 from ...estimation.selection.number import Candidate, Number
-from ...models.families.extensions import ANY_ORDER, RESPONSE, WAVES_OF_PLACE, extension_of, is_made_up
+from ...models.families.extensions import ANY_ORDER, PLACES, RESPONSE, extension_of, is_made_up, waves_of
 from ..free_runs.bank import Place
 from ..free_runs.motion import Motion
 from ..free_runs.problem import SENSOR
@@ -199,13 +199,13 @@ def reading_of(force: Force) -> tuple[str, str]:
 
 
 def shapes(
-    axes: Collection[str], length_s: float, longest_s: float, places: Mapping[str, tuple[float, float]], turned: float
+    axes: Collection[str], length_s: float, longest_s: float, ranges: Mapping[str, tuple[float, float]], turned: float
 ) -> list[Shape]:
     """Every shape on the axes of a model, for a ship that sails her length in length_s and records of at most
     longest_s.
 
-    places : north, east -> the first place that is reached, m, and the span of all of them, m.  turned : range of the
-    headings, rad: of less than half a wave the records show a steady force.
+    ranges : north, east [m], v, r (prime system), d [rad] -> the first value that is reached, and the span of all.
+    turned : range of the headings, rad: of less than half a wave the records show a steady force.
     """
     motions, speed = [x for x in MOTIONS if x != "v" or "Y" in axes], "X" in axes
     return [
@@ -213,7 +213,7 @@ def shapes(
         *_by_motion(motions),
         *([_by_speed()] if speed else []),
         *(_by_past(x, now, share * length_s) for x in motions for share in LAGS for now in (False, True)),
-        *(_by_place(side, first_m, span_m) for side, (first_m, span_m) in places.items()),
+        *(_by_curve(x, *ranges[x]) for x in ranges if x in PLACES or x in motions),
         *_in_time(longest_s, motions),
         *itertools.starmap(_periodic, _periods(length_s, longest_s, MOST_PERIODS // len(axes))),
     ]
@@ -256,16 +256,19 @@ def _by_speed() -> Shape:
     return Shape(("speed",), "depends on the speed", terms, ("{}_speed",))
 
 
-def _by_place(side: str, first_m: float, span_m: float) -> Shape:
-    name = f"{{}}_place_{side}"
+def _by_curve(x: str, first: float, span: float) -> Shape:
+    """A smooth curve of a place, N or N m, or of a motion, in the prime system: cosines over its range."""
+    name, word = f"{{}}_curve_{x}", f"place to the {x}" if x in PLACES else MOTIONS[x]
 
-    def along(m: Motion, count: int) -> np.ndarray:
-        share = np.clip(((m.north if side == "north" else m.east) - first_m) / span_m, 0.0, 1.0)
-        return np.cos(count * np.pi * share)
+    def along(m: Motion, axis: str, count: int) -> np.ndarray:
+        value = {"north": m.north, "east": m.east, "v": m.v, "r": m.r, "d": m.rudder}[x]
+        wave = np.cos(count * np.pi * np.clip((value - first) / span, 0.0, 1.0))
+        return wave if x in PLACES else m.unit(axis) * wave
 
-    terms: dict[str, Term] = {f"{name}_{k}": lambda m, axis, k=k: along(m, k) for k in range(1, WAVES_OF_PLACE + 1)}
-    held = ((f"{name}_first", first_m), (f"{name}_span", span_m))
-    return Shape((f"place to the {side}",), f"depends on the place to the {side}", terms, (name,), held)
+    terms: dict[str, Term] = {f"{name}_{k}": lambda m, axis, k=k: along(m, axis, k) for k in range(1, waves_of(x) + 1)}
+    held = ((f"{name}_first", first), (f"{name}_span", span))
+    how = f"depends on the {word}" + ("" if x in PLACES else ", by a curve")
+    return Shape((word,), how, terms, (name,), held)
 
 
 def _by_past(x: str, now: bool, time_s: float) -> Shape:
@@ -352,7 +355,7 @@ def forces_along(runs: FreeRuns) -> Forces:
     candidates: list[Candidate] = []
     places: dict[str, Place] = {}
     series: dict[str, Series] = {}
-    for shape in shapes(steady, length_s, longest_s, _places(motions), turned):
+    for shape in shapes(steady, length_s, longest_s, _ranges(motions), turned):
         for axis in steady:
             one = _as_candidate(runs, Force(axis, shape))
             forces |= one.forces
@@ -407,10 +410,12 @@ def drift_of(places: Mapping[str, Place], candidate: Candidate) -> dict[str, str
     return {n: f"{SENSOR[p.entries[0]]}_{'bias' if p.column else 'drift'}" for n, p in own.items()}
 
 
-def _places(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:
-    """North, east -> first place and span of all records; nothing where a record measures no positions."""
-    sides = {side: np.concatenate([getattr(m, side) for m in motions]) for side in ("north", "east")}
-    return {side: (float(x.min()), float(np.ptp(x))) for side, x in sides.items() if np.ptp(x) > 0.0}
+def _ranges(motions: Sequence[Motion]) -> dict[str, tuple[float, float]]:
+    """North, east, v', r' and rudder angle -> first value and span of all records; nothing where a record measures
+    none."""
+    fields = {"north": "north", "east": "east", "v": "v", "r": "r", "d": "rudder"}
+    values = {x: np.concatenate([getattr(m, field) for m in motions]) for x, field in fields.items()}
+    return {x: (float(y.min()), float(np.ptp(y))) for x, y in values.items() if np.ptp(y) > 0.0}
 
 
 def _drifts(symbol: str, records: int) -> Iterator[dict[str, Place]]:

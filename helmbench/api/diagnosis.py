@@ -76,6 +76,7 @@ def diagnose(
         from ..diagnosis import diagnose as engine
         from ..diagnosis.gain.runs import with_errors_ahead
         from ..diagnosis.options import Options
+        from ..models.parameter_checks import unusual_numbers
 
         base = as_model(model)
         only = None if causes is None else tuple(causes)
@@ -87,7 +88,7 @@ def diagnose(
         found = with_errors_ahead(found, others or records)
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    doubts = (*doubts, *doubts_of(found.checks, base), *found.doubts)
+    doubts = (*unusual_numbers(base), *doubts, *doubts_of(found.checks, base), *found.doubts)
     return replace(found, records=tuple(names), doubts=doubts)
 
 

@@ -429,21 +429,26 @@ TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+|R(_(r|d|absr|absd))+")
 is a yaw acceleration r |d| of a response model, r in rad/s."""
 
 FORCE = re.compile(
-    "(?!R_(speed|place|past_v|growth_v))(?P<axis>[XYNR])_"
-    "(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd])|place_(?P<place>north|east)"
+    "(?!R_(speed|curve_(north|east|v)|past_v|growth_v))(?P<axis>[XYNR])_"
+    "(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd])|curve_(?P<curve>north|east|[vrd])"
     "|growth_(?P<growth>[vrd])|(?P<time>time|from|span|period))"
 )
 """Identifier of an added force by the heading (so many times a turn), the speed, the past of sway, yaw rate or rudder,
-the place, or the time from the start of a record (alone, or as a share of a motion that grows); R is the yaw
-acceleration of a response model."""
+a curve of the place, v', r' or the rudder angle, or the time from the start of a record (alone, or as a share of a
+motion that grows); R is the yaw acceleration of a response model."""
 IN_TIME = {"time": ("first", "growth"), "from": ("size", "begin"), "span": ("size", "begin", "end"),
            "period": ("cos", "sin", "time")}  # fmt: skip
 """Force in time -> its parameters: a + b t; a from a time on; a over a span; a cos(2 pi t/T) + b sin(2 pi t/T)."""
 TIMES = ("begin", "end", "time")
 """Parameters of forces in time that are times."""
 RESPONSE = "R"
-WAVES_OF_PLACE = 3
-"""Cosines over the range of places that a force by the place is made of."""
+PLACES = {"north": "x", "east": "y"}
+"""Place -> its state."""
+
+
+def waves_of(variable: str) -> int:
+    """Cosines over the range of a place, or of v', r' or the rudder angle, that a curve is made of."""
+    return 3 if variable in PLACES else 5
 
 
 RUDDER_FORCE, OFFSET = "rudder_force", "rudder_offset"
@@ -543,11 +548,11 @@ def _product(row: int, factors: Sequence[str]) -> Apply:
     angle as a yaw acceleration of a response model."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        helpers, known, unit = _motion(definition, parameters[0].name)
-        known |= {f"abs{name}": primitives.absv(symbol) for name, symbol in known.items()}
-        forces = list(definition.forces)
-        forces[row] += unit[row] * parameters[0] * sp.prod(known[factor] for factor in factors)
-        return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
+        helpers, motions, unit = _motion(definition, parameters[0].name)
+        motions |= {f"abs{name}": primitives.absv(symbol) for name, symbol in motions.items()}
+        product = sp.prod(motions[factor] for factor in factors)
+        changed = _in_primes(definition, row, unit[row] * parameters[0] * product)
+        return replace(changed, helpers={**definition.helpers, **helpers})
 
     return apply
 
@@ -558,22 +563,26 @@ def _force(
     count: str | None,
     speed: str | None,
     past: str | None,
-    place: str | None,
+    curve: str | None,
     growth: str | None,
     time: str | None,
 ) -> Extension:
     """A force or moment along the motion: a cos(k psi) + b sin(k psi); a U + b U^2; a x + b z with T z_dot = x - z, or
-    a t x, of x = sway, yaw rate or rudder angle in SI units; the sum of a_k cos(k pi s), k = 1, 2, ..., of the place
-    s = (north - first)/span, 0 to 1 and constant beyond; or one of the time t as `IN_TIME` has it.
+    a t x, of x = sway, yaw rate or rudder angle in SI units; the sum of a_k cos(k pi s), k = 1, 2, ..., of
+    s = (x - first)/span, 0 to 1 and constant beyond, of the place, or in the prime system of x = v', r' or the rudder
+    angle; or one of the time t as `IN_TIME` has it.
 
     Memory that is linear in the velocities: W. E. Cummins, The impulse response function and ship motions, 1962.
     """
     response = axis == RESPONSE
     row, unit = (0, ANY_ORDER) if response else ("XYN".index(axis), "N m" if axis == "N" else "N")
-    if place is not None:
-        held = {f"{name}_first": "m", f"{name}_span": "m"}
-        units = {f"{name}_{k}": unit for k in range(1, WAVES_OF_PLACE + 1)} | held
-        return Extension(units, _by_place(row, place), three_dof=True, held=tuple(held))
+    if curve is not None:
+        held = dict.fromkeys(
+            (f"{name}_first", f"{name}_span"), "m" if curve in PLACES else "rad" if curve == "d" else "1"
+        )
+        of_force = unit if curve in PLACES or response else "1"
+        units = {f"{name}_{k}": of_force for k in range(1, waves_of(curve) + 1)} | held
+        return Extension(units, _by_curve(row, curve), three_dof=not response, held=tuple(held))
     if past is not None:
         share = _per(unit, past)
         units = {f"{name}_now": share, f"{name}_late": share, f"{name}_time": "s"}
@@ -607,18 +616,30 @@ def _turning(row: int, count: int) -> Apply:
     return apply
 
 
-def _by_place(row: int, place: str) -> Apply:
+def _by_curve(row: int, curve: str) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         *sizes, first, span = parameters
-        at = next(s for s in definition.states if s.name == {"north": "x", "east": "y"}[place])
+        helpers, motions, unit = _motion(definition, first.name)
+        if curve in PLACES:
+            at = next(s for s in definition.states if s.name == PLACES[curve])
+            helpers, scale = {}, sp.S.One
+        else:
+            at, scale = motions[curve], unit[row]
         share = sp.Symbol(f"{first.name}_share", real=True)
         along = (at - first) / span
         inside = (primitives.absv(along) - primitives.absv(along - 1) + 1) / 2
         force = sum((a * sp.cos(k * sp.pi.evalf() * share) for k, a in enumerate(sizes, 1)), sp.S.Zero)
-        changed = _with_force(definition, row, force)
-        return replace(changed, helpers={share: inside, **changed.helpers})
+        changed = _with_force(definition, row, force) if curve in PLACES else _in_primes(definition, row, scale * force)
+        return replace(changed, helpers={**helpers, share: inside, **changed.helpers})
 
     return apply
+
+
+def _in_primes(definition: Definition, row: int, force: sp.Expr) -> Definition:
+    """The definition with a force in the units of its equations."""
+    forces = list(definition.forces)
+    forces[row] += force
+    return replace(definition, forces=forces)
 
 
 def _by_speed(row: int) -> Apply:

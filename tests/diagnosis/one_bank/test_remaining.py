@@ -13,7 +13,7 @@ from helmbench.datasets.signals import lagged
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.free_runs.problem import Lane
 from helmbench.diagnosis.one_bank.diagnose import runs_of
-from helmbench.diagnosis.one_bank.forces import Force, forces_along, shapes
+from helmbench.diagnosis.one_bank.forces import Force, forces_along, shapes, with_force
 from helmbench.diagnosis.one_bank.remaining import with_remaining
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared
@@ -22,9 +22,11 @@ from helmbench.models.families.extensions import extension_of
 from helmbench.models.model import CHANNELS, resolve
 from helmbench.models.simulate import simulate
 
-SIZES = {"N_heading_4": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 1e9, "Y_past_d": 8e6,
-         "Y_past_v": 1e6, "N_place_east": 3e6, "N_time": 2e4, "N_growth_d": 6e4, "N_from": 3e6, "N_period": 3e6,
-         }  # fmt: skip
+SIZES = {
+    "N_heading_4": 3e6, "N_v_absv": 3e-3, "Y_r_d": -0.01, "X_speed": 2e3, "N_past_r": 1e9, "Y_past_d": 8e6,
+    "Y_past_v": 1e6, "N_curve_east": 3e6, "N_curve_d": 3e-4, "Y_curve_v": 1e-3, "N_curve_r": 3e-4,
+    "N_time": 2e4, "N_growth_d": 6e4, "N_from": 3e6, "N_period": 3e6,
+}  # fmt: skip
 """Extension of the Mariner -> size of its first force parameter."""
 
 
@@ -67,7 +69,7 @@ def over_forces(model, records):
     return bare.with_numbers(forces.places, forces.series), forces
 
 
-RESPONSE_SIZES = {"R_heading_4": 2e-3, "R_r_d": -0.3, "R_past_r": -0.02, "R_past_d": 0.003}
+RESPONSE_SIZES = {"R_heading_4": 2e-3, "R_curve_d": 5e-3, "R_r_d": -0.3, "R_past_r": -0.02, "R_past_d": 0.003}
 """Extension of a response model -> size of its first parameter."""
 
 
@@ -85,7 +87,9 @@ def test_a_force_along_the_measured_motion_is_that_of_the_extended_model(mariner
     number = next(n.format(name[0]) for n in force.shape.terms if name in n.format(name[0]))
     values = dict(force.parameters(dict.fromkeys((n.format(name[0]) for n in force.shape.terms), 0.0)))[name]
     nature = extended(mariner, name, values | {number.partition("@")[0]: SIZES[name]})
-    runs, _ = over_forces(mariner, [sailed(nature)])
+    runs, _, _ = with_force(
+        *over_forces(mariner, [sailed(nature)]), force
+    )  # a curve over the range of the first record
     assert squared(runs, {number: SIZES[name]}) < 0.02 * squared(runs, {})
 
 
@@ -104,7 +108,8 @@ def test_a_yaw_moment_along_the_motion_is_that_of_an_extended_response_model(nam
 
 def test_every_force_of_the_motion_is_a_term_of_an_extended_model():
     names = set()
-    for shape in shapes("XYN", 20.0, 600.0, {"north": (0.0, 900.0), "east": (-100.0, 200.0)}, 2.0 * np.pi):
+    ranges = {"north": (0.0, 900.0), "east": (-100.0, 200.0), "v": (-0.3, 0.6), "r": (-0.5, 1.0), "d": (-0.6, 1.2)}
+    for shape in shapes("XYN", 20.0, 600.0, ranges, 2.0 * np.pi):
         for axis in "XYN":
             force = Force(axis, shape)
             numbers = {term.format(axis): 1.0 for term in shape.terms}
