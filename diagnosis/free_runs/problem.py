@@ -54,8 +54,8 @@ STEP, OWN_STEP = 0.05, 0.3
 """Steps of the differences, in prior standard deviations of numbers and of own effects."""
 LIMIT = 3e3
 """Error, in floors, beyond which a run counts as lost; larger ones count as this."""
-NOISE, NOISE_ERROR = 1.1, 9.0
-"""Factor on the sensors' squared noise, and three relative standard errors of that as it is estimated from n samples,
+NOISE, NOISE_ERROR = 1.1, 6.0
+"""Factor on the sensors' squared noise, and two relative standard errors of that as it is estimated from n samples,
 times sqrt(n): the median of third differences, which depend on each other."""
 LANES = 1024
 """Runs that are simulated at once, about: more only need memory."""
