@@ -55,7 +55,8 @@ class Entry:
 
 @dataclass(frozen=True)
 class Curve:
-    """A force over the variable that it depends on, where there are data, arrays (N,), with a 90 % band."""
+    """A force, or a sensor's error, over the variable that it depends on, where there are data, arrays (N,), with a
+    90 % band; after a step of a motion, per unit of that, of a force that depends on its past."""
 
     variable: str
     variable_unit: str

@@ -12,6 +12,7 @@ from helmbench.datasets.record import Record, RecordMeta
 from helmbench.datasets.signals import lagged
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.free_runs.problem import Lane
+from helmbench.diagnosis.one_bank.curve import curve_of
 from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.forces import Force, forces_along, shapes, with_force
 from helmbench.diagnosis.one_bank.remaining import with_remaining
@@ -173,6 +174,31 @@ def test_its_size_and_its_curve_are_those_of_the_truth(by_heading):
         curve.force, amplitude * np.cos(3.0 * np.array(curve.values) + np.arctan2(-sin.value, cos.value))
     )
     assert np.all(np.array(curve.low) < curve.force) and np.all(np.array(curve.high) > curve.force)
+
+
+CURVES = {
+    "N depends on the past of the yaw rate, over": ({"N_past_r_late": 2.0}, "time after a step of the yaw rate", 2.0),
+    "N depends on the rudder angle, by a curve": (
+        {f"N_curve_d_{k}": float(k == 2) for k in range(1, 6)}, "rudder angle", 1.0,
+    ),
+    "N follows the rudder angle, by more and more": ({"N_growth_d_size": 3.0}, "time", 900.0),
+    "psi drifts through the record": ({"psi_first": 0.1, "psi_drift": 1e-3}, "time", 0.4),
+}  # fmt: skip
+"""Start of a force's identifier -> its numbers, the variable of its curve, and what the curve is at its end."""
+
+
+@pytest.mark.parametrize("text", CURVES)
+def test_forces_in_time_and_with_a_memory_have_a_curve(mariner, text):
+    runs, forces = over_forces(mariner, [sailed(mariner)])
+    numbers, variable, last = CURVES[text]
+    force = next(f for f in forces.forces.values() if f.id.startswith(text) and ", and on" not in f.id)
+    curve = curve_of(force, runs, {name: (x, 0.1 * abs(x)) for name, x in numbers.items()})
+    motion = runs.motions[0]
+    ratio = motion.unit("N")[0] * (np.median(motion.speed) / motion.speed[0]) ** 2 if "curve" in text else 1.0
+    assert curve.variable == variable and curve.force[-1] / ratio == pytest.approx(last, rel=0.02)
+    assert np.all(np.array(curve.low) <= curve.force) and np.all(np.array(curve.high) >= curve.force)
+    each = {name.replace("drift", "drift:0"): (x, 0.0) for name, x in numbers.items()}
+    assert "drift" not in text or curve_of(force, runs, each) is None
 
 
 def described(diagnosis_of, train, held_out):
