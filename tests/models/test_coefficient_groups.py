@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from helmbench.models.coefficient_groups import GROSS, groups_of, parts_of, with_values
+from helmbench.models.coefficient_groups import GROSS, groups_of, parts_of, values_of, with_values
 from helmbench.models.model import resolve
+from helmbench.models.parameter_checks import unusual_numbers
 
 
 def group_of(model, name):
@@ -28,5 +29,28 @@ def test_a_slip_of_the_centre_of_gravity_is_a_share_of_the_length():
         inertia = group_of(with_values(model, {"x_G": place_m}), "inertia")
         assert inertia.slips["x_G"] == pytest.approx(0.07) and "x_G" not in inertia.sd
         (slip,) = [part for part in parts_of(inertia) if "x_G" in part.sd]
-        assert slip.sd == {"x_G": pytest.approx(GROSS * 0.07)} and slip.of == "inertia"
+        half_range = 0.06 * 7.0  # m, of x_G = -.06 to .06 L of ships
+        assert slip.sd == {"x_G": pytest.approx(max(GROSS * 0.07, half_range))} and slip.of == "inertia"
     assert np.isfinite(list(group_of(model, "inertia").every.values())).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "group"), [("m_y", "inertia"), ("N_r", "hull_yaw_linear"), ("Y_v", "hull_sway_linear")]
+)
+def test_a_number_alone_may_be_wrong_by_half_of_the_range_that_ships_have_whatever_its_value(name, group):
+    model = resolve("kvlcc2-l7")
+    value = values_of(model)[name]
+    sds = []
+    for factor in (1.0, 0.1, 0.01):
+        whole = group_of(with_values(model, {name: factor * value}), group)
+        (part,) = [part for part in parts_of(whole) if name in part.sd]
+        sds.append(part.sd[name])
+        assert whole.sd[name] == pytest.approx(0.2 * abs(factor * value))  # beside others it is a share of its value
+    assert sds == pytest.approx([sds[0]] * 3) and sds[0] > 0.5 * abs(value)
+
+
+def test_numbers_that_hardly_any_ship_has_are_told_with_what_is_usual():
+    model = resolve("s175")
+    assert unusual_numbers(model) == [] and unusual_numbers(resolve("nomoto-1")) == []
+    slip = with_values(model, {"m_y": values_of(model)["m_x"]})
+    assert unusual_numbers(slip) == ["m_y of the model is 0.000238: 0.000792 to 0.0127 is usual, 0.1 to 1.6 of m'"]
