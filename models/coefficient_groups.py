@@ -17,7 +17,7 @@ import numpy as np
 from . import kernels as kernel_store
 from .errors import BadInput
 from .families.extensions import extension_of
-from .parameter_checks import usual_spreads
+from .parameter_checks import Scope, scopes
 from .time_scale import time_scale_s
 
 if TYPE_CHECKING:
@@ -47,7 +47,8 @@ class Group:
     slips : name -> prior standard deviation of numbers that are known well, and are wrong alone or not at all: those of
     drawings and tables.
     ratio_to : name of another number of which the published one is the ratio to it; else empty.
-    usual : name -> half of the range that the number usually has for ships: how far one may be wrong alone, by a slip.
+    scope : name -> what the number may be for ships: where one that is wrong alone is.  high : name -> largest value
+    that means anything, for those that have one.
     """
 
     id: str
@@ -60,7 +61,8 @@ class Group:
     of: str = ""
     slips: dict[str, float] = field(default_factory=dict)
     ratio_to: str = ""
-    usual: dict[str, float] = field(default_factory=dict)
+    scope: dict[str, Scope] = field(default_factory=dict)
+    high: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)
@@ -128,21 +130,26 @@ def local_numbers(model: Model) -> tuple[LocalNumber, ...]:
 
 def parts_of(group: Group) -> tuple[Group, ...]:
     """Every number of a group as a group of its own, which may be wrong by GROSS times as much, and by half of the
-    range that it has for ships."""
-    if len(group.every) < 2 and group.sd:
-        return ()
+    range that it has for most ships; not far outside of that."""
     return tuple(
-        Group(
-            f"{group.id}.{name}",
-            group.title,
-            group.extension if name in group.sd else None,
-            {name: max(GROSS * sd, group.usual.get(name, 0.0))},
-            {key: value for key, value in group.mean.items() if key == name},
-            {key: value for key, value in group.low.items() if key == name},
-            of=group.id,
-        )
+        _part(group, name, sd)
         for name, sd in group.every.items()
-        if name in group.slips or len(group.sd) > 1
+        if name in group.slips or name in group.scope or len(group.sd) > 1
+    )
+
+
+def _part(group: Group, name: str, sd: float) -> Group:
+    """One number of a group, which is wrong alone."""
+    scope = group.scope.get(name, Scope(0.0, group.low.get(name, -np.inf), np.inf))
+    return Group(
+        f"{group.id}.{name}",
+        group.title,
+        group.extension if name in group.sd else None,
+        {name: max(GROSS * sd, scope.half_usual)},
+        {key: value for key, value in group.mean.items() if key == name},
+        {name: scope.low},
+        of=group.id,
+        high={name: scope.high},
     )
 
 
@@ -154,7 +161,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     BadInput : the family states no groups, or its file is wrong.
     """
     values = values_of(model)
-    spreads, found = usual_spreads(model.family.partition("+")[0], values), []
+    known_scopes, found = scopes(model.family.partition("+")[0], values), []
     for name, entry in _stated(model.family.partition("+")[0]).items():
         title, extension = entry["title"], entry.get("extension")
         numbers, slips = entry.get("numbers", {}), entry.get("slips", {})
@@ -165,8 +172,9 @@ def groups_of(model: Model) -> tuple[Group, ...]:
             known = dict.fromkeys(extension_of(extension).units, 0.0)
         group = _group(name, title, extension, _matched(numbers, known), model)
         well_known = _group(name, title, None, _matched(slips, values), model).sd
-        usual = {n: spreads[n] for n in (*group.sd, *well_known) if n in spreads and extension is None}
-        group = replace(group, slips=well_known, ratio_to=entry.get("ratio_to", ""), usual=usual)
+        own = {n: known_scopes[n] for n in (*group.sd, *well_known) if n in known_scopes and extension is None}
+        scope = {n: s._replace(low=min(s.low, values[n]), high=max(s.high, values[n])) for n, s in own.items()}
+        group = replace(group, slips=well_known, ratio_to=entry.get("ratio_to", ""), scope=scope)
         if group.every:
             found.append(group)
     return tuple(found)

@@ -176,16 +176,28 @@ MASS = Range("mass", "C_b L B d rho", (0.97, 1.03), (0.8, 1.25))
 """Mass, kg, where a table has breadth and block coefficient beside it."""
 
 
-def usual_spreads(family: str, numbers: Numbers) -> dict[str, float]:
-    """Name -> half of the range that a number usually has, in its own unit, for those of the numbers whose range is
-    known and says something: no more than ANY times its smaller end."""
-    spreads: dict[str, float] = {}
+class Scope(NamedTuple):
+    """What a number may be, in its own unit: half of the range that most ships have, and the ends of this range, wider
+    by a quarter of it to each side, as far as any ship has it."""
+
+    half_usual: float
+    low: float
+    high: float
+
+
+def scopes(family: str, numbers: Numbers) -> dict[str, Scope]:
+    """Name -> scope, for those of the numbers whose range is known and says something: its larger end is at most ANY
+    times the smaller one."""
+    known: dict[str, Scope] = {}
     for one in RANGES.get(family, ()):
-        low, high = sorted(map(abs, one.usual))
-        if one.name in numbers and high < ANY * max(low, 1.0):
+        near, far = sorted(map(abs, one.usual))
+        if one.name in numbers and one.sign and far < ANY * max(near, 1.0):
             with suppress(KeyError, ZeroDivisionError):  # the sizes that it is divided by are not among the numbers
-                spreads.setdefault(one.name, 0.5 * abs((one.usual[1] - one.usual[0]) * SIZES[one.of](numbers)))
-    return spreads
+                size = SIZES[one.of](numbers)
+                (low, high), (least, most) = ([end * size for end in ends] for ends in (one.usual, one.possible))
+                half = 0.5 * (high - low)
+                known.setdefault(one.name, Scope(half, max(low - 0.5 * half, least), min(high + 0.5 * half, most)))
+    return known
 
 
 def unusual_numbers(model: Model) -> list[str]:

@@ -80,7 +80,8 @@ class Bank:
 
 def numbers_of(group: Group, values: Mapping[str, float]) -> list[Number]:
     """The numbers of a group with their priors, as differences from their values."""
-    return [Number(n, sd, low=group.low.get(n, -np.inf) - values.get(n, 0.0)) for n, sd in group.sd.items()]
+    own = [(n, sd, values.get(n, 0.0)) for n, sd in group.sd.items()]
+    return [Number(n, sd, group.low.get(n, -np.inf) - x, group.high.get(n, np.inf) - x) for n, sd, x in own]
 
 
 def places_of(model: Model) -> dict[str, Place]:

@@ -58,7 +58,7 @@ def _all_numbers(choice: Choice) -> Finding:
     if main is None:
         return Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), evidence=said)
     alone, share = main
-    one = _finding(replace(choice, selection=alone, beside=False, few=None), BaseCoefficients.id, alone.entered)
+    one = _finding(replace(choice, selection=alone, few=None), BaseCoefficients.id, alone.entered)
     titles = ", ".join(one.details["groups"])
     taken = f"{100.0 * share:.0f} % of what they take off the squared error"
     return replace(one, evidence=f"{said}; {titles} alone takes {taken}")

@@ -15,6 +15,7 @@ import numpy as np
 from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.number import distinct
 from ...estimation.selection.selection import (
+    Entered,
     Rules,
     Selection,
     clearly_worse,
@@ -22,6 +23,7 @@ from ...estimation.selection.selection import (
     has_entered,
     is_enough,
     mean_squares,
+    predictions,
     quantile,
     select,
     with_only,
@@ -38,7 +40,6 @@ if TYPE_CHECKING:
 
     from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.number import Candidate
-    from ...estimation.selection.selection import Entered
     from ..free_runs.bank import Bank
     from ..free_runs.problem import FreeRuns
     from ..options import Options
@@ -53,9 +54,9 @@ CLEAR = 0.95
 left-out pieces are clearly worse with a fault beside all numbers that was named without these."""
 LATE = 0.1
 """Delay of the rudder, as a share of a piece, from which it matters what acted before a record's begin."""
-MOST = 0.8
+MOST, SINGLES, FAR = 0.8, 4, 2.0
 """Share of what all of the model's own numbers take off the squared error, from which one of them is told that takes it
-off alone."""
+off alone; single numbers that are tried beside those of the choice; prior standard deviations that it is off by."""
 INTERVAL, WIDER = 0.95, 3.0
 """Quantile of Student's t over pieces that a 90 % interval ends at, and factor on it beside numbers that are all
 uncertain: of a delay beside ten Mariners whose numbers were off by 10 % the error was 2.9 standard errors (rms)."""
@@ -98,21 +99,41 @@ def with_own_numbers(choice: Choice) -> Choice | None:
 
 
 def main_number(choice: Choice) -> tuple[Selection, float] | None:
-    """Where all of the model's own numbers are uncertain: the one, or the group, that alone takes most of what all take
-    off the squared error of left-out pieces, and its share of that; None where there is none."""
+    """Where all of the model's own numbers are uncertain: the one, or else the group, that beside faults of input and
+    sensors alone takes most of what all take off the squared error of left-out pieces, and its share; None where there
+    is none.
+
+    Some number has to be off by more than its prior says (FAR) beside all others: where all are a little off, any of
+    many takes most.
+    """
     few, runs = choice.few, choice.runs
     if few is None:
         return None
-    uncertain = {n.name for n in choice.bank.own}
-    everywhere = [e for e in few.entered if {*e.candidate.names} <= runs.places.keys()]
-    of_hull = [e for e in everywhere if choice.bank.cause_of(e.candidate) == BaseCoefficients.id]
+    sds = {n.name: n.sd for n in choice.bank.own}
+    everywhere = [e.candidate for e in few.entered if {*e.candidate.names} <= runs.places.keys()]
+    of_hull = [c for c in everywhere if choice.bank.cause_of(c) == BaseCoefficients.id]
     alone_wrong = len(few.entered) == 1  # as a slip is, or not at all
-    own = [e for e in of_hull if alone_wrong or {*e.candidate.names} <= uncertain]
-    whole = _taken(runs, few.base, choice.selection.final)
-    alone = [with_only(runs, few, [one]) for one in own]
-    shares = [_taken(runs, few.base, one.final) / whole for one in alone]
-    best = max(zip(alone, shares, strict=True), key=lambda pair: pair[1], default=None)
-    return best if best is not None and best[1] > MOST else None
+    own = [c for c in of_hull if alone_wrong or {*c.names} <= sds.keys()]
+    faults = choice.selection.candidates
+    before = _fitted_beside(choice, faults) if faults else few.base
+    singles = [c for c in choice.bank.candidates if len(c.names) == 1 and {*c.names} <= sds.keys()]
+    own += [c for c, _ in predictions(runs, singles, before)[:SINGLES] if c not in own]
+    final, most = choice.selection.final, list[tuple[Selection, float]]()
+    whole, gross = _taken(runs, before, final), any(abs(final.value(n)) > FAR * sd for n, sd in sds.items())
+    for candidate in own if gross else (c for c in own if not {*c.names} & sds.keys()):
+        fitted = _fitted_beside(choice, (*faults, candidate))
+        if (share := _taken(runs, before, fitted) / whole) > MOST:
+            one = Entered(candidate, fall_between(runs, before, fitted))
+            most.append((Selection(before, (one,), fitted), share))
+    most.sort(key=lambda pair: (len(pair[0].candidates[0].numbers), -pair[1]))
+    return most[0] if most else None
+
+
+def _fitted_beside(choice: Choice, candidates: Sequence[Candidate]) -> Fitted:
+    """The fit of candidates without the model's own numbers, from where the few left them."""
+    numbers = distinct(n for c in candidates for n in c.numbers)
+    final = choice.selection.final if choice.few is None else choice.few.final
+    return minimise(choice.runs, numbers, {n.name: final.value(n.name) for n in numbers}, final.point.own)
 
 
 def _taken(runs: FreeRuns, before: Fitted, after: Fitted) -> float:

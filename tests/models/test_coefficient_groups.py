@@ -46,6 +46,7 @@ def test_a_number_alone_may_be_wrong_by_half_of_the_range_that_ships_have_whatev
         (part,) = [part for part in parts_of(whole) if name in part.sd]
         sds.append(part.sd[name])
         assert whole.sd[name] == pytest.approx(0.2 * abs(factor * value))  # beside others it is a share of its value
+        assert part.low[name] <= factor * value <= part.high[name] and np.isfinite(part.low[name] + part.high[name])
     assert sds == pytest.approx([sds[0]] * 3) and sds[0] > 0.5 * abs(value)
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.datasets.record import Record
 from helmbench.estimation.diagnosis_only.windows.fit import Number, fall, fit, left_out_errors
-from helmbench.estimation.diagnosis_only.windows.problem import pieces_of, scales_of, windows_of
+from helmbench.estimation.diagnosis_only.windows.problem import MOST, pieces_of, scales_of, windows_of
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
@@ -65,7 +65,7 @@ def test_no_window_reaches_across_a_gap_and_stillness_is_refused(rng):
     cut = Record(record.time_s[kept], {n: v[kept] for n, v in record.channels.items()}, "cut", record.meta)
     windows, _, _ = windowed([cut])
     assert np.abs(np.diff(windows.measured[:, :, 1], axis=1)).max() < 0.5
-    assert windows.measured.shape[1] == windows.inputs.shape[1] <= 46
+    assert windows.measured.shape[1] == windows.inputs.shape[1] <= MOST + 1
     with pytest.raises(CannotFit, match="never moves"):
         scales_of([record.with_channels(rudder_rad=np.zeros(record.n))])
 
