@@ -2,12 +2,13 @@
 
 import pytest
 
+from helmbench.bench.faults import FaultCase, inject
 from helmbench.bench.kinds.diagnosis.execute import base_of, injected_of
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec
 from helmbench.diagnosis.causes.base_coefficients import BaseCoefficients
 from helmbench.diagnosis.causes.steering_gear import RudderOffset
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.models.coefficient_groups import groups_of
+from helmbench.models.coefficient_groups import groups_of, values_of, with_values
 from helmbench.models.model import model_to_json, resolve
 
 from ..expectations.injections import passes
@@ -56,6 +57,27 @@ def test_every_group_of_a_vessel_has_numbers_with_priors(vessel):
     assert all(sd > 0.0 for g in groups for sd in g.sd.values())
     names = [name for g in groups for name in g.sd]
     assert len(names) == len(set(names))
+
+
+RUDDER_FORCE = {
+    "normal force of the rudder (slope or area, of which only the product acts)",
+    "inflow of the rudder (flow straightening, lever, wake ratio, race)",
+}
+
+
+@pytest.mark.parametrize("rudder", [1.0, pytest.param(0.5, marks=pytest.mark.nightly)])
+def test_a_number_is_told_among_those_that_are_all_a_little_off_only_where_it_is_grossly_wrong(rudder, rng):
+    """Every number is 3 to 8 % off; half a rudder is told as less force or as less flow at the rudder, if at all."""
+    case, ship = inject(FaultCase("kvlcc2-l7", ()), rng), resolve("kvlcc2-l7")
+    values = values_of(ship)
+    names = [name for g in groups_of(ship) if g.extension is None for name in g.sd if values[name]]
+    off = {name: values[name] * (1.0 + rng.choice([-1.0, 1.0]) * rng.uniform(0.03, 0.08)) for name in names}
+    base = with_values(ship, off | {"f_alpha": rudder * off["f_alpha"]})
+    found = diagnose(base, case.train, case.held_out)
+    (own,) = found.causes
+    assert own.cause == BaseCoefficients.id
+    assert {*own.details.get("groups", ())} <= (RUDDER_FORCE if rudder < 1.0 else set())
+    assert found.gain["heading_rad"].rmse_after < found.gain["heading_rad"].rmse_before
 
 
 @pytest.mark.nightly
