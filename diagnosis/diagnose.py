@@ -8,8 +8,10 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ..datasets.columns import INPUTS, POSITIONS
 from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.model import CHANNELS
 from .by_residuals import by_innovations
 from .checked import with_checks
 from .gain.guard import worsens
@@ -75,12 +77,20 @@ def _diagnosed(
         watch(BASE_MODEL)
         model = identified(model, records.train)
     held = records.put_back(model)
+    if options.coefficient_sd != 0.0 and records.behind_sensors(options.causes()).current is not None:
+        options = replace(options, channels=through_the_water(options))
     diagnosis = _described(_named(model, records, held, options, watch), records, held, options, watch)
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
     doubts = (*aside, *diagnosis.doubts)
     return replace(diagnosis, records=tuple(roles), doubts=doubts, wall_s=wall_s, cpu_s=cpu_s)
+
+
+def through_the_water(options: Options) -> tuple[str, ...]:
+    """The channels that are told but positions: in a current they show the way over ground, and the model's runs, like
+    the log, that through the water."""
+    return tuple(c for c in options.channels or (*CHANNELS.values(), *INPUTS) if c not in POSITIONS)
 
 
 def _named(

@@ -4,6 +4,7 @@ hull model is asked."""
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -13,7 +14,8 @@ import numpy as np
 from ..checks.check import Examined, check_file, compared, distinct, faults_of_all, of_one_record
 from ..checks.comparison.chains import chains
 from ..checks.files.repeats import ConstantChannel
-from ..checks.findings import merged, of_sizes
+from ..checks.findings import merged, of_drift, of_sizes
+from ..checks.result import NORMAL_90
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
 from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
@@ -22,12 +24,13 @@ from ..models.instruments import combined
 from ..models.memory import require_memory
 from ..models.time_scale import ship_length_s
 from .causes.registry import causes
+from .causes.surroundings import Current
 from .report.bank import of_sensor
 
 if TYPE_CHECKING:
     from ..checks.base import Check, ColumnFault
     from ..checks.comparison.chains import Chain
-    from ..checks.comparison.selection import Sizes
+    from ..checks.comparison.selection import Compared, Sizes
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
     from ..models.model import Model
@@ -54,6 +57,7 @@ class Prepared:
     findings, removed : what channels show of their sensors, and these sizes as instruments.  tested : cause (id) that
     the channels were asked for -> statistic (z squared) of the evidence by itself.
     decided : causes (ids) that the sensors' channels have decided on without a model.
+    current : that positions drift against heading and log, which no error of these explains.
     derived : record name -> columns that are made from each other: they are not compared.
     recorded : the held-out records as they were read.
     """
@@ -66,6 +70,7 @@ class Prepared:
     removed: dict[str, float] = field(default_factory=dict)
     tested: dict[str, float] = field(default_factory=dict)
     decided: frozenset[str] = frozenset()
+    current: Finding | None = None
     derived: Mapping[str, set[str]] = field(default_factory=dict)
     recorded: Sequence[Record] = ()
 
@@ -96,6 +101,7 @@ class Prepared:
             if comparison.absurd is not None:
                 break
             findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material]
+            drift = _current(comparison) if comparison.chain.of_positions and Current.id in ids else None
             tested = dict(done.tested)
             for option, z in comparison.tested:
                 tested[option.cause.id] = max(z**2, tested.get(option.cause.id, 0.0))
@@ -104,6 +110,7 @@ class Prepared:
                 train=train,
                 held_out=[comparison.without(r, own=False) for r in done.held_out],
                 findings=(*done.findings, *findings),
+                current=done.current or drift,
                 removed=combined(done.removed, _instruments([s for s in comparison.sizes if s.material])),
                 tested=tested,
             )
@@ -122,6 +129,17 @@ class Prepared:
         for fault in (f for f in self.faults if done and not f.instruments):
             done = fault.check.find([record.turned(model.positive_rudder) for record in done], model.starboard)[1]
         return done
+
+
+def _current(comparison: Compared) -> Finding | None:
+    """A steady drift of the positions against the velocities that matters and has no rival; None without one."""
+    with suppress(CannotFit):
+        for found in of_drift(comparison) if comparison.records else ():
+            if found.material and not found.tied_with:
+                speeds = [s for s in found.sizes if s.parameter == Current.size_name]
+                z = max(2.0 * NORMAL_90 * s.value / max(s.high - s.low, 1e-12) for s in speeds)
+                return of_sensor(replace(found, z=z), {found.cause})
+    return None
 
 
 def _instruments(sizes: Sequence[Sizes]) -> dict[str, float]:

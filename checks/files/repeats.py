@@ -20,6 +20,8 @@ TURN = 0.5
 """Range of headings, rad, over which every ship loses speed and drifts: a speed that stays the same is none."""
 CONFIRMED = 0.01
 """Disagreement of the track, as a share of the way made, below which positions confirm a speed that stays the same."""
+FROZEN_SHARE, FROZEN_SAMPLES = 0.02, 20
+"""Share of a record, and samples at least, from which a frozen stretch matters, however little the channel jumps."""
 SEEN, MATTERS = 0.002, 0.02
 """Shares of a channel's spread from which its steps are told, and from which they matter."""
 
@@ -69,8 +71,9 @@ class FrozenSamples(ChannelCheck):
             stretches = "1 stretch" if len(runs) == 1 else f"{len(runs)} stretches"
             said = f"{name} repeats one value in {stretches}, the longest from {start:.6g} s for {length:.4g} s"
             blanks = tuple((name, r.start + 1, r.stop) for r in runs)
-            jumps = any(r.jump > COARSE for r in runs)
-            yield Fault(said, (name,), (exact("longest", length, "s"),), jumps, blanks)
+            least = max(FROZEN_SHARE * record.n, FROZEN_SAMPLES)
+            matters = any(r.jump > COARSE or r.stop - r.start > least for r in runs)
+            yield Fault(said, (name,), (exact("longest", length, "s"),), matters, blanks)
         if rows > 1:
             said = f"{name} changes only every {rows} rows: it is sampled more slowly than the record"
             yield Fault(said, (name,), (exact("period", rows * record.dt, "s"),), material=False)
@@ -133,10 +136,11 @@ def stamps(time: np.ndarray) -> Stamps:
 
 UNEVEN_SHARE = 0.02
 MISSING_SHARE = 0.02
-TOO_MANY, TOO_LONG = 0.1, 0.2
-"""Share of the rows that may be missing, and share of the record that one gap may take, for a motion to be followed."""
+TOO_MANY, TOO_LONG, MOST = 0.1, 0.2, 0.4
+"""Share of the rows that may be missing, and share of the record that one gap may take, for a motion to be followed;
+share of the rows that may be missing where all gaps are short."""
 LONG = 20
-"""Steps below which no gap is too long."""
+"""Steps below which a gap is short."""
 
 
 class TimeStamps(FileCheck):
@@ -154,9 +158,11 @@ class TimeStamps(FileCheck):
             said = f"{s.missing} rows are missing in {s.gaps} gaps of up to {s.longest_s:.4g} s (step {s.step_s:.4g} s)"
             much = s.missing > MISSING_SHARE * record.n
             share = s.missing / (record.n + s.missing)
-            torn = s.longest_s > max(TOO_LONG * float(np.ptp(record.time_s)), LONG * s.step_s)
+            short = s.longest_s <= LONG * s.step_s
+            torn = s.longest_s > TOO_LONG * float(np.ptp(record.time_s)) and not short
+            torn |= share > (MOST if short else TOO_MANY)
             size = (exact("longest gap", s.longest_s, "s"),)
-            faults.append(Fault(said, ("time_s",), size, much or torn, standing=share > TOO_MANY or torn))
+            faults.append(Fault(said, ("time_s",), size, much or torn, standing=torn))
         if s.late.size:
             at = ", ".join(f"{record.time_s[k]:.6g}" for k in s.late[:3])
             said = f"{s.late.size} stamps come early or late between their neighbours, at {at} s"

@@ -73,7 +73,8 @@ def _jump_if_frozen(values: np.ndarray, run: Run, samples: int) -> float:
     share = max(1.0 - moving.size / steps.size, 1e-3)
     jump = _jump(values, run) / float(np.median(moving))
     rare = samples * share ** (length - 1) < RARE
-    least = COARSE if share > 0.1 else 0.0 if _noisy(before) and _noisy(after) else JUMP
+    sides = [side for side in (before, after) if np.isfinite(side).sum() > SHORTEST + 1]  # none at the record's ends
+    least = COARSE if share > 0.1 else 0.0 if sides and all(map(_noisy, sides)) else JUMP
     return jump if rare and jump > least else 0.0
 
 

@@ -20,7 +20,7 @@ from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
 from .answer import bank_lines, extended_model, findings, verdict
-from .catalogue import Facts, bank_of
+from .catalogue import FLOWS, Facts, bank_of
 from .search import chosen, with_own_numbers, withdrawn
 
 if TYPE_CHECKING:
@@ -117,6 +117,8 @@ def _concluded(model: Model, records: Prepared, choice: Choice, options: Options
     known = {f.cause for f in records.findings}
     of_faults = [of_fault(fault) for fault in records.faults]
     every = [*of_faults, *records.findings, *(f for f in by_runs if f.cause not in known)]
+    if records.current is not None and not {f.cause for f in every} & {*FLOWS}:
+        every = [records.current, *every]
     extended = replace(model, instruments=combined(model.instruments, records.instruments))
     if by_runs:
         extended = extended_model(model, choice, records.instruments)

@@ -10,6 +10,7 @@ from ...datasets.display import IN_DEGREES, shown_name, shown_unit
 from ...diagnosis.causes.base_coefficients import BaseCoefficients
 from ...diagnosis.causes.registry import causes
 from ...diagnosis.causes.steering_gear import RudderOffset
+from ...diagnosis.causes.surroundings import Current
 from ...diagnosis.gain.guard import WORSE
 from ..numbers import DEG, interval_digits, number, with_unit
 
@@ -154,11 +155,15 @@ def verdict(diagnosis: Diagnosis) -> str:
 def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     """What the records show without a model, and the verdict on the simulation."""
     of_records, of_model = _by_stage(diagnosis)
-    shown = f"Found in the records themselves, and corrected: {_listed(of_records)}." if of_records else ""
+    current = [f for f in of_records if f.cause == Current.id]
+    sensors = [f for f in of_records if f not in current]
+    shown = [f"Found in the records themselves, and corrected: {_listed(sensors)}."] if sensors else []
+    if current:
+        shown.append(f"Positions against the log show a {_listed(current)}: they are not compared with the model.")
     lacking = _lacking(diagnosis, of_model) if of_model else "The simulation agrees with the records"
     unexplained = "The simulation is wrong in a way that none of the known causes explains"
     best = f"; of these, {_listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
-    return shown, {
+    return " ".join(shown), {
         "adequate": "The simulation agrees with the records: no further cause is needed.",
         "inconclusive": "The records do not allow a conclusion.",
         "unexplained": unexplained + best,

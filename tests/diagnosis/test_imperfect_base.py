@@ -1,5 +1,6 @@
 """A base model whose own numbers are wrong: free runs of left-out pieces name them."""
 
+import numpy as np
 import pytest
 
 from helmbench.bench.faults import FaultCase, inject
@@ -78,6 +79,25 @@ def test_a_number_is_told_among_those_that_are_all_a_little_off_only_where_it_is
     assert own.cause == BaseCoefficients.id
     assert {*own.details.get("groups", ())} <= (RUDDER_FORCE if rudder < 1.0 else set())
     assert found.gain["heading_rad"].rmse_after < found.gain["heading_rad"].rmse_before
+
+
+def test_a_current_that_positions_show_against_the_log_is_told_beside_a_base_that_is_off(rng):
+    """The log measures through the water, and no sway is measured: free runs of pieces do not see the current."""
+    case, ship = inject(FaultCase("mariner", ()), rng), resolve("mariner")
+    values, towards = values_of(ship), np.array([-0.5, 0.4])
+
+    def drifting(record):
+        carried = {n: record.column(n) + x * record.time_s for n, x in zip(("north_m", "east_m"), towards, strict=True)}
+        return record.with_channels(sway_m_s=None, **carried)
+
+    names = [name for g in groups_of(ship) if g.extension is None for name in g.sd if values[name]]
+    off = {name: values[name] * (1.0 + rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.15)) for name in names}
+    found = diagnose(with_values(ship, off), *([drifting(r) for r in side] for side in (case.train, case.held_out)))
+    (current,) = [f for f in found.causes if f.cause == "current"]
+    speeds = [size.value for size in current.sizes if size.parameter == "speed"]
+    assert np.allclose(speeds, np.hypot(*towards), rtol=0.1) and len(speeds) == len(case.train)
+    assert BaseCoefficients.id in {f.cause for f in found.causes} and "north_m" not in found.gain
+    assert found.gain["heading_rad"].rmse_after < 0.5 * found.gain["heading_rad"].rmse_before
 
 
 @pytest.mark.nightly
