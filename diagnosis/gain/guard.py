@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 
 CLEARLY = 0.1
 """Mean of the logarithms of two errors' ratio from which one is clearly larger."""
+MUCH_WORSE = 1.5
+"""Ratio of the errors of held-out records with each record's own trim to the base model's, in any channel, from which a
+cause is given up where they are no smaller without it."""
 WORSE = 1.05
 """Ratio of the free-run errors (rms) of left-out records to the base model's, in any channel, from which a cause or a
 group of numbers is given up."""
@@ -40,8 +43,9 @@ def training_errors(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
 
 
 def worsens(said: Diagnosis) -> bool:
-    """Whether some channel of the held-out records is predicted worse, also with each record's own trim; or the motion
-    of these or of whole training records clearly worse without it, in the mean over channels.
+    """Whether some channel of the held-out records is predicted worse, also with each record's own trim, or much worse
+    with it and no better without; or the motion of these or of whole training records clearly worse without it, in the
+    mean over channels.
 
     Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and they sum up what
     the speed and the heading show.
@@ -54,7 +58,11 @@ def worsens(said: Diagnosis) -> bool:
     places = [c for c in said.gain if c in POSITIONS]
     if places:
         pairs.append((_distances(blind, places), _distances(own, places, _place_floor(said))))
-    return any(all(after > WORSE * before for before, after in pair) for pair in pairs)
+    return any(
+        all(after > WORSE * before for before, after in (plain, trimmed))
+        or (trimmed[1] > MUCH_WORSE * trimmed[0] and plain[1] > plain[0] / WORSE)
+        for plain, trimmed in pairs
+    )
 
 
 def _distances(
