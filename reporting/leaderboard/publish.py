@@ -24,17 +24,15 @@ from ...models.errors import BadInput
 from ...models.folders import make_folder, write_atomic
 from .. import tables
 from . import tuners
-from .answer import begin, headlines
+from .answer import begin, headlines, stability_sentences
 from .board import Leaderboard, build
 from .contest import Contest
 from .findings import Finding, beyond, command, findings
 from .page import headline, html
 from .page_data import MEASURED, as_script, page_data
-from .stability import stability_sentences
 from .standings import CASES, CELL, STATUSES, Frame
-from .tables import overall_table
+from .tables import overall_table, uncertainty_finding, uncertainty_table
 from .tuners import tuner_table
-from .uncertainty import uncertainty_finding, uncertainty_table
 
 README, PAGE, PICTURE, ADVICE = "README.md", "leaderboard.html", "ranking.svg", "advice.md"
 TABLE = "problems.csv"

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from helmbench.reporting.leaderboard.ahead import ahead_table
+from helmbench.reporting.leaderboard.tables import ahead_table
 
 
 def test_medians_by_method_and_nothing_without_measured_records():

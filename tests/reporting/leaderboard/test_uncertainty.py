@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from helmbench.reporting.leaderboard.uncertainty import uncertainty_finding, uncertainty_table
+from helmbench.reporting.leaderboard.tables import uncertainty_finding, uncertainty_table
 
 
 def runs(**columns):
