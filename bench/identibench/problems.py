@@ -1,7 +1,7 @@
 """The problems of an identification suite as HDF5 files, for programs that identify models of any kind.
 
     DIR/README.md              what there is, in words
-    DIR/problems.json          each problem: its files, columns, steps and true parameters (`problems_file`)
+    DIR/problems.json          each problem: its files, columns, steps and true parameters (`specs.ProblemsFile`)
     DIR/NAME/train/*.hdf5      training records: a dataset a channel, and attributes
     DIR/NAME/test/*.hdf5       held-out records
 
@@ -31,8 +31,7 @@ from ..kinds.base import RunSelection, Suite
 from ..kinds.identification.plan import task_key
 from ..kinds.identification.problems import problem
 from ..store import check_vacant
-from ..suites import load_suite
-from ..trust import check_trust
+from ..suites import check_trust, load_suite
 from .columns import RATE, SIDE
 
 if TYPE_CHECKING:

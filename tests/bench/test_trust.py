@@ -6,7 +6,7 @@ import pytest
 
 import helmbench
 from helmbench.bench.store import MANIFEST
-from helmbench.bench.trust import foreign
+from helmbench.bench.suites import foreign
 from helmbench.cli import status_of
 
 pytestmark = pytest.mark.usefixtures("in_this_process")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import helmbench
-from helmbench.api.calibration import Calibration
+from helmbench.api.diagnosis import Calibration
 from helmbench.api.reproduction import Reproduction
 from helmbench.bench.exam.scores import WorldScore, summary
 from helmbench.diagnosis.calibration.result import Moved

@@ -48,7 +48,7 @@ def reported(tmp_path_factory, manifest, run_of):
     return folder, report.write_report(folder)
 
 
-class Page(html.parser.HTMLParser):
+class PageReader(html.parser.HTMLParser):
     """Checks that tags are balanced and collects texts and addresses."""
 
     VOID = ("meta", "br")
@@ -124,7 +124,7 @@ def test_csv_holds_all_standings_with_fixed_columns(reported):
 
 def test_html_is_one_balanced_page_without_outside_links(reported):
     text = (reported[0] / "leaderboard.html").read_text()
-    page = Page(text)
+    page = PageReader(text)
     assert page.open == [] and all(link.startswith("#") for link in page.links)
     assert "<singular>" not in text and "<singular> | matrix" in page.cells
     assert text.count("<svg") == 0 and len(text) < 200_000
@@ -170,7 +170,7 @@ def test_every_value_on_the_page_is_that_of_the_stored_results(reported):
     """The standings on the page, computed again here from the stored runs by the rules of `How to read it`."""
     folder = reported[0]
     results, _ = read_tables(folder)
-    page = Page((folder / "leaderboard.html").read_text())
+    page = PageReader((folder / "leaderboard.html").read_text())
     columns = [title.strip() for title in page.tables[0][0]]
     shown = {row[0]: dict(zip(columns, row, strict=True)) for row in page.tables[0][1:]}
     assert set(shown) == {"a", "b", "c"}
@@ -191,7 +191,7 @@ def test_every_value_on_the_page_is_that_of_the_stored_results(reported):
 
 def test_page_markdown_and_csv_show_the_same_standings(reported):
     folder, text = reported[0], reported[1].markdown
-    page = Page((folder / "leaderboard.html").read_text())
+    page = PageReader((folder / "leaderboard.html").read_text())
     lines = text.split("## Overall")[1].split("##")[0].strip().splitlines()
     told = [[html.unescape(cell.strip()) for cell in line.strip("|").split(" | ")] for line in [lines[0], *lines[2:]]]
     assert told == page.tables[0]
