@@ -1,4 +1,4 @@
-"""`helmbench identify RECORD... --model M [--method X] [-o DIR]`."""
+"""`helmbench identify RECORD... --model M [--method X] [-o DIR]`, and `helmbench validate`."""
 
 from __future__ import annotations
 
@@ -7,15 +7,16 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from ._from_api import RECORDS, ApiCommand
+from ._from_api import RECORDS, ApiCommand, several
 from ._shared import (
     FAILED,
     FILE,
     METHOD,
+    MODEL,
     MODEL_OR_AUTO,
     OK,
     SIDES,
@@ -32,7 +33,6 @@ from ._shared import (
 
 if TYPE_CHECKING:
     from .. import Assessment
-
 
 OPTIONS = {"validate": RECORDS, "positive_rudder": SIDES, "particulars": FILE}
 
@@ -178,3 +178,52 @@ def _written(assessment: Assessment, output: Path, into_file: bool, page: Path |
     if page is not None:
         paths.append(assessment.write_page(page))
     return paths
+
+
+# ---- `helmbench validate MODEL RECORD... [--compare MODEL...] [-o DIR]`.
+
+
+@click.command(
+    cls=ApiCommand,
+    api="validate",
+    greedy=["--compare"],
+    options={"compare": several(MODEL, metavar="MODEL..."), "positive_rudder": SIDES},
+)
+@click.argument("model", type=MODEL)
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
+@click.option(
+    "--certificate", type=FILE, help="A page on the model: what it was tried on, errors, limits (.html, .pdf)."
+)
+@force_option
+@output_options
+def validate(
+    model: str,
+    records: tuple[Path, ...],
+    output: Path | None,
+    certificate: Path | None,
+    force: bool,
+    printer: Printer,
+    **asked: Any,
+) -> None:
+    """Compare simulations with records; nothing is fitted.
+
+    Free runs, predictions ahead, IMO manoeuvring indices.  MODEL is a vessel id or a model.json, extended or not.
+    With -o it writes validation.json and a page with the free runs drawn over the records, with --certificate one page
+    that says what the model was tried on, how its errors grow with the time ahead, and where its limits are.
+    """
+    import helmbench
+
+    if output is not None:
+        check_folder(output, helmbench.Validation.files, force)
+    if certificate is not None:
+        check_file(certificate, force)
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", helmbench.RudderSignWarning)
+        found = helmbench.validate(model, records, **asked)
+    for doubt in (one for one in doubts if issubclass(one.category, helmbench.RudderSignWarning)):
+        echo(f"helmbench: warning: {doubt.message}", err=True)
+    paths = found.write(output) if output is not None else ()
+    if certificate is not None:
+        paths = (*paths, found.write_certificate(certificate))
+    printer.show(found.to_json, found.summary, paths)
