@@ -144,7 +144,7 @@ def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, ti
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
     parts += [f"**{tables.in_markdown(line)}**" for line in answer(board.contest).splitlines()]
     parts += map(tables.in_markdown, statements(board))
-    for table in [
+    shown = [
         overall_table(board.overall),
         tuner_table(board.contest),
         ahead_table(results),
@@ -152,9 +152,8 @@ def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, ti
         uncertainty_table(results),
         failure_table(board.failures),
         timing_table(timings),
-    ]:
-        if table.rows:
-            parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
+    ]
+    parts += [part for table in shown for part in tables.section(table)]
     made_with = tables.listed(environment_rows(manifest))
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with]) + "\n"
 

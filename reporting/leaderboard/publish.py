@@ -242,21 +242,16 @@ def readme(
             f"![Median prediction error of every method with its interval]({PICTURE})",
             f"## Ranking{where}",
             tables.markdown(shown),
-            *_section(uncertainty_table(results[results["suite"] == main]), where),
+            *tables.section(uncertainty_table(results[results["suite"] == main]), where),
             "## Suites",
             tables.markdown(_suites(manifest, results)),
             "## Findings",
             "\n".join(listed),
-            *(_section(tuner_table(tuning)) if tuning else []),
+            *(tables.section(tuner_table(tuning)) if tuning else []),
             "## Statistics",
             *map(tables.in_markdown, stability_sentences(board.contest)),
         ]
     ) + "\n"  # fmt: skip
-
-
-def _section(table: tables.Table, where: str = "") -> list[str]:
-    """A table with its note under its title; nothing where it has no rows."""
-    return [f"## {table.title}{where}", table.note, tables.markdown(table)] if table.rows else []
 
 
 def _suites(manifest: Mapping[str, Any], results: Frame) -> tables.Table:
