@@ -1,4 +1,4 @@
-"""Positions and velocities over ground, velocities in body axes."""
+"""Angles without jumps, positions and velocities over ground, velocities in body axes."""
 
 from __future__ import annotations
 

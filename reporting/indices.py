@@ -1,4 +1,5 @@
-"""What a model from manoeuvring indices says: parameters and indices with intervals."""
+"""What a model from manoeuvring indices says: parameters and indices with intervals; and how well such models predict
+other manoeuvres, which `make indices-report` writes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One renderer of pages for each medium: HTML, Markdown with figures, terminal, notebook.
+"""One renderer of pages for each medium: HTML, Markdown with figures, terminal, notebook, PDF.
 
 Terminal and notebook show what is not folded away, and no charts; Markdown, which is published, shows statistics and no
 series.

@@ -1,4 +1,7 @@
-"""Which method: one sentence a case of knowledge.  The page computes the same in `templates/leaderboard_ranking.js`."""
+"""Which method: one sentence a case of knowledge, and how stable the ranking is.
+
+The page computes the same in `templates/leaderboard_ranking.js`.
+"""
 
 from __future__ import annotations
 

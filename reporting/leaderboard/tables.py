@@ -1,4 +1,5 @@
-"""Tables of the leaderboard: standings, methods by conditions, failures, errors by record, timings."""
+"""Tables of the leaderboard and their columns: standings, methods by conditions, failures, errors by record, timings,
+how far ahead to trust methods, and what stated uncertainties are worth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,7 @@
-"""The README of the timings: a table of targets, costs over size, and a drawing of each."""
+"""The published timings: a table of targets, costs over size, and a drawing of each.
+
+`python -m helmbench.reporting.timing.page ROWS FOLDER`, which `make timing` calls, writes them.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""HDF5 files and MAT files of version 7.3, read by h5py."""
+"""HDF5 files and MAT files of version 7.3, read by h5py, and classic netCDF files, read by SciPy."""
 
 from __future__ import annotations
 
