@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .angles import unwrapped
 from .columns import CANONICAL, UNITS
+from .geometry import unwrapped
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

@@ -64,7 +64,7 @@ def load(name: str, stem: str) -> Record:
     if not _is_stored(content, run):
         hint = f"`helmbench fetch {name}` replaces it"
         raise BadInput("SHA-256 differs: this is not the published file", file=path, hint=hint)
-    return source.read(content, stem, run.manoeuvre)
+    return source.record(content, stem)
 
 
 @typed

@@ -13,12 +13,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..models.errors import BadInput
-from .angles import unwrapped
 from .axes import ACROSS, goes_astern, lever_arm, track_of
 from .changes import NEAR, changes, integral_over_gaps, median_ratio
 from .columns import RUDDERS, TURN, TWIN
 from .copies import check_no_copies
-from .geometry import over_ground
+from .geometry import over_ground, unwrapped
 from .record import Record
 from .time_faults import time_fault
 

@@ -16,9 +16,9 @@ from ..models.argument_types import shown
 from ..models.display import html_table
 from ..models.errors import BadInput
 from ..models.extras import extras_told
-from .angles import unwrapped
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
 from .display import LabelledLine, channel_row, continuous, time_figure
+from .geometry import unwrapped
 from .time_faults import refuse_time_fault
 
 if TYPE_CHECKING:

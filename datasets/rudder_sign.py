@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .angles import unwrapped
+from .geometry import unwrapped
 from .plausibility import PlausibilityWarning
 from .record import Record, Side
 from .yaw_response import FEWEST, yaw_response

@@ -29,10 +29,9 @@ if TYPE_CHECKING:
     from .api.admission import rudder_sign_doubt
     from .api.advice import AdviceTest, check_advice
     from .api.assessment import Assessment, Comparison, compare
-    from .api.calibration import Calibration, calibrate
     from .api.check import Check, check
     from .api.craft import CraftDiagnosis, build_model
-    from .api.diagnosis import Diagnosis, diagnose
+    from .api.diagnosis import Calibration, Diagnosis, calibrate, diagnose
     from .api.doctor import Health, doctor
     from .api.exam import ExamScores, answer_exam, make_exam, score_exam
     from .api.export import ModelFromIndices, export_model, model_from_indices, read_parameters
@@ -158,10 +157,9 @@ _NAMES = {
     "api.admission": "rudder_sign_doubt",
     "api.advice": "AdviceTest check_advice",
     "api.assessment": "Assessment Comparison compare",
-    "api.calibration": "Calibration calibrate",
     "api.check": "Check check",
     "api.craft": "CraftDiagnosis build_model",
-    "api.diagnosis": "Diagnosis diagnose",
+    "api.diagnosis": "Calibration Diagnosis calibrate diagnose",
     "api.doctor": "Health doctor",
     "api.exam": "ExamScores answer_exam make_exam score_exam",
     "api.export": "ModelFromIndices export_model model_from_indices read_parameters",

@@ -12,8 +12,7 @@ from .tables import Column, Table, make_table
 
 if TYPE_CHECKING:
     from ..datasets.importing.draft import DraftColumn, Question
-    from ..datasets.importing.provenance import ChannelSource
-    from ..datasets.importing.report import FileFault, ImportReport
+    from ..datasets.importing.report import ChannelSource, FileFault, ImportReport
     from ..datasets.record import Record
 
 LONGEST = 28

@@ -1,4 +1,4 @@
-"""One renderer of pages for each medium: HTML, Markdown with figures, terminal, notebook.
+"""One renderer of pages for each medium: HTML, Markdown with figures, terminal, notebook, PDF.
 
 Terminal and notebook show what is not folded away, and no charts; Markdown, which is published, shows statistics and no
 series.
@@ -20,6 +20,10 @@ from .templating import render
 
 if TYPE_CHECKING:
     from .page import Block
+import logging
+
+from ..models.errors import BadInput
+from ..models.extras import extras_told
 
 
 def html(page: Page, sheet: bool = False) -> str:
@@ -159,3 +163,28 @@ def _bullets(rows: Iterable[tuple[str, ...]]) -> str:
         lines += [f"- **{in_markdown(title)}**" if texts else f"- {in_markdown(title)}"]
         lines += [f"  - {in_markdown(text)}" for text in texts]
     return "\n".join(lines)
+
+
+# ---- PDF, by WeasyPrint (extra `pdf`).
+
+
+def pdf(page: str) -> bytes:
+    """A self-contained page (HTML) as a PDF file, as it would be printed; nothing is loaded.
+
+    Raises
+    ------
+    BadInput : WeasyPrint or the libraries of Pango that it draws text with are not installed.
+    """
+    with extras_told():
+        try:
+            from weasyprint import HTML
+        except OSError:
+            raise BadInput(
+                "WeasyPrint finds no Pango", hint="apt-get install libpangoft2-1.0-0, or write HTML"
+            ) from None
+    logging.getLogger("weasyprint").setLevel(logging.ERROR)  # it warns of rules for screens, which it does not apply
+    return bytes(HTML(string=page, url_fetcher=_refused).write_pdf() or b"")
+
+
+def _refused(url: str) -> dict[str, object]:
+    raise ValueError(f"a page loads nothing, not {url}")

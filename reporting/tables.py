@@ -178,6 +178,11 @@ def in_markdown(text: object) -> str:
     return re.sub(r"([\\`*_{}\[\]<>#|!])", r"\\\1", " ".join(str(text).split()))
 
 
+def section(table: Table, where: str = "") -> list[str]:
+    """A table with its note under its title, as parts of a Markdown page; none where it has no rows."""
+    return [part for part in (f"## {table.title}{where}", table.note, markdown(table)) if part] if table.rows else []
+
+
 def listed(rows: Sequence[tuple[str, str]]) -> str:
     """Pairs of name and text as a Markdown list."""
     return "\n".join(f"- {name}: {in_markdown(text)}" for name, text in rows)

@@ -12,7 +12,7 @@ from ..models.folders import make_folder
 from . import results, runner
 from .claims import files
 from .claims.claim import DERIVED, Paper
-from .pages import figures, html, markdown
+from .pages import html, markdown
 from .results import Results
 from .runner import Run
 from .verdicts.spread import Spread
@@ -86,7 +86,7 @@ def _drawn(paper: Paper, found: Results, runs: Sequence[Run], directory: Path) -
     for figure in paper.figures:
         own = [run for run in runs if runner.is_of(run, paper.paper, figure.study) and not run["row"]["error"]]
         if own:
-            digests[figure.id] = figures.write(paper, figure, [runner.result_of(run) for run in own], directory)
+            digests[figure.id] = markdown.write_figure(paper, figure, [runner.result_of(run) for run in own], directory)
     return dataclasses.replace(found, figures=digests)
 
 

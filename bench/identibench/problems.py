@@ -31,8 +31,7 @@ from ..kinds.base import RunSelection, Suite
 from ..kinds.identification.plan import task_key
 from ..kinds.identification.problems import problem
 from ..store import check_vacant
-from ..suites import load_suite
-from ..trust import check_trust
+from ..suites import check_trust, load_suite
 from .columns import RATE, SIDE
 
 if TYPE_CHECKING:

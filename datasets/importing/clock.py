@@ -13,9 +13,8 @@ import numpy as np
 
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
 from .cell_texts import Texts
-from .even_stamps import even_stamps
 from .gps_time import EPOCH_S, WEEK_S
-from .moments import moment
+from .moments import even_stamps, moment
 from .names import words
 from .raw import RawColumn
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..angles import unwrapped
+from ..geometry import unwrapped
 from ..grammar import DEGREE
 from ..signals import integral
 from .units import LogUnit

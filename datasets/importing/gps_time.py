@@ -32,12 +32,12 @@ def leap_seconds(time: np.ndarray | float) -> np.ndarray:
     return AHEAD[np.searchsorted(STARTS, np.nan_to_num(time, nan=-np.inf), side="right")].astype(float)
 
 
-def utc_of_gps(time: np.ndarray) -> np.ndarray:
+def utc_of_gps(time: np.ndarray | float) -> np.ndarray:
     """Times (N,) in UTC of those in GPS time, both in seconds since 1970."""
     return time - leap_seconds(time - leap_seconds(time))
 
 
-def start_of_week(week: int) -> float:
+def start_of_week(week: float) -> float:
     """Begin of a GPS week, counted from 1980 on, in GPS time as seconds since 1970."""
     return EPOCH_S + WEEK_S * week
 

@@ -30,11 +30,10 @@ from .guess import entry_of, examine, missing, stated_side
 from .log import RawLog
 from .mapping import ColumnMap, Mapping, TableMap, TimeMap, uses
 from .merge import Merged, merge
-from .provenance import channel_sources
 from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .reading import WITHOUT_NAME
-from .report import FileFault, ImportFault, ImportReport, refuse_fatal, span
+from .report import FileFault, ImportFault, ImportReport, channel_sources, refuse_fatal, span
 from .result import Aside, Import
 from .sources import read_raw
 from .times import TableTime

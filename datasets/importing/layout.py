@@ -16,8 +16,8 @@ from .cell_texts import CHUNK, Texts
 from .cells import GAPS, PLAIN, is_number, table_style
 from .cells import SAMPLE as STYLE_SAMPLE
 from .headers import says_unit, scaled_unit, sign_stated
+from .moments import with_plain_stamps
 from .name_places import Names, other_separator, place_names
-from .plain_stamps import with_plain_stamps
 from .raw import RawColumn, RawTable, Rejected
 from .units import tidy
 

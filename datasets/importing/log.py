@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..angles import unwrapped
+from ..geometry import unwrapped
 from .draft import Question
 from .evidence import ClockSeries, together, track_velocity
 from .finding import ColumnFinding

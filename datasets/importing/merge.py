@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..angles import unwrapped
+from ..geometry import unwrapped
 from ..signals import integral
 from ..time_faults import MOST_SAMPLES, time_fault
 from .clocks import align

@@ -1,11 +1,17 @@
-"""Moments: dates with times of day in one text."""
+"""Moments: dates with times of day, and durations, as texts."""
 
 from __future__ import annotations
 
 import datetime
 import math
 import re
+from dataclasses import replace
 from functools import lru_cache
+
+import numpy as np
+
+from .cell_texts import Texts
+from .raw import RawColumn
 
 MOMENT = re.compile(
     r"(\d{4}[-/. ]\d{1,2}[-/. ]\d{1,2}|\d{8}|\d{1,2}[-/. ](?:\d{1,2}|[A-Za-z]{3,9})[-/. ](?:\d{4}|\d{2}))"
@@ -53,3 +59,138 @@ def _days(date: str, month_first: bool) -> float:
         return float(datetime.date(full, number, int(day)).toordinal() - EPOCH)
     except ValueError:
         return math.nan
+
+
+# ---- Dates with times of day that all have the same length, such as 2024-05-03T08:00:00.100Z, column by column.
+
+EVEN_FORM = "0000-00-00T00:00:00"
+"""Digits and signs of a moment in full seconds; a space may stand for the T, and decimals and a Z follow."""
+MOST_DECIMALS = 9
+
+
+def even_stamps(texts: Texts) -> np.ndarray | None:
+    """Seconds since 1970 (N,) of moments in UTC or without a zone; None where a text is of another form or no moment,
+    or the texts are not Arrow's."""
+    signs = texts.characters(len(EVEN_FORM) + MOST_DECIMALS + 2) if texts.arrow is not None else None
+    if signs is None or signs.shape[1] < len(EVEN_FORM):
+        return None
+    zoned = bool(signs[0, -1] == ord("Z"))
+    decimals = signs.shape[1] - len(EVEN_FORM) - 1 - zoned
+    if not 0 < decimals <= MOST_DECIMALS and decimals != -1:
+        return None
+    form = EVEN_FORM + ("" if decimals < 0 else "." + "0" * decimals) + "Z" * zoned
+    digit = np.array([sign == "0" for sign in form])
+    wanted = np.frombuffer(form.replace("T", chr(signs[0, 10])).encode(), np.uint8)
+    if chr(signs[0, 10]) not in "T " or (signs[:, ~digit] != wanted[~digit]).any():
+        return None
+    numbers = signs - np.uint8(ord("0"))
+    if (numbers[:, digit] > 9).any():
+        return None
+    return _epoch([_whole(numbers[:, a:b]) for a, b in ((0, 4), (5, 7), (8, 10), (11, 13), (14, 16), (17, 19))],
+                    _whole(numbers[:, 20 : 20 + decimals]) * 10 ** (9 - max(decimals, 0)))  # fmt: skip
+
+
+def _whole(digits: np.ndarray) -> np.ndarray:
+    """Whole numbers (N,) of their digits (N, k)."""
+    found = np.zeros(len(digits), np.int64)
+    for digit in digits.T:
+        found = 10 * found + digit
+    return found
+
+
+def _epoch(parts: list[np.ndarray], nanoseconds: np.ndarray) -> np.ndarray | None:
+    """Seconds since 1970 (N,) of year, month, day, hour, minute and second; None where they are no moment, or one of
+    other centuries."""
+    year, month, day, hour, minute, second = parts
+    if (year < 1700).any() or (year > 2200).any() or (month < 1).any() or (month > 12).any() or (day < 1).any():
+        return None
+    if (hour > 23).any() or (minute > 59).any() or (second > 59).any():
+        return None
+    first = (12 * (year - 1970) + month - 1).astype("datetime64[M]")
+    days = first.astype("datetime64[D]").astype(np.int64) + day - 1
+    if (day > 28).any() and (days.astype("datetime64[D]").astype("datetime64[M]") != first).any():
+        return None
+    return 86400 * days + 3600 * hour + 60 * minute + second + nanoseconds / 1e9
+
+
+# ---- Times in words of their own: dates with 年, 月 and 日, and durations such as `0 days 00:00:01.5`.
+
+SECOND = r"(?:(?P<s>\d{1,2}(?:[.,]\d+)?)[秒초])?"
+IN_WORDS = (
+    rf"(?:(?P<half>上午|下午|午前|午後|오전|오후)?\s*(?P<h>\d{{1,2}})[時时点시]\s*(?P<m>\d{{1,2}})[分분]\s*{SECOND})"
+)
+DAY_IN_WORDS = r"(?P<year>\d{4})[年년]\s*(?P<month>\d{1,2})[月월]\s*(?P<day>\d{1,2})[日일]"
+FAR_EAST = re.compile(rf"(?:{DAY_IN_WORDS})?\s*{IN_WORDS}?")
+DURATION = re.compile(r"(?P<sign>-)?(?P<days>\d+) days?(?:,?\s+\+?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:\.\d+)?))?")
+AFTER_NOON = ("下午", "午後", "오후")
+
+
+def with_plain_stamps(column: RawColumn) -> RawColumn:
+    """The column with such times as those of ISO 8601, and such durations as seconds; others as they are."""
+    first = next(iter(column.first(1)), "") if column.texts is not None else ""
+    if not first or (first.isascii() and " day" not in first):
+        return column
+    if DURATION.fullmatch(first):
+        return replace(column, values=Texts(map(_duration, column.texts or ())), unit=column.unit or "s")
+    return replace(column, values=Texts(map(_stamp, column.texts or ()))) if _stamp(first) != first else column
+
+
+def _duration(text: str) -> str:
+    """The seconds of a duration; the text where it is none."""
+    found = DURATION.fullmatch(text.strip())
+    if found is None:
+        return text
+    clock = 3600.0 * int(found["h"] or 0) + 60.0 * int(found["m"] or 0) + float(found["s"] or 0.0)
+    return f"{86400.0 * int(found['days']) * (-1.0 if found['sign'] else 1.0) + clock:.9g}"
+
+
+def _stamp(text: str) -> str:
+    """A date and time of day with dashes and colons; the text where it is none."""
+    found = FAR_EAST.fullmatch(text.strip())
+    if found is None or not (found["year"] or found["h"]):
+        return text
+    date = f"{found['year']}-{int(found['month']):02d}-{int(found['day']):02d}" if found["year"] else ""
+    if not found["h"]:
+        return date
+    hour = int(found["h"]) % 12 + (12 if found["half"] in AFTER_NOON else 0) if found["half"] else int(found["h"])
+    return f"{date} {hour:02d}:{found['m']:>02}:{(found['s'] or '00').zfill(2)}".strip()
+
+
+# ---- The time in a text that stands beside a sentence or an object, among names of channels and instruments.
+
+STAMP_DATE = r"(?:\d{4}[-/.]\d\d[-/.]\d\d|\d\d?[-/.]\d\d?[-/.]\d{2,4}|\d\d?[- ][A-Za-z]{3}[- ]\d{2,4}|\d{8})"
+STAMP_CLOCK = r"\d\d?:\d\d:\d\d(?:[.,]\d+)?(?:\s?(?:Z|[AaPp][Mm]|UTC|[+-]\d\d:?\d\d)\b)?"
+STAMP = re.compile(rf"(?<![\w.])({STAMP_DATE})[T ,;_\t-]\s?({STAMP_CLOCK})")
+STAMP_DAY_OF_YEAR = re.compile(r"(?<![\d:])(\d{4}):(\d{3}):(\d\d:\d\d:\d\d(?:\.\d+)?)")
+OTHER_STAMPS = (
+    re.compile(rf"(?<![\d:]){STAMP_CLOCK}"),
+    re.compile(r"(?<![\w.])\d{9,19}(?:\.\d+)?(?![\w.])"),
+    re.compile(r"(?<![\w.])\d+\.\d+(?![\w.])"),
+)
+"""A time of day; seconds, or parts of them, since 1970; seconds."""
+
+
+def time_in(text: str) -> tuple[str, str]:
+    """(the time in a text, the rest of it); the time is '' where there is none.
+
+    A day of the year (`2026:073:10:00:00`) becomes a date.
+    """
+    if found := STAMP.search(text):
+        return f"{found[1]} {found[2]}", _without(text, found)
+    found = STAMP_DAY_OF_YEAR.search(text)
+    if found and 0 < int(found[2]) <= 366 and int(found[1]) > 0:
+        day = datetime.date(int(found[1]), 1, 1) + datetime.timedelta(days=int(found[2]) - 1)
+        return f"{day} {found[3]}", _without(text, found)
+    found = next((match for form in OTHER_STAMPS if (match := form.search(text))), None)
+    return (found[0], _without(text, found)) if found else ("", text)
+
+
+def _without(text: str, found: re.Match[str]) -> str:
+    return f"{text[: found.start()]} {text[found.end() :]}"
+
+
+def without_zone(epoch: np.ndarray) -> tuple[str, ...]:
+    """Seconds (N,) since 1970 of a clock whose zone is not stated as texts of date and time."""
+    known = np.where(np.isfinite(epoch) & (np.abs(epoch) < 1e11), epoch, 0.0)
+    texts = np.datetime_as_string(np.round(1e6 * known).astype(np.int64).astype("datetime64[us]"))
+    return tuple(np.where(known == epoch, texts, "").tolist())

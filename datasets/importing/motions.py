@@ -15,7 +15,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from ..angles import unwrapped
+from ..geometry import unwrapped
 from ..signals import integral, lagged
 from ..yaw_response import yaw_response
 from .convert import Stream

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ...models.errors import BadInput
+from .gps_time import WEEK_S
 from .names import is_date, is_time, named, words
 
 DATE_CELL = re.compile(r"\d{4}([-/.])\d{1,2}\1\d{1,2}|\d{1,2}([-/.])\d{1,2}\2\d{2,4}|\d{1,2}-[A-Za-z]{3}-\d{2,4}")
@@ -17,7 +18,6 @@ BEHIND_CLOCK = re.compile(r"[AaPp]\.?[Mm]\.?|UTC|GMT|Z|[+-]\d{2}:?\d{2}|[A-Z]{3,
 LOCAL_ZONE = re.compile(r"(?!UTC|GMT)[A-Z]{3,4}")
 """The letters of a zone, which several have."""
 WEEK_CELL = re.compile(r"[12]\d{3}")
-WEEK_S = 604800.0
 SEPARATORS = (",", ";", "|", None)
 """Separators that a header may have other than its table; None: blanks."""
 

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from ...models.errors import BadInput
+from .moments import time_in
 from .nmea_fields import KINDS, Read, is_void
 from .nmea_makers import LOGS, MAKERS, NOVATEL, maker_kind, maker_message, novatel_kind, novatel_message, novatel_sound
 from .raw import RawColumn, RawTable, Rejected
-from .stamp_texts import time_in
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
 SUM = re.compile(r"[$!]([^*]*)\*([0-9A-Fa-f]{2})")

@@ -8,7 +8,7 @@ import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from .formats.stamps import utc_of_gps
+from .gps_time import start_of_week, utc_of_gps
 
 SUBTYPED = ("PSXN", "PIXSE", "PSAT", "PTNL", "PFEC", "PSTM", "PUBX")
 """Addresses whose first field says which sentence it is."""
@@ -130,7 +130,11 @@ def novatel_message(sentence: str) -> SentenceParts | None:
     except (ValueError, IndexError):
         return None
     timed = 0.0 < week < 5000.0 and 0.0 <= seconds <= 604800.0 and header[4:5] != ["UNKNOWN"]
-    moment = datetime.datetime.fromtimestamp(float(utc_of_gps(week, seconds)), datetime.UTC) if timed else None
+    moment = (
+        datetime.datetime.fromtimestamp(float(utc_of_gps(start_of_week(week) + seconds)), datetime.UTC)
+        if timed
+        else None
+    )
     lost = any(cell in NO_SOLUTION for cell in (*cells[:2], *cells[-1:]))
     day = moment.date() if moment else None
     return SentenceParts(

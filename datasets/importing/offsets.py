@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...models.linear_algebra import lstsq
-from ..angles import unwrapped
+from ..geometry import unwrapped
 from ..signals import integral
 from .convert import Stream
 

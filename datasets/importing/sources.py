@@ -14,15 +14,14 @@ from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
 from .contained import read_contained
+from .formats.autopilot_texts import looks_like_dataflash, looks_like_mavlink_text, read_dataflash, read_mavlink_text
 from .formats.autopilots import with_px4
-from .formats.dataflash_text import looks_like_dataflash, read_dataflash
 from .formats.expedition import looks_like_expedition, read_expedition
 from .formats.gpx import looks_like_gpx, looks_like_tcx, read_gpx, read_tcx
 from .formats.hypack import looks_like_hypack, read_hypack
 from .formats.influx import looks_like_influx, looks_like_line_protocol, read_influx, read_line_protocol
 from .formats.json_records import looks_like_json, read_json
 from .formats.labview import looks_like_labview, read_labview
-from .formats.mavlink_text import looks_like_mavlink_text, read_mavlink_text
 from .formats.messages import with_messages
 from .formats.moos import looks_like_alog, read_alog
 from .formats.n2k import looks_like_n2k, read_n2k

@@ -14,8 +14,7 @@ from typing import Any
 import numpy as np
 
 from ...models.errors import BadInput
-from .formats.hdf import hdf_content
-from .formats.netcdf import netcdf_content
+from .formats.hdf import hdf_content, netcdf_content
 from .layout import Line, table_of
 from .moments import moment
 from .raw import RawColumn, RawTable

@@ -7,8 +7,7 @@ import io
 
 import numpy as np
 
-from ..record import Record, RecordMeta
-from .base import Dataset, MeasuredRun
+from .base import Columns, Dataset, MeasuredRun
 
 FULL_DIFFERENCE_N = 110.5
 """Difference of force between the two propellers that stands for a rudder angle of 1 rad."""
@@ -42,23 +41,14 @@ def convert(content: bytes) -> bytes:
     return ("\n".join(lines) + "\n").encode("ascii")
 
 
-def _read(content: bytes, name: str, manoeuvre: str) -> Record:
+def _read(content: bytes) -> Columns:
     """One run, from the table that `convert` makes: (N, 8) with a header."""
     time, command, heading, *rest = np.loadtxt(io.BytesIO(content), delimiter=",", skiprows=1).T
     channels = dict(zip(COLUMNS[3:], rest, strict=True))
     channels = {"rudder_command_rad": command, "heading_rad": np.unwrap(np.deg2rad(heading)), **channels}
-    meta = RecordMeta(
-        reference_point="midship",
-        source=CITATION,
-        licence=BLUEBOAT.licence,
-        positive_rudder="starboard",
-        manoeuvre=manoeuvre,
-        notes=f"rudder angle = (left - right force) / {FULL_DIFFERENCE_N} N; speeds derived from the positions",
-    )
-    return Record(time, channels, name=name, meta=meta)
+    return time, channels
 
 
-CITATION = "jankristia, BlueBoatSystemIdentification; runs of a BlueBoat USV with differential thrust"
 RUNS = {
     "train-0": (224, "abd567031f8c931fa012dea005cdeee826f5545909bfe69f96172240be557d4b"),
     "train-1": (225, "8a4d4740c2df4411af58ece07fbd5680fd98859b6f730428427154cb558915c3"),
@@ -72,12 +62,14 @@ BLUEBOAT = Dataset(
         "fd6d9f37ae138a96b7f99f836894aee28e0684a8"
     ),
     folder="blueboat",
-    citation=CITATION,
+    citation="jankristia, BlueBoatSystemIdentification; runs of a BlueBoat USV with differential thrust",
     runs={
         stem: MeasuredRun(f"{stem}.csv", sha256, "", "sorted_data", f"fixed_{number:08d}.csv")
         for stem, (number, sha256) in RUNS.items()
     },
     read=_read,
+    notes=f"rudder angle = (left - right force) / {FULL_DIFFERENCE_N} N; speeds derived from the positions",
+    positive_rudder="starboard",
     convert=convert,
     known="left and right are exchanged; the compass deviates by about 5 deg; surge and sway come from the positions",
 )

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..record import Record, RecordMeta
-from .base import Dataset, MeasuredRun
+from .base import Columns, Dataset, MeasuredRun
 
 FOLDERS = {"zigzag": "zigzag", "turn": "turning", "random": "random"}
 """Kind of run -> folder in which the set publishes it."""
 
 
-def _read(content: bytes, name: str, manoeuvre: str) -> Record:
+def _read(content: bytes) -> Columns:
     """One run.
 
     Columns (N, 13): time s; x m, u m/s, y m, v m/s at midship; heading rad, yaw rate rad/s; propeller 1/s; rudder rad
@@ -32,19 +31,9 @@ def _read(content: bytes, name: str, manoeuvre: str) -> Record:
         "wind_speed_m_s": wind,
         "wind_direction_rad": wind_from,
     }
-    meta = RecordMeta(
-        vessel="esso-osaka-l3",
-        reference_point="midship",
-        source=CITATION,
-        licence=ESSO_OSAKA.licence,
-        positive_rudder="starboard",
-        manoeuvre=manoeuvre,
-        notes="3 m model, free running from rest in a pond; the rudder is the order",
-    )
-    return Record(time, channels, name=name, meta=meta)
+    return time, channels
 
 
-CITATION = "Wakita et al. 2022, doi 10.1007/s00773-021-00867-1; free-running tests of a 3 m Esso Osaka model"
 SHA256 = {
     "random_31-Jul-2020_14_52_18": "a28c7b140a499a9d8c2c53d958320d4ad71233b7f6b2195f83fb76e9f16e87cc",
     "turn_14-Oct-2020_14_17_39": "9e1062eee2ede637f199dd83f8380be1cea746be69d0df5d7ece6d6683ffacee",
@@ -58,12 +47,15 @@ SHA256 = {
 ESSO_OSAKA = Dataset(
     url=("https://raw.githubusercontent.com/NAOE-5thLab/FRT-DS-ESSO/e694dfd62932bff755f3bc975b5863d649023bc0/data"),
     folder="esso_osaka",
-    citation=CITATION,
+    citation="Wakita et al. 2022, doi 10.1007/s00773-021-00867-1; free-running tests of a 3 m Esso Osaka model",
     runs={
         stem: MeasuredRun(f"{stem}.csv", sha256, stem.partition("_")[0], FOLDERS[stem.partition("_")[0]])
         for stem, sha256 in SHA256.items()
     },
     read=_read,
+    notes="3 m model, free running from rest in a pond; the rudder is the order",
+    positive_rudder="starboard",
+    vessel="esso-osaka-l3",
     licence="CC BY-NC 4.0",
     known="velocities and heading lag the positions by about .93 s; positions sometimes freeze",
 )

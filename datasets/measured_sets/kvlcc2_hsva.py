@@ -5,13 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry import body_velocities
-from ..record import Record, RecordMeta
-from .base import Dataset, MeasuredRun
+from .base import Columns, Dataset, MeasuredRun
 
 HSVA_HEADER_LINES = 4
 
 
-def _read_hsva(content: bytes, name: str, manoeuvre: str) -> Record:
+def _read_hsva(content: bytes) -> Columns:
     """One free-running zigzag of the 7 m KVLCC2 model.
 
     Columns (N, 12): time s; x0, y0 m; psi deg; dx0/dt, dy0/dt m/s (earth-fixed); yaw rate deg/s; roll deg; rudder deg
@@ -34,16 +33,7 @@ def _read_hsva(content: bytes, name: str, manoeuvre: str) -> Record:
         "roll_rad": roll,
         "propeller_thrust_N": thrust,
     }
-    meta = RecordMeta(
-        vessel="kvlcc2-l7",
-        reference_point="midship",
-        source=HSVA_CITATION,
-        licence="not stated; not redistributed here",
-        positive_rudder="port",
-        manoeuvre=manoeuvre,
-        notes="model scale, 7 m; measured rudder; the execute lags the nominal heading by up to 2.5 deg",
-    )
-    return Record(time, channels, name=name, meta=meta)
+    return time, channels
 
 
 def _hsva_run(stem: str, sha256: str) -> tuple[str, MeasuredRun]:
@@ -52,7 +42,6 @@ def _hsva_run(stem: str, sha256: str) -> tuple[str, MeasuredRun]:
     return stem, MeasuredRun(f"HSVA_CPMC_KVLCC2_{stem}.dat", sha256, f"zigzag:{rudder}/{heading}{side}")
 
 
-HSVA_CITATION = "HSVA 2006, free-running model tests of KVLCC2; SIMMAN 2008 workshop"
 HSVA_SHA256 = {
     "Z_05_01": "169305b6aa1a2dee0c1a498708228fde1db04f0e0a913ad31c3186e99fb61766",
     "Z_10_05": "db2b9921264d4a2b998d259d001adb016c7368dd7ac1772dbeb96037875469b3",
@@ -72,7 +61,10 @@ KVLCC2_HSVA = Dataset(
         "4b7ce53f0cc8ac159126fdda7d45e30c540be2d8/data/01_raw/kvlcc2_hsva/raw_data"
     ),
     folder="kvlcc2/hsva",
-    citation=HSVA_CITATION,
+    citation="HSVA 2006, free-running model tests of KVLCC2; SIMMAN 2008 workshop",
     runs=dict(_hsva_run(stem, sha256) for stem, sha256 in HSVA_SHA256.items()),
     read=_read_hsva,
+    notes="model scale, 7 m; measured rudder; the execute lags the nominal heading by up to 2.5 deg",
+    positive_rudder="port",
+    vessel="kvlcc2-l7",
 )

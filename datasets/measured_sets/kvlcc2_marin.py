@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..geometry import body_velocities
-from ..record import Record, RecordMeta
-from .base import Dataset, MeasuredRun
+from .base import Columns, Dataset, MeasuredRun
 
 HEADER_LINES = 3
 SCALE = 320.0 / 7.0
@@ -15,7 +14,7 @@ STEP_S = 0.135264
 """Time step at full scale; the time column has three digits only, so that its stamps repeat."""
 
 
-def _read(content: bytes, name: str, manoeuvre: str) -> Record:
+def _read(content: bytes) -> Columns:
     """One run, scaled to the 7 m model by Froude's law.
 
     Columns (N, 11), full scale: time s; x0, y0 m; roll, heading deg; dx0/dt, dy0/dt m/s (earth-fixed); roll rate, yaw
@@ -40,16 +39,7 @@ def _read(content: bytes, name: str, manoeuvre: str) -> Record:
         "roll_rad": roll,
         "roll_rate_rad_s": np.deg2rad(roll_rate) * root,
     }
-    meta = RecordMeta(
-        vessel="kvlcc2-l7",
-        reference_point="midship",
-        source=CITATION,
-        licence=KVLCC2_MARIN.licence,
-        positive_rudder="port",
-        manoeuvre=manoeuvre,
-        notes="full-scale values of the files scaled to 7 m; time from the sample number",
-    )
-    return Record(np.arange(north.size) * STEP_S / root, channels, name=name, meta=meta)
+    return np.arange(north.size) * STEP_S / root, channels
 
 
 def _run(stem: str, sha256: str) -> tuple[str, MeasuredRun]:
@@ -59,7 +49,6 @@ def _run(stem: str, sha256: str) -> tuple[str, MeasuredRun]:
     return stem, MeasuredRun(f"MARIN_FREE_KVLCC2_{stem}_m.dat", sha256, manoeuvre)
 
 
-CITATION = "MARIN 2007, free-running model tests of KVLCC2; SIMMAN 2008 workshop"
 SHA256 = {
     "tc_-35": "65b54ac82aa6b48e5851f7898a6349688ed3391c86c7ff79eeaa758125fb815d",
     "tc_35": "9bba1c548ed2972f24249d862f254cfe3d0cb68475078cde0e9b5f9f2ead5b7f",
@@ -74,8 +63,11 @@ KVLCC2_MARIN = Dataset(
         "4b7ce53f0cc8ac159126fdda7d45e30c540be2d8/data/01_raw/kvlcc2"
     ),
     folder="kvlcc2/marin",
-    citation=CITATION,
+    citation="MARIN 2007, free-running model tests of KVLCC2; SIMMAN 2008 workshop",
     runs=dict(_run(stem, sha256) for stem, sha256 in SHA256.items()),
     read=_read,
+    notes="full-scale values of the files scaled to 7 m; time from the sample number",
+    positive_rudder="port",
+    vessel="kvlcc2-l7",
     known="the yaw rate carries a bias of .030 to .040 deg/s that differs from run to run; tc_-35 has a bad tail",
 )

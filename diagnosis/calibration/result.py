@@ -187,7 +187,7 @@ class Calibration(RunsResult):
     """Column -> error (SI) of held-out records by a fit to these records themselves; empty without them."""
     doubts: tuple[str, ...] = ()
     """What is doubtful about the records, a sentence each."""
-    room: ClassVar[str] = "calibration.page"
+    room: ClassVar[str] = "calibration"
     files: ClassVar[tuple[str, ...]] = (
         *("calibration.json", "calibration.html"),
         *("extended_model.json", "calibrated_model.json"),

@@ -119,7 +119,7 @@ class CraftDiagnosis(RunsResult):
     own_speed: Model | None = None
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
-    room: ClassVar[str] = "craft.page"
+    room: ClassVar[str] = "craft"
     files: ClassVar[tuple[str, ...]] = ("diagnosis.json", "diagnosis.html", "extended_model.json")
     pictured: ClassVar[str] = "measured channels and free runs"
 

@@ -67,7 +67,7 @@ class ModelFromIndices(Result):
     parameters: tuple[ParameterRow, ...]
     indices: tuple[IndexRow, ...]
     excess: float
-    room: ClassVar[str] = "indices.page"
+    room: ClassVar[str] = "indices"
 
     @property
     def undetermined(self) -> tuple[str, ...]:
@@ -81,7 +81,7 @@ class ModelFromIndices(Result):
 
     def statement(self) -> list[str]:
         """What the indices determine, what the model cannot give, and what the intervals hold for: sentences."""
-        return above("reporting.indices.page").statement(self)
+        return above("reporting.indices").statement(self)
 
     def to_json(self) -> dict[str, Any]:
         """Statement, parameters and indices as plain data."""

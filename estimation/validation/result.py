@@ -179,7 +179,7 @@ class Validation(RunsResult):
         BadInput : the file cannot be written, or WeasyPrint is not installed.
         """
         place, page = Path(path), self.certificate()
-        content = above("reporting.pdf").pdf(page) if place.suffix.lower() == ".pdf" else page
+        content = above("reporting.media").pdf(page) if place.suffix.lower() == ".pdf" else page
         return write_together(place.parent, {place.name: content_writer(content)})[0]
 
     def __repr__(self) -> str:

@@ -27,7 +27,7 @@ class Check(check_result.CheckResult, FileResult):
     `findings` that matter have `material` true; the others are detectable, but too small to matter.
     """
 
-    room, files, pictured = "check.page", ("check.json", "check.html"), "sizes of the findings"
+    room, files, pictured = "check", ("check.json", "check.html"), "sizes of the findings"
 
     def plot(self) -> Figure:
         """Draw the sizes of the findings with their intervals, over all records and in each.
@@ -40,7 +40,7 @@ class Check(check_result.CheckResult, FileResult):
         ------
         BadInput : no finding has a size.
         """
-        from ..reporting.check.page import figure_of
+        from ..reporting.check import figure_of
 
         return figure_of(self)
 

@@ -8,11 +8,12 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+from ..diagnosis.calibration.result import Calibration
 from ..diagnosis.result import Diagnosis
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
-from .admission import doubts_of, faults_of
+from .admission import doubts_of, faults_of, require_trustworthy
 from .arguments import as_model, as_records, labels
 
 if TYPE_CHECKING:
@@ -149,3 +150,42 @@ def both_sides(
     records, others = as_records(train, positive_rudder), as_records(held_out, positive_rudder)
     check_no_copies(records, others)
     return records, others, (*check_plausible(records, model), *check_plausible(others, model))
+
+
+@typed
+def calibrate(
+    model: Model | FilePath,
+    train: Record | FilePath | Sequence[Record | FilePath],
+    held_out: Record | FilePath | Sequence[Record | FilePath] = (),
+    *,
+    positive_rudder: str | None = None,
+) -> Calibration:
+    """Find which numbers of a model are wrong and by how much, by free runs of records that were left out.
+
+    Groups of coefficients and constants enter one after the other, within the prior standard deviations that the
+    family states, as long as they predict training records better that took no part in the fit.  Every record has a
+    neutral rudder angle and an initial state of its own.
+
+    Parameters
+    ----------
+    model : a 3-DOF model with coefficients, a vessel id or the path of a model.json.
+    train : one record or several, or paths of record files; fewer than three are cut into pieces.
+    held_out : likewise; scored once at the end, they take no part in the choice.
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+
+    Raises
+    ------
+    BadInput : a file or model cannot be used, a record is given twice or on both sides, or its numbers are in another
+        unit than its columns say.
+    FitFailed : the model cannot be run with the records, or the arithmetic fails.
+    CannotFit : the records lack what free runs need, or are too short to leave a part out.
+    """
+    from ..diagnosis.calibration.calibrate import calibrate as engine
+
+    base = as_model(model)
+    records, others, doubts = training_and_held_out(base, train, held_out, positive_rudder)
+    require_trustworthy([*records, *others], base)
+    found = engine(base, records, others)
+    roles = [role for _, role in found.records]
+    names = zip([*labels(train), *labels(held_out)], roles, strict=True)
+    return replace(found, records=tuple(names), doubts=(*doubts, *found.doubts))

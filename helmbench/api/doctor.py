@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from html import escape
 from importlib.metadata import PackageNotFoundError, requires, version
@@ -17,6 +17,7 @@ from types import FunctionType
 from typing import Any
 
 from ..models.errors import BadInput
+from ..reporting.tables import Column, Table, console, html, make_table
 
 OK, WARNING, FAULT = "ok", "warning", "fault"
 LITTLE, TOO_LITTLE = 2e9, 2e8
@@ -52,18 +53,12 @@ class Health:
 
     def summary(self) -> str:
         """The findings as a table in plain text."""
-        from ..reporting.doctor import health_table
-        from ..reporting.tables import console
-
         return console(health_table(self.findings))
 
     def __repr__(self) -> str:
         return f"<Health: {self.status}>"
 
     def _repr_html_(self) -> str:
-        from ..reporting.doctor import health_table
-        from ..reporting.tables import html
-
         return f"<p>{escape(self.status)}</p>{html(health_table(self.findings))}"
 
 
@@ -266,3 +261,14 @@ def _output() -> Iterator[HealthFinding]:
         yield HealthFinding("terminal", WARNING, f"{encoding} lacks characters of the tables", "set PYTHONUTF8=1")
     else:
         yield HealthFinding("terminal", OK, f"shows {encoding}")
+
+
+def health_table(findings: Sequence[Any]) -> Table:
+    """A row a finding: status, what it is about, what was found, what to do."""
+    columns = [
+        Column("status", lambda one: one.status),
+        Column("what", lambda one: one.what),
+        Column("found", lambda one: one.told),
+        Column("to do", lambda one: one.todo),
+    ]
+    return make_table(columns, findings)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ..bench.limits import Limits
     from ..bench.merging import MergeCounts
     from ..bench.store import Store
-    from ..bench.trust import Trust
+    from ..bench.suites import Trust
     from ..reporting.leaderboard.board import Leaderboard
     from ..reporting.leaderboard.comparing import Changes
 
@@ -159,7 +159,7 @@ def run_suite(
     from ..bench.limits import UNLIMITED, Limits
     from ..bench.pool import worker_count
     from ..bench.store import MANIFEST
-    from ..bench.trust import check_trust
+    from ..bench.suites import check_trust
 
     folder = Path(directory)
     given = RunSelection(suite or QUICK, tuple(methods), tuple(vessels), seeds, seed)
@@ -349,10 +349,9 @@ def _execute(
 
     from ..bench import runner
     from ..bench.kinds import kind_of
-    from ..bench.reuse import check_folders, take
+    from ..bench.merging import check_folders, take
     from ..bench.store import check_vacant
-    from ..bench.suites import load_suite
-    from ..bench.trust import check_trust
+    from ..bench.suites import check_trust, load_suite
 
     if not resume:
         check_vacant(directory)

@@ -17,15 +17,13 @@ from typing import ClassVar, NoReturn
 import click
 
 from ._shared import BAD_INPUT, INTERRUPTED, OK, CommandGroup, complain, echo
-from .benchmark import advice, compare, fetch, identibench, merge, report, reproduce
+from .benchmark import advice, compare, fetch, identibench, merge, report, reproduce, run
 from .diagnose import calibrate, check, diagnose
 from .exam import exam
-from .identify import identify
+from .identify import identify, validate
 from .import_ import import_command
 from .installation import completion, doctor, open_command
 from .models import export, from_indices, import_model, list_command, simulate
-from .run import run
-from .validate import validate
 
 
 class _Cli(CommandGroup):

@@ -1,21 +1,21 @@
-"""`helmbench identify RECORD... --model M [--method X] [-o DIR]`."""
+"""`helmbench identify RECORD... --model M [--method X] [-o DIR]`, and `helmbench validate`."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from ._from_api import RECORDS, ApiCommand
+from ._from_api import RECORDS, ApiCommand, several
 from ._shared import (
     FAILED,
     FILE,
     METHOD,
+    MODEL,
     MODEL_OR_AUTO,
     OK,
     SIDES,
@@ -33,20 +33,7 @@ from ._shared import (
 if TYPE_CHECKING:
     from .. import Assessment
 
-
 OPTIONS = {"validate": RECORDS, "positive_rudder": SIDES, "particulars": FILE}
-
-
-@dataclass(frozen=True)
-class Request:
-    """What is asked for: records, model, methods, the place of the results."""
-
-    records: tuple[Path, ...]
-    model: str
-    methods: tuple[str, ...]
-    validate: tuple[Path, ...]
-    positive_rudder: str | None
-    particulars: Path | None
 
 
 @click.command(cls=ApiCommand, api="identify", options=OPTIONS, greedy=["--validate", "--compare"])
@@ -112,7 +99,7 @@ def identify(
     methods = with_tuner(((method, *compare) if method else compare), tuner, storage)
     told = f"method {methods[0]}" if methods else "the ladder"
     with refusals(f"{told} failed on {model}", f"{told} cannot fit {model}") as failed:
-        found = _identified(Request(records, model, tuple(methods), validate, positive_rudder, particulars))
+        found = _identified(records, model, methods, validate, positive_rudder, particulars)
     if failed:
         return complain(failed[0], FAILED)
     for doubt in found.doubts:
@@ -144,7 +131,14 @@ def refusals(failed: str, refused: str) -> Generator[list[str]]:
         told.append(f"{failed}: {reason}")
 
 
-def _identified(asked: Request) -> Assessment:
+def _identified(
+    records: Sequence[Path],
+    model: str,
+    methods: Sequence[str],
+    validate: Sequence[Path],
+    positive_rudder: str | None,
+    particulars: Path | None,
+) -> Assessment:
     """Read every record before anything is fitted, then fit, compare and assess."""
     import helmbench
 
@@ -152,19 +146,19 @@ def _identified(asked: Request) -> Assessment:
     from ..api.arguments import AUTO, as_records
     from ..api.identification import chosen_estimate
 
-    fitters = [helmbench.make_method(text) for text in asked.methods]
-    structure = asked.model if asked.model == AUTO else helmbench.resolve(asked.model)
-    train, others = (as_records(side, asked.positive_rudder) for side in (asked.records, asked.validate))
+    fitters = [helmbench.make_method(text) for text in methods]
+    structure = model if model == AUTO else helmbench.resolve(model)
+    train, others = (as_records(side, positive_rudder) for side in (records, validate))
     refuse_copies(train, others)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", helmbench.PlausibilityWarning)  # the assessment tells of all records
         if structure != AUTO:
             estimate = helmbench.identify(train, structure, fitters[0])
             if len(fitters) > 1:
-                found = helmbench.compare(train, structure, asked.methods, validate=others)
+                found = helmbench.compare(train, structure, methods, validate=others)
                 return estimate.assess(others, compared=found)
             return estimate.assess(others)
-        return chosen_estimate(train, asked.methods, others, asked.particulars).assess(others)
+        return chosen_estimate(train, methods, others, particulars).assess(others)
 
 
 def _written(assessment: Assessment, output: Path, into_file: bool, page: Path | None) -> list[Path]:
@@ -178,3 +172,52 @@ def _written(assessment: Assessment, output: Path, into_file: bool, page: Path |
     if page is not None:
         paths.append(assessment.write_page(page))
     return paths
+
+
+# ---- `helmbench validate MODEL RECORD... [--compare MODEL...] [-o DIR]`.
+
+
+@click.command(
+    cls=ApiCommand,
+    api="validate",
+    greedy=["--compare"],
+    options={"compare": several(MODEL, metavar="MODEL..."), "positive_rudder": SIDES},
+)
+@click.argument("model", type=MODEL)
+@click.argument("records", nargs=-1, required=True, metavar="RECORD...", type=FILE)
+@click.option("-o", "--output", type=FILE, help="Directory for validation.json and validation.html.")
+@click.option(
+    "--certificate", type=FILE, help="A page on the model: what it was tried on, errors, limits (.html, .pdf)."
+)
+@force_option
+@output_options
+def validate(
+    model: str,
+    records: tuple[Path, ...],
+    output: Path | None,
+    certificate: Path | None,
+    force: bool,
+    printer: Printer,
+    **asked: Any,
+) -> None:
+    """Compare simulations with records; nothing is fitted.
+
+    Free runs, predictions ahead, IMO manoeuvring indices.  MODEL is a vessel id or a model.json, extended or not.
+    With -o it writes validation.json and a page with the free runs drawn over the records, with --certificate one page
+    that says what the model was tried on, how its errors grow with the time ahead, and where its limits are.
+    """
+    import helmbench
+
+    if output is not None:
+        check_folder(output, helmbench.Validation.files, force)
+    if certificate is not None:
+        check_file(certificate, force)
+    with warnings.catch_warnings(record=True) as doubts:
+        warnings.simplefilter("always", helmbench.RudderSignWarning)
+        found = helmbench.validate(model, records, **asked)
+    for doubt in (one for one in doubts if issubclass(one.category, helmbench.RudderSignWarning)):
+        echo(f"helmbench: warning: {doubt.message}", err=True)
+    paths = found.write(output) if output is not None else ()
+    if certificate is not None:
+        paths = (*paths, found.write_certificate(certificate))
+    printer.show(found.to_json, found.summary, paths)

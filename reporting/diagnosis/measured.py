@@ -247,8 +247,8 @@ the better of the two."""
 def write_reports(folder: Path = FOLDER, beginning: str = "") -> None:
     """Write the reports whose names begin so, and a list of all; others keep their line and their row in it."""
     from ...diagnosis.craft.build import build
-    from ..craft.page import page as craft_page
-    from ..craft.page import told_in_a_line
+    from ..craft import page as craft_page
+    from ..craft import told_in_a_line
     from ..media import write_markdown
     from .page import page
     from .rivals import compared

@@ -75,9 +75,7 @@ def markdown(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
     """The report as Markdown text."""
     parts = [f"# Diagnosis: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, cases)]
     shown = [rate_table(board), *part_tables(board, SHORT), said_table(board), power_table(board), size_table(board)]
-    for table in [*shown, failure_table(board)]:
-        if table.rows:
-            parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
+    parts += [part for table in [*shown, failure_table(board)] for part in tables.section(table)]
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", tables.listed(facts(manifest))]) + "\n"
 
 

@@ -17,21 +17,14 @@ from ...bench.kinds.diagnosis.plan import ONE_BUG, ORACLE, PLANTED, REGIME
 Frame: TypeAlias = Any
 """pandas frames, which are imported only where they are made."""
 LEVEL = 0.95
+RATE_COLUMNS = ["method", "scope", "group", "rate", "title", "n", "hits", "value", "low", "high", "target", "met"]
 GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 """Channels whose errors make the gain; positions drift and are stored only."""
 CASE = ["group", "vessel", "injected", "strength", "gusts", "seed"]
 SCOPES = ("vessel", "gusts", "strength", "injected", "base", "records")
 FOUND = ("alone", "tie")
-LATER = (
-    "regime_true",
-    "regime_named",
-    "regime_f1",
-    "healthy_bias",
-    "names",
-    "false_names",
-    "described",
-    "right_variable",
-)
+LATER = ("regime_true", "regime_named", "regime_f1", "healthy_bias", "names", "false_names", "described")
+LATER = (*LATER, "right_variable")
 """Columns that old stores do not have."""
 WORSE = 1.05
 """Ratio of errors that an extended model may not exceed."""
@@ -47,24 +40,47 @@ POWER_EDGES = (1.0, 3.0, 10.0, 30.0, 60.0, 120.0, 400.0, 800.0, 4e3, 1e4)
 """Non-centralities between which the power curves count."""
 
 
+Test: TypeAlias = Callable[[Frame], Frame]
+"""Which rows of a frame it holds for, (N,) truth values."""
+
+
 @dataclass(frozen=True)
 class Rate:
     """A rate that is reported: which cases, what counts, and what the design asks for."""
 
     id: str
     title: str
-    cases: Callable[[Frame], Frame]
-    hit: Callable[[Frame], Frame]
+    cases: Test
+    hit: Test
     target: float
     at_least: bool = True
 
 
-def _named(frame: Frame) -> Frame:
-    return frame["outcome"].isin(FOUND)
+def _is(column: str, *values: Any) -> Test:
+    return lambda frame: frame[column].isin(values)
 
 
-def _unexplained(frame: Frame) -> Frame:
-    return frame["outcome"] == "unexplained"
+_null, _pair, _effects = _is("group", "null"), _is("group", "pair"), _is("group", "injected", "pair")
+_one_bug, _regime, _planted = _is("group", ONE_BUG), _is("group", REGIME), _is("group", PLANTED)
+_alone, _named, _in_some_finding = _is("outcome", "alone"), _is("outcome", *FOUND), _is("outcome", *FOUND, "among")
+_both, _unexplained, _adequate = _is("outcome", "both"), _is("outcome", "unexplained"), _is("outcome", "adequate")
+_unstated, _wrong = _is("base", UNSTATED), _is("confident_wrong", True)
+
+
+def _all(*tests: Test) -> Test:
+    return lambda frame: np.logical_and.reduce([test(frame) for test in tests])
+
+
+def _not(test: Test) -> Test:
+    return lambda frame: ~test(frame)
+
+
+def _has(column: str) -> Test:
+    return lambda frame: frame[column].notna()
+
+
+def _up_to(column: str, most: float) -> Test:
+    return lambda frame: frame[column] <= most
 
 
 def _detectable(frame: Frame) -> Frame:
@@ -75,42 +91,21 @@ def _exact(frame: Frame) -> Frame:
     return frame["base"].fillna(EXACT) == EXACT  # stores from before bases were drawn hold none
 
 
-def _nameable(frame: Frame) -> Frame:
-    """Effects beside an imperfect base that the oracle names."""
-    return _detectable(frame) & ~_exact(frame) & frame["outcome_oracle"].isin(FOUND)
+_nameable = _all(_detectable, _not(_exact), _is("outcome_oracle", *FOUND))
+"""Effects beside an imperfect base that the oracle names."""
+_beside = _all(_is("group", "injected"), _not(_exact), _has("gain_worst"))
+"""Effects beside an imperfect base, with the oracle's errors."""
+_null_unstated, _null_beside = _all(_null, _unstated), _all(_null, _not(_exact), _not(_unstated))
+_known_variable = _all(_is("strength", "largest"), _has("right_variable"), _is("group", "anticipated"))
+"""Unknown effects of the largest size whose variable is known."""
 
 
-def _beside(frame: Frame) -> Frame:
-    """Effects beside an imperfect base, with the oracle's errors."""
-    return (frame["group"] == "injected") & ~_exact(frame) & frame["gain_worst"].notna()
+def _null_in(gusts: str) -> Test:
+    return _all(_null, _is("gusts", gusts), _exact)
 
 
-def _null(gusts: str) -> Callable[[Frame], Frame]:
-    return lambda frame: (frame["group"] == "null") & (frame["gusts"] == gusts) & _exact(frame)
-
-
-def _null_beside(frame: Frame) -> Frame:
-    return (frame["group"] == "null") & ~_exact(frame) & ~_unstated(frame)
-
-
-def _unstated(frame: Frame) -> Frame:
-    return frame["base"] == UNSTATED
-
-
-def _null_unstated(frame: Frame) -> Frame:
-    return (frame["group"] == "null") & _unstated(frame)
-
-
-def _one_bug(frame: Frame) -> Frame:
-    return frame["group"] == ONE_BUG
-
-
-def _one_bug_alone(frame: Frame) -> Frame:
-    return _one_bug(frame) & (frame["outcome"] == "alone")
-
-
-def _regime(frame: Frame) -> Frame:
-    return frame["group"] == REGIME
+def _of(group: str, calm: bool) -> Test:
+    return lambda frame: (frame["group"] == group) & ((frame["gusts"] == "none") == calm)
 
 
 def _located(frame: Frame) -> Frame:
@@ -118,38 +113,13 @@ def _located(frame: Frame) -> Frame:
     return _regime(frame) & (frame["regime_f1"].notna() | (frame["status"] == "failed"))
 
 
-def _without_regime(frame: Frame) -> Frame:
-    return ~_regime(frame) & frame["regime_true"].notna()
+def _near(frame: Frame) -> Frame:
+    return frame["regime_f1"] >= CLOSE_F1
 
 
 def _healthy(frame: Frame) -> Frame:
     """Wrong numbers and regimes, where the other numbers have priors."""
     return (_regime(frame) | _one_bug(frame)) & frame["healthy_bias"].notna()
-
-
-def _in_some_finding(frame: Frame) -> Frame:
-    return frame["outcome"].isin([*FOUND, "among"])
-
-
-def _false_alarm(frame: Frame) -> Frame:
-    return frame["outcome"] != "adequate"
-
-
-def _wrong(frame: Frame) -> Frame:
-    return frame["confident_wrong"].eq(True)
-
-
-def _of(group: str, calm: bool) -> Callable[[Frame], Frame]:
-    return lambda frame: (frame["group"] == group) & ((frame["gusts"] == "none") == calm)
-
-
-def _effects(frame: Frame) -> Frame:
-    return frame["group"].isin(["injected", "pair"])
-
-
-def _of_known_variable(frame: Frame) -> Frame:
-    """Unknown effects of the largest size whose variable is known."""
-    return (frame["strength"] == "largest") & frame["right_variable"].notna() & (frame["group"] == "anticipated")
 
 
 def _described(frame: Frame) -> Frame:
@@ -171,6 +141,10 @@ def _above_the_base(frame: Frame, which: str) -> Frame:
     return np.logical_or.reduce([ratio > WORSE for ratio in ratios])
 
 
+def _halved(frame: Frame) -> Frame:
+    return _squared(frame, "after") <= 0.25 * _squared(frame, "before")
+
+
 def _squared(frame: Frame, which: str) -> Frame:
     """Squared held-out error, in units of the true ship's, which is the noise of the sensors; the sum over channels."""
     known = [c for c in GAIN_CHANNELS if f"rmse_truth_{c}" in frame]
@@ -186,132 +160,50 @@ def _predictable(frame: Frame) -> Frame:
     return _effects(frame) & frame["rmse_truth_heading_rad"].notna() & ~_above_the_base(frame, "truth")
 
 
+NAMED = "true cause first or in its tie"
+BUG_WORSE = "one wrong number: held-out error above 1.05 of the base in some channel"
+CLOSE_BESIDE = f"held-out error within {CLOSE} of the oracle's in every channel, imperfect base"
+HALVED = "... whose held-out error is halved (of all channels, each in units of the true ship's)"
+RIGHT_VARIABLE = "unknowns of the largest size described by the right variable"
+UNTOLD = "correct base, not told so: verdict other than adequate"
+STAYS = "numbers that are right stay within .1 of their prior standard deviation (rms)"
+VERDICT = "verdict named or tied where nothing but the wrong number is named"
+_only_bug, _false = _all(_one_bug, _alone), _not(_adequate)
+_no_regime, _regime_named = _all(_not(_regime), _has("regime_true")), _not(_is("regime_named", ""))
 RATES = (
-    Rate("named", "true cause first or in its tie (detectable)", _detectable, _named, 0.97),
-    Rate("alone", "... by itself", _detectable, lambda f: f["outcome"] == "alone", 0.0),
-    Rate("false_clean", "false alarms, clean", _null("none"), _false_alarm, 0.02, False),
-    Rate("false_fast", "false alarms, fast gusts", _null("fast"), _false_alarm, 0.03, False),
-    Rate("false_slow", "false alarms, slow gusts", _null("slow"), _false_alarm, 0.03, False),
-    Rate("wrong", "wrong names without a tie", lambda f: f["group"].isin(["injected", "pair"]), _wrong, 0.02, False),
+    Rate("named", f"{NAMED} (detectable)", _detectable, _named, 0.97),
+    Rate("alone", "... by itself", _detectable, _alone, 0.0),
+    Rate("false_clean", "false alarms, clean", _null_in("none"), _false, 0.02, False),
+    Rate("false_fast", "false alarms, fast gusts", _null_in("fast"), _false, 0.03, False),
+    Rate("false_slow", "false alarms, slow gusts", _null_in("slow"), _false, 0.03, False),
+    Rate("wrong", "wrong names without a tie", _effects, _wrong, 0.02, False),
     Rate("anticipated_clean", "anticipated unknowns unexplained, clean", _of("anticipated", True), _unexplained, 0.95),
     Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", _of("anticipated", False), _unexplained, 0.70),
     Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", _of("unforeseen", True), _unexplained, 0.70),
-    Rate(
-        "right_variable",
-        "unknowns of the largest size described by the right variable",
-        _of_known_variable,
-        lambda f: f["right_variable"].fillna(value=False).astype(bool),
-        0.80,
-    ),
-    Rate(
-        "halved",
-        "... whose held-out error is halved (of all channels, each in units of the true ship's)",
-        _of_known_variable,
-        lambda f: _squared(f, "after") <= 0.25 * _squared(f, "before"),
-        0.0,
-    ),
-    Rate(
-        "described",
-        "something is described where nothing is, gusts or none",
-        lambda f: f["group"] == "null",
-        _described,
-        0.02,
-        False,
-    ),
+    Rate("right_variable", RIGHT_VARIABLE, _known_variable, _is("right_variable", True), 0.80),
+    Rate("halved", HALVED, _known_variable, _halved, 0.0),
+    Rate("described", "something is described where nothing is, gusts or none", _null, _described, 0.02, False),
     Rate("extra", "runs with a further name that is none of the hull's", _effects, _further, 0.05, False),
-    Rate(
-        "named_beside", "true cause first or in its tie (imperfect base; the oracle names it)", _nameable, _named, 0.92
-    ),
+    Rate("named_beside", f"{NAMED} (imperfect base; the oracle names it)", _nameable, _named, 0.92),
     Rate(
         "false_beside", "a name that is none of the hull's, clean, imperfect base", _null_beside, _further, 0.02, False
     ),
-    Rate(
-        "close_beside",
-        f"held-out error within {CLOSE} of the oracle's in every channel, imperfect base",
-        _beside,
-        lambda f: f["gain_worst"] <= CLOSE,
-        0.90,
-    ),
+    Rate("close_beside", CLOSE_BESIDE, _beside, _up_to("gain_worst", CLOSE), 0.90),
     Rate("worse", "held-out error above 1.05 of the base in some channel", _effects, _worse, 0.0, False),
-    Rate(
-        "worse_than_possible",
-        "... where the true ship without gusts is not",
-        _predictable,
-        _worse,
-        0.0,
-        False,
-    ),
-    Rate(
-        "bug_alone",
-        "one wrong number: its group or cause is all that is named",
-        _one_bug,
-        lambda f: f["outcome"] == "alone",
-        0.80,
-    ),
+    Rate("worse_than_possible", "... where the true ship without gusts is not", _predictable, _worse, 0.0, False),
+    Rate("bug_alone", "one wrong number: its group or cause is all that is named", _one_bug, _alone, 0.80),
     Rate("bug_tie", "... or tied with others", _one_bug, _named, 0.0),
     Rate("bug_among", "... or among other findings", _one_bug, _in_some_finding, 0.90),
-    Rate(
-        "bug_verdict",
-        "verdict named or tied where nothing but the wrong number is named",
-        _one_bug_alone,
-        lambda f: f["verdict"].isin(["named", "tied"]),
-        0.95,
-    ),
-    Rate(
-        "bug_worse",
-        "one wrong number: held-out error above 1.05 of the base in some channel",
-        _one_bug,
-        _worse,
-        0.0,
-        False,
-    ),
-    Rate(
-        "false_unstated",
-        "correct base, not told so: verdict other than adequate",
-        _null_unstated,
-        _false_alarm,
-        0.02,
-        False,
-    ),
-    Rate(
-        "regime_alone",
-        "fault in a regime: its group or cause is all that is named",
-        _regime,
-        lambda f: f["outcome"] == "alone",
-        0.0,
-    ),
+    Rate("bug_verdict", VERDICT, _only_bug, _is("verdict", "named", "tied"), 0.95),
+    Rate("bug_worse", BUG_WORSE, _one_bug, _worse, 0.0, False),
+    Rate("false_unstated", UNTOLD, _null_unstated, _false, 0.02, False),
+    Rate("regime_alone", "fault in a regime: its group or cause is all that is named", _regime, _alone, 0.0),
     Rate("regime_among", "... or tied, or among other findings", _regime, _in_some_finding, 0.90),
-    Rate(
-        "regime_f1",
-        "fault in a regime: samples located with F1 >= .8",
-        _located,
-        lambda f: f["regime_f1"] >= CLOSE_F1,
-        0.80,
-    ),
-    Rate(
-        "regime_false",
-        "a regime is stated where there is none",
-        _without_regime,
-        lambda f: f["regime_named"] != "",
-        0.05,
-        False,
-    ),
-    Rate(
-        "healthy",
-        "numbers that are right stay within .1 of their prior standard deviation (rms)",
-        _healthy,
-        lambda f: f["healthy_bias"] <= HEALTHY,
-        0.90,
-    ),
-    Rate(
-        "planted",
-        "planted nulls of which something is named",
-        lambda f: f["group"] == PLANTED,
-        lambda f: ~(f["names"] == 0),
-        0.05,
-        False,
-    ),
-    Rate("both", "both causes of a pair named", lambda f: f["group"] == "pair", lambda f: f["outcome"] == "both", 0.90),
+    Rate("regime_f1", "fault in a regime: samples located with F1 >= .8", _located, _near, 0.80),
+    Rate("regime_false", "a regime is stated where there is none", _no_regime, _regime_named, 0.05, False),
+    Rate("healthy", STAYS, _healthy, _up_to("healthy_bias", HEALTHY), 0.90),
+    Rate("planted", "planted nulls of which something is named", _planted, _not(_is("names", 0)), 0.05, False),
+    Rate("both", "both causes of a pair named", _pair, _both, 0.90),
 )
 
 
@@ -337,8 +229,7 @@ class Board:
         import pandas as pd
 
         figures = self.figures.rename(columns={"figure": "rate"}).assign(scope="all", group="all")
-        columns = ["method", "scope", "group", "rate", "title", "n", "hits", "value", "low", "high", "target", "met"]
-        return pd.concat([self.rates, figures]).reindex(columns=columns)
+        return pd.concat([self.rates, figures]).reindex(columns=RATE_COLUMNS)
 
 
 def build(cases: Frame, sizes: Frame) -> Board:
@@ -391,9 +282,6 @@ def rate_table(cases: Frame) -> Frame:
     return pd.DataFrame([row for row in rows if row["n"]], columns=RATE_COLUMNS)
 
 
-RATE_COLUMNS = ["method", "scope", "group", "rate", "title", "n", "hits", "value", "low", "high", "target", "met"]
-
-
 def _judged(cases: Frame) -> Frame:
     """Cases that ran; what did not apply is left out, what failed counts as missed."""
     return cases[cases["status"] != "not_applicable"]
@@ -418,6 +306,9 @@ def binomial_interval(hits: int, n: int, level: float = LEVEL) -> tuple[float, f
     return float(found.low), float(found.high)
 
 
+FIGURE_COLUMNS = ["figure", "title", "n", "hits", "value", "low", "high", "target", "met"]
+
+
 def figure_table(cases: Frame, sizes: Frame) -> Frame:
     """What is no rate of cases: tie size, coverage, gain, time."""
     import pandas as pd
@@ -425,17 +316,18 @@ def figure_table(cases: Frame, sizes: Frame) -> Frame:
     rows = []
     for method, own in cases[cases["status"] == "ok"].groupby("method", sort=True):
         covered = sizes[sizes["method"] == method]["covered"]
-        rows += [{"method": method} | row for row in _figures(own, covered)]
-    columns = ["method", "figure", "title", "n", "hits", "value", "low", "high", "target", "met"]
-    return pd.DataFrame(rows, columns=columns)
+        figures = [dict(zip(FIGURE_COLUMNS, row, strict=True)) for row in _figures(own, covered)]
+        rows += [{"method": method} | row for row in figures if row["n"]]
+    return pd.DataFrame(rows, columns=["method", *FIGURE_COLUMNS])
 
 
-def _figures(own: Frame, covered: Frame) -> list[dict[str, Any]]:
+def _figures(own: Frame, covered: Frame) -> list[tuple[Any, ...]]:
+    """Rows of `FIGURE_COLUMNS`."""
     ties = own[_detectable(own) & _named(own)]["tie_size"].astype(float)
     ratio = own[_detectable(own)]["gain_ratio"].dropna().to_numpy(float)
     f1 = own["regime_f1"].dropna().to_numpy(float)
     wall, cpu = (own[name].dropna().to_numpy(float) for name in ("wall_s", "cpu_s"))
-    rows = [
+    return [
         _mean_row(ties),
         _share_row("coverage", "sizes inside their 90 % intervals", covered, (0.85, 0.95)),
         _spread_row("gain_median", "held-out error over the oracle's, median (5-95 % of cases)", ratio, 1.15),
@@ -445,18 +337,17 @@ def _figures(own: Frame, covered: Frame) -> list[dict[str, Any]]:
         _spread_row("wall_s", "wall time of a diagnosis, s, median (5-95 % of cases)", wall),
         _spread_row("cpu_s", "CPU time of a diagnosis, s, median (5-95 % of cases)", cpu),
     ]
-    return [row for row in rows if row["n"]]
 
 
-def _mean_row(ties: Frame) -> dict[str, Any]:
+def _mean_row(ties: Frame) -> tuple[Any, ...]:
     """Mean tie size with a normal interval."""
-    mean = float(ties.mean()) if len(ties) else np.nan
-    half = 1.96 * float(ties.std()) / np.sqrt(len(ties)) if len(ties) > 1 else np.nan
-    facts = {"figure": "tie_size", "title": "mean tie size (detectable, named)", "n": len(ties), "hits": None}
-    return facts | {"value": mean, "low": mean - half, "high": mean + half, "target": "1.3", "met": mean <= 1.3}
+    n, mean = len(ties), float(ties.mean()) if len(ties) else np.nan
+    half = 1.96 * float(ties.std()) / np.sqrt(n) if n > 1 else np.nan
+    title = "mean tie size (detectable, named)"
+    return "tie_size", title, n, None, mean, mean - half, mean + half, "1.3", mean <= 1.3
 
 
-def _false_discovery_row(cases: Frame) -> dict[str, Any]:
+def _false_discovery_row(cases: Frame) -> tuple[Any, ...]:
     """False discovery rate: mean over the cases of the share of names that are false, 0 where nothing is stated.
 
     The interval is that of Clopper and Pearson for the same mean: no variable in 0 .. 1 has a larger variance.
@@ -468,39 +359,24 @@ def _false_discovery_row(cases: Frame) -> dict[str, Any]:
     low, high = beta.ppf([0.025, 0.975], [total, total + 1.0], [n - total + 1.0, n - total]) if n else (np.nan, np.nan)
     low, high = (0.0 if total == 0.0 else float(low)), (1.0 if total == n else float(high))
     value = total / n if n else np.nan
-    facts = {
-        "figure": "false_discovery",
-        "title": "false discovery rate (share of names that are false, mean of cases)",
-    }
-    return facts | {
-        "n": n,
-        "hits": None,
-        "value": value,
-        "low": low,
-        "high": high,
-        "target": "0.05",
-        "met": value <= FDR,
-    }
+    title = "false discovery rate (share of names that are false, mean of cases)"
+    return "false_discovery", title, n, None, value, low, high, f"{FDR:g}", value <= FDR
 
 
-def _share_row(name: str, title: str, hit: Any, asked: tuple[float, float] | None = None) -> dict[str, Any]:
+def _share_row(name: str, title: str, hit: Any, asked: tuple[float, float] | None = None) -> tuple[Any, ...]:
     n, hits = len(hit), int(np.sum(hit))
-    low, high = binomial_interval(hits, n)
     value = hits / n if n else np.nan
     target = None if asked is None else f"{100 * asked[0]:.0f}-{100 * asked[1]:.0f} %"
     met = None if asked is None else asked[0] <= value <= asked[1]
-    facts = {"figure": name, "title": title, "n": n, "hits": hits, "value": value}
-    return facts | {"low": low, "high": high, "target": target, "met": met}
+    return name, title, n, hits, value, *binomial_interval(hits, n), target, met
 
 
-def _spread_row(name: str, title: str, values: np.ndarray, most: float | None = None) -> dict[str, Any]:
+def _spread_row(name: str, title: str, values: np.ndarray, most: float | None = None) -> tuple[Any, ...]:
     """Median and the 5 and 95 % quantiles."""
-    low, middle, high = (
-        np.quantile(values, [0.05, 0.5, 0.95], method="median_unbiased") if values.size else [np.nan] * 3
-    )
-    facts = {"figure": name, "title": title, "n": values.size, "hits": None, "value": float(middle)}
-    target, met = (None, None) if most is None else (f"{most:g}", bool(middle <= most))
-    return facts | {"low": float(low), "high": float(high), "target": target, "met": met}
+    quantiles = np.quantile(values, [0.05, 0.5, 0.95], method="median_unbiased") if values.size else [np.nan] * 3
+    low, middle, high = map(float, quantiles)
+    target, met = (None, None) if most is None else (f"{most:g}", middle <= most)
+    return name, title, values.size, None, middle, low, high, target, met
 
 
 def confusion(cases: Frame) -> Frame:

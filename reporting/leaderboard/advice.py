@@ -17,9 +17,9 @@ from ..numbers import MISSING, number, percent
 from ..tables import Column, Table, make_table, markdown
 from ..tables import field as column
 from .answer import FLOOR, GOOD, shortlist
-from .columns import count, numeric
 from .contest import Contest
 from .standings import CASES, median
+from .tables import count, numeric
 
 UNKNOWN = "output-error"
 """The advice where a ship's equations and particulars are unknown: no rule tried was shown to be better, see

@@ -1,4 +1,7 @@
-"""Which method: one sentence a case of knowledge.  The page computes the same in `templates/leaderboard_ranking.js`."""
+"""Which method: one sentence a case of knowledge, and how stable the ranking is.
+
+The page computes the same in `templates/leaderboard_ranking.js`.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ import numpy as np
 from ..numbers import percent
 from .contest import Contest
 from .equivalence import EQUAL, FEW, NEAR, WORSE, Rival, rivals
-from .standings import CASES, median
+from .standings import BOOTSTRAP_DRAWS, BOOTSTRAP_SEED, CASES, median
 
 FASTER = 1.2
 """A method is faster from this ratio of times on."""
@@ -55,7 +58,7 @@ def sentence(board: Contest) -> str:
         return "No method predicts these problems with a finite error."
     others = rivals(board)
     told = _others(places[0].method, others) if others else ""
-    figures = f"{places[0].method} (error {number(error)}, {number(seconds)} s; {_problems(board, best)})"
+    figures = f"{places[0].method} (error {two_digits(error)}, {two_digits(seconds)} s; {_problems(board, best)})"
     if board.criterion != "prediction":
         return f"{figures}{told}."
     useless = "" if error < MEAN else USELESS
@@ -82,7 +85,7 @@ def _little_skill(board: Contest, best: int) -> str:
     error, name, own = min(found, default=(np.inf, "", 0.0))
     if not own > LITTLE * error:
         return ""
-    return f", which is little skill: {name}, without any identification, errs {number(error)}"
+    return f", which is little skill: {name}, without any identification, errs {two_digits(error)}"
 
 
 def shortlist(board: Contest, methods: Sequence[str]) -> tuple[list[str], float, int]:
@@ -146,7 +149,7 @@ def _others(best: str, others: Sequence[Rival]) -> str:
         named = f"{', '.join(other.method for other in good[:NAMED])}{more}"
         return f"; as good (error below {NEAR:g} times, {_sample(good[0])}): {named}; fast choice: {_fast(best, good)}"
     least = min(others, key=lambda other: round(other.error_ratio, 9))
-    near = f"{least.method} errs {number(least.error_ratio)} times as much"
+    near = f"{least.method} errs {two_digits(least.error_ratio)} times as much"
     if all(other.verdict == FEW for other in others):
         most = max(others, key=lambda other: int(other.sample.split()[0]))
         return f"; too few problems ({most.sample}) to say which are as good; the nearest, {near}"
@@ -157,17 +160,17 @@ def _others(best: str, others: Sequence[Rival]) -> str:
 
 def _sample(other: Rival) -> str:
     """What a verdict rests on, and how small its p can be."""
-    return f"{other.sample}, with which p is {number(other.least_p)} at the least"
+    return f"{other.sample}, with which p is {two_digits(other.least_p)} at the least"
 
 
 def _fast(best: str, good: Sequence[Rival]) -> str:
     fast = max(good, key=lambda other: round(other.speed, 9))
     if not fast.speed >= FASTER:
         return f"{best} itself"
-    return f"{fast.method}, {number(fast.speed)} times as fast with {number(fast.error_ratio)} times the error"
+    return f"{fast.method}, {two_digits(fast.speed)} times as fast with {two_digits(fast.error_ratio)} times the error"
 
 
-def number(value: float) -> str:
+def two_digits(value: float) -> str:
     """Two significant digits, without trailing zeros: `0.012`, `3.4`, `120`."""
     if not np.isfinite(value):
         return "infinitely many" if value > 0.0 else "unknown"
@@ -176,3 +179,62 @@ def number(value: float) -> str:
     if not -4 <= power <= 6:
         return f"{mantissa}e{power}"
     return f"{float(mantissa) * 10.0**power:.{max(0, 1 - power)}f}"
+
+
+# ---- How stable a ranking is: it is made again from ships drawn with replacement.
+
+FEWEST_SHIPS = 2
+MENTIONED = 0.05
+"""Share of draws from which on a method that comes first is named."""
+
+
+def stability(board: Contest, draws: int = BOOTSTRAP_DRAWS) -> tuple[dict[str, float], int, tuple[int, int]] | None:
+    """How stable the first group of a contest is; None for fewer than `FEWEST_SHIPS` ships or two methods.
+
+    Returns
+    -------
+    Method -> share of the draws in which it is first, the most frequent one first; the number of ships; the place
+    (low, high) of the first method at 90 %.
+    """
+    full = [place for place in board.order() if not place.partial]
+    ships = board.problems["vessel"].astype(str).to_numpy()
+    names = list(dict.fromkeys(ships))
+    if len(full) < 2 or len(names) < FEWEST_SHIPS:
+        return None
+    means = _mean_ranks(board.ranks()[:, [place.index for place in full]], ships == np.array(names)[:, None], draws)
+    first = np.bincount(means.argmin(axis=1), minlength=len(full)) / draws
+    place = np.sort(1 + (means < means[:, :1] - 1e-9).sum(axis=1))
+    order = [i for i in np.argsort(-first, kind="stable") if first[i] >= MENTIONED or i == 0]
+    firsts = {full[i].method: float(first[i]) for i in order}
+    return firsts, len(names), (int(place[draws // 20]), int(place[-1 - draws // 20]))
+
+
+def stability_sentences(board: Contest) -> list[str]:
+    """What drawing the ships anew says of the first method, for every case of what is known with several ships."""
+    told = []
+    for case in CASES:
+        own = board.where({"case": case})
+        if (found := stability(own)) is None:
+            continue
+        (shares, ships, (low, high)), first = found, own.order()[0].method
+        others = [f"{name} ({percent(share)})" for name, share in shares.items() if name != first]
+        place = f"place {low}" if low == high else f"places {low} to {high}"
+        told.append(
+            f"{begin(case)}: Of rankings from {ships} ships drawn with replacement, {first} is first in "
+            f"{percent(shares.get(first, 0.0))} ({place} in 90 %){'; else ' * bool(others)}{', '.join(others)}."
+        )
+    return told
+
+
+def _mean_ranks(ranks: np.ndarray, of: np.ndarray, draws: int) -> np.ndarray:
+    """Mean ranks (draws, m) of ranks (P, m) over ships drawn with replacement; of (s, P) says which ship's they are.
+
+    Infinite where none of a method's ships is drawn.
+    """
+    known = ~np.isnan(ranks)
+    sums, counts = of @ np.where(known, ranks, 0.0), of @ known.astype(float)
+    n = len(of)
+    weights = np.random.default_rng(BOOTSTRAP_SEED).multinomial(n, np.full(n, 1.0 / n), size=draws)
+    with np.errstate(all="ignore"):
+        means = (weights @ sums) / (weights @ counts)
+    return np.where(np.isnan(means), np.inf, means)

@@ -10,9 +10,9 @@ import numpy as np
 from ..numbers import interval, p_value
 from ..tables import Column, Table, field, make_table
 from .board import build
-from .columns import count, numeric
-from .paired import holm, log_ratios, signed_rank
+from .equivalence import holm, log_ratios, signed_rank
 from .standings import CELL, FLOOR, Frame, bootstrap_interval
+from .tables import count, numeric
 
 FIGURES = {"nrmse": "prediction error", "rel_error": "parameter error", "cpu_s": "CPU time"}
 """Column of the cells -> what is compared."""

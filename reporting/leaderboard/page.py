@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -10,21 +11,85 @@ from ...bench.store import TIMING, read_manifest
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
+from ..numbers import DEG, number, percent, r_squared
 from ..report import Report, environment_rows, reservations, write_files
+from ..tables import field, make_table
 from ..templating import render
 from . import standings
-from .ahead import ahead_table
-from .answer import answer
+from .answer import answer, stability_sentences
 from .board import Leaderboard, build
 from .compact import read_compact
-from .grey_black import grey_black_sentence
-from .overview import overview
+from .contest import RankedMethod
+from .findings import grey_black_sentence
 from .page_data import as_script, page_data
-from .stability import stability_sentences
-from .standings import Frame
-from .tables import failure_table, matrices, overall_table, read_timing, record_table, timing_table
+from .standings import COVERAGE, Frame
+from .tables import (
+    TIME,
+    ahead_table,
+    failure_table,
+    matrices,
+    numeric,
+    overall_table,
+    read_timing,
+    record_table,
+    timing_table,
+    uncertainty_table,
+)
 from .tuners import budgets, tuner_table
-from .uncertainty import uncertainty_table
+
+# ---- What a terminal shows of a leaderboard: how the runs ended, which method, and one ranking.
+
+SHORT = partial(number, digits=2)
+RANKING = (
+    field("method"),
+    numeric("rank", "rank_prediction", SHORT),
+    numeric("parameters", "rel_error", SHORT),
+    numeric("NRMSE", "nrmse", SHORT),
+    numeric("RMSE", "rmse_yaw_rate_rad_s", SHORT, DEG),
+    numeric("R2", "r2_yaw_rate", r_squared),
+    TIME,
+)
+MEANING = (
+    "rank: mean of the ranks in prediction; parameters: relative error, where the ship's own equations are fitted; "
+    "NRMSE, and RMSE (deg/s) and R2 of the yaw rate: free run on held-out records; time: CPU time of a fit; medians "
+    "over the problems."
+)
+
+
+def overview(ended: str, board: Leaderboard) -> str:
+    """Plain text with one table, whose bars let a narrow terminal leave columns out.
+
+    Parameters
+    ----------
+    ended : which suite, how many runs there are, and how they ended.
+    """
+    ranking = make_table(RANKING, board.overall.to_dict("records"))
+    places = board.contest.order()
+    told = "\n".join([MEANING, *_coverage(places), *_lost(places)])
+    return "\n\n".join([ended, answer(board.contest), tables.markdown(ranking), told])
+
+
+def _coverage(places: Sequence[RankedMethod]) -> list[str]:
+    """On how many problems the methods were compared."""
+    most = max((place.problems for place in places), default=0)
+    fewer = [place for place in places if place.problems < most]
+    if not places:
+        return []
+    if not fewer:
+        return [f"Every method was compared on all {most} problems."]
+    below = f" (less than {percent(COVERAGE)}: below the others)" if any(place.partial for place in fewer) else ""
+    return [f"Compared on fewer of the {most} problems{below}: {_counted(fewer, 'problems')}."]
+
+
+def _lost(places: Sequence[RankedMethod]) -> list[str]:
+    """Methods without a finite prediction in some problems."""
+    lost = [place for place in places if place.imputed]
+    return [f"Problems in which it failed or diverged and ranks last: {_counted(lost, 'imputed')}."] if lost else []
+
+
+def _counted(places: Sequence[RankedMethod], name: str) -> str:
+    return ", ".join(f"{place.method} {getattr(place, name)}" for place in places)
+
 
 READING = (
     "A cell is one vessel, fitted model, manoeuvres, noise, disturbance and sampling; the seeds are repeated runs in "
@@ -79,7 +144,7 @@ def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, ti
     parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
     parts += [f"**{tables.in_markdown(line)}**" for line in answer(board.contest).splitlines()]
     parts += map(tables.in_markdown, statements(board))
-    for table in [
+    shown = [
         overall_table(board.overall),
         tuner_table(board.contest),
         ahead_table(results),
@@ -87,9 +152,8 @@ def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, ti
         uncertainty_table(results),
         failure_table(board.failures),
         timing_table(timings),
-    ]:
-        if table.rows:
-            parts += [f"## {table.title}", *([table.note] if table.note else []), tables.markdown(table)]
+    ]
+    parts += [part for table in shown for part in tables.section(table)]
     made_with = tables.listed(environment_rows(manifest))
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with]) + "\n"
 

@@ -24,17 +24,15 @@ from ...models.errors import BadInput
 from ...models.folders import make_folder, write_atomic
 from .. import tables
 from . import tuners
-from .answer import begin, headlines
+from .answer import begin, headlines, stability_sentences
 from .board import Leaderboard, build
 from .contest import Contest
 from .findings import Finding, beyond, command, findings
 from .page import headline, html
 from .page_data import MEASURED, as_script, page_data
-from .stability import stability_sentences
 from .standings import CASES, CELL, STATUSES, Frame
-from .tables import overall_table
+from .tables import overall_table, uncertainty_finding, uncertainty_table
 from .tuners import tuner_table
-from .uncertainty import uncertainty_finding, uncertainty_table
 
 README, PAGE, PICTURE, ADVICE = "README.md", "leaderboard.html", "ranking.svg", "advice.md"
 TABLE = "problems.csv"
@@ -244,21 +242,16 @@ def readme(
             f"![Median prediction error of every method with its interval]({PICTURE})",
             f"## Ranking{where}",
             tables.markdown(shown),
-            *_section(uncertainty_table(results[results["suite"] == main]), where),
+            *tables.section(uncertainty_table(results[results["suite"] == main]), where),
             "## Suites",
             tables.markdown(_suites(manifest, results)),
             "## Findings",
             "\n".join(listed),
-            *(_section(tuner_table(tuning)) if tuning else []),
+            *(tables.section(tuner_table(tuning)) if tuning else []),
             "## Statistics",
             *map(tables.in_markdown, stability_sentences(board.contest)),
         ]
     ) + "\n"  # fmt: skip
-
-
-def _section(table: tables.Table, where: str = "") -> list[str]:
-    """A table with its note under its title; nothing where it has no rows."""
-    return [f"## {table.title}{where}", table.note, tables.markdown(table)] if table.rows else []
 
 
 def _suites(manifest: Mapping[str, Any], results: Frame) -> tables.Table:

@@ -1,19 +1,90 @@
-"""Tables of the leaderboard: standings, methods by conditions, failures, errors by record, timings."""
+"""Tables of the leaderboard and their columns: standings, methods by conditions, failures, errors by record, timings,
+how far ahead to trust methods, and what stated uncertainties are worth."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from ...bench.scores.errors_ahead import LENGTHS, PREFIXES
 from ...models.data_file import load
 from ...models.errors import BadInput
 from ...models.folders import check_regular
-from ..numbers import duration, is_missing, number
+from ..numbers import DEG, MISSING, duration, interval, is_missing, number, percent, r_squared
 from ..tables import Cell, Column, Table, field, make_table, with_least_marked
-from .columns import FAILURE, STANDING
-from .standings import Frame
+from .standings import Frame, labels, median
+
+# ---- Columns.
+
+Row = Mapping[str, Any]
+
+
+def numeric(title: str, name: str, form: Callable[[Any], str] = number, scale: float = 1.0) -> Column:
+    """A column of numbers, one field of the rows times `scale`."""
+
+    def value(row: Row) -> float | None:
+        return None if is_missing(row[name]) else float(row[name]) * scale
+
+    return Column(title, lambda row: form(value(row)), value)
+
+
+def count(name: str, title: str = "") -> Column:
+    """A column of whole numbers."""
+    return Column(title or name, lambda row: str(row[name]), lambda row: row[name])
+
+
+def with_interval(title: str, name: str) -> Column:
+    """A column of medians with their intervals."""
+    return Column(
+        title, lambda row: interval(row[name], row[f"{name}_low"], row[f"{name}_high"]), lambda row: row[name]
+    )
+
+
+def unless_one(name: str) -> Column:
+    """A column of numbers, empty where they are 1."""
+    return Column(name, lambda row: MISSING if row[name] == 1 else number(row[name]), lambda row: row[name])
+
+
+def _outcomes(row: Row) -> str:
+    return f"{row['failed']} / {row['not_applicable']} / {row['runs']}"
+
+
+TIME = numeric("time", "cpu_s", duration)
+STANDING = (
+    field("method"),
+    numeric("mean rank", "mean_rank"),
+    numeric("by parameters", "rank_parameters"),
+    numeric("by prediction", "rank_prediction"),
+    with_interval("parameter error [95 %]", "rel_error"),
+    with_interval("NRMSE [95 %]", "nrmse"),
+    numeric("yaw rate RMSE (deg/s)", "rmse_yaw_rate_rad_s", scale=DEG),
+    numeric("yaw rate R2", "r2_yaw_rate", r_squared),
+    numeric("heading R2", "r2_heading", r_squared),
+    numeric("efficiency", "efficiency"),
+    Column("failed / n.a. / runs", _outcomes, lambda row: row["failed"]),
+    count("diverged"),
+    count("cells"),
+    TIME,
+)
+FAILURE = (
+    Column("status", lambda row: row["status"].replace("_", " ")),
+    field("label", "method"),
+    field("vessel"),
+    field("error", "reason"),
+    field("model"),
+    field("train"),
+    field("noise"),
+    field("disturbance"),
+    unless_one("thinning"),
+    unless_one("length"),
+    count("runs"),
+    field("seeds"),
+)
+
 
 FACTORS = {
     "noise": "noise",
@@ -156,3 +227,95 @@ def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInput(f"is not a benchmark JSON file ({type(error).__name__}: {error})", file=path) from None
+
+
+# ---- How far ahead methods can be trusted on measured records, beside two predictions without a model.
+
+AHEAD_KEYS = ["vessel", "method", "model"]
+AHEAD_NOTE = (
+    "Medians over runs on measured records. Trust: time ahead up to which heading and yaw rate are predicted better "
+    "than by a ship that goes on turning as now and by one that goes straight. Errors of yaw rate ahead, deg/s, as "
+    "model / goes on turning / goes straight; times are ship lengths, or times sqrt(T / K) where no length is known."
+)
+
+
+AHEAD_COLUMNS = ("trusted_s", "noise_", *(f"rmse_{prefix}_" for prefix in PREFIXES.values()))
+
+
+def ahead_table(results: Frame) -> Table:
+    """Methods on measured records by how far ahead to trust them; no row where no run was scored ahead."""
+    rows: list[dict[str, Any]] = []
+    if "trusted_s" in results:
+        known = results[results["trusted_s"].notna()]
+        values = known[[name for name in known if name.startswith(AHEAD_COLUMNS)]].astype(float).replace(np.inf, np.nan)
+        medians = values.groupby([known[key] for key in AHEAD_KEYS], observed=True).median().reset_index()
+        rows = medians.sort_values(["vessel", "trusted_s"], ascending=[True, False], kind="stable").to_dict("records")
+    columns = [
+        *map(field, AHEAD_KEYS),
+        numeric("trust it for, s", "trusted_s"),
+        *(Column(f"{length:g} lengths", _errors_ahead(length)) for length in LENGTHS),
+        Column("sensor noise", lambda row: number(_in_degrees(row, "noise_yaw_rate_rad_s"))),
+    ]
+    return make_table(columns, rows, "How far ahead, measured records", AHEAD_NOTE)
+
+
+def _errors_ahead(length: float) -> Any:
+    names = [f"rmse_{prefix}_{length:g}_yaw_rate_rad_s" for prefix in PREFIXES.values()]
+
+    def text(row: Mapping[str, Any]) -> str:
+        values = [_in_degrees(row, name) for name in names]
+        return " / ".join(map(number, values)) if np.isfinite(values).any() else ""
+
+    return text
+
+
+def _in_degrees(row: Mapping[str, Any], name: str) -> float:
+    return DEG * row.get(name, float("nan"))
+
+
+# ---- What the uncertainty that methods state is worth: how often their intervals hold, and the probabilistic scores.
+
+UNCERTAINTY_SCORES = ("coverage_95", "crps_median", "coverage_free", "crps_free")
+UNCERTAINTY_NOTE = (
+    "Inside: mean share of the stated 95 % intervals that hold the true parameter, or the sample of a held-out record. "
+    "CRPS: median continuous ranked probability score, over the true value or the spread of the record. Free runs are "
+    "drawn 20 times from what the method states: covariance of coefficients, Gaussian process, or trees. Noise "
+    "of the held-out sensors counts as error. Intervals that are too small hold less than 95 %."
+)
+
+
+UNCERTAINTY_COLUMNS = (
+    field("method"),
+    count("runs"),
+    numeric("parameters inside", "coverage_95", percent),
+    numeric("CRPS of parameters", "crps_median"),
+    numeric("free run inside", "coverage_free", percent),
+    numeric("CRPS of free runs", "crps_free"),
+)
+
+
+def uncertainty_table(results: Frame) -> Table:
+    """Methods that state an uncertainty, the best free runs first; no row where none was scored."""
+    scored = [name for name in UNCERTAINTY_SCORES if name in results]
+    known = results[results[scored].notna().any(axis=1)]
+    rows = [_uncertainty(str(label), own[scored]) for label, own in known.groupby(labels(known), observed=True)]
+    rows.sort(key=lambda row: (np.isnan(row["crps_free"]), row["crps_free"], row["method"]))
+    return make_table(UNCERTAINTY_COLUMNS, rows, "What stated uncertainties are worth", UNCERTAINTY_NOTE)
+
+
+def _uncertainty(label: str, own: Frame) -> dict[str, Any]:
+    means = {name: float(own[name].mean()) if name.startswith("coverage") else median(own[name]) for name in own}
+    return {"method": label, "runs": len(own)} | dict.fromkeys(UNCERTAINTY_SCORES, np.nan) | means
+
+
+def uncertainty_finding(runs: Frame) -> str | None:
+    """How often the stated intervals of free runs hold, with the ship's own equations and on measured ships.
+
+    runs : as `standings.judged` gives them.
+    """
+    if "coverage_free" not in runs:
+        return None
+    shares = runs.groupby("case", observed=True)["coverage_free"].agg(["mean", "count"])
+    told = [f"{case} {percent(float(mean))} ({int(n)} runs)" for case, mean, n in shares.itertuples(name=None) if n]
+    text = f"The 95 % intervals of free runs that methods state hold the record in: {', '.join(told)}."
+    return text if told else None

@@ -15,11 +15,11 @@ import numpy as np
 
 from ..numbers import duration, number
 from ..tables import Table, field, make_table
-from .columns import numeric
 from .contest import Contest
-from .grey_black import FEWEST
-from .paired import LEVEL, holm, log_ratios, signed_rank
+from .equivalence import LEVEL, holm, log_ratios, signed_rank
+from .findings import FEWEST
 from .standings import median
+from .tables import numeric
 
 SUITE = "tuners"
 """The suite whose runs compare tuners; they take no part in the ranking of methods."""

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ...datasets.angles import unwrapped
 from ...datasets.columns import in_order
 from ...datasets.display import continuous, shown_name, shown_unit
+from ...datasets.geometry import unwrapped
 from ...datasets.record import Record
 
 POINTS = 4000

@@ -15,7 +15,7 @@ from ..media import html
 from ..numbers import DEG, number
 from ..page import FAIR, Page, Verdict, items, section
 from ..tables import Column, Table, make_table
-from .tables import free_table, horizon_table, index_table, left_out_table, trusted_lines
+from .page import free_table, horizon_table, index_table, left_out_table, trusted_lines
 
 if TYPE_CHECKING:
     from ...estimation.validation.result import Measured, Validation

@@ -2,15 +2,285 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
+from ...datasets.columns import CANONICAL
+from ...datasets.display import shown_name, shown_unit
+from ...estimation.validation.horizons import STRAIGHT, better_at
+from ...estimation.validation.result import FREE
+from ...estimation.validation.validate import label
+from ..numbers import DEG, number, percent, r_squared
 from ..page import FAIR, GOOD, Note, Section, Verdict, items, overlays, result_page
 from ..runs import of_validation
-from .tables import free_table, horizon_table, index_table, left_out_table, record_table, trusted_lines
+from ..tables import Column, Table, make_table
 
 if TYPE_CHECKING:
-    from ...estimation.validation.result import Validation
+    from ...estimation.validation.result import ErrorScore, Index, Validation
     from ..page import Page
+
+
+# ---- The tables of a validation, for the page and the terminal alike.
+
+TOGETHER = "together"
+"""The row of all channels: mean R^2 of heading, yaw rate, surge and sway."""
+NOISE = "sensor noise"
+
+
+def free_table(validation: Validation) -> Table:
+    """Errors of free runs over all records: a row a channel, columns for each model."""
+    columns = [Column("channel", _channel_name), Column("unit", _unit)]
+    for name in validation.models:
+        columns += [
+            _score_column(f"RMSE{_of(validation, name)}", validation, name, _rmse),
+            _score_column(f"R²{_of(validation, name)}", validation, name, _r2),
+        ]
+    return make_table(columns, [*_channels(validation), None])
+
+
+def horizon_table(validation: Validation) -> Table:
+    """Root mean square errors some time ahead, over all records: a row a channel and model, a column a horizon.
+
+    Behind the models stand the two predictions without one, and the sensor's noise.
+    """
+    horizons = list(dict.fromkeys(score.horizon for score in validation.scores))
+    horizons = [*(h for h in horizons if h != FREE), FREE]
+    pairs = [(channel, name) for channel in _channels(validation) for name in validation.models]
+    rows = [pair for pair in pairs if validation.score(*pair)]
+    rows = [
+        row
+        for channel in _channels(validation)
+        for row in [*(p for p in rows if p[0] == channel), *_simple(validation, channel)]
+    ]
+    columns = [
+        Column("channel", lambda row: _channel_name(row[0])),
+        Column("unit", lambda row: _unit(row[0])),
+        Column("model", lambda row: row[1]),
+    ]
+    columns += [
+        _scored(f"{'' if h in (FREE, horizons[0]) else 'after '}{h}", _at_horizon(validation, h), _rmse)
+        for h in horizons
+    ]
+    return make_table(columns, rows)
+
+
+def record_table(validation: Validation) -> Table:
+    """Errors of the free run of every record: a row a record and model."""
+    rows = [(run.record, run.model) for run in sorted(validation.runs, key=lambda run: _place(validation, run.record))]
+    columns = [Column("record", lambda row: row[0]), Column("model", lambda row: row[1])]
+    columns += [_record_column(validation, channel) for channel in _channels(validation)]
+    columns += [
+        _scored("R² together", lambda row: validation.score(None, row[1], row[0]), _r2),
+        Column("remark", lambda row: _remark(validation, *row)),
+    ]
+    return make_table(columns, rows)
+
+
+def index_table(validation: Validation) -> Table:
+    """Manoeuvring indices: a row an index of a record, columns for each model."""
+    by_row: dict[tuple[str, str, str], dict[str, Index]] = {}
+    for index in validation.indices:
+        by_row.setdefault((index.record, index.manoeuvre, index.name), {})[index.model] = index
+    order = [one.name for one in validation.records]
+    rows = sorted(by_row.values(), key=lambda row: order.index(_any(row).record))
+    columns = [
+        Column("record", lambda row: _any(row).record),
+        Column("manoeuvre", lambda row: _any(row).manoeuvre),
+        Column("index", lambda row: _any(row).name.replace("_", " ")),
+        Column("unit", lambda row: _shown_unit(_any(row))),
+        Column("measured", lambda row: number(_measured(row)), _measured),
+    ]
+    columns += [
+        _index_column(f"simulated{_of(validation, n)}", n, lambda index: index.simulated) for n in validation.models
+    ]
+    if len(validation.models) == 1:
+        columns.append(_index_column("difference", next(iter(validation.models)), lambda index: index.difference))
+    columns += [
+        Column("measured, in ship lengths", lambda row: number(_lengths(row)), _lengths),
+        Column("remark", _reasons),
+    ]
+    return make_table(columns, rows)
+
+
+def left_out_table(validation: Validation) -> Table:
+    """What was left out, and why; records with the same reason share a row."""
+    groups: dict[tuple[str, str, str], list[str]] = {}
+    for one in validation.left_out:
+        groups.setdefault((one.model, one.what, one.reason), []).append(one.record)
+    columns = [
+        Column("model", lambda row: row[0][0]),
+        Column("left out", lambda row: shown_name(row[0][1]) if row[0][1] in CANONICAL else row[0][1]),
+        Column("why", lambda row: row[0][2]),
+        Column("records", lambda row: _listed(row[1], len(validation.records))),
+    ]
+    return make_table(columns, list(groups.items()), "Left out")
+
+
+def _listed(names: Sequence[str], count: int) -> str:
+    return "all" if len(names) == count and count > 1 else ", ".join(names)
+
+
+def _channels(validation: Validation) -> list[str]:
+    """Channels that have a score, in the order of the header."""
+    return list(dict.fromkeys(score.channel for score in validation.scores if score.channel is not None))
+
+
+def _channel_name(channel: str | None) -> str:
+    return TOGETHER if channel is None else shown_name(channel)
+
+
+def _unit(channel: str | None) -> str:
+    return "" if channel is None else shown_unit(channel)[0]
+
+
+def _of(validation: Validation, name: str) -> str:
+    return f" {name}" if len(validation.models) > 1 else ""
+
+
+def _rmse(score: ErrorScore | None) -> float | None:
+    """The error in the unit that is shown."""
+    if score is None or score.channel is None:
+        return None
+    return shown_unit(score.channel)[1] * score.rmse
+
+
+def _r2(score: ErrorScore | None) -> float | None:
+    return None if score is None else score.r2
+
+
+def _score_column(
+    title: str, validation: Validation, model: str, value: Callable[[ErrorScore | None], float | None]
+) -> Column:
+    return _scored(title, lambda channel: validation.score(channel, model), value)
+
+
+def _simple(validation: Validation, channel: str) -> list[tuple[str, str]]:
+    """Rows of what a model must beat in a channel, and of the noise that it cannot."""
+    names = dict.fromkeys(score.model for score in validation.simple if score.channel == channel)
+    return [
+        *((channel, name) for name in names),
+        *([(channel, NOISE)] if names and channel in validation.noise else []),
+    ]
+
+
+def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], ErrorScore | None]:
+    def score(row: tuple[str, str]) -> ErrorScore | None:
+        channel, name = row
+        if name == NOISE:
+            timed = next((s for s in validation.simple if s.horizon == horizon), None)
+            return None if timed is None else replace(timed, channel=channel, rmse=validation.noise[channel])
+        simple = (s for s in validation.simple if (s.model, s.channel, s.horizon) == (name, channel, horizon))
+        return next(simple, None) or validation.score(channel, name, horizon=horizon)
+
+    return score
+
+
+def trusted_lines(validation: Validation) -> list[str]:
+    """A sentence a model: how far ahead it is better than both predictions without a model."""
+    rivals = "a ship that goes on turning as now, and than one that goes straight"
+    known = {name: time for name, time in validation.trusted_s.items() if math.isfinite(time)}
+    return [f"{name}: {_trusted(validation, name, time)} better than {rivals}" for name, time in known.items()]
+
+
+def explained_lines(validation: Validation) -> list[str]:
+    """The same with the share of the motion that it explains there, and the floor below which no error can come."""
+    known = [(name, time) for name, time in validation.trusted_s.items() if math.isfinite(time)]
+    lines = trusted_lines(validation)
+    return [f"{line}{_explained(validation, *one)}" for line, one in zip(lines, known, strict=True)]
+
+
+def share_explained(validation: Validation, channel: str, name: str, horizon: str) -> float:
+    """One minus the squared error over the variance of a channel, or over the squared change since the start of the
+    heading, which hardly varies in a zigzag; nan where there is no score."""
+    score = validation.score(channel, name, horizon=horizon)
+    if score is None or channel != "heading_rad":
+        return math.nan if score is None else score.r2
+    simple = {(s.model, s.channel, s.horizon): s.rmse for s in validation.simple}
+    still = simple.get((STRAIGHT, channel, horizon), 0.0)
+    return 1.0 - (score.rmse / still) ** 2 if still else math.nan
+
+
+def _explained(validation: Validation, name: str, time_s: float) -> str:
+    """Share explained and floor where the model is trusted to, or at the shortest time ahead."""
+    horizon = label(time_s if time_s > 0.0 else min(validation.horizons_s))
+    parts = []
+    for channel, what in (("yaw_rate_rad_s", "the yaw rate"), ("heading_rad", "the change of heading")):
+        share = share_explained(validation, channel, name, horizon)
+        score = validation.score(channel, name, horizon=horizon)
+        if score is not None and math.isfinite(share):
+            unit, factor = shown_unit(channel)
+            error, floor = number(factor * score.rmse), number(factor * validation.noise.get(channel, 0.0), 2)
+            explained = percent(share) if share > 0.0 else "nothing"
+            parts.append(f"{explained} of {what} (error {error}, sensor noise {floor} {unit})")
+    return f"; {horizon} ahead it explains {' and '.join(parts)}" if parts else ""
+
+
+def _trusted(validation: Validation, name: str, time_s: float) -> str:
+    if time_s > 0.0:
+        return f"trust it for {time_s:.3g} s, up to which it is"
+    better = better_at(validation.scores, validation.simple, name)
+    return f"only later than {min(better):.3g} s ahead" if any(better.values()) else "at no time ahead"
+
+
+def _scored(
+    title: str, score: Callable[[Any], ErrorScore | None], value: Callable[[ErrorScore | None], float | None]
+) -> Column:
+    text = r_squared if value is _r2 else number
+    return Column(title, lambda row: text(value(score(row))), lambda row: value(score(row)))
+
+
+def _record_column(validation: Validation, channel: str) -> Column:
+    title = f"{shown_name(channel)}, {shown_unit(channel)[0]}"
+    return _scored(title, lambda row: validation.score(channel, row[1], row[0]), _rmse)
+
+
+def _remark(validation: Validation, record: str, model: str) -> str:
+    run = next(run for run in validation.runs if (run.record, run.model) == (record, model))
+    parts = [f"{len(run.starts_s)} runs between long gaps"] if len(run.starts_s) > 1 else []
+    return "; ".join([*parts, run.told] if run.told else parts)
+
+
+def _place(validation: Validation, record: str) -> int:
+    return [one.name for one in validation.records].index(record)
+
+
+def _any(row: dict[str, Index]) -> Index:
+    return next(iter(row.values()))
+
+
+def _shown_unit(index: Index) -> str:
+    return "deg" if index.unit == "rad" else index.unit
+
+
+def _shown(index: Index, value: float) -> float:
+    return DEG * value if index.unit == "rad" else value
+
+
+def _measured(row: dict[str, Index]) -> float:
+    return _shown(_any(row), _any(row).measured)
+
+
+def _index_column(title: str, model: str, value: Callable[[Index], float]) -> Column:
+    def shown(row: dict[str, Index]) -> float | None:
+        return _shown(row[model], value(row[model])) if model in row else None
+
+    return Column(title, lambda row: number(shown(row)), shown)
+
+
+def _lengths(row: dict[str, Index]) -> float | None:
+    """The measured distance in lengths of the first model's ship that has one."""
+    index, lengths = _any(row), [own.length_m for own in row.values() if math.isfinite(own.length_m)]
+    return index.measured / lengths[0] if index.unit == "m" and lengths else None
+
+
+def _reasons(row: dict[str, Index]) -> str:
+    reasons = {index.model: index.reason for index in row.values() if index.reason}
+    if len(set(reasons.values())) == 1 and len(reasons) == len(row):
+        return next(iter(reasons.values()))
+    return "; ".join(f"{model}: {reason}" if len(row) > 1 else reason for model, reason in reasons.items())
+
 
 TITLES = ("Measured and simulated", "Errors of free runs", "Errors ahead", "Manoeuvring indices")
 RUNS = (

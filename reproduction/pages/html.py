@@ -14,8 +14,7 @@ from ...reporting.templating import render
 from ..claims.claim import Paper
 from ..results import Results
 from ..verdicts.verdict import VERDICTS
-from .figures import file_of
-from .markdown import claim_table
+from .markdown import claim_table, file_of
 
 
 def write(found: Sequence[tuple[Paper, Results]], pages: Path, directory: Path) -> list[Path]:

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
@@ -16,16 +17,17 @@ from typing import Any
 
 from ...models.folders import make_folder, write_atomic
 from ...reporting.numbers import MISSING, interval_digits, percent
+from ...reporting.plots import svg
 from ...reporting.tables import Column, Table, make_table
 from ...reporting.tables import markdown as table_text
 from .. import results as stored
-from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Paper, Reference
+from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Figure, Paper, Reference
 from ..claims.files import ACROSS, everything, load
+from ..papers.study import StudyResult, drawing_of
 from ..results import Results
 from ..verdicts.spread import DIGITS, NOTHING, Spread
 from ..verdicts.verdict import NO_VALUE, REPRODUCED, VERDICTS, Judged, shown, within
 from . import across, answers
-from .figures import file_of
 
 INDEX = "README.md"
 MARKERS = ("<!-- headline: begin -->", "<!-- headline: end -->")
@@ -338,3 +340,23 @@ def _equations(text: str) -> str:
 
 if __name__ == "__main__":
     write([load(name) for name in everything()], Path(sys.argv[1]))
+
+
+# ---- Figures of the pages: drawn by a paper's module on a matplotlib figure, as SVG with equal bytes every time.
+
+FOLDER = "figures"
+
+
+def file_of(paper: str, figure: Figure) -> str:
+    """Path of a figure's file within the pages."""
+    return f"{FOLDER}/{paper}-{figure.id}.svg"
+
+
+def write_figure(paper: Paper, figure: Figure, results: Sequence[StudyResult], directory: Path) -> str:
+    """Draw a figure from its study's results, in order of their seeds; returns the SHA-256 of the file."""
+    draw = drawing_of(paper.paper, figure.draw)
+    data = svg(lambda canvas: draw(results, canvas)).encode()
+    path = directory / file_of(paper.paper, figure)
+    make_folder(path.parent, within=directory)
+    write_atomic(path, data)
+    return hashlib.sha256(data).hexdigest()

@@ -65,7 +65,7 @@ def test_a_result_that_cannot_be_sent_back_costs_only_its_own_item():
     assert [item for item, outcome in found.items() if outcome.error is not None] == [40]
 
 
-class Counting(ThreadPoolExecutor):
+class CountingExecutor(ThreadPoolExecutor):
     """Keeps the groups of items that were handed over, and the most that were in flight at once."""
 
     def __init__(self, workers):
@@ -85,7 +85,7 @@ class Counting(ThreadPoolExecutor):
 
 
 def test_short_items_are_handed_over_together_and_each_comes_back_once():
-    with Counting(1) as executor:
+    with CountingExecutor(1) as executor:
         found = [outcome.item for outcome in pools.Pool(lambda: executor, 2).outcomes(float, range(5000))]
     assert sorted(found) == list(range(5000))
     assert len(executor.groups) < 5000 / 20 and max(executor.groups) <= pools.MOST_TOGETHER
@@ -95,7 +95,7 @@ def test_twenty_thousand_tiny_runs_are_handed_over_in_hundreds_of_calls(monkeypa
     """What a run costs beside its work is handing it over: a call takes as many runs as it may."""
     monkeypatch.setattr(pools, "TOGETHER_S", 1e9)  # however slow the machine is, all runs are tiny
     items, width = 20_000, 4
-    with Counting(1) as executor:
+    with CountingExecutor(1) as executor:
         found = [outcome.item for outcome in pools.Pool(lambda: executor, width).outcomes(abs, range(items))]
     assert sorted(found) == list(range(items))
     assert len(executor.groups) < 1.2 * items / pools.MOST_TOGETHER + 10 * width
@@ -110,7 +110,7 @@ def test_long_items_come_back_one_by_one(monkeypatch):
         begun.append(item)
         time.sleep(0.05 if item >= 100 else 0.0)
 
-    with Counting(1) as executor:
+    with CountingExecutor(1) as executor:
         found = [outcome.item for outcome in pools.Pool(lambda: executor, 1).outcomes(work, range(120))]
     assert found == list(range(120)) == begun
     assert set(executor.groups[-10:]) <= {1, 2}
@@ -123,7 +123,7 @@ def test_workers_have_one_thread_each():
 
 
 def test_no_more_than_the_width_is_in_flight():
-    with Counting(1) as executor:
+    with CountingExecutor(1) as executor:
         collect(pools.Pool(lambda: executor, 3), float, range(2000))
     assert executor.most <= 3
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.datasets.angles import unwrapped
+from helmbench.datasets.geometry import unwrapped
 from helmbench.datasets.spikes import without_spikes
 
 NOISE = 1e-3

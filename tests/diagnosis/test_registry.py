@@ -44,14 +44,14 @@ def point(load):
 
 
 def test_plug_ins_are_added_and_clashes_refused(monkeypatch):
-    class Other(Diagnoser):
+    class OwnDiagnoser(Diagnoser):
         name = "other"
 
     class Clash(Diagnoser):
         name = ResidualBic.name
 
-    monkeypatch.setattr(discovery, "_points", lambda group: [point(lambda: Other)])
-    assert find("other") is Other
+    monkeypatch.setattr(discovery, "_points", lambda group: [point(lambda: OwnDiagnoser)])
+    assert find("other") is OwnDiagnoser
     monkeypatch.setattr(discovery, "_points", lambda group: [point(lambda: Clash)])
     with pytest.raises(BadInput, match="defined twice"):
         diagnosers()

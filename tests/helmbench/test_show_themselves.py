@@ -7,13 +7,18 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from PIL import Image
+from playwright.sync_api import sync_playwright
 
 import helmbench
-from helmbench.api.calibration import Calibration
+from helmbench import Record
+from helmbench.api.diagnosis import Calibration
 from helmbench.api.reproduction import Reproduction
 from helmbench.bench.exam.scores import WorldScore, summary
 from helmbench.diagnosis.calibration.result import Moved
 from helmbench.diagnosis.result import Trace
+
+from ..support.browser import chromium
 
 PLAIN = {"Case", "RecordMeta"}
 """Facts that Python's own form shows."""
@@ -162,3 +167,37 @@ def test_a_dollar_sign_in_a_name_is_no_formula(name, records):
         file = io.BytesIO()
         figure.savefig(file, format="svg")
         assert file.getvalue()
+
+
+# ---- Pictures of results in notebooks follow the notebook's theme.
+
+THEMES = {
+    "JupyterLab": ("<body data-jp-theme-light=false>", "<body data-jp-theme-light=true>"),
+    "Visual Studio Code": ('<body class="vscode-dark">', '<body class="vscode-light">'),
+    "Colab": ("<html theme=dark><body>", "<html><body>"),
+}
+
+
+@pytest.fixture(scope="module")
+def tab():
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium(), args=["--no-sandbox", "--disable-gpu"])
+        yield browser.new_page()
+        browser.close()
+
+
+@pytest.mark.parametrize("shown", ["record", "figure"])
+@pytest.mark.parametrize("theme", THEMES)
+def test_pictures_are_dark_where_the_notebook_is(tab, theme, shown):
+    record = Record([0.0, 1.0, 2.0], {"yaw_rate_rad_s": np.deg2rad([1.0, 2.0, 3.0])}, "run")
+    html = (record if shown == "record" else record.plot())._repr_html_()
+    dark, light = (_brightness(tab, f"<!doctype html>{body}{html}") for body in THEMES[theme])
+    assert light > 200
+    assert dark < 80
+
+
+def _brightness(tab, page):
+    """Mean of the light, 0 to 255, of the picture as it is drawn."""
+    tab.set_content(page)
+    drawn = tab.locator("img.helmbench").screenshot()
+    return float(np.asarray(Image.open(io.BytesIO(drawn)).convert("L")).mean())

@@ -5,7 +5,7 @@ import json
 import pytest
 
 from helmbench.cli import status_of
-from helmbench.cli.run import _named
+from helmbench.cli.benchmark import _named
 from helmbench.datasets.disturbances import parse_disturbance
 from helmbench.datasets.io import read_record
 from helmbench.datasets.manoeuvres import parse_manoeuvre

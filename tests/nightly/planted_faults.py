@@ -53,7 +53,7 @@ UNITS = {1852.0, 3600.0, 60.0, 0.514444, 1.852}
 
 
 @dataclass(frozen=True)
-class Fault:
+class SourceFault:
     """Characters `start` to `end` of a file are replaced by `text`."""
 
     file: str
@@ -68,7 +68,7 @@ class Fault:
         return source[: self.start] + self.text + source[self.end :]
 
 
-class Source:
+class SyntaxPlaces:
     """A file's text and where its syntax nodes stand."""
 
     def __init__(self, file: str, text: str) -> None:
@@ -88,21 +88,23 @@ class Source:
         assert node.end_lineno is not None and node.end_col_offset is not None
         return self.at(node.lineno, node.col_offset), self.at(node.end_lineno, node.end_col_offset)
 
-    def fault(self, kind: str, node: ast.expr, text: str, start: int | None = None, end: int | None = None) -> Fault:
+    def fault(
+        self, kind: str, node: ast.expr, text: str, start: int | None = None, end: int | None = None
+    ) -> SourceFault:
         """A fault that replaces the expression, or a part of it."""
         first, last = self.span(node)
-        return Fault(
+        return SourceFault(
             self.file, kind, node.lineno, first if start is None else start, last if end is None else end, text
         )
 
-    def between(self, kind: str, left: ast.expr, right: ast.expr, old: str, new: str) -> Iterator[Fault]:
+    def between(self, kind: str, left: ast.expr, right: ast.expr, old: str, new: str) -> Iterator[SourceFault]:
         """The operator between two expressions is replaced."""
         start, end = self.span(left)[1], self.span(right)[0]
         gap = re.search(rf"(?<![\w=<>!]){re.escape(old)}(?![\w=<>])", self.text[start:end])
         if gap:
             yield self.fault(kind, left, new, start + gap.start(), start + gap.end())
 
-    def faults(self) -> Iterator[Fault]:
+    def faults(self) -> Iterator[SourceFault]:
         """Every fault that can be planted in this file."""
         for node in ast.walk(self.tree):
             if isinstance(node, ast.BinOp):
@@ -122,7 +124,7 @@ class Source:
             elif isinstance(node, ast.If) and [type(line) for line in node.body + node.orelse] == [ast.Raise]:
                 yield self.fault("check", node.test, "False")
 
-    def _of_operation(self, node: ast.BinOp) -> Iterator[Fault]:
+    def _of_operation(self, node: ast.BinOp) -> Iterator[SourceFault]:
         texts = (ast.JoinedStr, ast.List, ast.Tuple, ast.Dict, ast.Set)
         if any(isinstance(n, texts) or isinstance(getattr(n, "value", None), str) for n in (node.left, node.right)):
             return
@@ -135,7 +137,7 @@ class Source:
                 if isinstance(side, ast.Constant) and isinstance(side.value, (int, float)) and side.value:
                     yield self.fault("factor", side, repr(2 * side.value))
 
-    def _of_index(self, node: ast.Subscript) -> Iterator[Fault]:
+    def _of_index(self, node: ast.Subscript) -> Iterator[SourceFault]:
         index = node.slice
         negative = isinstance(index, ast.UnaryOp) and isinstance(index.operand, ast.Constant)
         if isinstance(index, ast.Constant) and type(index.value) is int:
@@ -143,14 +145,14 @@ class Source:
         elif negative and isinstance(index.op, ast.USub):
             yield self.fault("index", index, "0")
 
-    def _of_comparison(self, node: ast.Compare) -> Iterator[Fault]:
+    def _of_comparison(self, node: ast.Compare) -> Iterator[SourceFault]:
         names = {ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="}
         names |= {ast.Is: "is", ast.IsNot: "is not", ast.In: "in", ast.NotIn: "not in"}
         kind = type(node.ops[0])
         yield from self.between("comparison", node.left, node.comparators[0], names[kind], SWAPPED[kind])
 
 
-def in_annotation(source: Source, fault: Fault) -> bool:
+def in_annotation(source: SyntaxPlaces, fault: SourceFault) -> bool:
     """Whether a fault would stand in the type of an argument or in a condition for type checkers."""
     for node in ast.walk(source.tree):
         hints = (node.annotation,) if isinstance(node, (ast.arg, ast.AnnAssign)) else ()
@@ -162,16 +164,16 @@ def in_annotation(source: Source, fault: Fault) -> bool:
     return False
 
 
-def drawn(count: int, seed: int) -> list[Fault]:
+def drawn(count: int, seed: int) -> list[SourceFault]:
     """Faults, spread over rooms and kinds in turn: each from another file."""
     rng = random.Random(seed)
-    chosen: list[Fault] = []
+    chosen: list[SourceFault] = []
     kinds = ["sign", "factor", "index", "comparison", "unit", "check"]
     files = {room: sorted(p for p in (ROOT / room).rglob("*.py")) for room in ROOMS}
     while len(chosen) < count:
         room, kind = ROOMS[len(chosen) % len(ROOMS)], rng.choice(kinds)
         path = rng.choice(files[room])
-        source = Source(str(path.relative_to(ROOT)), path.read_text("utf-8"))
+        source = SyntaxPlaces(str(path.relative_to(ROOT)), path.read_text("utf-8"))
         sites = [f for f in source.faults() if f.kind == kind and not in_annotation(source, f)]
         if sites and source.file not in {f.file for f in chosen}:
             chosen.append(rng.choice(sites))
@@ -216,9 +218,9 @@ def distances(file: str) -> dict[str, int]:
     return {name: n for name, n in steps.items() if re.search(r"(^|/)test_\w+\.py$", name)}
 
 
-def marked(fault: Fault, number: int, source: str) -> str | None:
+def marked(fault: SourceFault, number: int, source: str) -> str | None:
     """The source with a mark in the function of the fault; None where none can be put."""
-    place = Source(fault.file, source)
+    place = SyntaxPlaces(fault.file, source)
     functions = [
         node
         for node in ast.walk(place.tree)
@@ -241,7 +243,7 @@ def marked(fault: Fault, number: int, source: str) -> str | None:
     return f'{source[:start]}__import__("fault_marks").at({number}){gap}{source[start:]}'
 
 
-def executing(faults: list[Fault], folder: Path) -> dict[Fault, list[str] | None]:
+def executing(faults: list[SourceFault], folder: Path) -> dict[SourceFault, list[str] | None]:
     """The tests that execute the function of each fault: None where that cannot be told, so that all are run.
 
     A result of a fixture is used by other tests: where a fixture executes the function, the whole file counts.
@@ -323,7 +325,7 @@ def failing(folder: Path, marker: str, tests: list[str]) -> str:
     return first.group(1) if first else done.stdout[-200:] + done.stderr[-200:]
 
 
-def judged(fault: Fault, tests: list[str] | None, folder: Path) -> tuple[str, str]:
+def judged(fault: SourceFault, tests: list[str] | None, folder: Path) -> tuple[str, str]:
     """Which command finds a fault (`test`, `test-all`, `none`), and by which test."""
     path = folder / fault.file
     source = path.read_text("utf-8")
@@ -362,7 +364,7 @@ def main() -> None:
     for folder in clones:
         folders.put(folder)
 
-    def one(fault: Fault) -> str:
+    def one(fault: SourceFault) -> str:
         folder = folders.get()
         try:
             finder, said = judged(fault, tests[fault], folder)

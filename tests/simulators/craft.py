@@ -29,7 +29,7 @@ SUBSTEPS = 16
 
 
 @dataclass(frozen=True)
-class Truth:
+class SimulatedCraft:
     """A craft: law, extras and the numbers of the module's equations, SI."""
 
     law: str
@@ -49,12 +49,12 @@ class Truth:
         return self.length / self.speed
 
 
-def draw(rng: np.random.Generator, law: str, *extras: str) -> Truth:
+def draw(rng: np.random.Generator, law: str, *extras: str) -> SimulatedCraft:
     """A craft of a law, with some of offset, delay, quadratic."""
     length = float(np.exp(rng.uniform(np.log(1.0), np.log(10.0))))
     speed = float(rng.uniform(0.18, 0.3) * np.sqrt(9.81 * length))
     clock = length / speed
-    return Truth(
+    return SimulatedCraft(
         law, length, speed, float(rng.uniform(0.6, 1.6)), float(rng.uniform(0.9, 1.8)),
         still=0.0 if law in ("flow", "race") else 0.3 / clock,
         offset=float(rng.choice([-1.0, 1.0]) * rng.uniform(0.05, 0.09)) if "offset" in extras else 0.0,
@@ -65,7 +65,7 @@ def draw(rng: np.random.Generator, law: str, *extras: str) -> Truth:
 
 def sailed(
     rng: np.random.Generator,
-    craft: Truth,
+    craft: SimulatedCraft,
     name: str,
     noise: float = 1.0,
     length: float = 65.0,
@@ -116,14 +116,14 @@ def sailed(
     return Record.from_dataframe(pd.DataFrame({"time_s": dt * np.arange(count), **channels}), name)
 
 
-def _acceleration(craft: Truth, r: float, u: float, n: float, d: float, moment: float) -> float:
+def _acceleration(craft: SimulatedCraft, r: float, u: float, n: float, d: float, moment: float) -> float:
     flow = u * abs(u) / craft.speed**2
     damping = -(craft.still + abs(u) / (craft.time * craft.length)) * r - craft.quadratic * abs(r) * r
     force = {"flow": flow, "race": craft.share * flow + (1.0 - craft.share) * n**2}.get(craft.law, 1.0)
     return damping + force * moment * d
 
 
-def _acting(craft: Truth, command: np.ndarray, turns: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+def _acting(craft: SimulatedCraft, command: np.ndarray, turns: np.ndarray) -> tuple[np.ndarray, dict[str, np.ndarray]]:
     """What turns the hull (count,), in commands of one, and the columns that a record shows of it."""
     if craft.law == "azimuth":
         return 0.35 * turns**2 * np.sin(command), {"rudder_rad": command}

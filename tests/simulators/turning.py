@@ -21,7 +21,7 @@ NAMES = ("damping", "gain", "race", "cubic", "pivot", "surge", "speed_loss")
 
 
 @dataclass(frozen=True)
-class Truth:
+class TurningShip:
     """A ship: the numbers of the module's equations, length m, speed m/s, rate of the rudder rad/s."""
 
     numbers: dict[str, float]
@@ -35,7 +35,7 @@ class Truth:
         return self.length / self.speed
 
 
-def draw(rng: np.random.Generator) -> Truth:
+def draw(rng: np.random.Generator) -> TurningShip:
     """A ship from a dinghy's size to a tanker's, with numbers about those of published ships."""
     numbers = {
         "damping": rng.uniform(0.0, 1.2),
@@ -48,10 +48,10 @@ def draw(rng: np.random.Generator) -> Truth:
     }
     length = math.exp(rng.uniform(math.log(3.0), math.log(350.0)))
     speed = rng.uniform(0.12, 0.25) * math.sqrt(9.81 * length)
-    return Truth(numbers, length, speed, math.radians(2.5) * math.sqrt(300.0 / length))
+    return TurningShip(numbers, length, speed, math.radians(2.5) * math.sqrt(300.0 / length))
 
 
-def indices_of(ship: Truth, rudder_deg: float, heading_deg: float | None = None) -> dict[str, float]:
+def indices_of(ship: TurningShip, rudder_deg: float, heading_deg: float | None = None) -> dict[str, float]:
     """Indices as a file has them, of a turn, or of a zigzag where a heading is given; nan where not reached."""
     order = math.radians(rudder_deg)
     if heading_deg is None:
@@ -60,7 +60,7 @@ def indices_of(ship: Truth, rudder_deg: float, heading_deg: float | None = None)
     return dict(zip(("first_overshoot_deg", "second_overshoot_deg"), found, strict=True))
 
 
-def rates(ship: Truth, t, x, angle):
+def rates(ship: TurningShip, t, x, angle):
     """d/d sigma of (u, rho, psi, north, east, distance) at the rudder angle angle(t)."""
     n = ship.numbers
     u, rho, psi = x[:3]
@@ -72,7 +72,7 @@ def rates(ship: Truth, t, x, angle):
     return [surge, yaw, rho, u * math.cos(psi) - v * math.sin(psi), u * math.sin(psi) + v * math.cos(psi), w]
 
 
-def leg(ship: Truth, x, start_angle: float, order: float, events, until: float):
+def leg(ship: TurningShip, x, start_angle: float, order: float, events, until: float):
     """Sail from x with the rudder going from start_angle to order; the solution, and the angle over time."""
     rate = ship.rate * ship.clock
 
@@ -94,7 +94,7 @@ def crossing(level: float, terminal: bool, of: int = 2):
     return event
 
 
-def turn(ship: Truth, order: float) -> dict[str, float]:
+def turn(ship: TurningShip, order: float) -> dict[str, float]:
     """Distances in lengths, speed over approach speed, yaw rate in deg/s."""
     start = [1.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     events = [crossing(0.5 * math.pi, False), crossing(math.pi, False), crossing(math.radians(10.0), False)]
@@ -113,7 +113,7 @@ def turn(ship: Truth, order: float) -> dict[str, float]:
     }
 
 
-def zigzag(ship: Truth, order: float, heading: float) -> list[float]:
+def zigzag(ship: TurningShip, order: float, heading: float) -> list[float]:
     """The first two overshoots, deg."""
     x, angle, side, found = np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]), 0.0, 1.0, []
     for number in range(3):

@@ -1,4 +1,4 @@
-"""HDF5 files and MAT files of version 7.3, read by h5py."""
+"""HDF5 files and MAT files of version 7.3, read by h5py, and classic netCDF files, read by SciPy."""
 
 from __future__ import annotations
 
@@ -82,3 +82,30 @@ def text_of(value: Any) -> str:
     if isinstance(value, np.ndarray) and value.size == 1:
         value = value.ravel()[0]
     return value.decode("utf-8", "replace") if isinstance(value, bytes) else value if isinstance(value, str) else ""
+
+
+# ---- Classic netCDF files, read by SciPy; those of version 4 are HDF5 files.
+
+
+def netcdf_content(data: bytes, path: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """(arrays of a file, name of an array -> its unit).
+
+    Raises
+    ------
+    BadInput : the file is damaged.
+    """
+    from scipy.io import netcdf_file
+
+    content: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    try:
+        with netcdf_file(io.BytesIO(data), "r", mmap=False) as file:
+            for name, variable in file.variables.items():
+                stated = vars(variable)["_attributes"]
+                content[name] = unpacked(np.array(variable[:]) if variable.shape else np.array(variable.data), stated)
+                units[name] = next((text for key in UNIT_ATTRIBUTES if (text := text_of(stated.get(key)))), "")
+    except MemoryError:
+        raise
+    except Exception as error:  # whatever SciPy raises on damaged files
+        raise BadInput(f"not a netCDF file that can be read ({type(error).__name__})", file=path) from None
+    return content, {name: unit for name, unit in units.items() if unit}

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from ....models.errors import BadInput
+from ..moments import without_zone
 from ..raw import RawColumn, RawTable, Rejected
-from .stamps import without_zone
 
 DEVICE = re.compile(r'DEV\s+(?P<number>\d+)\s+\d+\s+"(?P<name>[^"]*)"')
 BEGIN = re.compile(r"TND\s+(?P<hour>\d+):(?P<minute>\d+):(?P<second>\d+)\s+(?P<month>\d+)/(?P<day>\d+)/(?P<year>\d{4})")

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ....models.errors import BadInput
+from ..moments import time_in
 from ..names import is_time
 from ..raw import RawTable, Rejected
-from ..stamp_texts import time_in
 from .object_tables import DEEPEST, FEWEST, MOST_ITEMS, MOST_KEYS, Row, content_of, number_of, tables_of_rows
 from .signalk import is_delta, tables_of_deltas
 

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from ....models.number_texts import DECIMAL
+from ..moments import time_in
 from ..names import is_time
 from ..raw import RawTable
-from ..stamp_texts import time_in
 from .object_tables import Row, tables_or_refusal
 
 PAIR = re.compile(r'(?<![^\s,;|])([^\W\d][\w.\-/]*)\s?[=:]\s?("[^"]*"|[^\s,;|"]+)(?=[\s,;|]|$)')

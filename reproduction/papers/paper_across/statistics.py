@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ....reporting.leaderboard.paired import holm as stepped_down
+from ....reporting.leaderboard.equivalence import holm as stepped_down
 
 LEVEL = 0.05
 """Level of the tests, after Holm's correction."""

@@ -6,6 +6,7 @@ import struct
 import zipfile
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import openpyxl
@@ -108,10 +109,7 @@ def test_mat_files_that_crash_scipy_end_in_one_line(edits):
 
 @pytest.mark.parametrize("status", [-11, -6, 1])
 def test_a_reader_that_crashes_ends_in_one_line(monkeypatch, status):
-    class Done:
-        returncode = status
-
-    monkeypatch.setattr(contained.subprocess, "run", lambda *_, **__: Done)
+    monkeypatch.setattr(contained.subprocess, "run", lambda *_, **__: SimpleNamespace(returncode=status))
     with pytest.raises(BadInput, match=r"log: not a MAT file that can be read .its reader ended by it"):
         read_contained("a MAT file", b"", Path("log"))
 
@@ -122,11 +120,9 @@ class Code:
 
 
 def test_what_a_reader_answers_never_runs_code(monkeypatch, tmp_path):
-    class Done:
-        returncode, stdout = 0, pickle.dumps([Code()])
-
+    done = SimpleNamespace(returncode=0, stdout=pickle.dumps([Code()]))
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(contained.subprocess, "run", lambda *_, **__: Done)
+    monkeypatch.setattr(contained.subprocess, "run", lambda *_, **__: done)
     with pytest.raises(pickle.UnpicklingError):
         read_contained("a MAT file", b"", Path("log"))
     assert not list(tmp_path.iterdir())

@@ -12,7 +12,7 @@ from helmbench.datasets.arrow_csv import arrow_texts
 from helmbench.datasets.importing import clock, plain_rows
 from helmbench.datasets.importing.cell_texts import Texts
 from helmbench.datasets.importing.cells import GAPS, decorated, numbers_of
-from helmbench.datasets.importing.even_stamps import even_stamps
+from helmbench.datasets.importing.moments import even_stamps
 from helmbench.datasets.importing.text import read_text
 from helmbench.models.errors import BadInput
 

@@ -11,10 +11,10 @@ from helmbench.diagnosis.craft.result import BUILT
 from helmbench.estimation.validation.horizons import STRAIGHT
 from helmbench.estimation.validation.validate import label
 from helmbench.reporting import media
-from helmbench.reporting.craft.page import page
+from helmbench.reporting.craft import page
 from helmbench.reporting.diagnosis.measured import CRAFT
 from helmbench.reporting.diagnosis.rivals import compared
-from helmbench.reporting.validation.tables import explained_lines
+from helmbench.reporting.validation.page import explained_lines
 
 
 @pytest.fixture(scope="module", params=["craft-rov", "craft-expedition"])

@@ -8,13 +8,13 @@ import pytest
 import helmbench
 from helmbench.estimation.indices.fit import PRIORS
 from helmbench.estimation.indices.given import read_indices
-from tests.simulators.turning import Truth, draw, indices_of
+from tests.simulators.turning import TurningShip, draw, indices_of
 
 TURN = ("advance_lengths", "transfer_lengths", "tactical_diameter_lengths", "speed_ratio", "yaw_rate_deg_s")
 SHIPS = 2
 
 
-def given_of(ship: Truth) -> dict:
+def given_of(ship: TurningShip) -> dict:
     """The file of a ship: a turn with 35 degrees and a 10/10 zigzag."""
     turn, initial = indices_of(ship, 35.0), indices_of(ship, 10.0)["initial_turning_lengths"]
     zigzag = indices_of(ship, 10.0, 10.0) | {"initial_turning_lengths": initial}
@@ -36,7 +36,7 @@ def scaled(name: str, value: float) -> float:
     return math.log(value / (1.0 - value)) if PRIORS[name].scale == "logit" else math.log(value)
 
 
-def half_widths_off(found: helmbench.ModelFromIndices, ship: Truth) -> dict[str, float]:
+def half_widths_off(found: helmbench.ModelFromIndices, ship: TurningShip) -> dict[str, float]:
     """Distance of the truth from the middle of each interval, in half widths of it."""
     off = {}
     for row in found.parameters:
@@ -83,7 +83,7 @@ def test_intervals_hold_the_truth_where_indices_are_known_as_well_as_is_said(shi
 def test_the_model_sails_its_indices_in_the_simulator_of_the_tests(ships):
     """Indices that the model is said to have, read from the simulator with the model's parameters."""
     found = helmbench.model_from_indices(given_of(ships[0]))
-    own = Truth(found.model.parameters, ships[0].length, ships[0].speed, ships[0].rate)
+    own = TurningShip(found.model.parameters, ships[0].length, ships[0].speed, ships[0].rate)
     again = given_of(own)["indices"]
     for row in (row for row in found.indices if row.given is not None):
         (expected,) = (one[row.key] for one in again if one["manoeuvre"] == row.manoeuvre)

@@ -306,12 +306,12 @@ def test_a_black_box_is_given_the_models_inputs_alone_where_wind_is_measured():
     windy = record.with_channels(wind_speed_m_s=np.full(n, 8.0), wind_direction_rad=np.linspace(0.0, 1.0, n))
     shapes = set()
 
-    class Spy:
+    class InputShapes:
         def simulate(self, inputs, dt, start):
             shapes.add(inputs.shape[1])
             return np.tile(start, (len(inputs), 1))
 
-    validate({"model": model}, {"windy": windy}, {"model": Spy()})
+    validate({"model": model}, {"windy": windy}, {"model": InputShapes()})
     assert shapes == {len(model.inputs)}
     fitted = make("narx-poly,trials=1").fit([record], model.blanked()).predictor
     with pytest.raises(ValueError, match="lagged inputs instead of"):

@@ -178,8 +178,7 @@ def _suite(path: Path) -> None:
     """As `run` does before anything is computed: load, ask for trust, plan."""
     from helmbench.bench.kinds import kind_of
     from helmbench.bench.kinds.base import RunSelection
-    from helmbench.bench.suites import load_suite
-    from helmbench.bench.trust import check_trust
+    from helmbench.bench.suites import check_trust, load_suite
 
     suite = load_suite(str(path))
     check_trust(suite.texts, path, False)

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from .mutate import mutated
 from .readers import Reader, readers
-from .worker import Outcome, Worker
+from .worker import ReaderOutcome, ReaderProcess
 
 CORPUS = Path(__file__).parent / "corpus"
 STATES = ("accepted", "refused", "crash", "hang", "memory", "code")
@@ -25,7 +25,7 @@ MOST_KEPT = 20
 def fuzz(name: str, reader: Reader, seconds: float, seed: int, folder: Path) -> Counter[str]:
     """Numbers of inputs by outcome, and the longest time in `slowest_ms`; prints and keeps what failed."""
     rng = random.Random(f"{seed} {name}")
-    worker, counts, kept, slowest = Worker(reader, folder), Counter[str](), set[str](), 0.0
+    worker, counts, kept, slowest = ReaderProcess(reader, folder), Counter[str](), set[str](), 0.0
     pool = [*reader.seeds, *(path.read_bytes() for path in sorted((CORPUS / name).glob("*")))]
     started = time.perf_counter()
     while time.perf_counter() - started < seconds:
@@ -42,7 +42,7 @@ def fuzz(name: str, reader: Reader, seconds: float, seed: int, folder: Path) -> 
     return counts
 
 
-def _keep(name: str, data: bytes, found: Outcome, kept: set[str]) -> None:
+def _keep(name: str, data: bytes, found: ReaderOutcome, kept: set[str]) -> None:
     complaint = f"{found.state} {found.said.partition(' at ')[2] or found.said[:60]}"
     if complaint in kept or len(kept) >= MOST_KEPT:
         return

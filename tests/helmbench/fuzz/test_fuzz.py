@@ -11,7 +11,7 @@ from ...seeds import SHIFT
 from .mutate import mutated
 from .readers import RAW, readers
 from .run import CORPUS
-from .worker import Worker
+from .worker import ReaderProcess
 
 READERS = (
     *("record", "parquet", "sidecar", "model", "suite", "vessel", "prior", "bounds", "fixed"),
@@ -29,7 +29,7 @@ def test_what_failed_once_and_new_inputs_are_read_or_refused(name, tmp_path, see
         mutated(rng.choice(reader.seeds), rng.choice(reader.seeds), rng)
         for _ in range(NEW_LOGS if name in RAW else NEW_INPUTS)
     ]
-    worker = Worker(reader, tmp_path / "folder")
+    worker = ReaderProcess(reader, tmp_path / "folder")
     try:
         assert [worker.outcome(valid).state for valid in reader.seeds] == ["accepted"] * len(reader.seeds)
         assert [(data, found) for data in (*kept, *new) if (found := worker.outcome(data)).failed] == []
@@ -55,7 +55,7 @@ def test_the_watch_sees_code_crashes_and_memory(tmp_path):
         if text == "end":
             os.kill(os.getpid(), signal.SIGSEGV)
 
-    worker = Worker(replace(reader, read=read), tmp_path / "folder")
+    worker = ReaderProcess(replace(reader, read=read), tmp_path / "folder")
     try:
         for text in ("code", "memory", "crash"):
             assert worker.outcome(text.encode()).state == text

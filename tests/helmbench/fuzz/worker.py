@@ -24,7 +24,7 @@ LONGEST_LINE = 2000
 
 
 @dataclass(frozen=True)
-class Outcome:
+class ReaderOutcome:
     """accepted, refused, crash, hang, memory or code; what was said; seconds."""
 
     state: str
@@ -40,7 +40,7 @@ class _Hang(BaseException):
     pass
 
 
-class Worker:
+class ReaderProcess:
     """A process that reads inputs for one reader; a new one takes its place where it dies."""
 
     def __init__(self, reader: Reader, folder: Path) -> None:
@@ -49,7 +49,7 @@ class Worker:
         self._pipe: Connection | None = None
         self._inputs = 0
 
-    def outcome(self, data: bytes) -> Outcome:
+    def outcome(self, data: bytes) -> ReaderOutcome:
         """What reading the bytes comes to."""
         if self._process is None:
             self._start()
@@ -58,7 +58,7 @@ class Worker:
         self._pipe.send_bytes(data)
         if not self._pipe.poll(WALL_S):
             self.close()
-            return Outcome("hang", f"no answer after {WALL_S:.0f} s", WALL_S)
+            return ReaderOutcome("hang", f"no answer after {WALL_S:.0f} s", WALL_S)
         try:
             found = self._pipe.recv()
             if found.state == "memory" and self._inputs > 1:  # by this input, or by what all before it have left?
@@ -72,20 +72,20 @@ class Worker:
             self.close()
             if self.reader.whole is not None:
                 return self._whole(self.reader.whole)
-            return Outcome("crash", f"the process ended with status {code}")
+            return ReaderOutcome("crash", f"the process ended with status {code}")
 
-    def _whole(self, read: Callable[[Path], object]) -> Outcome:
+    def _whole(self, read: Callable[[Path], object]) -> ReaderOutcome:
         """What the call comes to that reads in processes of its own; the input ended this one, or held it up."""
         started, before = time.perf_counter(), signal.signal(signal.SIGPROF, _stop)
         signal.setitimer(signal.ITIMER_PROF, CPU_S)
         try:
             found = _called(read, self.folder / self.reader.name)
         except _Hang:
-            found = Outcome("hang", f"more than {CPU_S:.0f} s")
+            found = ReaderOutcome("hang", f"more than {CPU_S:.0f} s")
         finally:
             signal.setitimer(signal.ITIMER_PROF, 0.0)
             signal.signal(signal.SIGPROF, before)
-        return Outcome(found.state, found.said, time.perf_counter() - started)
+        return ReaderOutcome(found.state, found.said, time.perf_counter() - started)
 
     def close(self) -> None:
         if self._process is not None:
@@ -129,29 +129,29 @@ def _serve(pipe: Connection, reader: Reader, folder: Path) -> None:
         try:
             found = _called(reader.read, path)
         except _Hang:
-            found = Outcome("hang", f"more than {CPU_S:.0f} s")
+            found = ReaderOutcome("hang", f"more than {CPU_S:.0f} s")
         signal.setitimer(signal.ITIMER_PROF, 0.0)
         if ran or (folder / "canary").exists():
-            found = Outcome("code", f"{ran[:1]} ran; {found.said}")
+            found = ReaderOutcome("code", f"{ran[:1]} ran; {found.said}")
             (folder / "canary").unlink(missing_ok=True)
-        pipe.send(Outcome(found.state, found.said, time.perf_counter() - started))
+        pipe.send(ReaderOutcome(found.state, found.said, time.perf_counter() - started))
 
 
-def _called(read: Callable[[Path], object], path: Path) -> Outcome:
+def _called(read: Callable[[Path], object], path: Path) -> ReaderOutcome:
     try:
         read(path)
     except (BadInput, CannotFit) as refused:
         said = str(refused)
         if not said.isprintable() or len(said) > LONGEST_LINE:
-            return Outcome("crash", f"not one short line: {said[:300]!r}")
-        return Outcome("refused", said)
+            return ReaderOutcome("crash", f"not one short line: {said[:300]!r}")
+        return ReaderOutcome("refused", said)
     except MemoryError as error:
-        return Outcome("memory", str(error))
+        return ReaderOutcome("memory", str(error))
     except Exception as error:
         frames = traceback.extract_tb(error.__traceback__)[-3:]
         places = " > ".join(f"{Path(frame.filename).name}:{frame.lineno}" for frame in frames)
-        return Outcome("crash", f"{type(error).__name__}: {str(error)[:200]} at {places}")
-    return Outcome("accepted")
+        return ReaderOutcome("crash", f"{type(error).__name__}: {str(error)[:200]} at {places}")
+    return ReaderOutcome("accepted")
 
 
 def _is_code(event: str, given: tuple, folder: Path) -> bool:

@@ -64,7 +64,7 @@ NAMED = {
 
 
 @dataclass(frozen=True)
-class Said:
+class CommandAnswer:
     """What a command says: doubts, errors of sensors and files, numbers of the hull with intervals, and a figure that a
     change without a word must leave as it is, within `slack` or by a factor; `refused` holds why it refuses."""
 
@@ -77,7 +77,7 @@ class Said:
 
 
 @dataclass(frozen=True)
-class Cell:
+class ChangeOutcome:
     """One change, set and command: what became of it, names of the hull, sensors that were invented, and a sentence."""
 
     outcome: str
@@ -86,31 +86,31 @@ class Cell:
     why: str
 
 
-def check(name: str, records: Sequence[Record]) -> Said:
+def check(name: str, records: Sequence[Record]) -> CommandAnswer:
     """`check`: findings that matter."""
     found = [f for f in helmbench.check(records).findings if f.material]
-    return Said(frozenset(f"{f.cause}: {f.evidence}" for f in found), frozenset(f.cause for f in found))
+    return CommandAnswer(frozenset(f"{f.cause}: {f.evidence}" for f in found), frozenset(f.cause for f in found))
 
 
-def validate(name: str, records: Sequence[Record]) -> Said:
+def validate(name: str, records: Sequence[Record]) -> CommandAnswer:
     """`validate`: doubts, and the share of the yaw rate that free runs do not explain."""
     found = helmbench.validate(model_of(name), records)
     score = found.score("yaw_rate_rad_s")
-    return Said(frozenset(found.doubts), figure=None if score is None else 1.0 - score.r2, slack=MOTION)
+    return CommandAnswer(frozenset(found.doubts), figure=None if score is None else 1.0 - score.r2, slack=MOTION)
 
 
-def identify(name: str, records: Sequence[Record]) -> Said:
+def identify(name: str, records: Sequence[Record]) -> CommandAnswer:
     """`identify`: the gain of a first-order response model."""
-    return Said(figure=helmbench.identify(records, FLEET[name].family, "ls").parameters["K"])
+    return CommandAnswer(figure=helmbench.identify(records, FLEET[name].family, "ls").parameters["K"])
 
 
-def calibrate(name: str, records: Sequence[Record]) -> Said:
+def calibrate(name: str, records: Sequence[Record]) -> CommandAnswer:
     """`calibrate`: doubts, and numbers that moved."""
     found = helmbench.calibrate(model_of(name), records)
-    return Said(frozenset(found.doubts), hull={m.name: (m.low, m.high) for m in found.moved})
+    return CommandAnswer(frozenset(found.doubts), hull={m.name: (m.low, m.high) for m in found.moved})
 
 
-def diagnose(name: str, records: Sequence[Record]) -> Said:
+def diagnose(name: str, records: Sequence[Record]) -> CommandAnswer:
     """`diagnose`: doubts and checks, causes of sensors, and causes and groups of the hull with their sizes."""
     found = helmbench.diagnose(model_of(name), records)
     doubts = {*found.doubts, *(f.evidence for f in found.checks)}
@@ -121,7 +121,7 @@ def diagnose(name: str, records: Sequence[Record]) -> Said:
     hull = {f"{f.cause} {s.parameter}": (s.low, s.high) for f in own for s in f.sizes} | {
         f.cause: (-np.inf, np.inf) for f in own if not f.sizes
     }
-    return Said(frozenset(doubts), frozenset(sensors), hull)
+    return CommandAnswer(frozenset(doubts), frozenset(sensors), hull)
 
 
 def check_is_sensor(cause: str) -> bool:
@@ -131,34 +131,34 @@ def check_is_sensor(cause: str) -> bool:
     return all_causes()[cause].where in ("sensor", "record")
 
 
-COMMANDS: dict[str, Callable[[str, Sequence[Record]], Said]] = {
+COMMANDS: dict[str, Callable[[str, Sequence[Record]], CommandAnswer]] = {
     one.__name__: one for one in (check, validate, identify, calibrate, diagnose)
 }
 
 
-def said(command: str, name: str, records: Sequence[Record]) -> Said:
+def said(command: str, name: str, records: Sequence[Record]) -> CommandAnswer:
     """What a command says of records; its warnings are doubts."""
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
         try:
             found = COMMANDS[command](name, records)
         except REFUSED as error:
-            return Said(refused=str(error))
+            return CommandAnswer(refused=str(error))
     doubts = found.doubts | {str(w.message) for w in told if issubclass(w.category, UserWarning)}
-    return Said(doubts, found.sensors, found.hull, found.figure, found.slack)
+    return CommandAnswer(doubts, found.sensors, found.hull, found.figure, found.slack)
 
 
 @cache
-def unchanged(command: str, name: str) -> Said:
+def unchanged(command: str, name: str) -> CommandAnswer:
     """What a command says of the records as they are."""
     return said(command, name, records_of(name))
 
 
-def judged(command: str, name: str, change: str, records: Sequence[Record]) -> Cell:
+def judged(command: str, name: str, change: str, records: Sequence[Record]) -> ChangeOutcome:
     """What became of a change in a command."""
     before, after = unchanged(command, name), said(command, name, records)
     if after.refused:
-        return Cell("refused", (), (), after.refused)
+        return ChangeOutcome("refused", (), (), after.refused)
     wrong = {n: size for n, size in after.hull.items() if n.split()[0] not in NO_HULL.get(change, ())}
     hull = tuple(n for n, (low, high) in wrong.items() if not _overlaps(before.hull.get(n), low, high))
     rightly = NAMED.get(change, set()) | NO_HULL.get(change, set())
@@ -166,9 +166,11 @@ def judged(command: str, name: str, change: str, records: Sequence[Record]) -> C
     words = {text for text in after.doubts - before.doubts if command != "check" or text.partition(":")[0] in rightly}
     words |= (after.sensors - before.sensors) & rightly
     if words:
-        return Cell("told", hull, invented, "; ".join(sorted(words)))
+        return ChangeOutcome("told", hull, invented, "; ".join(sorted(words)))
     same = _alike(before.figure, after.figure, after.slack)
-    return Cell("harmless" if same else "silent", hull, invented, "" if same else f"{before.figure} -> {after.figure}")
+    return ChangeOutcome(
+        "harmless" if same else "silent", hull, invented, "" if same else f"{before.figure} -> {after.figure}"
+    )
 
 
 def _overlaps(known: tuple[float, float] | None, low: float, high: float) -> bool:

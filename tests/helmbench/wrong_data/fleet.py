@@ -14,7 +14,7 @@ MANOEUVRES = ("zigzag:20/20", "turn:25", "zigzag:10/10:port")
 
 
 @dataclass(frozen=True)
-class Ship:
+class SimulatedShip:
     """A simulated ship: seconds and step of its records."""
 
     seconds: float
@@ -29,7 +29,7 @@ class Ship:
 
 
 @dataclass(frozen=True)
-class Measured:
+class MeasuredShip:
     """A measured set: the model that is asked, the runs, every which of their samples is kept, and what the set is
     known to have where every sample is."""
 
@@ -45,10 +45,14 @@ class Measured:
         return [load(name, stem).thinned(self.every) for stem in self.stems]
 
 
-SHIPS = {"mariner": Ship(200.0, 1.0), "response-1": Ship(200.0, 1.0), "kvlcc2-l7": Ship(120.0, 0.5)}
+SHIPS = {
+    "mariner": SimulatedShip(200.0, 1.0),
+    "response-1": SimulatedShip(200.0, 1.0),
+    "kvlcc2-l7": SimulatedShip(120.0, 0.5),
+}
 SETS = {
-    "kvlcc2-hsva": Measured("kvlcc2-l7", ("Z_20_10_S", "Z_10_05", "Z_10_10_P"), 8, "kvlcc2"),
-    "esso-osaka": Measured(
+    "kvlcc2-hsva": MeasuredShip("kvlcc2-l7", ("Z_20_10_S", "Z_10_05", "Z_10_10_P"), 8, "kvlcc2"),
+    "esso-osaka": MeasuredShip(
         "esso-osaka-l3",
         ("zigzag_31-Jul-2020_13_42_53", "zigzag_31-Jul-2020_13_57_45"),
         4,
@@ -59,7 +63,7 @@ SETS = {
 
 
 @dataclass(frozen=True)
-class Craft:
+class MeasuredCraft:
     """A measured craft without a model: samples that are kept of a run, and what `check` finds in some of its runs."""
 
     samples: int = 600
@@ -72,10 +76,10 @@ class Craft:
 
 
 CRAFT = {
-    "blueboat": Craft(),
-    "otter": Craft(),
-    "vtec": Craft(),
-    "expedition_horta": Craft(known=frozenset({"velocity_delay"})),  # of two runs, where the third is torn
+    "blueboat": MeasuredCraft(),
+    "otter": MeasuredCraft(),
+    "vtec": MeasuredCraft(),
+    "expedition_horta": MeasuredCraft(known=frozenset({"velocity_delay"})),  # of two runs, where the third is torn
 }
 FLEET = SHIPS | SETS | CRAFT
 

@@ -13,13 +13,13 @@ from collections import Counter
 import numpy as np
 
 from .changes import CHANGES
-from .commands import COMMANDS, UNKNOWABLE, Cell, judged
+from .commands import COMMANDS, UNKNOWABLE, ChangeOutcome, judged
 from .fleet import CRAFT, FLEET, at_hand, records_of
 
 OUTCOMES = ("told", "refused", "harmless", "unknowable", "silent")
 
 
-def cell(command: str, name: str, change: str, seed: int) -> Cell:
+def cell(command: str, name: str, change: str, seed: int) -> ChangeOutcome:
     """One cell of the matrix."""
     rng = np.random.default_rng([seed, zlib.crc32(change.encode())])
     return judged(command, name, change, [CHANGES[change](record, rng) for record in records_of(name)])

@@ -22,7 +22,7 @@ TOLERANCE = 0.07
 """What a rate over 60 draws may fall short by without a change of the ladder: about two standard errors."""
 
 
-class Outcome(NamedTuple):
+class CraftRun(NamedTuple):
     """Of one draw: whether the law is right, rungs found and wanted, whether none is extra, share of held-out heading
     errors inside the band, and whether the intervals of the numbers hold the truth (only where the structure is right).
     """
@@ -70,7 +70,7 @@ def drawn(k, seed):
     told = [n.low <= known[n.name] <= n.high for n in found.numbers if known.get(n.name)]
     print(law, extras, family[0], sorted(taken), found.verdict, round(found.inside, 2), round(found.wall_s, 1))
     exact = right and clean and hits == len(expected)
-    return Outcome(right, hits, len(expected), clean, found.inside, tuple(told) if exact else ())
+    return CraftRun(right, hits, len(expected), clean, found.inside, tuple(told) if exact else ())
 
 
 def test_laws_rungs_intervals_and_bands_of_craft(seed):

@@ -4,6 +4,9 @@ HELMBENCH_RATE_DRAWS sets how often each expectation is drawn: a few times in `m
 """
 
 import os
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 
@@ -25,3 +28,15 @@ def test_rate_is_not_below_what_is_promised(name, rng):
     passed = sum(expected.check(rng) for _ in range(DRAWS))
     print(f"{name}: {passed} of {DRAWS}, promised {expected.rate}")
     assert passed >= fewest(DRAWS, expected.rate)
+
+
+# ---- Many kills: `make rates`.
+
+ROOT = Path(__file__).resolve().parents[3]
+
+
+def test_runs_killed_a_thousand_times_end_as_unbroken_ones(tmp_path, seed):
+    command = [sys.executable, "-m", "tests.bench.killed_runs", str(tmp_path), str(seed), "1000"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    print(done.stdout)

@@ -124,7 +124,7 @@ KINDS = (*DEFECTS, "the same record twice", "wrong ship", "near-cancelling secon
 
 
 @dataclass(frozen=True)
-class Outcome:
+class SweepOutcome:
     """What one call came to: result, refused, or a failure with its reason."""
 
     state: str
@@ -141,14 +141,14 @@ class Outcome:
         return f"{self.call} | {self.state} | {self.cpu_s:.1f} s | {self.model} | {self.said[:300]}"
 
 
-def outcomes(kind: str, seed: int) -> list[Outcome]:
+def outcomes(kind: str, seed: int) -> list[SweepOutcome]:
     """What identify, diagnose and calibrate make of one ugly input; the same for the same kind and seed."""
     rng = np.random.default_rng([seed, *kind.encode()])
     good = base(rng)
     try:
         ugly, allowed = spoiled(good, kind, rng)
     except BadInput as refused:
-        return [Outcome("refused", str(refused), 0.0, "record", good.model.id)]
+        return [SweepOutcome("refused", str(refused), 0.0, "record", good.model.id)]
     method = str(rng.choice(METHODS))
     calls = {f"identify {method}": lambda: _identified(ugly, method), "diagnose": lambda: _diagnosed(ugly, allowed)}
     if ugly.model.is_3dof and rng.random() < 0.2:
@@ -156,7 +156,7 @@ def outcomes(kind: str, seed: int) -> list[Outcome]:
     return [replace(_called(call), call=name, model=ugly.model.id) for name, call in calls.items()]
 
 
-def _called(call: Callable[[], tuple[str, str]]) -> Outcome:
+def _called(call: Callable[[], tuple[str, str]]) -> SweepOutcome:
     started = time.process_time()
     try:
         with warnings.catch_warnings(record=True) as warned:
@@ -173,7 +173,7 @@ def _called(call: Callable[[], tuple[str, str]]) -> Outcome:
         places = " > ".join(f"{path.parent.name}/{path.name}" for path in own[-4:])
         state, said = "traceback", f"{type(error).__name__}: {error} at {places}"
     took = time.process_time() - started
-    return Outcome("hang" if took > SLOW_S else state, said, took)
+    return SweepOutcome("hang" if took > SLOW_S else state, said, took)
 
 
 def _identified(ugly: Ugly, method: str) -> tuple[str, str]:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from helmbench.estimation.indices.fit import NORMAL_95, PRIORS, parameters_of
-from helmbench.reporting.indices.published import GIVEN, compared, page, published_ship
+from helmbench.reporting.indices import GIVEN, compared, published_page, published_ship
 
 
 def test_a_published_ship_lies_within_the_prior_and_her_turns_are_predicted():
@@ -17,7 +17,7 @@ def test_a_published_ship_lies_within_the_prior_and_her_turns_are_predicted():
 
 
 def test_the_report_has_a_table_for_every_ship_and_one_over_all():
-    text = page([published_ship("esso-osaka-l3")])
+    text = published_page([published_ship("esso-osaka-l3")])
     assert text.count("| manoeuvre") == 2 and "## Esso Osaka tanker, 3 m model, simulated" in text
     assert "The 95 % interval of the first overshoot of zigzag:20/20" in text
     assert "nan" not in text and "| zigzag:20/20 | left out | first overshoot" in text

@@ -7,8 +7,8 @@ import pytest
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import Store, frames, read_tables
 from helmbench.reporting.leaderboard import standings
+from helmbench.reporting.leaderboard.board import summarised
 from helmbench.reporting.leaderboard.compact import LONG, read_compact
-from helmbench.reporting.leaderboard.estimates import summarised
 
 
 @pytest.fixture

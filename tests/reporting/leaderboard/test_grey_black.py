@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from helmbench.reporting.leaderboard.contest import Contest
-from helmbench.reporting.leaderboard.grey_black import grey_against_black, grey_black_sentence, kinds_of
+from helmbench.reporting.leaderboard.findings import grey_against_black, grey_black_sentence, kinds_of
 
 
 def board(errors):

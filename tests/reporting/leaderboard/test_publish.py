@@ -9,9 +9,9 @@ import pytest
 from helmbench.bench.store import read_tables
 from helmbench.models.errors import BadInput
 from helmbench.reporting.leaderboard import comparing, publish, standings
+from helmbench.reporting.leaderboard.answer import stability_sentences
 from helmbench.reporting.leaderboard.board import build
 from helmbench.reporting.leaderboard.findings import findings
-from helmbench.reporting.leaderboard.stability import stability_sentences
 from helmbench.reporting.tables import in_markdown
 
 STORED = Path(__file__).parents[3] / "reports" / "leaderboard"

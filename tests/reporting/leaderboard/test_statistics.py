@@ -9,11 +9,10 @@ from scipy.stats import wilcoxon
 
 from helmbench.bench.kinds import IDENTIFICATION, kind_of
 from helmbench.bench.store import frames
-from helmbench.reporting.leaderboard import contest, equivalence, paired
-from helmbench.reporting.leaderboard.answer import answer
+from helmbench.reporting.leaderboard import contest, equivalence
+from helmbench.reporting.leaderboard.answer import answer, stability
 from helmbench.reporting.leaderboard.board import build
 from helmbench.reporting.leaderboard.findings import low_noise, pareto
-from helmbench.reporting.leaderboard.stability import stability
 
 
 @pytest.fixture
@@ -57,19 +56,19 @@ def test_signed_ranks_are_those_of_scipy(rng):
         first, second = rng.lognormal(size=(2, n))
         d = np.log(first / second)
         for way in ("two-sided", "less", "greater"):
-            assert paired.signed_rank(d, way) == pytest.approx(wilcoxon(d, alternative=way).pvalue, rel=1e-6)
+            assert equivalence.signed_rank(d, way) == pytest.approx(wilcoxon(d, alternative=way).pvalue, rel=1e-6)
 
 
 def test_infinite_errors_are_the_largest_and_equal_among_each_other():
     first = np.array([1.0, 1.0, 1.0, 1.0, 1.0, 1.0, np.inf])
     second = np.array([2.0, 3.0, 4.0, 5.0, 6.0, np.inf, np.inf])
-    assert paired.signed_rank(paired.log_ratios(first, second)) == pytest.approx(2.0 / 2**6)
-    assert paired.signed_rank(paired.log_ratios(first, first)) == 1.0
+    assert equivalence.signed_rank(equivalence.log_ratios(first, second)) == pytest.approx(2.0 / 2**6)
+    assert equivalence.signed_rank(equivalence.log_ratios(first, first)) == 1.0
 
 
 def test_holm_steps_down():
-    assert paired.holm([0.01, 0.04, 0.03]).tolist() == pytest.approx([0.03, 0.06, 0.06])
-    assert paired.holm([0.9, 0.8]).max() == 1.0
+    assert equivalence.holm([0.01, 0.04, 0.03]).tolist() == pytest.approx([0.03, 0.06, 0.06])
+    assert equivalence.holm([0.9, 0.8]).max() == 1.0
 
 
 def test_the_front_has_what_nothing_beats_in_error_and_time():

@@ -9,8 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from helmbench.models.errors import BadInput
-from helmbench.reporting.timing.page import verdict
-from helmbench.reporting.timing.publish import publish
+from helmbench.reporting.timing.page import publish, verdict
 from helmbench.reporting.timing.rows import read_rows
 from helmbench.reporting.timing.study_page import demands, study
 
@@ -77,7 +76,7 @@ def test_a_file_that_holds_no_rows_is_refused_in_one_line(tmp_path, text):
     path.write_text(text)
     with pytest.raises(BadInput):
         read_rows(path)
-    command = [sys.executable, "-m", "helmbench.reporting.timing.publish", path, tmp_path / "out"]
+    command = [sys.executable, "-m", "helmbench.reporting.timing.page", path, tmp_path / "out"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()

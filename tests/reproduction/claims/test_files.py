@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.models.errors import BadInput
 from helmbench.reproduction.claims.claim import Tolerance, table_number
-from helmbench.reproduction.claims.files import FOLDER, everything, load, papers, read
+from helmbench.reproduction.claims.files import FOLDER, everything, expanded, load, papers, read
 from helmbench.reproduction.papers.study import studies_of
 
 TABLES = {"000": (1, 2, 3), "001": (1, 2), "002": (1, 2), "003": (1, 2, 3, 4, 5, 6), "004": (1, 2, 3)}
@@ -143,3 +143,30 @@ def test_references_take_study_and_key_from_their_claim(tmp_path):
     (check,) = read(path).checks()
     assert (check.study, check.key, check.quantity) == ("s", "k", "Table 1: q")
     assert check.tolerance == Tolerance(absolute=0.5)
+
+
+# ---- Tables of claims in short.
+
+
+def test_one_claim_for_every_number():
+    entry = {
+        "rows": {"K": [1.0, None], "T": [2.0, 3.0]},
+        "columns": {"a": {"reason": {"reproduced": "{row} of {column} is {corrected}"}}, "b": None},
+        "id": "{column}-{row}",
+        "tolerance": {"relative": 0.1},
+    }
+    found = list(expanded(entry, "published", "999.yaml"))
+    assert [(claim["id"], claim["published"]) for claim in found] == [("a-K", 1.0), ("a-T", 2.0), ("b-T", 3.0)]
+    assert found[1]["reason"] == {"reproduced": "T of a is {corrected}"}
+    assert all(claim["tolerance"] == {"relative": 0.1} and "rows" not in claim for claim in found)
+    assert next(expanded(entry, "value", "999.yaml"))["value"] == 1.0
+
+
+def test_an_entry_without_rows_stands_for_itself():
+    entry = {"id": "a", "quantity": "{row}"}
+    assert list(expanded(entry, "published", "999.yaml")) == [entry]
+
+
+def test_a_row_of_another_length_is_refused():
+    with pytest.raises(BadInput, match=r"999\.yaml, a: row K has 1 numbers for 2 columns"):
+        list(expanded({"id": "a", "rows": {"K": [1.0]}, "columns": {"a": None, "b": None}}, "published", "999.yaml"))

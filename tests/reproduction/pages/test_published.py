@@ -8,7 +8,7 @@ import pytest
 
 from helmbench.reproduction import results
 from helmbench.reproduction.claims.files import ACROSS, everything, load, papers
-from helmbench.reproduction.pages import figures, markdown
+from helmbench.reproduction.pages import markdown
 from helmbench.reproduction.pages.across import cells, proposed
 from helmbench.reproduction.papers.paper_across.studies import NOISE, VESSELS
 from helmbench.reproduction.verdicts.verdict import CONTRADICTED, VERDICTS, within
@@ -87,7 +87,7 @@ def test_figures_are_those_of_the_results(paper):
     found, stored = load(paper), results.read(paper, FOLDER)
     assert set(stored.figures) == {figure.id for figure in found.figures}
     for figure in found.figures:
-        data = (FOLDER / figures.file_of(paper, figure)).read_bytes()
+        data = (FOLDER / markdown.file_of(paper, figure)).read_bytes()
         assert hashlib.sha256(data).hexdigest() == stored.figures[figure.id], figure.id
 
 

@@ -64,12 +64,12 @@ def test_a_record_that_cannot_be_made_becomes_a_row():
 def test_methods_are_never_given_the_truth(monkeypatch):
     seen = []
 
-    class Spy:
+    class CoefficientNotes:
         def fit(self, records, model):
             seen.append(model.coefficients.copy())
             raise CannotFit("only looking")
 
-    monkeypatch.setattr("helmbench.methods.registry.make", lambda *_: Spy())
+    monkeypatch.setattr("helmbench.methods.registry.make", lambda *_: CoefficientNotes())
     monkeypatch.setattr(executing, "_WARMED", set())
     execute(spec_of())
     assert len(seen) == 2 and all(np.isnan(coefficients).all() for coefficients in seen)

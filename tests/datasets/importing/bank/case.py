@@ -149,7 +149,7 @@ def _same_offset(entry: dict, known: Is) -> bool:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class CaseOutcome:
     """imported, or named with every column in the draft; questions that were answered; channels that are wrong."""
 
     imported: bool

@@ -10,7 +10,7 @@ import helmbench
 
 from ....nightly_marks import nightly_but
 from ....seeds import seed_of
-from .case import ROUNDS, Case, Outcome, answer, truth_of
+from .case import ROUNDS, Case, CaseOutcome, answer, truth_of
 from .choice_cases import CHOICE_CASES
 from .clock_cases import CLOCK_CASES
 from .format_cases import FORMAT_CASES
@@ -75,12 +75,12 @@ def error_of(record, channel: str, run, side: str, first_s: float) -> float:
     return float(np.sqrt(np.mean((got - true) ** 2)) / np.ptp(true))
 
 
-def tried(case: Case, run, folder) -> Outcome:
+def tried(case: Case, run, folder) -> CaseOutcome:
     files = case.write(run, folder)
     found, asked, note, columns = import_case(case, files)
     unnamed = tuple(c.column for c in columns if not c.why) if columns or case.refused else ("no column",)
     if found is None:
-        return Outcome(False, asked, (), (), unnamed, note)
+        return CaseOutcome(False, asked, (), (), unnamed, note)
     record = max(found.records, key=lambda record: record.n)
     key, start = start_of(record)
     side = record.meta.positive_rudder
@@ -91,7 +91,7 @@ def tried(case: Case, run, folder) -> Outcome:
     missing = tuple(c for c in case.wanted if c not in record.channels)
     said = "; ".join(map(str, found.report.faults))
     again = partial(differences, found, files, folder / "map.yaml")
-    return Outcome(not missing, asked, wrong, missing, unnamed, "", len(found.records), key, start, said, again)
+    return CaseOutcome(not missing, asked, wrong, missing, unnamed, "", len(found.records), key, start, said, again)
 
 
 def differences(found, files, path) -> tuple[str, ...]:

@@ -60,11 +60,11 @@ def test_a_form_that_does_not_agree_is_not_used(rng):
 
 @pytest.mark.parametrize("wrong", [{"coef_": np.ones(3)}, {"coef_": np.ones((2, 2))}])
 def test_arrays_of_other_shapes_are_not_used(wrong, rng):
-    class Other(LinearRegression):
+    class OwnRegression(LinearRegression):
         def predict(self, X):
             return X @ np.ones(2)
 
     x = rng.normal(size=(50, 2))
-    regressor = Other().fit(x, x[:, 0])
+    regressor = OwnRegression().fit(x, x[:, 0])
     vars(regressor).update(wrong)
     assert compiled((regressor,), x) is None

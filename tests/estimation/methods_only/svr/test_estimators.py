@@ -14,6 +14,7 @@ from sklearn.utils.estimator_checks import estimator_checks_generator
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.svr import solve
 from helmbench.estimation.methods_only.svr.estimators import LSSVR, RWLSSVR
+from helmbench.estimation.methods_only.svr.tuning import colony, grid
 from helmbench.models.model import resolve
 
 SINES = "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s"
@@ -171,3 +172,22 @@ def test_efficiency_on_gaussian_errors(rng):
     assert efficiency["converged"] == pytest.approx(0.646, rel=0.15)
     assert efficiency["one"] == pytest.approx(0.91, rel=0.1)
     assert 0.4 < efficiency["signed"] < 0.72
+
+
+# ---- The choice of C.
+
+
+def test_grid_takes_the_best_of_25():
+    found = grid(lambda c: abs(np.log10(c) - 4.0) if c > 1.0 else np.inf)
+    assert found.evaluations == 25 and found.value == pytest.approx(1e4)
+
+
+def test_the_colony_of_the_paper_finds_the_minimum_between_the_points_of_a_grid():
+    """1830 moves (30 sources, 30 cycles of 60), the same every time; a place where the fit fails does not stop it."""
+
+    def error(c):
+        return abs(np.log10(c) - 4.321) if c > 1.0 else np.inf
+
+    found = colony(error)
+    assert found.evaluations == 1830 and found == colony(error)
+    assert np.log10(found.value) == pytest.approx(4.321, abs=0.01) and found.error < grid(error).error

@@ -19,7 +19,7 @@ from helmbench.models.model import resolve
 SHIP = "response-1"
 
 
-class Scaled(Ls):
+class ScaledLs(Ls):
     """Least squares times a factor, which a tuner should find to be 1."""
 
     name = "scaled"
@@ -48,7 +48,7 @@ def model():
 
 
 def run(records, model, method=None, **options):
-    method = method or Scaled()
+    method = method or ScaledLs()
     return tune(method, type(method).search_space, records, model, **options)
 
 
@@ -70,9 +70,9 @@ def test_any_optuna_sampler(records, model):
 def test_the_gaussian_process_says_what_it_needs(monkeypatch):
     monkeypatch.setattr("helmbench.estimation.methods_only.tuning.tune.find_spec", lambda name: None)
     with pytest.raises(BadInput, match=r"needs torch; pip install 'helmbench\[gp\]'"):
-        sampler_of("gp", Scaled.search_space, 10, 0)
+        sampler_of("gp", ScaledLs.search_space, 10, 0)
     monkeypatch.setattr("helmbench.estimation.methods_only.tuning.tune.find_spec", lambda name: name)
-    assert isinstance(sampler_of("gp", Scaled.search_space, 10, 0), optuna.samplers.GPSampler)
+    assert isinstance(sampler_of("gp", ScaledLs.search_space, 10, 0), optuna.samplers.GPSampler)
 
 
 @pytest.mark.parametrize("tuner", ["abc", "tpe", "grid", "random"])
@@ -82,14 +82,14 @@ def test_the_same_seed_finds_the_same(tuner, records, model):
 
 
 def test_failed_fits_are_failed_trials(records, model):
-    found = run(records, model, Scaled(fail_above=1.0), n_trials=30)
+    found = run(records, model, ScaledLs(fail_above=1.0), n_trials=30)
     assert 0 < found.failed < 30 and found.options["factor"] <= 1.0
     with pytest.raises(FitFailed, match="too large"):
-        run(records, model, Scaled(fail_above=0.0), n_trials=5)
+        run(records, model, ScaledLs(fail_above=0.0), n_trials=5)
 
 
 def test_diverging_runs_are_not_chosen(records, model):
-    class Diverging(Scaled):
+    class Diverging(ScaledLs):
         def estimate(self, records, model):
             found = super().estimate(records, model)
             return found._replace(coefficients=found.coefficients * (-1e9 if self.factor < 1.0 else 1.0))
@@ -98,7 +98,7 @@ def test_diverging_runs_are_not_chosen(records, model):
 
 
 def test_the_method_is_not_changed(records, model):
-    method = Scaled(factor=7.0)
+    method = ScaledLs(factor=7.0)
     run(records, model, method, n_trials=5)
     assert method.factor == 7.0
 
@@ -120,15 +120,15 @@ def test_split_validates_on_samples_that_were_not_fitted(records):
 def test_the_error_is_that_of_a_free_run(records, model):
     exact = LsForward().fit([generate(Case(SHIP, "zigzag:20/20@euler"))], model)
 
-    class Fixed(Method):
+    class FixedEstimate(Method):
         name, title, factor = "fixed", "returns given coefficients", 1.0
 
         def estimate(self, records, model):
             return Fit(exact.coefficients * np.array([1.0, self.factor, 1.0]))
 
     held = validation_of(records, "split")
-    assert held.error(Fixed(), model) < 1e-6
-    dead = Fixed()
+    assert held.error(FixedEstimate(), model) < 1e-6
+    dead = FixedEstimate()
     dead.factor = 0.0
     rate = np.concatenate([r.column("yaw_rate_rad_s")[k:] for r, k in zip(records, held.since, strict=True)])
     assert 0.5 < held.error(dead, model) < 5.0 and np.std(rate) > 0.0
@@ -149,7 +149,7 @@ def test_studies_of_different_arguments_are_separate(tmp_path, records, model):
     cases = [
         run(records, model, n_trials=3, storage=storage),
         run(records[:1], model, n_trials=3, storage=storage),
-        run(records, model, Scaled(fail_above=1e3), n_trials=3, storage=storage),
+        run(records, model, ScaledLs(fail_above=1e3), n_trials=3, storage=storage),
         run(records, model, n_trials=3, storage=storage, seed=1),
         run(records, model, n_trials=3, storage=storage, tuner="tpe"),
     ]

@@ -1,8 +1,5 @@
-"""How well models from indices predict other manoeuvres, of published and measured ships: `make indices-report`.
-
-From turns with 35 degrees and 10/10 zigzags, to both sides, a model is made; it then sails turns with 20 degrees and
-20/20 zigzags.  Indices are means of both sides.
-"""
+"""What a model from manoeuvring indices says: parameters and indices with intervals; and how well such models predict
+other manoeuvres, which `make indices-report` writes."""
 
 from __future__ import annotations
 
@@ -12,23 +9,114 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets import measured
-from ...datasets.generator import record_run
-from ...datasets.grammar import DEGREE
-from ...datasets.indices import TURNING, execute_times, initial_turning, overshoots, turning_indices
-from ...datasets.manoeuvres import parse_manoeuvre
-from ...datasets.record import Record
-from ...estimation.indices.fit import fit
-from ...estimation.indices.given import read_indices
-from ...estimation.indices.result import ModelFromIndices
-from ...models.folders import make_folder, write_atomic
-from ...models.model import Model, resolve
-from ..numbers import number, percent
-from ..tables import Column, make_table, markdown
-from .page import named_key, statement
+from ..datasets import measured
+from ..datasets.generator import record_run
+from ..datasets.grammar import DEGREE
+from ..datasets.indices import TURNING, execute_times, initial_turning, overshoots, turning_indices
+from ..datasets.manoeuvres import parse_manoeuvre
+from ..datasets.record import Record
+from ..estimation.indices.fit import fit
+from ..estimation.indices.given import read_indices
+from ..estimation.indices.result import ModelFromIndices
+from ..models.folders import make_folder, write_atomic
+from ..models.model import Model, resolve
+from .numbers import number, percent
+from .page import FAIR, GOOD, Verdict, items, result_page
+from .tables import Column, Table, make_table, markdown
+
+if TYPE_CHECKING:
+    from ..estimation.indices.result import ParameterRow
+    from .page import Page
+
+CONTRADICTORY = 4.0
+"""Accuracies by which an index is missed that no usual ship of another kind explains."""
+UNITS = {"deg_s": "deg/s", "deg_min": "deg/min", "m_s": "m/s", "m": "m", "deg": "deg", "kn": "kn"}
+UNITS |= {"lengths": "lengths", "cables": "cables", "ratio": ""}
+"""End of a key -> unit, longest first."""
+
+
+TITLES = ("Indices given and of the model", "The model", "What to know", "")
+
+
+def page(result: ModelFromIndices) -> Page:
+    """The page of a model from indices."""
+    first, *told = statement(result)
+    return result_page(
+        f"Model {result.model.id}",
+        result.model.title,
+        Verdict(FAIR if result.undetermined or result.missed else GOOD, f"{first.partition(': ')[2]}."),
+        seen=[index_table(result)],
+        changed=[parameter_table(result)],
+        remains=[items([f"{line[:1].upper()}{line[1:]}." for line in told])],
+        titles=TITLES,
+    )
+
+
+def statement(result: ModelFromIndices) -> list[str]:
+    """What the indices determine, what the model cannot give, and what the intervals hold for."""
+    given = [row for row in result.indices if row.given is not None]
+    lines = [f"{result.model.id}: {result.model.family} from {len(given)} indices"]
+    if result.undetermined:
+        lines.append(f"not determined by these indices, usual values are taken: {', '.join(result.undetermined)}")
+    for row in result.missed:
+        name, unit = named_key(row.key)
+        values = f"{number(row.predicted)} {unit}".strip() + f" where {number(row.given)} is given"
+        lines.append(f"the model does not give the {name} of {row.manoeuvre}: {values}")
+    if result.excess > 1.0:
+        lines.append(f"intervals are wider by {number(result.excess)}, as the model misses the indices by so much more")
+    if any(abs(row.misfit) > CONTRADICTORY for row in result.missed):
+        lines.append("the indices contradict each other, or the ship moves unlike this family: check numbers and units")
+    lines.append("intervals are for 95 % and for a ship that moves as this family does, alike to both sides")
+    return [*lines, "real ships do not quite: docs/how-to/from-indices.md tells by how much predictions were wrong"]
+
+
+def named_key(key: str) -> tuple[str, str]:
+    """Name of an index and its unit, of its key in the file."""
+    ending = next((end for end in UNITS if key.endswith(f"_{end}")), "")
+    short = key if ending == "ratio" else key.removesuffix(f"_{ending}")
+    return short.replace("_", " "), UNITS.get(ending, "")
+
+
+def parameter_table(result: ModelFromIndices) -> Table:
+    """Parameters with their intervals."""
+    return make_table(
+        (
+            Column("parameter", lambda row: row.name),
+            Column("value", lambda row: number(row.value), lambda row: row.value),
+            Column("95 % interval", _interval),
+        ),
+        result.parameters,
+    )
+
+
+def _interval(row: ParameterRow) -> str:
+    return f"{number(row.interval[0])} to {number(row.interval[1])}" if row.interval else "not determined"
+
+
+def index_table(result: ModelFromIndices) -> Table:
+    """Indices given and of the model."""
+    return make_table(
+        (
+            Column("manoeuvre", lambda row: row.manoeuvre),
+            Column("index", lambda row: named_key(row.key)[0]),
+            Column("unit", lambda row: named_key(row.key)[1]),
+            Column("given", lambda row: number(row.given), lambda row: row.given),
+            Column("accuracy", lambda row: number(row.accuracy), lambda row: row.accuracy),
+            Column("model", lambda row: number(row.predicted), lambda row: row.predicted),
+            Column("difference", lambda row: number(row.difference), lambda row: row.difference),
+            Column("95 % interval", lambda row: f"{number(row.low)} to {number(row.high)}"),
+        ),
+        result.indices,
+    )
+
+
+# ---- How well models from indices predict other manoeuvres, of published and measured ships: `make indices-report`.
+# From turns with 35 degrees and 10/10 zigzags, to both sides, a model is made; it then sails turns with 20 degrees
+# and 20/20 zigzags. Indices are means of both sides.
 
 VESSELS = ("mariner", "s175", "kvlcc2-l7", "esso-osaka-l3")
 GIVEN, LEFT_OUT = ("turn:35", "zigzag:10/10"), ("turn:20", "zigzag:20/20")
@@ -160,7 +248,7 @@ def compared(ship: TriedShip) -> tuple[ModelFromIndices, list[TriedIndex]]:
     return found, [TriedIndex(text, key, own[text][key], of_model[text][key]) for text in own for key in own[text]]
 
 
-def page(ships: Sequence[TriedShip]) -> str:
+def published_page(ships: Sequence[TriedShip]) -> str:
     """The report."""
     lines = [
         "# Models from manoeuvring indices, on published and measured ships",
@@ -227,7 +315,7 @@ def main(folder: str) -> None:
     """Write README.md into a folder."""
     make_folder(Path(folder))
     ships = [*map(published_ship, VESSELS), measured_ship()]
-    write_atomic(Path(folder) / "README.md", page(ships).encode())
+    write_atomic(Path(folder) / "README.md", published_page(ships).encode())
 
 
 if __name__ == "__main__":

@@ -5,18 +5,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ...models.errors import BadInput
-from ..diagnosis.words import cause, scale, size
-from ..numbers import MISSING, number
-from ..page import FAIR, GOOD, Drawing, Section, Verdict, items, result_page
-from ..plots import COLOURS, SOFT, svg
-from ..tables import Column, Table, make_table
+from ..models.errors import BadInput
+from .diagnosis.words import cause, scale, size
+from .numbers import MISSING, number
+from .page import FAIR, GOOD, Drawing, Section, Verdict, items, result_page
+from .plots import COLOURS, SOFT, svg
+from .tables import Column, Table, make_table
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ...checks.result import CheckFinding, CheckResult, Size
-    from ..page import Page
+    from ..checks.result import CheckFinding, CheckResult, Size
+    from .page import Page
 
 ALL, INTERVALS = "all records", "Sizes with their 90 % intervals, over all records and in each"
 NOTHING = "The channels agree with each other, and the samples show no fault."
@@ -129,7 +129,7 @@ Panels = list[tuple[str, str, list["Size"]]]
 def figure_of(result: CheckResult) -> Figure:
     """A panel a size of a finding: its value over all records and in each, with the 90 % intervals; BadInput where no
     finding has a size."""
-    from ...models.figure import ShownFigure
+    from ..models.figure import ShownFigure
 
     panels = _panels(result)
     if not panels:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from ...datasets.display import shown_name
-from ...diagnosis.craft.result import (
+from ..datasets.display import shown_name
+from ..diagnosis.craft.result import (
     ADEQUATE,
     FOLLOWS,
     INCONCLUSIVE,
@@ -17,17 +17,17 @@ from ...diagnosis.craft.result import (
     UNEXPLAINED,
     by_thrust,
 )
-from ...estimation.validation.horizons import TRUSTED
-from ...estimation.validation.validate import label
-from ..numbers import DEG, number, r_squared
-from ..page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, items, overlays, result_page, sides
-from ..runs import of_validation
-from ..tables import Column, Table, make_table
-from ..validation.tables import explained_lines, horizon_table, share_explained
+from ..estimation.validation.horizons import TRUSTED
+from ..estimation.validation.validate import label
+from .numbers import DEG, number, r_squared
+from .page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, items, overlays, result_page, sides
+from .runs import of_validation
+from .tables import Column, Table, make_table
+from .validation.page import explained_lines, horizon_table, share_explained
 
 if TYPE_CHECKING:
-    from ...diagnosis.craft.result import CraftDiagnosis, Rise
-    from ..page import Page
+    from ..diagnosis.craft.result import CraftDiagnosis, Rise
+    from .page import Page
 
 HEADING = "heading_rad"
 SHOWN = (*TRUSTED, "surge_m_s", "sway_m_s")

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..diagnosis.words import channel, in_line, sentence, worse
-from ..numbers import DEG, interval, number, percent, with_unit
-from ..page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, overlays, result_page, sides
-from ..runs import of_trace
-from ..tables import Column, Table, make_table
+from .diagnosis.words import channel, in_line, sentence, worse
+from .numbers import DEG, interval, number, percent, with_unit
+from .page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, overlays, result_page, sides
+from .runs import of_trace
+from .tables import Column, Table, make_table
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ...diagnosis.calibration.result import Calibration, Moved, StepTold
-    from ..page import Page
+    from ..diagnosis.calibration.result import Calibration, Moved, StepTold
+    from .page import Page
 
 VERDICTS = {
     "adequate": (GOOD, "The model agrees with the records."),

@@ -1,1 +1,0 @@
-"""The page and the terminal form of a craft's diagnosis."""

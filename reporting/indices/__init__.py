@@ -1,1 +1,0 @@
-"""A model from manoeuvring indices, in text and tables."""
