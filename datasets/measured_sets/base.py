@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..record import Record, RecordMeta
+from ..record import Record, RecordMeta, Side
 
 Columns = tuple[np.ndarray, dict[str, np.ndarray]]
 """Time (N,), s, and channels (N,) in SI units and radians."""
@@ -43,7 +43,7 @@ class Dataset:
     runs: Mapping[str, MeasuredRun]
     read: Callable[[bytes], Columns]
     notes: str
-    positive_rudder: str
+    positive_rudder: Side
     vessel: str | None = None
     licence: str = "not stated; not redistributed here"
     known: str = ""
