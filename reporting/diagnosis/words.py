@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from ...datasets.columns import CANONICAL
@@ -25,6 +26,8 @@ SHARES = ("e", "s", "share", "fraction", "change")
 """Parameters without unit that are given in per cent."""
 HEADLINED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m", "position_m")
 """Channels of which the first one that changes is told in the headline."""
+FACTORS = ("thrust_scale",)
+"""Parameters of extensions that are changes of a factor."""
 MOST_PERCENT = 1000.0
 """Change, %, from which both values are told in its place."""
 LONGEST = 25
@@ -47,7 +50,8 @@ def size(item: Size) -> str:
     where = f" in {item.record}" if item.record else ""
     middle, ends = with_unit(value, unit, digits), (number(low, digits), number(high, digits))
     if ends[0] == ends[1] and low < high:  # three digits do not show so narrow an interval
-        width = f"+- {number(50.0 * (high - low) / max(abs(value), 1e-300), 1)} %"
+        of_value = f"{number(50.0 * (high - low) / max(abs(value), 1e-300), 1)} %"
+        width = f"+- {with_unit(0.5 * (high - low), unit, 1) if unit == 'deg' else of_value}"
         return f"{item.parameter} {middle} {width}{where}"
     return f"{item.parameter} {middle} [{ends[0]}, {ends[1]}]{where}"
 
@@ -91,7 +95,9 @@ def tie(finding: Finding) -> str:
 
 
 def detail(value: object) -> str:
-    """A detail of a finding: a number with three digits, parts of a list one after the other."""
+    """A detail of a finding: a number with three digits, parts of a list or of a table one after the other."""
+    if isinstance(value, Mapping):
+        return ", ".join(f"{said(str(key))} {detail(part)}" for key, part in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(map(detail, value))
     return number(value) if isinstance(value, float) else said(str(value))
@@ -120,7 +126,7 @@ def headline(diagnosis: Diagnosis) -> str:
         line = f"{told}{in_line([*names[:count], *more])}{ending}"
         if len(line.split()) <= LONGEST:
             return line
-    return f"{told}{len(names)} causes{ending}"
+    return f"{told}{len(names)} {'cause' if len(names) == 1 else 'causes'}{ending}"
 
 
 def _ending(diagnosis: Diagnosis) -> str:
@@ -207,6 +213,8 @@ def _changed(model: Model, item: Size) -> str:
         value = f"{factor * item.value:+.2g} {unit}" if item.unit == "rad" else f"{100.0 * item.value:+.0f} %"
         return f"{number_of} {value} {where}"
     before = model.parameters.get(item.parameter, 0.0)
+    if item.parameter in FACTORS:
+        return f"{item.parameter} {100.0 * item.value:+.0f} %"
     if not before:
         return size(item)
     percent = 100.0 * (item.value / before - 1.0)

@@ -21,6 +21,7 @@ from ...made_up.diagnosis import made_up
         (Size("e", -0.2, -0.25, -0.15, "1"), "e -20 % [-25, -15]"),
         (Size("b", 0.0039915, 0.003977, 0.0040062, "rad/s"), "b 0.229 deg/s [0.228, 0.23]"),
         (Size("Nrr", -0.003, -0.0030021, -0.0029979, "1"), "Nrr -0.003 +- 0.07 %"),
+        (Size("towards", 2.4435, 2.4431, 2.4439, "rad"), "towards 140 deg +- 0.02 deg"),
         (Size("speed", 0.2, 0.1, 0.3, "m/s", "run_1"), "speed 0.2 m/s [0.1, 0.3] in run_1"),
         (Size("t0", 100.0, float("nan"), float("nan"), "s"), "t0 100 s [–, –]"),
     ],
@@ -36,6 +37,7 @@ def test_sizes_have_their_usual_units(item, text):
         (["propeller thrust", "resistance"], "propeller thrust, resistance"),
         ("Nrr", "Nrr"),
         (3, "3"),
+        ({"rudder_delay": 0.5, "above": "10 deg"}, "rudder delay 0.5, above 10 deg"),
     ],
 )
 def test_details_are_short(value, text):
@@ -84,7 +86,7 @@ def test_wrong_coefficients_are_told_by_group_as_changes_in_per_cent():
     details = {"groups": ["resistance", "propeller thrust (scale of K_T)"]}
     own = replace(found.causes[0], cause="base_coefficients", stage="free runs", sizes=sizes, details=details)
     told = words.verdict(replace(found, causes=(own,)))
-    numbers = f"({name} -25 %, thrust_scale 0.33 [0.32, 0.34])"
+    numbers = f"({name} -25 %, thrust_scale +33 %)"
     assert told.startswith(f"The simulation has wrong resistance and propeller thrust {numbers}.")
     beside = [words.size_and_change(found.model, own, item) for item in sizes]
     assert beside == [f"{words.size(sizes[0])}, -25 %", words.size(sizes[1])]
