@@ -136,7 +136,7 @@ def stamps(time: np.ndarray) -> Stamps:
 
 UNEVEN_SHARE = 0.02
 MISSING_SHARE = 0.02
-TOO_MANY, TOO_LONG, MOST = 0.1, 0.2, 0.4
+TOO_MANY, TOO_LONG, MOST = 0.1, 0.2, 0.2
 """Share of the rows that may be missing, and share of the record that one gap may take, for a motion to be followed;
 share of the rows that may be missing where all gaps are short."""
 LONG = 20

@@ -33,8 +33,9 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from .search import Choice
 
-LARGE = 0.3
-"""Error, as a share of the motion, from which a model without a finding is not adequate."""
+LARGE, SMALL = 0.3, 0.05
+"""Errors, as a share of the motion, from which a model without a finding is not adequate, and from which it is said
+that nothing explains them."""
 
 
 def findings(choice: Choice, identified: bool) -> list[Finding]:
@@ -195,7 +196,8 @@ def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[s
     worst = float(np.sqrt(np.max(runs.excess(after))))
     said = f"free runs of left-out pieces err by {100.0 * worst:.2g} % of the motion, beyond the sensors' noise"
     if not findings:
-        return ("unexplained", f"{said}, and nothing in the bank explains it") if worst > LARGE else ("adequate", said)
+        unexplained = f"{said}, and nothing in the bank explains it"
+        return ("unexplained", unexplained) if worst > LARGE else ("adequate", unexplained if worst > SMALL else said)
     share = runs.share_taken(before, after)
     said = f"what is named takes {100.0 * share:.0f} % off the squared error of free runs"
     if not exact and worst > LARGE and share < NAMED:
