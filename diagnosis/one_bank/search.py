@@ -214,6 +214,8 @@ def _matters(choice: Choice, one: Entered) -> bool:
 
 
 def _chosen(runs: FreeRuns, options: Options) -> Choice:
+    """Few candidates, but not several where the model's own numbers, each a little off, predict left-out pieces as
+    well; where errors that matter are left, a number in a regime, or these numbers with faults beside them."""
     candidates = runs.bank.candidates
     if options.base_parameters == "identify":
         return _of_identified(runs, candidates)
@@ -222,6 +224,10 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
         return Choice(runs, select(runs, candidates, EXACT, base))
     rules = Rules(*MATTERS, _enough(runs), last_rank=FORCE)
     choice = Choice(runs, select(runs, candidates, rules, base))
+    if len(choice.selection.entered) > 1 and runs.bank.own:
+        whole = minimise(runs, runs.bank.own, {}, base.point.own)
+        if fall_between(runs, choice.selection.final, whole).gain > 0.0:
+            return Choice(runs, Selection(base, (), whole), beside=True, few=choice.selection)
     if not runs.bank.own or not _left_to_explain(runs, choice.selection):
         return choice
     choice = _with_regime(choice, rules)

@@ -81,6 +81,17 @@ def test_a_number_is_told_among_those_that_are_all_a_little_off_only_where_it_is
     assert found.gain["heading_rad"].rmse_after < found.gain["heading_rad"].rmse_before
 
 
+@pytest.mark.parametrize("vessel", ["mariner", pytest.param("s175", marks=pytest.mark.nightly)])
+def test_numbers_that_are_all_off_by_one_or_two_percent_are_no_other_cause(vessel, rng):
+    """Few candidates explain them as well: a stronger rudder with a bent speed log, for one."""
+    case, ship = inject(FaultCase(vessel, ()), rng), resolve(vessel)
+    values = values_of(ship)
+    names = [name for g in groups_of(ship) if g.extension is None for name in g.sd if values[name]]
+    off = {name: values[name] * (1.0 + rng.choice([-1.0, 1.0]) * rng.uniform(0.01, 0.02)) for name in names}
+    found = diagnose(with_values(ship, off), case.train, case.held_out)
+    assert {name for f in found.causes for name in (f.cause, *f.tied_with)} <= {BaseCoefficients.id}
+
+
 def test_a_current_that_positions_show_against_the_log_is_told_beside_a_base_that_is_off(rng):
     """The log measures through the water, and no sway is measured: free runs of pieces do not see the current."""
     case, ship = inject(FaultCase("mariner", ()), rng), resolve("mariner")
