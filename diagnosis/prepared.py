@@ -134,11 +134,11 @@ class Prepared:
 def _current(comparison: Compared) -> Finding | None:
     """A steady drift of the positions against the velocities that matters and has no rival; None without one."""
     with suppress(CannotFit):
-        for found in of_drift(comparison) if comparison.records else ():
-            if found.material and not found.tied_with:
-                speeds = [s for s in found.sizes if s.parameter == Current.size_name]
+        for finding in of_drift(comparison) if comparison.records else ():
+            if finding.material and not finding.tied_with:
+                speeds = [s for s in finding.sizes if s.parameter == Current.size_name]
                 z = max(2.0 * NORMAL_90 * s.value / max(s.high - s.low, 1e-12) for s in speeds)
-                return of_sensor(replace(found, z=z), {found.cause})
+                return of_sensor(replace(finding, z=z), {finding.cause})
     return None
 
 

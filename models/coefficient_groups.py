@@ -161,7 +161,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     BadInput : the family states no groups, or its file is wrong.
     """
     values = values_of(model)
-    known_scopes, found = scopes(model.family.partition("+")[0], values), []
+    of_family, found = scopes(model.family.partition("+")[0], values), []
     for name, entry in _stated(model.family.partition("+")[0]).items():
         title, extension = entry["title"], entry.get("extension")
         numbers, slips = entry.get("numbers", {}), entry.get("slips", {})
@@ -172,7 +172,7 @@ def groups_of(model: Model) -> tuple[Group, ...]:
             known = dict.fromkeys(extension_of(extension).units, 0.0)
         group = _group(name, title, extension, _matched(numbers, known), model)
         well_known = _group(name, title, None, _matched(slips, values), model).sd
-        own = {n: known_scopes[n] for n in (*group.sd, *well_known) if n in known_scopes and extension is None}
+        own = {n: of_family[n] for n in (*group.sd, *well_known) if n in of_family and extension is None}
         scope = {n: s._replace(low=min(s.low, values[n]), high=max(s.high, values[n])) for n, s in own.items()}
         group = replace(group, slips=well_known, ratio_to=entry.get("ratio_to", ""), scope=scope)
         if group.every:

@@ -188,7 +188,7 @@ class Scope(NamedTuple):
 def scopes(family: str, numbers: Numbers) -> dict[str, Scope]:
     """Name -> scope, for those of the numbers whose range is known and says something: its larger end is at most ANY
     times the smaller one."""
-    known: dict[str, Scope] = {}
+    by_name: dict[str, Scope] = {}
     for one in RANGES.get(family, ()):
         near, far = sorted(map(abs, one.usual))
         if one.name in numbers and one.sign and far < ANY * max(near, 1.0):
@@ -196,8 +196,8 @@ def scopes(family: str, numbers: Numbers) -> dict[str, Scope]:
                 size = SIZES[one.of](numbers)
                 (low, high), (least, most) = ([end * size for end in ends] for ends in (one.usual, one.possible))
                 half = 0.5 * (high - low)
-                known.setdefault(one.name, Scope(half, max(low - 0.5 * half, least), min(high + 0.5 * half, most)))
-    return known
+                by_name.setdefault(one.name, Scope(half, max(low - 0.5 * half, least), min(high + 0.5 * half, most)))
+    return by_name
 
 
 def unusual_numbers(model: Model) -> list[str]:

@@ -603,9 +603,8 @@ def _force(
 
 def _with_force(definition: Definition, row: int, force: sp.Expr) -> Definition:
     """The definition with a force, N, or moment, N m, on an axis; with a yaw acceleration of a response model."""
-    scale, forces = definition.force_scale or [sp.S.One], list(definition.forces)
-    forces[row] += scale[row] * force
-    return replace(definition, forces=forces)
+    scale = definition.force_scale or [sp.S.One]
+    return _in_primes(definition, row, scale[row] * force)
 
 
 def _turning(row: int, count: int) -> Apply:

@@ -4,21 +4,12 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.numerics import factors
 from helmbench.methods.registry import make
 from helmbench.methods.regularised import ridge, truncated
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 
-
-def factor_of(a, b):
-    return factors.fold(factors.empty(a.shape[1]), np.column_stack([a, b]))
-
-
-def problem(rng, n=300, m=4):
-    a = rng.normal(size=(n, m)) * np.logspace(-3, 3, m)
-    x = rng.normal(size=m) / np.logspace(-3, 3, m)
-    return a, x
+from ..made_up.least_squares import factor_of, problem
 
 
 @pytest.mark.parametrize("penalty", [1e-6, 1e-3, 1.0])

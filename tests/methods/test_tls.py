@@ -3,18 +3,9 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.numerics import factors
 from helmbench.methods.tls import total
 
-
-def factor_of(a, b):
-    return factors.fold(factors.empty(a.shape[1]), np.column_stack([a, b]))
-
-
-def problem(rng, n=300, m=4):
-    a = rng.normal(size=(n, m)) * np.logspace(-3, 3, m)
-    x = rng.normal(size=m) / np.logspace(-3, 3, m)
-    return a, x
+from ..made_up.least_squares import factor_of, problem
 
 
 def test_tls_is_the_singular_vector(rng):
