@@ -69,6 +69,7 @@ SIZES: Mapping[str, Callable[[Numbers], float]] = {
     "m22": lambda n: n["m22"],
 }
 ANY = 1e4
+"""Size of an end of a range, or its ratio to the other end, from which the range says nothing of the number."""
 NEGATIVE = 1e-6
 """Size that a number has at least where its sign is known."""
 MMG = (
@@ -186,8 +187,8 @@ class Scope(NamedTuple):
 
 
 def scopes(family: str, numbers: Numbers) -> dict[str, Scope]:
-    """Name -> scope, for those of the numbers whose range is known and says something: its larger end is at most ANY
-    times the smaller one."""
+    """Name -> scope, for those of the numbers whose range is known and says something: it ends below ANY, or below ANY
+    times its smaller end."""
     by_name: dict[str, Scope] = {}
     for one in RANGES.get(family, ()):
         near, far = sorted(map(abs, one.usual))
