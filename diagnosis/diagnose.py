@@ -79,7 +79,9 @@ def _diagnosed(
     held = records.put_back(model)
     if options.coefficient_sd != 0.0 and records.behind_sensors(options.causes()).current is not None:
         options = replace(options, channels=through_the_water(options))
-    diagnosis = _described(_named(model, records, held, options, watch), records, held, options, watch)
+    diagnosis = _named(model, records, held, options, watch)
+    alike = replace(records, train=[r for r in records.train if r.name not in diagnosis.apart])
+    diagnosis = _described(diagnosis, alike if diagnosis.apart else records, held, options, watch)
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]

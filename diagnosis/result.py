@@ -167,6 +167,8 @@ class Diagnosis(RunsResult):
     """Threads that ran the filter; the results do not depend on them."""
     doubts: tuple[str, ...] = ()
     """What is doubtful about the records, a sentence each."""
+    apart: tuple[str, ...] = ()
+    """Training records that are not diagnosed, as the model errs in these by far more than in the others."""
     calibrated: Model | None = None
     """The extended model with all its numbers moved under their priors, where that predicts better; else None."""
     calibrated_gain: dict[str, Gain] = field(default_factory=dict)
@@ -213,6 +215,7 @@ class Diagnosis(RunsResult):
             "where": plain(self.where),
             "next_manoeuvre": self.next_manoeuvre,
             "doubts": list(self.doubts),
+            "apart": list(self.apart),
             "checks": plain(self.checks),
             "wall_s": self.wall_s,
             "cpu_s": self.cpu_s,

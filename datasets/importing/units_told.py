@@ -43,7 +43,7 @@ def by_channel(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         return found
     if found.foreign:
         return _rudder_scale(log, found, raw)
-    copied = _by_copy(log, found, raw) or _by_course(log, found, raw)
+    copied = _by_copy(log, found, raw) or _by_course(log, found, raw) or _by_turns(log, found, raw)
     if copied is not None:
         return copied
     dimension = quantities()[found.quantity].dimension
@@ -91,6 +91,29 @@ def _by_course(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFin
         best, other = sorted(fits, key=lambda unit: -fits[unit]) if fits else ("", "")
         if fits and fits[best] > ALONG and 1.0 - fits[best] < NEARER * (1.0 - fits[other]):
             return found.told("other channel", f"{best}: goes along the track of {name}", unit=UNITS[best])
+    return None
+
+
+def _by_turns(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFinding | None:
+    """The finding of a heading or yaw rate beside the other one, both without a unit, where one pair of units alone
+    makes their turns alike."""
+    other = {"heading": "yaw_rate", "yaw_rate": "heading"}.get(str(found.quantity))
+    for beside in (f for f in log.findings if other and f.quantity == other and f.unit is None and not f.foreign):
+        series = log.series(beside, raw=True)
+        if series is None or not _goes_on(found if other == "yaw_rate" else beside):
+            continue
+        heading, rate = (raw, series) if other == "yaw_rate" else (series, raw)
+        size = rate_ratio(heading, rate)
+        pairs = [
+            (angle, unit)
+            for angle in (UNITS["deg"], UNITS["rad"])
+            for unit in candidates("angular rate")
+            if size and abs(abs(size) * angle.factor / unit.factor - 1.0) < WITHIN["angular rate"]
+        ]
+        if len(pairs) == 1:
+            unit = pairs[0][other == "heading"]
+            said = f"{unit.name}: in no other unit are its turns those of column {beside.column.name}"
+            return found.told("other channel", said, unit=unit)
     return None
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,13 +30,17 @@ from .search import half_intervals, main_number
 
 if TYPE_CHECKING:
     from ...checks.base import Check
+    from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.selection import Entered
     from ...models.model import Model
+    from ..free_runs.problem import FreeRuns
     from .search import Choice
 
 LARGE, SMALL = 0.3, 0.05
 """Errors, as a share of the motion, from which a model without a finding is not adequate, and from which it is said
 that nothing explains them."""
+APART, SEVERAL = 3.0, 3
+"""Factor between the errors of records of which some are told apart, and records from which that is looked at."""
 
 
 def findings(choice: Choice, identified: bool) -> list[Finding]:
@@ -55,14 +60,21 @@ def findings(choice: Choice, identified: bool) -> list[Finding]:
 def _all_numbers(choice: Choice) -> Finding:
     """That all of the model's own numbers are uncertain, and the few that alone explain most."""
     said = "all of the model's own numbers, uncertain under their priors, are needed to predict left-out pieces"
-    main = main_number(choice)
+    main, details = main_number(choice), {"numbers": _moves(choice)}
     if main is None:
-        return Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), evidence=said)
+        return Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), details=details, evidence=said)
     alone, share = main
     one = _finding(replace(choice, selection=alone, few=None), BaseCoefficients.id, alone.entered)
     titles = ", ".join(one.details["groups"])
     taken = f"{100.0 * share:.0f} % of what they take off the squared error"
     return replace(one, evidence=f"{said}; {titles} alone takes {taken}")
+
+
+def _moves(choice: Choice) -> dict[str, list[float]]:
+    """Number of the model -> its value before and after the joint fit; first what moves furthest for its prior."""
+    values, final = choice.bank.values, choice.selection.final
+    own = sorted(choice.bank.own, key=lambda n: -abs(final.value(n.name)) / n.sd)
+    return {n.name: [values.get(n.name, 0.0), values.get(n.name, 0.0) + final.value(n.name)] for n in own}
 
 
 def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
@@ -204,6 +216,35 @@ def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[s
         return ("partly_named" if share > PARTLY else "unexplained"), said
     ties = [f for f in findings if f.tied_with or "would do as well" in f.details]
     return ("tied" if ties else "named"), said
+
+
+def apart(choice: Choice) -> tuple[dict[str, float], float]:
+    """Records of which errors are left that the others have not, with the choice, or else with the base where the
+    choice does not explain the records: name -> error of left-out pieces beyond the noise, as a share of the motion;
+    and the largest one of the others."""
+    final, base = choice.selection.final, choice.selection.base
+    few = _apart(choice.runs, final)
+    return few if few[0] or float(np.max(choice.runs.excess(final))) <= SMALL**2 else _apart(choice.runs, base)
+
+
+def _apart(runs: FreeRuns, fitted: Fitted) -> tuple[dict[str, float], float]:
+    """The same with one fit.
+
+    Records are sorted by their errors.  Those above a step of a factor APART are apart, where they are at most half of
+    all, and their errors matter.
+    """
+    left = fitted.left_out
+    numbers, errors = np.array([u.number for u in runs.units]), dict[str, float]()
+    for number, name in runs.record_names.items():
+        own = numbers == number
+        squares = left[own].sum(axis=0) / np.maximum(runs.counts[own].sum(axis=0), 1.0)
+        errors[name] = float(np.sqrt(np.max(np.maximum(squares - runs.no_matter, 0.0) / runs.motion**2)))
+    names = sorted(errors, key=lambda name: errors[name])
+    steps = zip(range(1, len(names)), pairwise(names), strict=True)
+    ends = [i for i, (one, other) in steps if errors[other] > max(SMALL, APART * errors[one]) and 2 * i >= len(names)]
+    if len(names) < SEVERAL or not ends:
+        return {}, 0.0
+    return {name: errors[name] for name in names[ends[0] :]}, errors[names[ends[0] - 1]]
 
 
 # ---- the extended model

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -11,15 +12,17 @@ import numpy as np
 from ...datasets.signals import sensor_sd
 from ...estimation.records.series import MEASURED
 from ...estimation.selection.minimiser import minimise
+from ...models.errors import CannotFit, FitFailed
 from ...models.instruments import combined
 from ...models.model import CHANNELS
+from ..causes.base_coefficients import BaseCoefficients
 from ..free_runs.problem import FreeRuns
 from ..free_runs.units import length_s, units_of, whole_unit
 from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
-from .answer import bank_lines, extended_model, findings, verdict
+from .answer import SMALL, apart, bank_lines, extended_model, findings, verdict
 from .catalogue import FLOWS, Facts, bank_of
 from .search import chosen, with_own_numbers, withdrawn
 
@@ -28,7 +31,7 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..options import Options
     from ..prepared import Prepared
-    from ..result import Diagnosis
+    from ..result import Diagnosis, Finding
     from .search import Choice
 
 BARRED = 2
@@ -48,10 +51,61 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     """
     behind = records.behind_sensors(options.causes())
     choice, diagnosis = choice_and_diagnosis(model, behind, held_out, options)
-    wide = with_own_numbers(choice)
+    few, most = apart(choice)
+    if few:
+        choice, diagnosis = _with_apart((choice, diagnosis), (few, most), model, behind, held_out, options)
+    diagnosis, wide = _of_held_out_too(diagnosis), with_own_numbers(choice)
     if wide is None:
         return diagnosis
     return with_calibrated(diagnosis, extended_model(model, wide, behind.instruments), held_out, options.channels)
+
+
+def _of_held_out_too(diagnosis: Diagnosis) -> Diagnosis:
+    """The diagnosis; a simulation of held-out records that is worse than no turning at all is not adequate."""
+    lost = [name for name in ("heading_rad", "yaw_rate_rad_s") if name in diagnosis.gain]
+    lost = [name for name in lost if diagnosis.gain[name].r2_after < 0.0]
+    if diagnosis.verdict != "adequate" or not lost:
+        return diagnosis
+    said = f"{diagnosis.reason}; held-out records are predicted worse than by their mean"
+    return replace(diagnosis, verdict="unexplained", reason=said)
+
+
+def _with_apart(
+    of_all: tuple[Choice, Diagnosis],
+    errors: tuple[dict[str, float], float],
+    model: Model,
+    behind: Prepared,
+    held_out: Sequence[Record],
+    options: Options,
+) -> tuple[Choice, Diagnosis]:
+    """The choice and the diagnosis without records that are apart, where these explain the others; else those of all
+    records.  Both say which records are apart, and what a diagnosis of these alone names.
+
+    errors : of the records that are apart, and the largest one of the others (`answer.apart`).
+    """
+    few, most = errors
+    others, own = ([r for r in behind.train if (r.name in few) == side] for side in (False, True))
+    choice, diagnosis = of_all
+    named, done = "", False
+    with suppress(CannotFit, FitFailed):
+        rest, of_rest = choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
+        done = float(np.max(rest.runs.excess(rest.selection.final))) <= SMALL**2
+        if done:
+            choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
+            alone = choice_and_diagnosis(model, replace(behind, train=own), (), options)[1]
+            named = ", ".join(name for finding in alone.causes for name in _titles(finding))
+    each = ", ".join(f"{name} ({100.0 * error:.0f} % of the motion)" for name, error in few.items())
+    said = f"the model errs in {each} by far more than in the other records (at most {100.0 * most:.1f} %)"
+    said += ", which are diagnosed without" if done else ""
+    said += f"; a diagnosis of what errs alone names {named}" if named else ""
+    said += ": loading, depth of water, revolutions or weather may differ there"
+    return choice, replace(diagnosis, doubts=(*diagnosis.doubts, said))
+
+
+def _titles(finding: Finding) -> list[str]:
+    """What a finding is of, in words."""
+    own = "the model's own numbers" if finding.cause == BaseCoefficients.id else finding.cause.replace("_", " ")
+    return finding.details.get("groups", [own])
 
 
 def choice_and_diagnosis(

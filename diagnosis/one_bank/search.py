@@ -224,17 +224,41 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
         return Choice(runs, select(runs, candidates, EXACT, base))
     rules = Rules(*MATTERS, _enough(runs), last_rank=FORCE)
     choice = Choice(runs, select(runs, candidates, rules, base))
-    if len(choice.selection.entered) > 1 and runs.bank.own:
-        whole = minimise(runs, runs.bank.own, {}, base.point.own)
-        if fall_between(runs, choice.selection.final, whole).gain > 0.0:
-            return Choice(runs, Selection(base, (), whole), beside=True, few=choice.selection)
+    if len(choice.selection.entered) > 1 and (own := _own_in_place_of(choice, choice.selection)) is not None:
+        return own
+    if len(choice.selection.entered) > 1 and _left_to_explain(runs, choice.selection):
+        choice = _without_first(choice, rules)
     if not runs.bank.own or not _left_to_explain(runs, choice.selection):
         return choice
-    choice = _with_regime(choice, rules)
-    if not _left_to_explain(choice.runs, choice.selection):
-        return choice
-    with_numbers = _beside(choice, base)
-    return choice if with_numbers is None else Choice(runs, with_numbers, beside=True, few=choice.selection)
+    local = _with_regime(choice, rules)
+    if local.local is not None and (own := _own_in_place_of(local, choice.selection)) is not None:
+        return own
+    if not _left_to_explain(local.runs, local.selection):
+        return local
+    with_numbers = _beside(local, base)
+    return local if with_numbers is None else Choice(runs, with_numbers, beside=True, few=local.selection)
+
+
+def _without_first(choice: Choice, rules: Rules) -> Choice:
+    """A choice without the candidate that entered first, where left-out pieces are predicted better with it, clearly
+    if more entered: what is best alone need not be among the best together."""
+    runs, selection = choice.runs, choice.selection
+    first = selection.candidates[0].of
+    other = select(runs, [c for c in choice.bank.candidates if c.of != first], rules, selection.base)
+    between, more = fall_between(runs, selection.final, other.final), len(other.entered) > len(selection.entered)
+    least = max(rules.least, quantile(runs, CLEAR) * between.error) if more else 0.0
+    return Choice(runs, other) if between.gain > least else choice
+
+
+def _own_in_place_of(choice: Choice, few: Selection) -> Choice | None:
+    """All of the model's own numbers in the place of a choice, where these, each a little off, predict left-out pieces
+    as well; few : what entered without a regime."""
+    runs, base = choice.runs, choice.selection.base
+    if not choice.bank.own:
+        return None
+    whole = minimise(runs, choice.bank.own, {}, base.point.own)
+    better = fall_between(runs, choice.selection.final, whole).gain > 0.0
+    return Choice(runs, Selection(base, (), whole), beside=True, few=few) if better else None
 
 
 def _with_regime(choice: Choice, rules: Rules) -> Choice:

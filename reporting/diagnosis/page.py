@@ -29,7 +29,7 @@ from ..page import (
 from ..runs import AFTER, BEFORE, CHANNELS, DrawnCurve, of_trace
 from ..validation.page import explained_lines, horizon_table
 from . import words
-from .tables import bank_table, error_table, gain_table, instrument_rows, not_testable_table, where_table
+from .tables import bank_table, error_table, gain_table, instrument_rows, not_testable_table, numbers_table, where_table
 
 if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Finding, RemainingForce, Trace
@@ -52,6 +52,7 @@ def page(diagnosis: Diagnosis) -> Page:
         following=_following(diagnosis),
         details=[
             *_equations(diagnosis),
+            *_numbers(diagnosis),
             Section("The causes that were tested", (bank_table(diagnosis),)),
             Section("Causes that cannot be tested with this model and these records", (not_testable_table(diagnosis),)),
             Section("Where the errors of the base model arise", (where_table(diagnosis),)),
@@ -85,7 +86,9 @@ def _changed(diagnosis: Diagnosis) -> list[Block]:
 
 def _finding(diagnosis: Diagnosis, finding: Finding) -> tuple[str, ...]:
     sizes = "; ".join(words.size_and_change(diagnosis.model, finding, item) for item in finding.sizes)
-    details = "; ".join(f"{name}: {words.detail(value)}" for name, value in finding.details.items())
+    details = "; ".join(
+        f"{name}: {words.detail(value)}" for name, value in finding.details.items() if name != "numbers"
+    )
     texts = (
         f"{sizes} ({percent(finding.level)} interval)" if sizes else "",
         words.sentence(finding.evidence),
@@ -114,6 +117,12 @@ def _following(diagnosis: Diagnosis) -> list[Block]:
 
 def _equations(diagnosis: Diagnosis) -> list[Section]:
     return [equation_parts(diagnosis.extended, diagnosis.model)[1]] if diagnosis.extends else []
+
+
+def _numbers(diagnosis: Diagnosis) -> list[Section]:
+    """The model's own numbers before and after a joint fit; nothing where none was made."""
+    fits = [finding.details["numbers"] for finding in diagnosis.causes if "numbers" in finding.details]
+    return [Section("The model's own numbers in their joint fit", (numbers_table(fit),)) for fit in fits]
 
 
 def _ahead(diagnosis: Diagnosis) -> list[Section]:

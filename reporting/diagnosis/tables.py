@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...datasets.display import IN_DEGREES
@@ -134,6 +134,17 @@ def instrument_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
         switch = name in (*SWAPS, "earth_frame_velocity", "rudder_reversed")
         rows.append((words.cause(name), "yes" if switch else with_unit(factor * value, unit)))
     return rows
+
+
+def numbers_table(numbers: Mapping[str, Sequence[float]]) -> Table:
+    """The model's own numbers before and after a joint fit."""
+    columns = [
+        Column("number", lambda row: row[0]),
+        Column("before", lambda row: number(row[1]), lambda row: row[1]),
+        Column("joint fit", lambda row: number(row[2]), lambda row: row[2]),
+        Column("change", lambda row: percent(row[2] / row[1] - 1.0, 1) if row[1] else MISSING),
+    ]
+    return make_table(columns, [(name, *pair) for name, pair in numbers.items()])
 
 
 # ---- errors and gain

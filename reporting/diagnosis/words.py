@@ -30,6 +30,8 @@ FACTORS = ("thrust_scale",)
 """Parameters of extensions that are changes of a factor."""
 MOST_PERCENT = 1000.0
 """Change, %, from which both values are told in its place."""
+MOVED = 5
+"""Numbers of a joint fit that are told with their changes."""
 LONGEST = 25
 """Words that a headline may have."""
 STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testable")
@@ -108,7 +110,7 @@ def headline(diagnosis: Diagnosis) -> str:
     channel) of held-out records; the heading with each record's own neutral angle and start, which are not the model's,
     unless one neutral angle of all records is what is named."""
     alone = {
-        "adequate": "the simulation agrees with the records",
+        "adequate": f"the simulation agrees with {_alike(diagnosis)}",
         "inconclusive": "the records do not allow a conclusion",
         "unexplained": "the simulation is wrong in a way that no known cause explains",
     }
@@ -166,11 +168,11 @@ def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     shown = [f"Found in the records themselves, and corrected: {_listed(sensors)}."] if sensors else []
     if current:
         shown.append(f"Positions against the log show a {_listed(current)}: they are not compared with the model.")
-    lacking = _lacking(diagnosis, of_model) if of_model else "The simulation agrees with the records"
+    lacking = _lacking(diagnosis, of_model) if of_model else f"The simulation agrees with {_alike(diagnosis)}"
     unexplained = "The simulation is wrong in a way that none of the known causes explains"
     best = f"; of these, {_listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
     return " ".join(shown), {
-        "adequate": "The simulation agrees with the records: no further cause is needed.",
+        "adequate": f"The simulation agrees with {_alike(diagnosis)}: no further cause is needed.",
         "inconclusive": "The records do not allow a conclusion.",
         "unexplained": unexplained + best,
         "described": f"{unexplained}, but what remains is described.",
@@ -180,11 +182,18 @@ def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     }[diagnosis.verdict]
 
 
+def _alike(diagnosis: Diagnosis) -> str:
+    """The records that were diagnosed, in words."""
+    train = [name for name, role in diagnosis.records if role == "train"]
+    left = len(train) - len(diagnosis.apart)
+    return f"{left} of {len(train)} training records" if diagnosis.apart else "the records"
+
+
 def _lacking(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     """What the simulation lacks; coefficients it has, and they are wrong."""
     wrong = [f for f in findings if f.cause == BaseCoefficients.id and not f.tied_with]
     lacked = [f for f in findings if f not in wrong]
-    parts = [f"has wrong {_groups(diagnosis, wrong) or _listed(wrong)}"] if wrong else []
+    parts = [f"has wrong {_groups(diagnosis, wrong) or _together(diagnosis, wrong)}"] if wrong else []
     parts += [f"lacks {_listed(lacked)}"] if lacked else []
     return f"The simulation {' and '.join(parts)}"
 
@@ -195,6 +204,15 @@ def _groups(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     numbers = [_changed(diagnosis.model, item) for finding in findings for item in finding.sizes]
     groups = in_line(_wrong_groups(findings))
     return f"{groups} ({', '.join(numbers)})" if numbers else ""
+
+
+def _together(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
+    """Numbers that are all uncertain, with the changes of those that move furthest for their priors."""
+    numbers = {k: v for f in findings for k, v in f.details.get("numbers", {}).items()}
+    first = [_moved(name, *numbers[name]) for name in list(numbers)[:MOVED]]
+    rest = f" and {len(numbers) - MOVED} more" if len(numbers) > MOVED else ""
+    fit = f" (their joint fit, which measures none of them alone: {', '.join(first)}{rest})" if first else ""
+    return f"numbers of its own, of which none alone explains the error{fit}"
 
 
 def size_and_change(model: Model, finding: Finding, item: Size) -> str:
@@ -213,16 +231,17 @@ def _changed(model: Model, item: Size) -> str:
         value = f"{factor * item.value:+.2g} {unit}" if item.unit == "rad" else f"{100.0 * item.value:+.0f} %"
         return f"{number_of} {value} {where}"
     before = model.parameters.get(item.parameter, 0.0)
-    if item.parameter in FACTORS:
-        return f"{item.parameter} {100.0 * item.value:+.0f} %"
+    return size(item) if not before and item.parameter not in FACTORS else _moved(item.parameter, before, item.value)
+
+
+def _moved(name: str, before: float, after: float) -> str:
+    """The change of a number in per cent; where it is too large for that, both values."""
+    if name in FACTORS:
+        return f"{name} {100.0 * after:+.0f} %"
     if not before:
-        return size(item)
-    percent = 100.0 * (item.value / before - 1.0)
-    return (
-        f"{item.parameter} {percent:+.0f} %"
-        if abs(percent) < MOST_PERCENT
-        else f"{item.parameter} {number(before)} to {number(item.value)}"
-    )
+        return f"{name} {number(after)}"
+    percent = 100.0 * (after / before - 1.0)
+    return f"{name} {percent:+.0f} %" if abs(percent) < MOST_PERCENT else f"{name} {number(before)} to {number(after)}"
 
 
 def in_line(parts: Sequence[str]) -> str:
