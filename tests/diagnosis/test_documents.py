@@ -18,7 +18,7 @@ def document(**changes) -> dict:
         "of_held_out": {},
         "bank": [],
         "hypothesis": None, "remaining": [], "noise": noise, "where": [],
-        "next_manoeuvre": None, "doubts": [], "checks": [], "wall_s": 1.0, "cpu_s": 1.0,
+        "next_manoeuvre": None, "doubts": [], "apart": [], "checks": [], "wall_s": 1.0, "cpu_s": 1.0,
     }  # fmt: skip
     return made | changes
 

@@ -1,0 +1,29 @@
+"""Records that were made under other conditions than the rest are told apart, and the rest is diagnosed."""
+
+from dataclasses import replace
+
+from helmbench.bench.faults import Effect, FaultCase, inject
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.models.model import resolve
+
+HEAVIER = Effect("loading_change", {"fraction": 0.25})
+
+
+def records(rng, *effects):
+    """Records of a ship by a simulator of its own."""
+    return inject(FaultCase("kvlcc2-l7", effects=effects), rng)
+
+
+def test_a_record_of_another_loading_is_told_apart(rng):
+    own, heavy = records(rng), records(rng, HEAVIER)
+    train = [*own.train, replace(heavy.train[0], name="loaded")]
+    found = diagnose(resolve("kvlcc2-l7"), train, own.held_out)
+    print(found.verdict, found.reason, found.doubts)
+    assert found.apart == ("loaded",) and found.verdict == "adequate" and not found.causes
+    assert "loaded" in found.doubts[-1] and "names" in found.doubts[-1]
+
+
+def test_records_of_one_ship_are_not_told_apart(rng):
+    heavy = records(rng, HEAVIER)
+    found = diagnose(resolve("kvlcc2-l7"), heavy.train, heavy.held_out)
+    assert found.apart == () and found.causes
