@@ -173,6 +173,8 @@ RANGES: Mapping[str, tuple[Range, ...]] = {
     "abkowitz": ABKOWITZ,
 } | {f"nomoto-{rest}": RESPONSE for rest in ("1", "1-cubic", "1-quadratic", "2", "2-cubic", "2-quadratic")}
 """Family -> ranges; of a number that the family or the table does not have nothing is said."""
+NEAR = 1.2
+"""Ratio of two statements of one speed up to which they may be rounded, or be two speeds of one trial."""
 MASS = Range("mass", "C_b L B d rho", (0.97, 1.03), (0.8, 1.25))
 """Mass, kg, where a table has breadth and block coefficient beside it."""
 
@@ -190,6 +192,7 @@ def scopes(family: str, numbers: Numbers) -> dict[str, Scope]:
     """Name -> scope, for those of the numbers whose range is known and says something: it ends below ANY, or below ANY
     times its smaller end."""
     by_name: dict[str, Scope] = {}
+    numbers = with_gyration(numbers)
     for one in RANGES.get(family, ()):
         near, far = sorted(map(abs, one.usual))
         if one.name in numbers and one.sign and far < ANY * max(near, 1.0):
@@ -198,17 +201,34 @@ def scopes(family: str, numbers: Numbers) -> dict[str, Scope]:
                 (low, high), (least, most) = ([end * size for end in ends] for ends in (one.usual, one.possible))
                 half = 0.5 * (high - low)
                 by_name.setdefault(one.name, Scope(half, max(low - 0.5 * half, least), min(high + 0.5 * half, most)))
+    if "gyration" in by_name:
+        radius, mass = by_name["gyration"], numbers["rho"] * numbers["nabla"]
+        low, high = (mass * (end**2 + numbers["x_G"] ** 2) for end in (radius.low, radius.high))
+        by_name["I_zz"] = Scope(0.5 * (high - low), low, high)
     return by_name
 
 
 def unusual_numbers(model: Model) -> list[str]:
-    """What hardly any ship has of a model's numbers, a sentence each; nothing of a model without numbers."""
+    """What hardly any ship has of a model's numbers, and a rudder that turns it to the other side, a sentence each;
+    nothing of a model without numbers."""
     if not model.known:
         return []
     names = (*model.coordinates, *model.constant_names)
     numbers = with_gyration(dict(zip(names, model.theta.tolist(), strict=True)))
     ranges = RANGES.get(model.family.partition("+")[0], ())
-    return [f"{one.name} of the model is {one.value:.4g}: {one.expected}" for one in doubts(numbers, ranges)]
+    said = [f"{one.name} of the model is {one.value:.4g}: {one.expected}" for one in doubts(numbers, ranges)]
+    speed, approach = numbers.get("U0"), model.speed_m_s
+    if speed is not None and math.isfinite(approach) and not 1.0 / NEAR < speed / approach < NEAR:
+        said.append(
+            f"U0 of the model is {speed:.4g} m/s, and the speed that it states {approach:.4g}: they are one speed"
+        )
+    side = side_of(model)
+    if side not in (None, model.positive_rudder):
+        said.append(
+            f"a positive rudder angle turns the model to {side}, and the model says {model.positive_rudder}: its "
+            "positive_rudder, or the signs of the rudder's terms, are likely wrong"
+        )
+    return said
 
 
 def doubts(numbers: Numbers, ranges: Iterable[Range]) -> list[UnlikelyNumber]:

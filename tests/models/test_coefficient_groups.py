@@ -1,5 +1,7 @@
 """Prior standard deviations of numbers that are zero, or whose size says nothing of how well they are known."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -55,3 +57,11 @@ def test_numbers_that_hardly_any_ship_has_are_told_with_what_is_usual():
     assert unusual_numbers(model) == [] and unusual_numbers(resolve("nomoto-1")) == []
     slip = with_values(model, {"m_y": values_of(model)["m_x"]})
     assert unusual_numbers(slip) == ["m_y of the model is 0.000238: 0.000792 to 0.0127 is usual, 0.1 to 1.6 of m'"]
+
+
+def test_a_base_of_two_speeds_or_of_the_other_side_of_the_rudder_is_told():
+    model = resolve("mariner")
+    (speed,) = unusual_numbers(with_values(model, {"U0": 15.0}))
+    assert speed == "U0 of the model is 15 m/s, and the speed that it states 7.718: they are one speed"
+    (side,) = unusual_numbers(replace(model, positive_rudder="starboard"))
+    assert side.startswith("a positive rudder angle turns the model to port, and the model says starboard")
