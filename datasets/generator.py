@@ -144,6 +144,9 @@ def as_measured(record: Record, draw: Draws) -> Record:
     record = observed(record, draw.model.instruments, draw.weather("instruments"))
     if play := draw.model.instruments.get("rudder_hysteresis"):
         record = record.with_channels(rudder_rad=behind_play(record.column("rudder_rad"), play))
+    if late_s := draw.model.instruments.get("rudder_sensor_delay"):
+        shown = np.interp(record.time_s - late_s, record.time_s, record.column("rudder_rad"))
+        record = record.with_channels(rudder_rad=shown)
     return apply(record, draw.sensors, draw.noise())
 
 

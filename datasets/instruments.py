@@ -106,13 +106,14 @@ def felt_rudder(time_s: np.ndarray, recorded: np.ndarray, instruments: Mapping[s
     """Rudder angle (N,) that the hull felt where `recorded` (N,) was measured or ordered; gaps stay gaps."""
     from ..models.rudder_chain import run_chain
 
-    numbers, play = linkage(checked(instruments)), instruments.get("rudder_hysteresis", 0.0)
-    known = np.isfinite(recorded)
-    if not (numbers.any() or play) or not known.any():
+    numbers, known = linkage(checked(instruments)), np.isfinite(recorded)
+    late_s, play = (instruments.get(f"rudder_{error}", 0.0) for error in ("sensor_delay", "hysteresis"))
+    if not (numbers.any() or play or late_s) or not known.any():
         return recorded
     series, noise = np.interp(time_s, time_s[known], recorded[known]), 0.0
     if play:
         series = before_play(time_s, series, play)
+    series = np.interp(time_s + late_s, time_s, series)
     quiet, felt = series, np.empty(series.size)
     if instruments.get("rudder_backlash", 0.0) > 0.0:
         noise = rudder_noise(series)

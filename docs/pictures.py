@@ -240,6 +240,7 @@ CHANGES: Mapping[str, tuple[str, Callable[[Columns, np.ndarray], None]]] = {
     "reference_point": ("sway_m_s", _ahead),
     "rudder_from_sensor": ("rudder_rad", _rudder_from_yaw),
     "rudder_response": ("rudder_rad", _late("rudder_rad", 6.0)),
+    "rudder_sensor_delay": ("rudder_rad", _late("rudder_rad", 4.0)),
     "rudder_sensor_play": ("rudder_rad", _sensor_play),
     "ship_scale": ("yaw_rate_rad_s", _larger_ship),
     "speed_curve": ("surge_m_s", _log_curve),

@@ -5,7 +5,8 @@
 Rudder: the recorded angle goes through delay, rate limit, stop (saturation), play (backlash), effectiveness and
 offset, in this order; `models.rudder_chain` holds the equations.  A fault changes the effectiveness from
 rudder_fault_time (of the record) on.  All in the sign of the record.
-The recorded angle itself lies behind play of +- rudder_hysteresis of the rudder's sensor, which is undone first.
+The recorded angle itself lies behind play of +- rudder_hysteresis of the rudder's sensor, and is late by
+rudder_sensor_delay; both are undone first.
 Sensors: recorded = (1 + CHANNEL_scale) true(t - CHANNEL_delay) + CHANNEL_bias + CHANNEL_drift (t - start of the
 record); the scale of a speed log that is not linear is 1 + surge_scale + surge_curve |surge|.  Surge and sway are first
 turned by axis_misalignment, or given in the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two
@@ -63,6 +64,7 @@ INSTRUMENTS: dict[str, str] = {
     **WAVES,
     "surge_curve": "s/m",
     "rudder_hysteresis": "rad",
+    "rudder_sensor_delay": "s",
     "clock_rate": "1",
     "ship_scale": "1",
 }
@@ -71,6 +73,7 @@ ADDING = (
     "rudder_delay",
     "rudder_backlash",
     "rudder_hysteresis",
+    "rudder_sensor_delay",
     "axis_misalignment",
     *(f"{name}_delay" for name in SENSORS),
 )

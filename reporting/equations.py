@@ -127,6 +127,8 @@ def _channel_relations(new: Mapping[str, float]) -> Iterable[EquationLine]:
             yield equation([(sp.Symbol(f"{channel}_recorded"), None)], recorded, {}, True)
     if "rudder_hysteresis" in new:
         yield statement("the recorded rudder angle is that of the rudder behind play of ± b of its sensor")
+    if "rudder_sensor_delay" in new:
+        yield statement("the recorded rudder angle is that of the rudder τ earlier")
     yield from (statement(f"columns {a} and {b} are exchanged") for name, (a, b) in SWAPS.items() if name in new)
 
 

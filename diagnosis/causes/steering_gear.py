@@ -71,6 +71,17 @@ class RudderSensorPlay(StageCause):
     separate_by = "the angle read at the stock after the rudder came from either side"
 
 
+class RudderSensorDelay(StageCause):
+    """The recorded rudder angle is late beside the other channels: delta_recorded(t) = delta_hull(t - tau), tau in s;
+    the hull feels the rudder before the record shows it."""
+
+    id, where, unit, stage = "rudder_sensor_delay", "rudder", "s", "looked for by free runs of the model"
+    number = Number("tau", ("rudder_sensor_delay",), scale=0.05, low=0.0)
+    smallest = 0.05
+    prior = Prior(0.5, (0.02, 0.05, 0.15), angle=True)
+    separate_by = "one clock that stamps each channel when it is measured"
+
+
 class CommandLimit(Cause):
     """Base class of what the rudder cannot follow of its command."""
 

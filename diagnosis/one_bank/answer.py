@@ -233,18 +233,28 @@ def _apart(runs: FreeRuns, fitted: Fitted) -> tuple[dict[str, float], float]:
     Records are sorted by their errors.  Those above a step of a factor APART are apart, where they are at most half of
     all, and their errors matter.
     """
-    left = fitted.left_out
-    numbers, errors = np.array([u.number for u in runs.units]), dict[str, float]()
-    for number, name in runs.record_names.items():
-        own = numbers == number
-        squares = left[own].sum(axis=0) / np.maximum(runs.counts[own].sum(axis=0), 1.0)
-        errors[name] = float(np.sqrt(np.max(np.maximum(squares - runs.no_matter, 0.0) / runs.motion**2)))
+    errors = errors_by_record(runs, fitted)
     names = sorted(errors, key=lambda name: errors[name])
     steps = zip(range(1, len(names)), pairwise(names), strict=True)
-    ends = [i for i, (one, other) in steps if errors[other] > max(SMALL, APART * errors[one]) and 2 * i >= len(names)]
+    ends = [i for i, (one, other) in steps if is_apart(errors[other], errors[one]) and 2 * i >= len(names)]
     if len(names) < SEVERAL or not ends:
         return {}, 0.0
     return {name: errors[name] for name in names[ends[0] :]}, errors[names[ends[0] - 1]]
+
+
+def is_apart(error: float, others: float) -> bool:
+    """Whether the error of a record matters, and is far larger than those of others."""
+    return error > max(SMALL, APART * others)
+
+
+def errors_by_record(runs: FreeRuns, fitted: Fitted) -> dict[str, float]:
+    """Name of a record -> largest error of its left-out pieces beyond the noise, as a share of the motion."""
+    numbers, errors = np.array([u.number for u in runs.units]), dict[str, float]()
+    for number, name in runs.record_names.items():
+        own = numbers == number
+        squares = fitted.left_out[own].sum(axis=0) / np.maximum(runs.counts[own].sum(axis=0), 1.0)
+        errors[name] = float(np.sqrt(np.max(np.maximum(squares - runs.no_matter, 0.0) / runs.motion**2)))
+    return errors
 
 
 # ---- the extended model

@@ -22,7 +22,16 @@ from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
-from .answer import SMALL, apart, bank_lines, extended_model, findings, verdict
+from .answer import (
+    SMALL,
+    apart,
+    bank_lines,
+    errors_by_record,
+    extended_model,
+    findings,
+    is_apart,
+    verdict,
+)
 from .catalogue import FLOWS, Facts, bank_of
 from .search import chosen, with_own_numbers, withdrawn
 
@@ -90,6 +99,8 @@ def _with_apart(
     with suppress(CannotFit, FitFailed):
         rest, of_rest = choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
         done = float(np.max(rest.runs.excess(rest.selection.final))) <= SMALL**2
+        if done and not _are_apart(choice, rest, few):
+            return rest, of_rest
         if done:
             choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
             alone = choice_and_diagnosis(model, replace(behind, train=own), (), options)[1]
@@ -100,6 +111,14 @@ def _with_apart(
     said += f"; a diagnosis of what errs alone names {named}" if named else ""
     said += ": loading, depth of water, revolutions or weather may differ there"
     return choice, replace(diagnosis, doubts=(*diagnosis.doubts, said))
+
+
+def _are_apart(of_all: Choice, rest: Choice, few: Collection[str]) -> bool:
+    """Whether the choice without some records leaves errors in these that it does not leave in the others."""
+    runs = rest.runs.along([u for u in of_all.runs.units if u.record.name in few])
+    fitted = minimise(runs, (), rest.selection.final.point.values, runs.no_own)
+    most = max(errors_by_record(rest.runs, rest.selection.final).values())
+    return any(is_apart(error, most) for error in errors_by_record(runs, fitted).values())
 
 
 def _titles(finding: Finding) -> list[str]:

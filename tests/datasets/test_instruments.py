@@ -70,6 +70,19 @@ def test_play_of_the_rudders_sensor_is_undone(sd, rng):
     assert errors[0] > 0.9 * play and errors[1] < 0.2 * play
 
 
+def test_a_late_rudder_column_is_undone():
+    """A simulated record has it, and behind the model's instruments the rudder is again where it was."""
+    ideal, late_s = resolve("mariner"), 2.5
+    model = replace(ideal, instruments={"rudder_sensor_delay": late_s})
+    plain, shown = (
+        record_run(m, parse_manoeuvre("zigzag:20/20"), duration_s=300, dt_s=0.5).column("rudder_rad")
+        for m in (ideal, model)
+    )
+    np.testing.assert_allclose(shown[5:], plain[:-5], atol=1e-12)
+    back = felt_rudder(0.5 * np.arange(plain.size), shown, model.instruments)
+    np.testing.assert_allclose(back[:-5], plain[:-5], atol=1e-12)
+
+
 def test_a_log_of_an_instrument_with_a_curve_reads_more_at_speed():
     speeds = np.array([-4.0, 0.0, 2.0, 8.0])
     shown = bent(speeds, 0.9, 0.02)

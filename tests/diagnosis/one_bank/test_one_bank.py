@@ -114,6 +114,27 @@ def test_play_of_the_rudders_sensor_is_no_stronger_rudder(vessel, play_deg, rng)
     assert gain.own_after < 0.5 * gain.own_before
 
 
+@pytest.mark.parametrize(
+    ("vessel", "late_s"), [("mariner", 3.0), pytest.param("kvlcc2-l7", 0.8, marks=pytest.mark.nightly)]
+)
+def test_a_rudder_column_that_is_late_is_no_wrong_hull(vessel, late_s, rng):
+    """The hull feels the rudder before the record shows it, which no delay of the steering gear explains."""
+    case = inject(FaultCase(vessel), rng)
+
+    def late(record):
+        rudder = np.interp(record.time_s - late_s, record.time_s, record.column("rudder_rad"))
+        return record.with_channels(rudder_rad=rudder)
+
+    train, held_out = ([late(r) for r in side] for side in (case.train, case.held_out))
+    found = diagnose(resolve(vessel), train, held_out, Options())
+    print(found.verdict, found.reason, found.causes)
+    assert [f.cause for f in found.causes] == ["rudder_sensor_delay"]
+    (size,) = found.causes[0].sizes
+    assert size.value == pytest.approx(late_s, rel=0.1)
+    assert found.extended.instruments["rudder_sensor_delay"] == pytest.approx(size.value)
+    assert all(found.gain[channel].ratio_high < 1.0 for channel in ("heading_rad", "yaw_rate_rad_s"))
+
+
 @pytest.mark.parametrize("bend", [0.2, pytest.param(-0.1, marks=pytest.mark.nightly)])
 @pytest.mark.parametrize("vessel", ["mariner", pytest.param("kvlcc2-l7", marks=pytest.mark.nightly)])
 def test_a_log_that_is_not_linear_is_told_without_positions(vessel, bend, rng):
