@@ -31,6 +31,8 @@ SLOTS = 48
 """Parts of the longest record that a force which acts in all records at the same time may begin and end at."""
 LEAST, ABOVE = 30.0, 8.0
 """Fall of minus twice the log likelihood beside that of the number of trials, and over the median of all pieces."""
+MATTERS = 0.02
+"""Error of a piece beyond what is no matter, as a share of the motion, from which an event in it is looked for."""
 HALF = 0.5
 """Share of the pieces that may hold one: else it is the rule, and no event."""
 
@@ -79,7 +81,8 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
         best.append(max(trials, key=lambda t: t[0]))
     falls = np.array([trial[0] for trial in best])
     bar = max(LEAST + 2.0 * np.log(len(falls) * WINDOWS * MOST * len(axes)), ABOVE * float(np.median(falls)))
-    chosen = np.flatnonzero(falls > bar)
+    wrong = np.any(each > runs.no_matter + (MATTERS * runs.motion) ** 2, axis=1)
+    chosen = np.flatnonzero((falls > bar) & wrong)
     if not chosen.size or chosen.size > HALF * len(falls):
         return []
     out = []
