@@ -63,13 +63,13 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     few, most = apart(choice)
     if few:
         choice, diagnosis = _with_apart((choice, diagnosis), (few, most), model, behind, held_out, options)
-    diagnosis, wide = _of_held_out_too(diagnosis), with_own_numbers(choice)
+    diagnosis, wide = _with_held_out_verdict(diagnosis), with_own_numbers(choice)
     if wide is None:
         return diagnosis
     return with_calibrated(diagnosis, extended_model(model, wide, behind.instruments), held_out, options.channels)
 
 
-def _of_held_out_too(diagnosis: Diagnosis) -> Diagnosis:
+def _with_held_out_verdict(diagnosis: Diagnosis) -> Diagnosis:
     """The diagnosis; a simulation of held-out records that is worse than no turning at all is not adequate."""
     lost = [name for name in ("heading_rad", "yaw_rate_rad_s") if name in diagnosis.gain]
     lost = [name for name in lost if diagnosis.gain[name].r2_after < 0.0]
