@@ -70,7 +70,7 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
 
 
 def _with_held_out_verdict(diagnosis: Diagnosis) -> Diagnosis:
-    """The diagnosis; a simulation of held-out records that is worse than no turning at all is not adequate."""
+    """The diagnosis; a simulation that predicts held-out records worse than their means do is not adequate."""
     lost = [name for name in ("heading_rad", "yaw_rate_rad_s") if name in diagnosis.gain]
     lost = [name for name in lost if diagnosis.gain[name].r2_after < 0.0]
     if diagnosis.verdict != "adequate" or not lost:
@@ -93,23 +93,23 @@ def _with_apart(
     errors : of the records that are apart, and the largest one of the others (`answer.apart`).
     """
     few, most = errors
-    others, own = ([r for r in behind.train if (r.name in few) == side] for side in (False, True))
+    others, own = [r for r in behind.train if r.name not in few], [r for r in behind.train if r.name in few]
     choice, diagnosis = of_all
-    named, done = "", False
+    names, explains = "", False
     with suppress(CannotFit, FitFailed):
         rest, of_rest = choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
-        done = float(np.max(rest.runs.excess(rest.selection.final))) <= SMALL**2
-        if done and not _are_apart(choice, rest, few):
+        explains = float(np.max(rest.runs.excess(rest.selection.final))) <= SMALL**2
+        if explains and not _are_apart(choice, rest, few):
             return rest, of_rest
-        if done:
+        if explains:
             choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
             alone = choice_and_diagnosis(model, replace(behind, train=own), (), options)[1]
-            named = ", ".join(name for finding in alone.causes for name in _titles(finding))
+            names = ", ".join(name for finding in alone.causes for name in _titles(finding))
     each = ", ".join(f"{name} ({100.0 * error:.0f} % of the motion)" for name, error in few.items())
     said = f"the model errs in {each} by far more than in the other records (at most {100.0 * most:.1f} %)"
-    said += ", which are diagnosed without" if done else ""
-    said += f"; a diagnosis of what errs alone names {named}" if named else ""
-    said += ": loading, depth of water, revolutions or weather may differ there"
+    said += ", which are diagnosed without" if explains else ""
+    said += f"; a diagnosis of what errs alone names {names}" if names else ""
+    said += ": loading, depth of water, revolutions or weather may differ there, or the motion goes beyond theirs"
     return choice, replace(diagnosis, doubts=(*diagnosis.doubts, said))
 
 
