@@ -68,14 +68,16 @@ class EvenRecords:
 
     def __init__(self, records: Sequence[Record]) -> None:
         self.records = [r for r in records if r.n >= SHORTEST]
+        self._steps = {id(r): (float(np.median(np.diff(r.time_s))), float(np.ptp(r.time_s))) for r in self.records}
         self._sampled: dict[tuple[int, str, float, int], _Sampled | None] = {}
 
     def same(self, first: Record, second: Record) -> Same | None:
         """What two records share where they are of one run; else None."""
         if min(first.n, second.n) < SHORTEST:
             return None
-        step = max(float(np.median(np.diff(r.time_s))) for r in (first, second))
-        longest = max(float(np.ptp(r.time_s)) / step for r in (first, second))
+        (one_s, one_span_s), (other_s, other_span_s) = (self._steps[id(r)] for r in (first, second))
+        step = max(one_s, other_s)
+        longest = max(one_span_s, other_span_s) / step
         if not np.isfinite(longest) or longest > 4 * max(first.n, second.n):  # a gap that no step bridges
             return None
         size = 1 << int(np.ceil(np.log2(2.0 * longest + 2.0)))

@@ -137,7 +137,7 @@ def response(records: Sequence[Record]) -> Response | None:
     grids = [grid for grid in map(_grid, records) if grid is not None]
     if not grids:
         return None
-    z, share, _ = _fitted(grids, 0)
+    z, share = _fitted(grids, 0)
     step = float(np.median([g.step_s for g in grids]))
     farthest = max(int(FARTHEST * min(g.slope.size for g in grids)), 1)
     tried = {k: _fitted(grids, k) for k in range(-farthest, farthest + 1)}
@@ -178,27 +178,26 @@ def median_of_three(values: np.ndarray) -> np.ndarray:
     return np.concatenate([values[:1], inner, values[-1:]])
 
 
-def _fitted(grids: Sequence[_Grid], shift: int) -> tuple[float, float, float]:
-    """z and share of the rudder shifted by so many steps, and its coefficient; a constant for each record."""
-    rows, target = [], []
-    for i, g in enumerate(grids):
+def _fitted(grids: Sequence[_Grid], shift: int) -> tuple[float, float]:
+    """z and share of the rudder shifted by so many steps, beside a constant for each record: columns are without their
+    means in each (Frisch and Waugh 1933)."""
+    rows = []
+    for g in grids:
         m = g.slope.size
         own = slice(max(shift, 0), m + min(shift, 0))
         earlier = slice(max(-shift, 0), m - max(shift, 0))
-        constant = np.zeros((m - abs(shift), len(grids)))
-        constant[:, i] = 1.0
         r = g.rate[own]
-        rows.append(np.column_stack([g.rudder[earlier], r, r * np.abs(r), constant]))
-        target.append(g.slope[own])
-    phi, y = np.vstack(rows), np.concatenate(target)
-    phi = phi / np.maximum(np.linalg.norm(phi, axis=0), 1e-300)
+        columns = np.column_stack([g.rudder[earlier], r, r * np.abs(r), g.slope[own]])
+        rows.append(columns - columns.mean(axis=0))
+    phi, y = np.split(np.vstack(rows), [3], axis=1)
+    phi, y = phi / np.maximum(np.linalg.norm(phi, axis=0), 1e-300), y[:, 0]
     b = lstsq(phi, y)
     error = y - phi @ b
     without = y - phi[:, 1:] @ lstsq(phi[:, 1:], y)
-    inverse = pinv(phi.T @ phi)
-    sd = float(np.sqrt(max(inverse[0, 0], 0.0) * (error @ error) / max(y.size - phi.shape[1], 1)))
+    inverse, free = pinv(phi.T @ phi), max(y.size - phi.shape[1] - len(grids), 1)
+    sd = float(np.sqrt(max(inverse[0, 0], 0.0) * (error @ error) / free))
     share = 1.0 - float(error @ error) / max(float(without @ without), 1e-300)
-    return float(b[0] / max(sd, 1e-300)), share, float(b[0])
+    return float(b[0] / max(sd, 1e-300)), share
 
 
 def motion_shows(record: Record) -> bool:
