@@ -90,6 +90,11 @@ def pytest_addoption(parser):
     parser.addoption("--rows", metavar="FILE", help="append the rows to this file, and go on where it ends")
 
 
+def pytest_configure(config):
+    if path := config.getoption("--rows"):  # a test may work in another folder
+        config.option.rows = str(Path(path).absolute())
+
+
 def pytest_collection_modifyitems(config, items):
     path = config.getoption("--rows")
     if not path or not Path(path).exists():
