@@ -252,14 +252,13 @@ def _without_first(choice: Choice, rules: Rules) -> Choice:
 
 def _own_in_place_of(choice: Choice, few: Selection) -> Choice | None:
     """All of the model's own numbers in the place of a choice, where these, each a little off, predict left-out pieces
-    as well, with faults of input and sensors beside them; few : what entered without a regime."""
+    as well; few : what entered without a regime."""
     runs, base = choice.runs, choice.selection.base
     if not choice.bank.own:
         return None
     whole = minimise(runs, choice.bank.own, {}, base.point.own)
-    if fall_between(runs, choice.selection.final, whole).gain <= 0.0:
-        return None
-    return Choice(runs, replace(_faults_beside(runs, whole), base=base), beside=True, few=few)
+    better = fall_between(runs, choice.selection.final, whole).gain > 0.0
+    return Choice(runs, Selection(base, (), whole), beside=True, few=few) if better else None
 
 
 def _with_regime(choice: Choice, rules: Rules) -> Choice:
@@ -278,7 +277,8 @@ def _beside(choice: Choice, base: Fitted) -> Selection | None:
     """
     runs, bank = choice.runs, choice.bank
     whole = minimise(runs, bank.own, {}, base.point.own)
-    selection = _faults_beside(runs, whole)
+    inputs = [c for c in bank.candidates if c.rank == INPUT]
+    selection = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
     for fault in choice.selection.entered:
         if fault.candidate.rank == INPUT and not has_entered(fault.candidate, selection.candidates):
             wider = with_only(runs, selection, [*selection.entered, fault], bank.own)
@@ -287,12 +287,6 @@ def _beside(choice: Choice, base: Fitted) -> Selection | None:
     between = fall_between(runs, choice.selection.final, selection.final)
     least = 0.0 if len(choice.selection.entered) > FEW else max(between.error, MATTERS[0])
     return replace(selection, base=base) if between.gain > least else None
-
-
-def _faults_beside(runs: FreeRuns, whole: Fitted) -> Selection:
-    """Faults of input and sensors that enter beside all of the model's own numbers; whole : the fit of these."""
-    inputs = [c for c in runs.bank.candidates if c.rank == INPUT]
-    return select(runs, inputs, Rules(*BESIDE, most=3), whole, runs.bank.own)
 
 
 def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
