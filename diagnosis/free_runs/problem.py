@@ -224,7 +224,15 @@ class FreeRuns:
 
     def excess(self, fitted: Fitted) -> np.ndarray:
         """Mean squared errors (C,) of left-out units beyond what is no matter, as shares of the motion squared."""
-        return np.maximum(mean_squares(self, fitted.left_out) - self.no_matter, 0.0) / self.motion**2
+        return self.beyond(mean_squares(self, fitted.left_out))
+
+    def beyond(self, means: np.ndarray) -> np.ndarray:
+        """Mean squared errors (..., C) beyond what is no matter, as shares of the motion squared."""
+        return np.maximum(means - self.no_matter, 0.0) / self.motion**2
+
+    def worst(self, fitted: Fitted) -> float:
+        """Largest error of left-out units beyond what is no matter, as a share of the motion."""
+        return float(np.sqrt(np.max(self.excess(fitted))))
 
     def share_taken(self, before: Fitted, after: Fitted) -> float:
         """Share of the excess that a fit takes off, the sum over channels; eq. 13 of docs/mathematics/pieces.md."""

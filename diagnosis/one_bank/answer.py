@@ -205,7 +205,7 @@ def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[s
     Eq. 13 of docs/mathematics/pieces.md.
     """
     runs, before, after = choice.runs, choice.selection.base, choice.selection.final
-    worst = float(np.sqrt(np.max(runs.excess(after))))
+    worst = runs.worst(after)
     said = f"free runs of left-out pieces err by {100.0 * worst:.2g} % of the motion, beyond the sensors' noise"
     if not findings:
         unexplained = f"{said}, and nothing in the bank explains it"
@@ -224,7 +224,7 @@ def apart(choice: Choice) -> tuple[dict[str, float], float]:
     and the largest one of the others."""
     final, base = choice.selection.final, choice.selection.base
     few = _apart(choice.runs, final)
-    return few if few[0] or float(np.max(choice.runs.excess(final))) <= SMALL**2 else _apart(choice.runs, base)
+    return few if few[0] or choice.runs.worst(final) <= SMALL else _apart(choice.runs, base)
 
 
 def _apart(runs: FreeRuns, fitted: Fitted) -> tuple[dict[str, float], float]:
@@ -253,7 +253,7 @@ def errors_by_record(runs: FreeRuns, fitted: Fitted) -> dict[str, float]:
     for number, name in runs.record_names.items():
         own = numbers == number
         squares = fitted.left_out[own].sum(axis=0) / np.maximum(runs.counts[own].sum(axis=0), 1.0)
-        errors[name] = float(np.sqrt(np.max(np.maximum(squares - runs.no_matter, 0.0) / runs.motion**2)))
+        errors[name] = float(np.sqrt(np.max(runs.beyond(squares))))
     return errors
 
 

@@ -71,8 +71,8 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
 
 def _with_held_out_verdict(diagnosis: Diagnosis) -> Diagnosis:
     """The diagnosis; a simulation that predicts held-out records worse than their means do is not adequate."""
-    lost = [name for name in ("heading_rad", "yaw_rate_rad_s") if name in diagnosis.gain]
-    lost = [name for name in lost if diagnosis.gain[name].r2_after < 0.0]
+    turning = ("heading_rad", "yaw_rate_rad_s")
+    lost = any(gain.r2_after < 0.0 for channel, gain in diagnosis.gain.items() if channel in turning)
     if diagnosis.verdict != "adequate" or not lost:
         return diagnosis
     said = f"{diagnosis.reason}; held-out records are predicted worse than by their mean"
@@ -98,7 +98,7 @@ def _with_apart(
     names, explains = "", False
     with suppress(CannotFit, FitFailed):
         rest, of_rest = choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
-        explains = float(np.max(rest.runs.excess(rest.selection.final))) <= SMALL**2
+        explains = rest.runs.worst(rest.selection.final) <= SMALL
         if explains and not _are_apart(choice, rest, few):
             return rest, of_rest
         if explains:

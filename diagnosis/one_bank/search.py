@@ -8,6 +8,7 @@ few numbers that explain the records alone.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -224,18 +225,24 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
         return Choice(runs, select(runs, candidates, EXACT, base))
     rules = Rules(*MATTERS, _enough(runs), last_rank=FORCE)
     choice = Choice(runs, select(runs, candidates, rules, base))
-    if len(choice.selection.entered) > 1 and (own := _own_in_place_of(choice, choice.selection)) is not None:
-        return own
-    if len(choice.selection.entered) > 1 and _left_to_explain(runs, choice.selection):
+
+    @cache
+    def whole() -> Fitted:
+        return minimise(runs, runs.bank.own, {}, base.point.own)
+
+    several = len(choice.selection.entered) > 1
+    if several and runs.bank.own and _predicts_as_well(choice, whole()):
+        return _of_own_numbers(choice, whole())
+    if several and _left_to_explain(runs, choice.selection):
         choice = _without_first(choice, rules)
     if not runs.bank.own or not _left_to_explain(runs, choice.selection):
         return choice
     local = _with_regime(choice, rules)
-    if local.local is not None and (own := _own_in_place_of(local, choice.selection)) is not None:
-        return own
+    if local.local is not None and _predicts_as_well(local, whole()):
+        return _of_own_numbers(choice, whole())
     if not _left_to_explain(local.runs, local.selection):
         return local
-    with_numbers = _beside(local, base)
+    with_numbers = _beside(local, base, whole())
     return local if with_numbers is None else Choice(runs, with_numbers, beside=True, few=local.selection)
 
 
@@ -250,15 +257,15 @@ def _without_first(choice: Choice, rules: Rules) -> Choice:
     return Choice(runs, other) if between.gain > least else choice
 
 
-def _own_in_place_of(choice: Choice, few: Selection) -> Choice | None:
-    """All of the model's own numbers in the place of a choice, where these, each a little off, predict left-out pieces
-    as well; few : what entered without a regime."""
-    runs, base = choice.runs, choice.selection.base
-    if not choice.bank.own:
-        return None
-    whole = minimise(runs, choice.bank.own, {}, base.point.own)
-    better = fall_between(runs, choice.selection.final, whole).gain > 0.0
-    return Choice(runs, Selection(base, (), whole), beside=True, few=few) if better else None
+def _predicts_as_well(choice: Choice, whole: Fitted) -> bool:
+    """Whether all of the model's own numbers, each a little off, predict left-out pieces as well as a choice."""
+    return fall_between(choice.runs, choice.selection.final, whole).gain > 0.0
+
+
+def _of_own_numbers(choice: Choice, whole: Fitted) -> Choice:
+    """All of the model's own numbers in the place of a choice; whole : the fit of these."""
+    alone = Selection(choice.selection.base, (), whole)
+    return Choice(choice.runs, alone, beside=True, few=choice.selection)
 
 
 def _with_regime(choice: Choice, rules: Rules) -> Choice:
@@ -268,7 +275,7 @@ def _with_regime(choice: Choice, rules: Rules) -> Choice:
     return choice if local is None or len(local[1].entered) > FEW else Choice(local[0], local[1], local=local[2])
 
 
-def _beside(choice: Choice, base: Fitted) -> Selection | None:
+def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:
     """Faults of input and sensors beside all of the model's own numbers, where these predict left-out pieces clearly
     better than the choice, or at all where that holds more than few causes.
 
@@ -276,7 +283,6 @@ def _beside(choice: Choice, base: Fitted) -> Selection | None:
     take most of its place.
     """
     runs, bank = choice.runs, choice.bank
-    whole = minimise(runs, bank.own, {}, base.point.own)
     inputs = [c for c in bank.candidates if c.rank == INPUT]
     selection = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
     for fault in choice.selection.entered:
