@@ -60,7 +60,7 @@ def test_rudder_limits(wiggle):
     parts = 400
     fine, found = felt(time, rudder, parts, rudder_saturation=0.12, rudder_rate_limit=0.04)
     command, most = np.interp(fine, time, rudder), 0.04 * 0.5 / parts
-    limited = [command[0]]
+    limited = [np.clip(command[0], -0.12, 0.12)]
     for value in command[1:]:
         limited.append(np.clip(limited[-1] + np.clip(value - limited[-1], -most, most), -0.12, 0.12))
     assert found == pytest.approx(limited, abs=2.0 * most)

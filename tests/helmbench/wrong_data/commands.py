@@ -25,7 +25,7 @@ UNKNOWABLE = {("identify", "rudder doubled")}
 """What no command can know: a ship of which nothing is known may have twice or half the rudder."""
 NO_HULL = {
     "rudder early": {"rudder_delay"},
-    "rudder late": {"rudder_delay"},
+    "rudder late": {"rudder_sensor_delay"},
     "rudder turned": {"rudder_sign"},
     "outliers": {"wave_motion", "outliers"},
 }
