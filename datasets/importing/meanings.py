@@ -36,8 +36,9 @@ AHEAD, DRIFT = 0.7, 0.5
 leaves."""
 TURNED, WITHOUT_DRIFT = 0.9, 0.999
 """Shares of an angle that the integral of a yaw rate explains: of a heading, and of one that cannot be a course."""
-NEARER = 0.1
-"""Variance of a direction about a track, as a share of that which a yaw rate leaves, of a course over ground."""
+MOSTLY, NEARER = 0.8, 0.1
+"""Of a course over ground: least share that the integral of a yaw rate explains, and variance about a track, as a share
+of that which the yaw rate leaves."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -161,7 +162,7 @@ def _course(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     turned = _turned_by(log, found)
     if turned > WITHOUT_DRIFT:
         return _decided(found, "heading", "the integral of the yaw rate is all of it")
-    if turned > TURNED and (track := _track_along(log, found, 1.0 - turned)):
+    if turned > MOSTLY and (track := _track_along(log, found, 1.0 - turned)):
         return _decided(found, "course_over_ground", f"goes along {track}, the integral of the yaw rate less")
     others = [f.quantity for f in log.findings if f is not found and f.table.clock == found.table.clock]
     for quantity, other in (("heading", "course_over_ground"), ("course_over_ground", "heading")):

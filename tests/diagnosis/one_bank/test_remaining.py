@@ -9,7 +9,7 @@ from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record, RecordMeta
-from helmbench.datasets.signals import lagged
+from helmbench.datasets.signals import lagged, sensor_sd
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.free_runs.problem import Lane
 from helmbench.diagnosis.one_bank.curve import curve_of
@@ -246,7 +246,8 @@ def test_a_compass_that_drifts_alike_in_all_records_is_an_instrument_of_the_mode
     found = described(diagnosis_of, *drifting)
     assert [force.axis for force in found.remaining] == ["psi"]
     assert found.extended.instruments["heading_drift"] == pytest.approx(2e-4, rel=0.05)
-    assert found.gain["heading_rad"].own_after < 0.3 * found.gain["heading_rad"].own_before
+    gain, noise = found.gain["heading_rad"], np.mean([sensor_sd(r.column("heading_rad")) for r in drifting[1]])
+    assert gain.own_after < np.hypot(noise, 0.05 * 2e-4 * 300.0) < gain.own_before
 
 
 def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(diagnosis_of, rng):
