@@ -5,6 +5,7 @@ model      a number of the model, or of a term that it lacks (`models.coefficien
 steering   a number of the rudder's linkage (`models.instruments`), or the inverse of a limit
 flow       a steady current or wind, or a steady force in body axes, of all records or of one
 term       a force in body axes along the measured motion (`Bank.series`)
+windage    a coefficient of the wind force that the base model does not state: by what share it is larger than usual
 window     a force in body axes over one of so many windows of a piece (entries: its number, their count)
 sensor     numbers of instruments that show the motion
 regime     a number of the model inside a regime only
@@ -57,7 +58,8 @@ class Bank:
 
     model : with the terms that it lacks, at zero.  own : its own numbers under their priors.  places : number -> what
     it moves.  causes : id of a candidate's `of` -> cause that it is told as.  titles : the same -> words.
-    series : number of a term -> its force along a motion.
+    series : number of a term -> its force along a motion.  windage : what wind acts on (`Model.windage`): the model's
+    own, or a usual one.
     """
 
     model: Model
@@ -67,6 +69,7 @@ class Bank:
     causes: Mapping[str, str]
     titles: Mapping[str, str] = field(default_factory=dict)
     series: Mapping[str, Series] = field(default_factory=dict)
+    windage: Mapping[str, float] | None = None
 
     def cause_of(self, candidate: Candidate) -> str:
         """The cause of the taxonomy that a candidate is told as."""
@@ -91,4 +94,4 @@ def places_of(model: Model) -> dict[str, Place]:
 
 def of_numbers(model: Model) -> Bank:
     """A bank that holds the model's numbers, and no candidate."""
-    return Bank(model, (), (), places_of(model), {})
+    return Bank(model, (), (), places_of(model), {}, windage=model.windage)

@@ -24,7 +24,7 @@ from ...models.coefficient_groups import names_of
 from ...models.errors import CannotFit
 from ...models.instruments import SENSORS, bent, similar, straightened
 from ...models.lanes import open_loops
-from ...models.model import CHANNELS
+from ...models.model import CHANNELS, with_larger
 from ...models.outputs import thrust_of
 from .motion import motion_of
 from .units import (
@@ -45,6 +45,7 @@ from .units import (
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted, Point
     from ...estimation.selection.number import Number
+    from ...models.model import Model
     from ...models.regimes import Regime
     from .bank import Bank, Place
     from .motion import Motion, Series
@@ -118,7 +119,7 @@ class FreeRuns:
     def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float, whole: bool = False) -> None:
         self.bank, self.length_s, self.whole = bank, length_s, whole
         self.units, self.places = list(units_), bank.places
-        self.model = coarsely_integrated(bank.model, length_s)
+        self.model = replace(coarsely_integrated(bank.model, length_s), windage=bank.windage)
         values = np.array([np.isfinite(u.measured(MEASURED)).sum(axis=0) for u in self.units])
         self.symbols = [s for s, n in zip(MEASURED, values.mean(axis=0), strict=True) if n >= SHORTEST]
         if not self.symbols:
@@ -347,12 +348,14 @@ class FreeRuns:
                 inputs[i, :, self.model.inputs.index("n")] *= np.sqrt(1.0 + instruments["ship_scale"])
         inside = {i: self._inside(lane, theta[i]) for i, lane in enumerate(lanes) if lane.of("regime")}
         local = np.array([i in inside for i in range(len(lanes))])
-        states = np.empty((len(lanes), longest, start.shape[1]))
+        states, together = np.empty((len(lanes), longest, start.shape[1])), dict[tuple, list[int]]()
+        for i, lane in enumerate(lanes):
+            together.setdefault((clocks[i], local[i], tuple(lane.of("windage").items())), []).append(i)
         with np.errstate(all="ignore"):
-            for clock, regimes in sorted({*zip(clocks.tolist(), local.tolist(), strict=True)}):
-                own = np.flatnonzero((clocks == clock) & (local == regimes))
+            for (clock, regimes, windage), own in together.items():
                 within = zip(*(inside[i] for i in own), strict=True) if regimes else ()
-                states[own] = open_loops(self.model, theta[own], inputs[own], dt / clock, start[own], *within)
+                model = self._in_wind(dict(windage)) if windage else self.model
+                states[own] = open_loops(model, theta[own], inputs[own], dt / clock, start[own], *within)
         return _Driven(states, inputs, theta)
 
     def _once(self, of: Callable[[_Run], np.ndarray], kinds: Sequence[str], lanes: Sequence[_Run]) -> list[np.ndarray]:
@@ -373,6 +376,11 @@ class FreeRuns:
                 if x:
                     numbers.setdefault(self.places[name].kind, {})[name] = x
         return [_Run(lane.unit, by_kind[id(lane.values)], lane.own) for lane in lanes]
+
+    def _in_wind(self, shares: Mapping[str, float]) -> Model:
+        """The model with coefficients of the wind force that are larger than usual by shares (number -> share)."""
+        larger = {self.places[name].entries[0]: x for name, x in shares.items()}
+        return replace(self.model, windage=with_larger(self.bank.windage or {}, larger))
 
     def _inside(self, lane: _Run, theta: np.ndarray) -> tuple[np.ndarray, Regime]:
         """The model's numbers in the regime of a lane, and the regime by the time of the unit."""

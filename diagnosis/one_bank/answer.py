@@ -17,11 +17,12 @@ from ...models.coefficient_groups import grown, stated_groups, with_values
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, extension_of
 from ...models.instruments import combined
+from ...models.model import with_larger
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import MissingTerm
 from ..causes.registry import causes
-from ..causes.surroundings import PairCause
+from ..causes.surroundings import PairCause, Wind
 from ..report.bank import BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
@@ -170,7 +171,8 @@ def _model_values(choice: Choice) -> dict[str, float]:
 def _flow_sizes(choice: Choice, flow: PairCause, one: Entered, half: Mapping[str, float]) -> Iterator[Size]:
     """Speed and direction of a steady flow, of all records or of each."""
     fitted, names = choice.selection.final, choice.runs.record_names
-    for record in dict.fromkeys(choice.bank.places[name].record for name in one.candidate.names):
+    places = [choice.bank.places[name] for name in one.candidate.names]
+    for record in dict.fromkeys(place.record for place in places if place.kind == "flow"):
         north, east = (flow_name(flow.id, side, record) for side in SIDES)
         pair = np.array([fitted.value(north), fitted.value(east)])
         spread = float(np.hypot(half.get(north, 0.0), half.get(east, 0.0))) / np.sqrt(2.0)
@@ -266,6 +268,9 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
     values = {name: x for name, x in choice.selection.final.point.values.items() if x != 0.0}
     places = choice.bank.places
     moved = {name for name in values if places[name].kind == "model"}
+    if Wind.id in {choice.bank.cause_of(c) for c in choice.selection.candidates}:
+        shares = {places[n].entries[0]: x for n, x in values.items() if places[n].kind == "windage"}
+        model = replace(model, windage=with_larger(choice.bank.windage or {}, shares))
     groups = [g for g in stated_groups(model) if g.extension is not None and moved & {*g.sd}]
     out = with_values(grown(model, groups) if groups else model, _model_values(choice))
     for cause, own in _outside(choice, values).items():

@@ -15,11 +15,12 @@ import numpy as np
 from ...checks.base import SensorError
 from ...estimation.selection.number import Candidate, Number
 from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups, values_of
+from ...models.model import usual_windage
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import ConstantForce, MissingTerm, Term
 from ..causes.registry import causes, causes_of
-from ..causes.steering_gear import RudderDelay, RudderFault, RudderOffset
+from ..causes.steering_gear import RudderDelay, RudderFault, RudderOffset, RudderSensorDelay
 from ..causes.surroundings import Current, Wind
 from ..free_runs.bank import Bank, Place, numbers_of, places_of
 
@@ -36,6 +37,8 @@ FAULT_TIMES = np.linspace(0.15, 0.85, 40)
 """Times that are tried, as shares of the longest record: one at its start is a rudder that is weak throughout."""
 FLOWS, SIDES = {Current.id: 0, Wind.id: 2}, ("north", "east")
 """Flow -> column of its northern part among the inputs of a run, and the names of its parts."""
+WINDAGE, WINDAGE_SD = ("wind_cx", "wind_cy", "wind_cn"), 0.4
+"""Coefficients of the wind force, and the standard deviation of usual ones that a model does not state, as a share."""
 COLUMNS = {"X": 4, "Y": 5, "N": 6}
 """Axis -> column of a force along it."""
 FORCES = tuple((one.entry, COLUMNS[one.axis], one.sd) for one in ConstantForce.terms)
@@ -82,7 +85,9 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     kept = [c for c in candidates if only is None or cause_of.get(c.of, BaseCoefficients.id) in only]
     terms = every_term()
     series = {name: terms[name].along for name, place in places.items() if place.kind == "term"}
-    return Bank(whole, tuple(kept), tuple(own.values()), places, cause_of, {g.id: g.title for g in groups}, series)
+    windage = model.windage if model.windage or not model.is_3dof else usual_windage(ship_length_m(model))
+    titles = {g.id: g.title for g in groups}
+    return Bank(whole, tuple(kept), tuple(own.values()), places, cause_of, titles, series, windage)
 
 
 def _unstated(model: Model) -> Group:
@@ -108,6 +113,8 @@ def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candi
     for cause in causes().values():
         if cause.id in facts.decided:
             continue
+        if cause.id == RudderSensorDelay.id and facts.identified and not model.is_3dof:
+            continue  # else the lead of an order that an identified response model lacks
         if isinstance(cause, Cause) and not (facts.exact or cause.stands_beside_numbers(model.is_3dof)):
             continue
         yield from _of_instruments(cause, facts, unit)
@@ -167,17 +174,19 @@ def _own_neutral_angles(records: int) -> tuple[Candidate, dict[str, Place]]:
 
 
 def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
-    """Steady current and wind: the same in all records, or each record's own."""
-    for cause, sd in ((Current.id, Current.prior.sd), (Wind.id, Wind.prior.sd)):
-        if cause == Wind.id and model.windage is None:
-            continue
+    """Steady current and wind: the same in all records, or each record's own; where the model states no windage, with
+    coefficients of the wind force about usual ones."""
+    unknown = {} if model.windage else {f"{Wind.id} {name}": Place("windage", (name,)) for name in WINDAGE}
+    for cause, sd, more in ((Current.id, Current.prior.sd, {}), (Wind.id, Wind.prior.sd, unknown)):
         for records in ((None,), range(facts.records)) if facts.records > 1 else ((None,),):
             places = {
                 flow_name(cause, side, r): Place("flow", column=FLOWS[cause] + i, record=r)
                 for r in records
                 for i, side in enumerate(SIDES)
             }
-            yield Candidate(cause, tuple(Number(name, sd * speed) for name in places), INPUT), places
+            numbers = [Number(name, sd * speed) for name in places]
+            numbers += [Number(name, WINDAGE_SD) for name in more]
+            yield Candidate(cause, tuple(numbers), INPUT), places | more
 
 
 def flow_name(cause: str, side: str, record: int | None) -> str:
@@ -195,10 +204,15 @@ def force_units(model: Model, length_s: float) -> dict[str, float]:
     the order of its highest derivative, rad/s^k."""
     if not model.is_3dof:
         return {"R": length_s ** -(2 if model.states[0] == "r" else 3)}
-    numbers = model.environment_numbers()
-    length = numbers.get("L", numbers["wind_L"])
+    numbers, length = model.environment_numbers(), ship_length_m(model)
     unit = 0.5 * numbers["rho"] * length**2 * model.speed_m_s**2
     return {"X": unit, "Y": unit, "N": unit * length}
+
+
+def ship_length_m(model: Model) -> float:
+    """Length of a 3-DOF model's ship, m; 1 where it states none."""
+    numbers = model.environment_numbers()
+    return numbers.get("L", numbers["wind_L"])
 
 
 def _forces(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:

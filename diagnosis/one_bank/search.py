@@ -202,10 +202,8 @@ def _matters(choice: Choice, one: Entered) -> bool:
     smallest = cause.smallest if isinstance(cause, Cause) and one.candidate.rank == INPUT else None
     if cause is None or smallest is None:
         return True
-    unit, values = (
-        cause.unit.partition(",")[0],
-        np.array([choice.selection.final.value(n) for n in one.candidate.names]),
-    )
+    unit, names = cause.unit.partition(",")[0], [n for n in one.candidate.names if runs.places[n].kind != "windage"]
+    values = np.array([choice.selection.final.value(n) for n in names])
     if unit in ("s", "m/s"):
         smallest *= runs.length_s / REFERENCE_S
     if unit == "s":
