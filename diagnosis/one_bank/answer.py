@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 LARGE, SMALL = 0.3, 0.05
 """Errors, as a share of the motion, from which a model without a finding is not adequate, and from which it is said
 that nothing explains them."""
+ASSUMED = "the base model states no areas above water: the speed of the wind is that on a usual ship of her length"
 APART, SEVERAL = 3.0, 3
 """Factor between the errors of records of which some are told apart, and records from which that is looked at."""
 
@@ -98,6 +99,8 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
         details["would do as well"] = sorted({_title(choice, of) for of in hull})
     if isinstance(causes().get(cause), MissingTerm):
         details["components"] = [every_term()[name].name for one in own for name in one.candidate.names]
+    if any(choice.bank.places[n].kind == "windage" for one in own for n in one.candidate.names):
+        details["assumed"] = ASSUMED
     if choice.local is not None and choice.local.size in {n for one in own for n in one.candidate.names}:
         details["regime"] = choice.local.facts
     said = "; ".join(
