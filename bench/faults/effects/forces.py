@@ -8,7 +8,7 @@ comparable between ships.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from math import cos
+from math import cos, exp, sin
 from typing import Any, ClassVar
 
 import numpy as np
@@ -114,6 +114,22 @@ def periodic(a, t, x, d, length, speed, out):
     out[int(a[2])] += a[0] * cos(a[1] * t + a[3])
 
 
+def step(a, t, x, d, length, speed, out):
+    """Begins at a time of the record, and stays."""
+    out[int(a[2])] += a[0] if t >= a[1] else 0.0
+
+
+def lee(a, t, x, d, length, speed, out):
+    """A wind that does not blow in a strip from west to east about the start, and goes with the heading outside it."""
+    if abs(x[3]) > a[1]:
+        out[int(a[2])] += a[0] * sin(x[5] - a[3])
+
+
+def bank(a, t, x, d, length, speed, out):
+    """Grows towards a bank to the east, which the ship's line is a number of ship lengths away from."""
+    out[int(a[2])] += a[0] * exp(min(x[4] / length - a[3], 0.0) / a[1])
+
+
 def _in_time(p: Mapping[str, Any]) -> frozenset[str]:
     return frozenset({"time"})
 
@@ -162,6 +178,20 @@ ROWS = (
     AnticipatedForce(
         id="periodic", rank=38, force=periodic, variables=_in_time,
         constants=lambda s, axis, rng: [rng.uniform(0.12, 0.4) / s.ship.clock, axis, rng.uniform(-np.pi, np.pi)],
+    ),
+    AnticipatedForce(
+        id="step", rank=65, force=step, variables=_in_time,
+        constants=lambda s, axis, rng: [rng.uniform(0.3, 0.7) * s.duration_s, axis, 0.0],
+    ),
+    AnticipatedForce(
+        id="lee", rank=66, force=lee, response=False, variables=lambda p: frozenset({"place to the north", "heading"}),
+        constants=lambda s, axis, rng: [
+            rng.uniform(0.05, 0.2) * s.ship.speed_m_s * s.duration_s, axis, rng.uniform(-np.pi, np.pi),
+        ],
+    ),
+    AnticipatedForce(
+        id="bank", rank=67, force=bank, response=False, variables=lambda p: frozenset({"place to the east"}),
+        constants=lambda s, axis, rng: [rng.uniform(0.5, 1.5), axis, rng.uniform(1.0, 3.0)],
     ),
     ForceRegime(
         id="propeller_side_force", rank=61, response=True, force=propeller_push,
