@@ -44,6 +44,8 @@ MOST_PERIODS = 360
 """Of all axes together."""
 STEPS = 9
 """Times at which a force may begin, spread over the longest record."""
+PLACES_TRIED = 7
+"""Places beyond which a force may act, spread over the range of all records."""
 DRIFTS = {"u": ("speed", 0.05), "v": ("sway velocity", 0.05), "r": ("yaw rate", 0.05), "psi": ("heading", 0.1)}
 """State -> its sensor in words, and prior standard deviation of its drift through the longest record: of the approach
 speed, of U/L, rad."""
@@ -214,6 +216,7 @@ def shapes(
         *([_by_speed()] if speed else []),
         *(_by_past(x, now, share * length_s) for x in motions for share in LAGS for now in (False, True)),
         *(_by_curve(x, *ranges[x]) for x in ranges if x in PLACES or x in motions),
+        *(shape for x in ranges if x in PLACES for shape in _beyond_places(x, *ranges[x])),
         *_in_time(longest_s, motions),
         *itertools.starmap(_periodic, _periods(length_s, longest_s, MOST_PERIODS // len(axes))),
     ]
@@ -269,6 +272,36 @@ def _by_curve(x: str, first: float, span: float) -> Shape:
     held = ((f"{name}_first", first), (f"{name}_span", span))
     how = f"depends on the {word}" + ("" if x in PLACES else ", by a curve")
     return Shape((word,), how, terms, (name,), held)
+
+
+def _beyond(x: str, first: float, step_m: float, numbers: Collection[str], settings: Settings) -> Shape:
+    """A force beyond a place, which lies so far (settings) from the first one that is reached: of some numbers (first:
+    everywhere; size; cos, sin: of the heading)."""
+    place, name = first + settings[0], f"{{}}_beyond_{x}"
+
+    def gate(m: Motion) -> np.ndarray:
+        return (getattr(m, x) >= place).astype(float)
+
+    every: dict[str, Term] = {
+        "first": lambda m, axis: np.ones(m.time_s.size),
+        "size": lambda m, axis: gate(m),
+        "cos": lambda m, axis: gate(m) * np.cos(m.heading),
+        "sin": lambda m, axis: gate(m) * np.sin(m.heading),
+    }
+    terms = {f"{name}_{n}" + ("" if n == "first" else f"@{place:.6g}"): every[n] for n in numbers}
+    held = ((f"{name}_place", place), *((f"{name}_{n}", 0.0) for n in every if n not in numbers))
+    how, words = f"changes {x} of {place:.3g} m", (f"place to the {x}",)
+    if "cos" in numbers:
+        how, words = f"acts {x} of {place:.3g} m and goes with the heading", (*words, "heading")
+    return Shape(words, how, terms, (name,), held, settings, (step_m,),
+                 lambda other: _beyond(x, first, step_m, numbers, other))  # fmt: skip
+
+
+def _beyond_places(x: str, first: float, span: float) -> Iterator[Shape]:
+    step_m = span / (PLACES_TRIED + 1)
+    for along in (step_m * np.arange(1, PLACES_TRIED + 1)).tolist():
+        for numbers in (("size",), ("first", "size"), ("size", "cos", "sin")):
+            yield _beyond(x, first, step_m, numbers, (along,))
 
 
 def _by_past(x: str, now: bool, time_s: float) -> Shape:

@@ -429,13 +429,13 @@ TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+|R(_(r|d|absr|absd))+")
 is a yaw acceleration r |d| of a response model, r in rad/s."""
 
 FORCE = re.compile(
-    "(?!R_(speed|curve_(north|east|v)|past_v|growth_v))(?P<axis>[XYNR])_"
+    "(?!R_(speed|curve_(north|east|v)|beyond|past_v|growth_v))(?P<axis>[XYNR])_"
     "(heading_(?P<count>[1-4])|(?P<speed>speed)|past_(?P<past>[vrd])|curve_(?P<curve>north|east|[vrd])"
-    "|growth_(?P<growth>[vrd])|(?P<time>time|from|span|period))"
+    "|beyond_(?P<beyond>north|east)|growth_(?P<growth>[vrd])|(?P<time>time|from|span|period))"
 )
 """Identifier of an added force by the heading (so many times a turn), the speed, the past of sway, yaw rate or rudder,
-a curve of the place, v', r' or the rudder angle, or the time from the start of a record (alone, or as a share of a
-motion that grows); R is the yaw acceleration of a response model."""
+a curve of the place, v', r' or the rudder angle, the place beyond which it acts, or the time from the start of a record
+(alone, or as a share of a motion that grows); R is the yaw acceleration of a response model."""
 IN_TIME = {"time": ("first", "growth"), "from": ("size", "begin"), "span": ("size", "begin", "end"),
            "period": ("cos", "sin", "time")}  # fmt: skip
 """Force in time -> its parameters: a + b t; a from a time on; a over a span; a cos(2 pi t/T) + b sin(2 pi t/T)."""
@@ -564,13 +564,14 @@ def _force(
     speed: str | None,
     past: str | None,
     curve: str | None,
+    beyond: str | None,
     growth: str | None,
     time: str | None,
 ) -> Extension:
     """A force or moment along the motion: a cos(k psi) + b sin(k psi); a U + b U^2; a x + b z with T z_dot = x - z, or
     a t x, of x = sway, yaw rate or rudder angle in SI units; the sum of a_k cos(k pi s), k = 1, 2, ..., of
     s = (x - first)/span, 0 to 1 and constant beyond, of the place, or in the prime system of x = v', r' or the rudder
-    angle; or one of the time t as `IN_TIME` has it.
+    angle; a, and b + c cos(psi) + d sin(psi) beyond a place; or one of the time t as `IN_TIME` has it.
 
     Memory that is linear in the velocities: W. E. Cummins, The impulse response function and ship motions, 1962.
     """
@@ -583,6 +584,9 @@ def _force(
         of_force = unit if curve in PLACES or response else "1"
         units = {f"{name}_{k}": of_force for k in range(1, waves_of(curve) + 1)} | held
         return Extension(units, _by_curve(row, curve), three_dof=not response, held=tuple(held))
+    if beyond is not None:
+        units = {f"{name}_{p}": unit for p in ("first", "size", "cos", "sin")} | {f"{name}_place": "m"}
+        return Extension(units, _beyond(row, beyond), three_dof=True, held=(f"{name}_place",))
     if past is not None:
         share = _per(unit, past)
         units = {f"{name}_now": share, f"{name}_late": share, f"{name}_time": "s"}
@@ -630,6 +634,16 @@ def _by_curve(row: int, curve: str) -> Apply:
         force = sum((a * sp.cos(k * sp.pi.evalf() * share) for k, a in enumerate(sizes, 1)), sp.S.Zero)
         changed = _with_force(definition, row, force) if curve in PLACES else _in_primes(definition, row, scale * force)
         return replace(changed, helpers={**helpers, share: inside, **changed.helpers})
+
+    return apply
+
+
+def _beyond(row: int, place: str) -> Apply:
+    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+        first, size, cosine, sine, begin = parameters
+        at, psi = (next(s for s in definition.states if s.name == name) for name in (PLACES[place], "psi"))
+        inside = primitives.step(at - begin)
+        return _with_force(definition, row, first + inside * (size + cosine * sp.cos(psi) + sine * sp.sin(psi)))
 
     return apply
 

@@ -126,8 +126,8 @@ def lee(a, t, x, d, length, speed, out):
 
 
 def bank(a, t, x, d, length, speed, out):
-    """Grows towards a bank to the east, which the ship's line is a number of ship lengths away from."""
-    out[int(a[2])] += a[0] * exp(min(x[4] / length - a[3], 0.0) / a[1])
+    """Acts along a bank to the east of the start, and dies away within ship lengths to the west of it."""
+    out[int(a[2])] += a[0] * exp(min(x[4] / length, 0.0) / a[1])
 
 
 def _in_time(p: Mapping[str, Any]) -> frozenset[str]:
@@ -191,7 +191,7 @@ ROWS = (
     ),
     AnticipatedForce(
         id="bank", rank=67, force=bank, response=False, variables=lambda p: frozenset({"place to the east"}),
-        constants=lambda s, axis, rng: [rng.uniform(0.5, 1.5), axis, rng.uniform(1.0, 3.0)],
+        constants=lambda s, axis, rng: [rng.uniform(1.0, 4.0), axis, 0.0],
     ),
     ForceRegime(
         id="propeller_side_force", rank=61, response=True, force=propeller_push,
