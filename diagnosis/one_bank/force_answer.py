@@ -118,18 +118,21 @@ def _errs_more(before: Diagnosis, after: Diagnosis, in_time: bool) -> bool:
     diagnosis before, or the training ones no better.
 
     Along the measured motion a force can hold a simulation to it, as an observer does: only a simulation with the force
-    shows whether it is one.  in_time : a force in time is a term of the model, which it is only where it returns: where
-    held-out records are predicted clearly better with it.
+    shows whether it is one.  A record's own trim takes the place of the steady part of a force: held-out records that
+    are predicted clearly better without it stand for the force, too.  in_time : a force in time is a term of the model,
+    which it is only where it returns: where held-out records are predicted clearly better with it.
     """
     if not any(force.extended for force in after.remaining):
         return False
-    of_held_out = {c: g.own_after for c, g in before.gain.items()}
+    of_held_out = {c: (g.own_after, g.rmse_after) for c, g in before.gain.items()}
     of_training = {c: error for c, (_, error) in training_errors(before).items()}
-    held_out = _motion({c: (of_held_out.get(c, g.own_before), g.own_after) for c, g in after.gain.items()})
+    old = {c: of_held_out.get(c, (g.own_before, g.rmse_before)) for c, g in after.gain.items()}
+    held_out = log_fall(*_motion({c: (old[c][0], g.own_after) for c, g in after.gain.items()}))
+    blind = log_fall(*_motion({c: (old[c][1], g.rmse_after) for c, g in after.gain.items()}))
     train = _motion({c: (of_training.get(c, old), new) for c, (old, new) in training_errors(after).items()})
-    if worsens(after) or log_fall(*train) <= 0.0 or log_fall(*held_out) < 0.0:
+    if worsens(after) or log_fall(*train) <= 0.0 or (held_out < 0.0 and blind < CLEARLY):
         return True
-    by_force = _held_out_fall(after) if len(after.causes) < len(before.causes) else log_fall(*held_out)
+    by_force = _held_out_fall(after) if len(after.causes) < len(before.causes) else held_out
     return in_time and by_force < CLEARLY
 
 

@@ -120,8 +120,8 @@ def step(a, t, x, d, length, speed, out):
 
 
 def lee(a, t, x, d, length, speed, out):
-    """A wind that does not blow in a strip from west to east about the start, and goes with the heading outside it."""
-    if abs(x[3]) > a[1]:
+    """A wind, whose force goes with the heading, until the ship comes under the lee of land to the south of the start."""
+    if x[3] > a[1]:
         out[int(a[2])] += a[0] * sin(x[5] - a[3])
 
 
@@ -186,7 +186,7 @@ ROWS = (
     AnticipatedForce(
         id="lee", rank=66, force=lee, response=False, variables=lambda p: frozenset({"place to the north", "heading"}),
         constants=lambda s, axis, rng: [
-            rng.uniform(0.05, 0.2) * s.ship.speed_m_s * s.duration_s, axis, rng.uniform(-np.pi, np.pi),
+            -rng.uniform(0.05, 0.2) * s.ship.speed_m_s * s.duration_s, axis, rng.uniform(-np.pi, np.pi),
         ],
     ),
     AnticipatedForce(

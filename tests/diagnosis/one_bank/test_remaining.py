@@ -324,3 +324,19 @@ def test_what_a_response_model_lacks_is_described_and_extends_it(base, rng):
 def test_nothing_is_described_beside_a_response_model_that_is_right(rng):
     found = of_nature(lambda t, psi, r, d: 0.0, rng, "identify")
     assert found.remaining == () and found.verdict == "adequate"
+
+
+def test_no_two_forces_have_one_name():
+    ranges = {"north": (-400.0, 900.0), "east": (0.0, 500.0), "v": (-0.1, 0.2), "r": (-0.3, 0.6), "d": (-0.6, 1.2)}
+    ids = [Force("N", shape).id for shape in shapes("XYN", 20.0, 600.0, ranges, 6.0)]
+    assert len(set(ids)) == len(ids)
+
+
+def test_a_sway_force_along_a_bank_is_told_with_its_place(diagnosis_of, rng):
+    """It dies away to the west of the start; the headings are drawn, so that six records go to all sides."""
+    cases = [injected("bank", (1.0, 2.0, 1.0, 0.0, 0.0, 0.0), 0.3, rng) for _ in range(2)]
+    train = [replace(r, name=f"{r.name} of {i}") for i, case in enumerate(cases) for r in case.train]
+    found = described(diagnosis_of, train, cases[0].held_out)
+    assert found.remaining[0].axis == "Y" and found.remaining[0].depends_on[0] == "place to the east"
+    gain = found.gain["heading_rad"]
+    assert gain.rmse_after < 0.5 * gain.rmse_before
