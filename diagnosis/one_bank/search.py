@@ -53,6 +53,9 @@ MATTERS, BESIDE = (0.05, 0.99), (0.005, 0.999)
 CLEAR = 0.95
 """Level from which a number in a regime is clearly better than numbers that are wrong everywhere, and from which
 left-out pieces are clearly worse with a fault beside all numbers that was named without these."""
+LOCAL = 0.1
+"""Share of the squared error that a choice with a number in a regime takes off, at least: of an exact model in gusts a
+number above some speed took 2 % off."""
 LATE = 0.1
 """Delay of the rudder, as a share of a piece, from which it matters what acted before a record's begin."""
 MOST, SINGLES, FAR = 0.8, 4, 2.0
@@ -270,7 +273,11 @@ def _with_regime(choice: Choice, rules: Rules) -> Choice:
     """The choice with a number that is wrong in a regime only in the place of numbers that are wrong everywhere, where
     that predicts left-out pieces clearly better."""
     local = in_regime(choice.runs, choice.selection, choice.bank.candidates, rules, CLEAR)
-    return choice if local is None or len(local[1].entered) > FEW else Choice(local[0], local[1], local=local[2])
+    if local is None or len(local[1].entered) > FEW:
+        return choice
+    runs, selection, where = local
+    little = runs.share_taken(selection.base, selection.final) < LOCAL
+    return choice if little else Choice(runs, selection, local=where)
 
 
 def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:

@@ -120,7 +120,7 @@ def step(a, t, x, d, length, speed, out):
 
 
 def lee(a, t, x, d, length, speed, out):
-    """A wind, whose force goes with the heading, until the ship comes under the lee of land to the south of the start."""
+    """A wind, whose force goes with the heading, until the ship comes into the lee of land south of the start."""
     if x[3] > a[1]:
         out[int(a[2])] += a[0] * sin(x[5] - a[3])
 
