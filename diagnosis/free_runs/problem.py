@@ -317,15 +317,10 @@ class FreeRuns:
 
     def _driven(self, lanes: Sequence[_Run]) -> _Driven:
         """Lanes of one time step; shorter ones go on with their last input."""
-        driven = self._once(self._inputs, INPUTS, lanes)
-        longest, width = max(len(u) for u in driven), max(u.shape[1] for u in driven)
-        inputs = np.zeros((len(lanes), longest, width))
-        for row, u in zip(inputs, driven, strict=True):
-            row[: len(u), : u.shape[1]], row[len(u) :, : u.shape[1]] = u, u[-1]
-        theta = np.tile(self.model.theta, (len(lanes), 1))
-        for row, lane in zip(theta, lanes, strict=True):
-            for name, value in lane.of("model").items():
-                row[self.places[name].column] += value
+        inputs = _equally_long(self._once(self._inputs, INPUTS, lanes))
+        sets = {id(lane.numbers): lane.numbers for lane in lanes}
+        thetas = {key: self._theta(numbers.get("model", {})) for key, numbers in sets.items()}
+        theta = np.array([thetas[id(lane.numbers)] for lane in lanes])
         kinds = (*SHOWN, "model") if LAGGED in self.model.states else SHOWN
         start = np.array(self._once(self._start, kinds, lanes))
         effects = np.array([lane.own for lane in lanes])
@@ -348,9 +343,10 @@ class FreeRuns:
                 inputs[i, :, self.model.inputs.index("n")] *= np.sqrt(1.0 + instruments["ship_scale"])
         inside = {i: self._inside(lane, theta[i]) for i, lane in enumerate(lanes) if lane.of("regime")}
         local = np.array([i in inside for i in range(len(lanes))])
-        states, together = np.empty((len(lanes), longest, start.shape[1])), dict[tuple, list[int]]()
+        states, together = np.empty((*inputs.shape[:2], start.shape[1])), dict[tuple, list[int]]()
+        windages = {key: tuple(numbers.get("windage", {}).items()) for key, numbers in sets.items()}
         for i, lane in enumerate(lanes):
-            together.setdefault((clocks[i], local[i], tuple(lane.of("windage").items())), []).append(i)
+            together.setdefault((clocks[i], local[i], windages[id(lane.numbers)]), []).append(i)
         with np.errstate(all="ignore"):
             for (clock, regimes, windage), own in together.items():
                 within = zip(*(inside[i] for i in own), strict=True) if regimes else ()
@@ -360,8 +356,14 @@ class FreeRuns:
 
     def _once(self, of: Callable[[_Run], np.ndarray], kinds: Sequence[str], lanes: Sequence[_Run]) -> list[np.ndarray]:
         """What lanes have by their unit and their numbers of some kinds, worked out once for those that are alike."""
-        known: dict[tuple[object, ...], np.ndarray] = {}
-        keys = [(lane.unit, *(item for kind in kinds for item in lane.of(kind).items())) for lane in lanes]
+        sets = {id(lane.numbers): lane.numbers for lane in lanes}
+        alike: dict[tuple[object, ...], int] = {}
+        of_set = {
+            key: alike.setdefault(tuple(x for kind in kinds for x in numbers.get(kind, {}).items()), len(alike))
+            for key, numbers in sets.items()
+        }
+        known: dict[tuple[int, int], np.ndarray] = {}
+        keys = [(lane.unit, of_set[id(lane.numbers)]) for lane in lanes]
         for key, lane in zip(keys, lanes, strict=True):
             if key not in known:
                 known[key] = of(lane)
@@ -376,6 +378,13 @@ class FreeRuns:
                 if x:
                     numbers.setdefault(self.places[name].kind, {})[name] = x
         return [_Run(lane.unit, by_kind[id(lane.values)], lane.own) for lane in lanes]
+
+    def _theta(self, changes: Mapping[str, float]) -> np.ndarray:
+        """Numbers (m,) of the model with changes by name."""
+        theta = self.model.theta.copy()
+        for name, value in changes.items():
+            theta[self.places[name].column] += value
+        return theta
 
     def _in_wind(self, shares: Mapping[str, float]) -> Model:
         """The model with coefficients of the wind force that are larger than usual by shares (number -> share)."""
@@ -538,6 +547,17 @@ class FreeRuns:
         unit = self.units[lane.unit]
         for c, first, slope in self._drifts(lane):
             states[c] += first + slope * (unit.grid_s[: states.shape[1]] - unit.record.time_s[0])
+
+
+def _equally_long(inputs: Sequence[np.ndarray]) -> np.ndarray:
+    """Inputs (B, M, nu) of lanes (M_b, nu_b), zero where one has fewer, and the last one where it is shorter."""
+    each = {id(u): u for u in inputs}
+    longest, width = max(len(u) for u in each.values()), max(u.shape[1] for u in each.values())
+    padded = np.zeros((len(each), longest, width))
+    for row, u in zip(padded, each.values(), strict=True):
+        row[: len(u), : u.shape[1]], row[len(u) :, : u.shape[1]] = u, u[-1]
+    place = {key: i for i, key in enumerate(each)}
+    return padded[[place[id(u)] for u in inputs]]
 
 
 def _gain(instruments: Mapping[str, float], short: str) -> tuple[float, float]:
