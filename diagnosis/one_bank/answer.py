@@ -27,7 +27,7 @@ from ..report.bank import BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
-from .search import half_intervals, main_number
+from .search import SMALL, half_intervals, main_number
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -37,9 +37,8 @@ if TYPE_CHECKING:
     from ..free_runs.problem import FreeRuns
     from .search import Choice
 
-LARGE, SMALL = 0.3, 0.05
-"""Errors, as a share of the motion, from which a model without a finding is not adequate, and from which it is said
-that nothing explains them."""
+LARGE = 0.3
+"""Error, as a share of the motion, from which a model without a finding is not adequate."""
 ASSUMED = "the base model states no areas above water: the speed of the wind is that on a usual ship of her length"
 APART, SEVERAL = 3.0, 3
 """Factor between the errors of records of which some are told apart, and records from which that is looked at."""

@@ -22,18 +22,9 @@ from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
-from .answer import (
-    SMALL,
-    apart,
-    bank_lines,
-    errors_by_record,
-    extended_model,
-    findings,
-    is_apart,
-    verdict,
-)
+from .answer import apart, bank_lines, errors_by_record, extended_model, findings, is_apart, verdict
 from .catalogue import FLOWS, Facts, bank_of
-from .search import chosen, with_own_numbers, withdrawn
+from .search import SMALL, chosen, with_own_numbers, withdrawn
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

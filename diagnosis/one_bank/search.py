@@ -53,6 +53,8 @@ MATTERS, BESIDE = (0.05, 0.99), (0.005, 0.999)
 CLEAR = 0.95
 """Level from which a number in a regime is clearly better than numbers that are wrong everywhere, and from which
 left-out pieces are clearly worse with a fault beside all numbers that was named without these."""
+SMALL = 0.05
+"""Error of left-out pieces beyond the noise, as a share of the motion, from which something is left to explain."""
 LOCAL = 0.1
 """Share of the squared error that a choice with a number in a regime takes off, at least: of an exact model in gusts a
 number above some speed took 2 % off."""
@@ -232,14 +234,15 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
         return minimise(runs, runs.bank.own, {}, base.point.own)
 
     several = len(choice.selection.entered) > 1
-    if several and runs.bank.own and _predicts_as_well(choice, whole()):
+    as_well = several and bool(runs.bank.own) and _predicts_as_well(choice, whole())
+    if as_well and runs.worst(whole()) <= SMALL:
         return _of_own_numbers(choice, whole())
-    if several and _left_to_explain(runs, choice.selection):
+    if several and not as_well and _left_to_explain(runs, choice.selection):
         choice = _without_first(choice, rules)
     if not runs.bank.own or not _left_to_explain(runs, choice.selection):
         return choice
     local = _with_regime(choice, rules)
-    if local.local is not None and _predicts_as_well(local, whole()):
+    if as_well if local.local is None else _predicts_as_well(local, whole()):
         return _of_own_numbers(choice, whole())
     if not _left_to_explain(local.runs, local.selection):
         return local
