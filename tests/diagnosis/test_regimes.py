@@ -61,6 +61,16 @@ def test_a_rudder_that_loses_force_beyond_an_angle_is_located(rng, tmp_path):
 
 
 @pytest.mark.nightly
+def test_a_wake_that_is_wrong_in_turns_goes_before_numbers_that_are_all_a_little_off(rng):
+    def located():
+        _, found = diagnosed("s175", Effect("wake_loss", {"loss": 0.25, "drift": 0.1}), rng)
+        print(found.verdict, found.causes)
+        return {f.details["regime"]["variable"] for f in found.causes if "regime" in f.details} == {"drift"}
+
+    assert passes(located, 0.7)
+
+
+@pytest.mark.nightly
 def test_a_number_that_is_wrong_everywhere_has_no_regime(rng):
     base = resolve("cargo")
     wrong = base.with_coefficients(base.coefficients * np.array([1.0, 1.0, 0.85, 1.0]))
