@@ -44,6 +44,11 @@ R2 = (
     "One minus the squared error over the variance of the yaw rate, and over the squared change of heading since the "
     "start. first: the steering law alone; built: the model with all steps."
 )
+OF_LOOP = (
+    "All numbers and steps are those of the craft and its controller together: they hold while this controller steers, "
+    "and say nothing of the craft alone."
+)
+"""What is said where the recorded input follows the motion."""
 TITLES = ("Measured and predicted", "What simpler models lack, and the model", "What remains", "What to record next")
 
 
@@ -87,11 +92,15 @@ def page(diagnosis: CraftDiagnosis) -> Page:
 def told_in_a_line(diagnosis: CraftDiagnosis) -> str:
     """The outcome in a line: verdict, what steers it, and what was added."""
     chosen = next(law for law in diagnosis.laws if law.chosen)
+    if diagnosis.verdict == FOLLOWS:
+        return f"{headline(diagnosis)}. {OF_LOOP}"
     added = "; ".join(step.title for step in diagnosis.steps[1:] if step.gain > 0.0)
     return f"{headline(diagnosis)}. {chosen.title[:1].upper()}{chosen.title[1:]}{f'; {added}' if added else ''}."
 
 
 def _steers(diagnosis: CraftDiagnosis) -> str:
+    if diagnosis.verdict == FOLLOWS:
+        return OF_LOOP
     chosen = next(law for law in diagnosis.laws if law.chosen)
     told = f"What steers it: {chosen.title}"
     others = [law for law in diagnosis.laws if not law.chosen]
@@ -110,6 +119,8 @@ def _lacks(diagnosis: CraftDiagnosis) -> list[str]:
         f"{r_squared(first.r2_yaw_rate)} of the yaw rate and {r_squared(first.r2_heading)} of the change of heading"
     )
     told = [f"A model of {first.numbers} numbers has R² {shares} over windows of {number(diagnosis.window_s)} s."]
+    if diagnosis.verdict == FOLLOWS:
+        return told
     lacking = [f"{s.title} ({_percent(s.gain)} ± {_percent(s.error)})" for s in diagnosis.steps[1:] if s.gain > 0.0]
     return [*told, f"It lacks: {'; '.join(lacking)}."] if lacking else told
 

@@ -22,6 +22,8 @@ SPIKED, NEAR, SPIKE = ("yaw_rate_rad_s", "heading_rad", "surge_m_s"), 7, 12.0
 """Channels freed of spikes, samples of the median, and usual distances from it that a spike exceeds."""
 COPIED = 0.97
 """Share of a rudder's or command's variation that heading and yaw rate of the same moment explain: it is computed."""
+TONE = 0.9
+"""Share of a rudder's or command's variation that one sine explains, from which it is a sine manoeuvre."""
 MARGIN = 1.25
 """What held-out records may exceed the training records by and still count as inside."""
 OUTSIDE = 0.1
@@ -91,17 +93,30 @@ def _goes_astern(records: Sequence[Record], speed: float) -> bool:
 
 def copied_input(pieces: Sequence[Piece]) -> float:
     """Share of the steering's variation that a straight line of heading and yaw rate at the same moment explains, the
-    least of all pieces: near one where the column was computed from them."""
+    least of all pieces: near one where the column was computed from them.
+
+    A sine manoeuvre says nothing of it: of three sines of one period each is a sum of the two others.
+    """
     shares = []
     for piece in pieces:
         y = piece.record.rudder()
         x = np.column_stack([np.ones(y.size), piece.smooth])
         known = np.isfinite(y)
-        if known.sum() < 20 or np.std(y[known]) == 0.0:
+        if known.sum() < 20 or np.std(y[known]) == 0.0 or sine_share(y[known]) > TONE:
             continue
         rest = y[known] - x[known] @ lstsq(x[known], y[known])
         shares.append(1.0 - float(np.var(rest) / np.var(y[known])))
     return min(shares, default=0.0)
+
+
+def sine_share(y: np.ndarray) -> float:
+    """Share of the variation of even samples (N,) that the sine of their strongest period explains."""
+    centred = y - y.mean()
+    padded = 8 * y.size
+    cycles = int(np.argmax(np.abs(np.fft.rfft(centred, padded)))) / padded
+    phase = 2.0 * np.pi * cycles * np.arange(y.size)
+    waves = np.column_stack([np.ones(y.size), np.cos(phase), np.sin(phase)])
+    return 1.0 - float(np.var(y - waves @ lstsq(waves, y)) / np.var(y))
 
 
 def weak_motion(pieces: Sequence[Piece]) -> float:

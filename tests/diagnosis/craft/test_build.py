@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.craft.build import build
 from helmbench.diagnosis.craft.ladder import Ladder, Steering, _other_law, climb
 from helmbench.diagnosis.craft.records import craft_of, outside
@@ -13,6 +14,8 @@ from helmbench.diagnosis.craft.verdict import verdict_of
 from helmbench.estimation.diagnosis_only.windows.problem import pieces_of, scales_of
 from helmbench.estimation.records.series import speed_of
 from helmbench.models.errors import CannotFit
+from helmbench.reporting import media
+from helmbench.reporting.craft import page
 
 from ...expectations.injections import passes
 from ...nightly_marks import nightly_but
@@ -165,7 +168,27 @@ def test_a_column_that_was_computed_from_the_motion_is_named(rng):
     craft = draw(rng, "flow")
     records = [sailed(rng, craft, f"run {i}", length=45.0) for i in range(2)]
     copied = [record.with_channels(rudder_command_rad=2.0 * record.column("yaw_rate_rad_s")) for record in records]
-    assert build(copied).verdict == "input_follows_output"
+    found = build(copied)
+    said = media.markdown(page(found), "title", "", {})
+    assert found.verdict == "input_follows_output"
+    assert "craft and its controller together" in said and "What steers it:" not in said and "It lacks:" not in said
+
+
+def test_a_sine_manoeuvre_does_not_follow_the_motion(rng):
+    """Of a first-order craft: heading, yaw rate and rudder are three sines of one period."""
+    time_s, rudder, yaw_rate = 0.5 * np.arange(1200), np.zeros(1200), np.zeros(1200)
+    rudder[10:] = 0.3 * np.sin(2.0 * np.pi * (time_s[10:] - 5.0) / 60.0)
+    for k in range(1199):
+        yaw_rate[k + 1] = yaw_rate[k] + 0.5 * (0.08 * rudder[k] - yaw_rate[k]) / 12.0
+    heading = np.cumsum(0.5 * yaw_rate)
+    channels = {
+        "rudder_rad": rudder,
+        "yaw_rate_rad_s": yaw_rate + 1e-5 * rng.normal(size=1200),
+        "heading_rad": heading + 1e-4 * rng.normal(size=1200),
+    }
+    found = build([Record(time_s, channels, "sine", RecordMeta(positive_rudder="starboard"))])
+    assert found.verdict == "adequate"
+    assert {n.name: n.value for n in found.numbers}["K"] == pytest.approx(0.08, rel=0.05)
 
 
 @pytest.mark.nightly
