@@ -13,7 +13,9 @@ from ...diagnosis.causes.registry import causes
 from ...diagnosis.causes.steering_gear import RudderOffset
 from ...diagnosis.causes.surroundings import Current
 from ...diagnosis.gain.guard import WORSE
-from ..numbers import DEG, interval_digits, number, with_unit
+from ...estimation.validation.validate import label
+from ..numbers import DEG, interval_digits, number, percent, with_unit
+from ..validation.page import share_explained
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,6 +34,8 @@ MOST_PERCENT = 1000.0
 """Change, %, from which both values are told in its place."""
 MOVED = 5
 """Numbers of a joint fit that are told with their changes."""
+USEFUL = 0.5
+"""Share of the yaw rate from which a simulation whose errors no cause explains is told to be of use."""
 LONGEST = 25
 """Words that a headline may have."""
 STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testable")
@@ -112,7 +116,7 @@ def headline(diagnosis: Diagnosis) -> str:
     alone = {
         "adequate": f"the simulation agrees with {_alike(diagnosis)}",
         "inconclusive": "the records do not allow a conclusion",
-        "unexplained": "the simulation is wrong in a way that no known cause explains",
+        "unexplained": _unexplained(diagnosis),
     }
     told = f"{cause(diagnosis.verdict).capitalize()}: "
     if diagnosis.verdict == "described":
@@ -129,6 +133,21 @@ def headline(diagnosis: Diagnosis) -> str:
         if len(line.split()) <= LONGEST:
             return line
     return f"{told}{len(names)} {'cause' if len(names) == 1 else 'causes'}{ending}"
+
+
+def _unexplained(diagnosis: Diagnosis) -> str:
+    """That no cause explains the errors, and what the base model predicts nevertheless, up to where it is trusted."""
+    ahead, name = diagnosis.ahead, diagnosis.model.id
+    time_s = 0.0 if ahead is None else ahead.trusted_s.get(name, 0.0)
+    share = math.nan
+    if ahead is not None and 0.0 < time_s < math.inf:
+        share = share_explained(ahead, "yaw_rate_rad_s", name, label(time_s))
+    if not share >= USEFUL:
+        return "the simulation is wrong in a way that no known cause explains"
+    return (
+        f"no known cause explains the errors; up to {label(time_s)} ahead the simulation is of use: it predicts "
+        f"{percent(share)} of the yaw rate"
+    )
 
 
 def _ending(diagnosis: Diagnosis) -> str:

@@ -1,6 +1,7 @@
 """Sentences and sizes of a diagnosis."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -191,6 +192,16 @@ def test_the_headline_without_a_name_is_the_verdict(verdict):
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
     told = words.headline(replace(found, verdict=verdict))
     assert told.startswith(verdict.capitalize()) and "rudder offset" not in told
+
+
+@pytest.mark.parametrize(("trusted_s", "r2", "useful"), [(73.8, 0.94, True), (0.0, 0.94, False), (73.8, 0.3, False)])
+def test_a_simulation_whose_errors_no_cause_explains_may_be_of_use(trusted_s, r2, useful):
+    found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}, verdict="unexplained")
+    ahead = SimpleNamespace(
+        trusted_s={found.model.id: trusted_s}, simple=(), score=lambda channel, name, horizon: SimpleNamespace(r2=r2)
+    )
+    told = words.headline(replace(found, ahead=ahead))
+    assert ("up to 73.8 s ahead the simulation is of use: it predicts 94 % of the yaw rate" in told) == useful
 
 
 @pytest.fixture
