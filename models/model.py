@@ -240,6 +240,12 @@ class Model:
         return numbers | dict(zip(self.constant_names, self.constants.tolist(), strict=True))
 
 
+def ship_length_m(model: Model) -> float:
+    """Length of a 3-DOF model's ship, m; 1 where it states none."""
+    numbers = model.environment_numbers()
+    return numbers.get("L", numbers["wind_L"])
+
+
 def list_families() -> dict[str, str]:
     """Family id -> title."""
     return {name: facts["title"] for name, facts in kernel_store.catalogue().items()}

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ...datasets.signals import bridged, integral
+from ...models.model import ship_length_m
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -91,8 +92,7 @@ def motion_of(model: Model, record: Record, smooth_s: float) -> Motion:
     rudder, one = on_grid(record.rudder()), np.ones(time_s.size)
     if not model.is_3dof:
         return Motion(time_s, u, 0.0 * one, r, heading, rudder, north, east, one, 0.0 * one, r, 1.0)
-    numbers = model.environment_numbers()
-    length = numbers.get("L", numbers["wind_L"])
+    numbers, length = model.environment_numbers(), ship_length_m(model)
     speed = np.sqrt(u**2 + v**2 + 1e-12)
     pressure = 0.5 * numbers["rho"] * length * numbers.get("d", length) * speed**2
     prime = v / speed, r * length / speed

@@ -15,7 +15,7 @@ import numpy as np
 from ...checks.base import SensorError
 from ...estimation.selection.number import Candidate, Number
 from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups, values_of
-from ...models.model import usual_windage
+from ...models.model import ship_length_m, usual_windage
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import ConstantForce, MissingTerm, Term
@@ -207,12 +207,6 @@ def force_units(model: Model, length_s: float) -> dict[str, float]:
     numbers, length = model.environment_numbers(), ship_length_m(model)
     unit = 0.5 * numbers["rho"] * length**2 * model.speed_m_s**2
     return {"X": unit, "Y": unit, "N": unit * length}
-
-
-def ship_length_m(model: Model) -> float:
-    """Length of a 3-DOF model's ship, m; 1 where it states none."""
-    numbers = model.environment_numbers()
-    return numbers.get("L", numbers["wind_L"])
 
 
 def _forces(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
