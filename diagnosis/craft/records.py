@@ -111,9 +111,8 @@ def copied_input(pieces: Sequence[Piece]) -> float:
 
 def sine_share(y: np.ndarray) -> float:
     """Share of the variation of even samples (N,) that the sine of their strongest period explains."""
-    centred = y - y.mean()
-    padded = 8 * y.size
-    cycles = int(np.argmax(np.abs(np.fft.rfft(centred, padded)))) / padded
+    length = 8 * y.size
+    cycles = int(np.argmax(np.abs(np.fft.rfft(y - y.mean(), length)))) / length
     phase = 2.0 * np.pi * cycles * np.arange(y.size)
     waves = np.column_stack([np.ones(y.size), np.cos(phase), np.sin(phase)])
     return 1.0 - float(np.var(y - waves @ lstsq(waves, y)) / np.var(y))

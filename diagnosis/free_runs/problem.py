@@ -389,7 +389,7 @@ class FreeRuns:
     def _in_wind(self, shares: Mapping[str, float]) -> Model:
         """The model with coefficients of the wind force that are larger than usual by shares (number -> share)."""
         larger = {self.places[name].entries[0]: x for name, x in shares.items()}
-        return replace(self.model, windage=with_larger(self.bank.windage or {}, larger))
+        return replace(self.model, windage=with_larger(self.model.windage or {}, larger))
 
     def _inside(self, lane: _Run, theta: np.ndarray) -> tuple[np.ndarray, Regime]:
         """The model's numbers in the regime of a lane, and the regime by the time of the unit."""
@@ -553,11 +553,11 @@ def _equally_long(inputs: Sequence[np.ndarray]) -> np.ndarray:
     """Inputs (B, M, nu) of lanes (M_b, nu_b), zero where one has fewer, and the last one where it is shorter."""
     each = {id(u): u for u in inputs}
     longest, width = max(len(u) for u in each.values()), max(u.shape[1] for u in each.values())
-    padded = np.zeros((len(each), longest, width))
-    for row, u in zip(padded, each.values(), strict=True):
+    block = np.zeros((len(each), longest, width))
+    for row, u in zip(block, each.values(), strict=True):
         row[: len(u), : u.shape[1]], row[len(u) :, : u.shape[1]] = u, u[-1]
     place = {key: i for i, key in enumerate(each)}
-    return padded[[place[id(u)] for u in inputs]]
+    return block[[place[id(u)] for u in inputs]]
 
 
 def _gain(instruments: Mapping[str, float], short: str) -> tuple[float, float]:

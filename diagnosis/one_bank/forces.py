@@ -289,11 +289,11 @@ def _beyond(x: str, first: float, step_m: float, numbers: Collection[str], setti
         "sin": lambda m, axis: gate(m) * np.sin(m.heading),
     }
     terms = {f"{name}_{n}" + ("" if n == "first" else f"@{place:.6g}"): every[n] for n in numbers}
-    held = ((f"{name}_place", place), *((f"{name}_{n}", 0.0) for n in every if n not in numbers))
+    constants = ((f"{name}_place", place), *((f"{name}_{n}", 0.0) for n in every if n not in numbers))
     how, words = f"{'changes' if 'first' in numbers else 'acts'} {x} of {place:.3g} m", (f"place to the {x}",)
     if "cos" in numbers:
         how, words = f"{how} and goes with the heading", (*words, "heading")
-    return Shape(words, how, terms, (name,), held, settings, (step_m,),
+    return Shape(words, how, terms, (name,), constants, settings, (step_m,),
                  lambda other: _beyond(x, first, step_m, numbers, other))  # fmt: skip
 
 

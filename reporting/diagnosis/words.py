@@ -139,15 +139,12 @@ def _unexplained(diagnosis: Diagnosis) -> str:
     """That no cause explains the errors, and what the base model predicts nevertheless, up to where it is trusted."""
     ahead, name = diagnosis.ahead, diagnosis.model.id
     time_s = 0.0 if ahead is None else ahead.trusted_s.get(name, 0.0)
-    share = math.nan
     if ahead is not None and 0.0 < time_s < math.inf:
         share = share_explained(ahead, "yaw_rate_rad_s", name, label(time_s))
-    if not share >= USEFUL:
-        return "the simulation is wrong in a way that no known cause explains"
-    return (
-        f"no known cause explains the errors; up to {label(time_s)} ahead the simulation is of use: it predicts "
-        f"{percent(share)} of the yaw rate"
-    )
+        if share >= USEFUL:
+            use = f"up to {label(time_s)} ahead the simulation is of use: it predicts {percent(share)} of the yaw rate"
+            return f"no known cause explains the errors; {use}"
+    return "the simulation is wrong in a way that no known cause explains"
 
 
 def _ending(diagnosis: Diagnosis) -> str:
