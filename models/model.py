@@ -372,17 +372,16 @@ def _gear(facts: Mapping) -> RudderGear:
     return RudderGear(radians("max_deg"), radians("rate_deg_s"), float(facts.get("lag_s") or 0.0))
 
 
+WIND_COEFFICIENTS = ("wind_cx", "wind_cy", "wind_cn")
+"""Coefficients of the wind force ahead and to the side, and of its moment."""
+
+
 def usual_windage(length_m: float) -> dict[str, float]:
     """Constants of the wind force on a usual ship of a length: areas above water of the loaded merchant ships in
     vessels/ (A_L .058 to .070 L^2, a quarter of it ahead), and coefficients between theirs."""
     side = 0.065 * length_m**2
     form = {"wind_cx": 0.7, "wind_cy": 0.85, "wind_cn": 0.08, "wind_kn": 0.0, "wind_delta": 0.0}
     return {"rho_air": 1.225, "A_F": 0.25 * side, "A_L": side, **form}
-
-
-def with_larger(windage: Mapping[str, float], shares: Mapping[str, float]) -> dict[str, float]:
-    """Constants of the wind force of which some (names) are larger by shares."""
-    return {**windage, **{name: windage[name] * (1.0 + share) for name, share in shares.items()}}
 
 
 def _windage(facts: Mapping | None) -> dict[str, float] | None:

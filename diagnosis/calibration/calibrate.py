@@ -23,6 +23,7 @@ from ..causes.registry import causes_of
 from ..free_runs.units import FEWEST, names_of_units
 from ..gain.guard import WORSE
 from ..gain.runs import own_run
+from ..one_bank.answer import in_wind
 from ..one_bank.behind import behind_causes, in_flows, instruments_behind
 from ..one_bank.diagnose import choice_and_diagnosis
 from ..options import Options
@@ -99,7 +100,7 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     )
     held = HeldOut(held_out, [in_flows(record, choice) for record in held_out])
     instruments = combined(instruments, instruments_behind(choice))
-    return _calibrated(_Sides(records, behind, held), model, instruments, choice)
+    return _calibrated(_Sides(records, behind, held), in_wind(model, choice), instruments, choice)
 
 
 class _Sides(NamedTuple):

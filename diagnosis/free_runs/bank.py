@@ -5,7 +5,8 @@ model      a number of the model, or of a term that it lacks (`models.coefficien
 steering   a number of the rudder's linkage (`models.instruments`), or the inverse of a limit
 flow       a steady current or wind, or a steady force in body axes, of all records or of one
 term       a force in body axes along the measured motion (`Bank.series`)
-windage    a coefficient of the wind force that the base model does not state: by what share it is larger than usual
+windage    a coefficient of the wind force, as a share of the stated or else of a usual one, beside
+           `Bank.wind_share`
 window     a force in body axes over one of so many windows of a piece (entries: its number, their count)
 sensor     numbers of instruments that show the motion
 regime     a number of the model inside a regime only
@@ -23,6 +24,7 @@ import numpy as np
 
 from ...estimation.selection.number import Number
 from ...models.coefficient_groups import names_of, values_of
+from ...models.model import WIND_COEFFICIENTS
 from ..causes.base_coefficients import BaseCoefficients
 
 if TYPE_CHECKING:
@@ -59,7 +61,8 @@ class Bank:
     model : with the terms that it lacks, at zero.  own : its own numbers under their priors.  places : number -> what
     it moves.  causes : id of a candidate's `of` -> cause that it is told as.  titles : the same -> words.
     series : number of a term -> its force along a motion.  windage : what wind acts on (`Model.windage`): the model's
-    own, or a usual one.
+    own, or a usual one.  wind_share : the share of it that wind acts on without a number: nearly none where the
+    model states no windage and the wind is measured.
     """
 
     model: Model
@@ -70,6 +73,15 @@ class Bank:
     titles: Mapping[str, str] = field(default_factory=dict)
     series: Mapping[str, Series] = field(default_factory=dict)
     windage: Mapping[str, float] | None = None
+    wind_share: float = 1.0
+
+    def windage_with(self, numbers: Mapping[str, float]) -> dict[str, float] | None:
+        """What wind acts on with numbers (name -> value) of coefficients of the wind force."""
+        if self.windage is None:
+            return None
+        own = {self.places[name].entries[0]: x for name, x in numbers.items()}
+        shares = {n: self.wind_share + own.get(n, 0.0) for n in WIND_COEFFICIENTS}
+        return {name: x * shares.get(name, 1.0) for name, x in self.windage.items()}
 
     def cause_of(self, candidate: Candidate) -> str:
         """The cause of the taxonomy that a candidate is told as."""

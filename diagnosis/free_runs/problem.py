@@ -24,7 +24,7 @@ from ...models.coefficient_groups import names_of
 from ...models.errors import CannotFit
 from ...models.instruments import SENSORS, bent, similar, straightened
 from ...models.lanes import open_loops
-from ...models.model import CHANNELS, with_larger
+from ...models.model import CHANNELS
 from ...models.outputs import thrust_of
 from .motion import motion_of
 from .units import (
@@ -45,7 +45,6 @@ from .units import (
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted, Point
     from ...estimation.selection.number import Number
-    from ...models.model import Model
     from ...models.regimes import Regime
     from .bank import Bank, Place
     from .motion import Motion, Series
@@ -119,7 +118,7 @@ class FreeRuns:
     def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float, whole: bool = False) -> None:
         self.bank, self.length_s, self.whole = bank, length_s, whole
         self.units, self.places = list(units_), bank.places
-        self.model = replace(coarsely_integrated(bank.model, length_s), windage=bank.windage)
+        self.model = replace(coarsely_integrated(bank.model, length_s), windage=bank.windage_with({}))
         values = np.array([np.isfinite(u.measured(MEASURED)).sum(axis=0) for u in self.units])
         self.symbols = [s for s, n in zip(MEASURED, values.mean(axis=0), strict=True) if n >= SHORTEST]
         if not self.symbols:
@@ -350,7 +349,7 @@ class FreeRuns:
         with np.errstate(all="ignore"):
             for (clock, regimes, windage), own in together.items():
                 within = zip(*(inside[i] for i in own), strict=True) if regimes else ()
-                model = self._in_wind(dict(windage)) if windage else self.model
+                model = replace(self.model, windage=self.bank.windage_with(dict(windage))) if windage else self.model
                 states[own] = open_loops(model, theta[own], inputs[own], dt / clock, start[own], *within)
         return _Driven(states, inputs, theta)
 
@@ -385,11 +384,6 @@ class FreeRuns:
         for name, value in changes.items():
             theta[self.places[name].column] += value
         return theta
-
-    def _in_wind(self, shares: Mapping[str, float]) -> Model:
-        """The model with coefficients of the wind force that are larger than usual by shares (number -> share)."""
-        larger = {self.places[name].entries[0]: x for name, x in shares.items()}
-        return replace(self.model, windage=with_larger(self.model.windage or {}, larger))
 
     def _inside(self, lane: _Run, theta: np.ndarray) -> tuple[np.ndarray, Regime]:
         """The model's numbers in the regime of a lane, and the regime by the time of the unit."""

@@ -17,7 +17,6 @@ from ...models.coefficient_groups import grown, stated_groups, with_values
 from ...models.extend import extended
 from ...models.families.extensions import OFFSET, extension_of
 from ...models.instruments import combined
-from ...models.model import with_larger
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import MissingTerm
@@ -98,8 +97,9 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
         details["would do as well"] = sorted({_title(choice, of) for of in hull})
     if isinstance(causes().get(cause), MissingTerm):
         details["components"] = [every_term()[name].name for one in own for name in one.candidate.names]
-    if any(choice.bank.places[n].kind == "windage" for one in own for n in one.candidate.names):
-        details["assumed"] = ASSUMED
+    kinds = {choice.bank.places[n].kind for one in own for n in one.candidate.names}
+    if "windage" in kinds and cause == Wind.id:
+        details["assumed"] = ASSUMED if "flow" in kinds else _areas(choice)
     if choice.local is not None and choice.local.size in {n for one in own for n in one.candidate.names}:
         details["regime"] = choice.local.facts
     said = "; ".join(
@@ -124,7 +124,8 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
     entry = causes().get(cause)
     if isinstance(entry, PairCause):
         yield from _flow_sizes(choice, entry, one, halves)
-        return
+        if any(choice.bank.places[name].kind == "flow" for name in one.candidate.names):
+            return
     values = _model_values(choice)
     for name in one.candidate.names:
         place, value, half = choice.bank.places[name], fitted.value(name), halves.get(name, 0.0)
@@ -135,6 +136,11 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
             continue
         if place.kind == "model":
             yield Size(name, values[name], values[name] - half, values[name] + half, "1")
+            continue
+        if place.kind == "windage":
+            (entry_name,), windage = place.entries, choice.bank.windage or {}
+            share, unit = choice.bank.wind_share + value, windage[entry_name]
+            yield Size(entry_name, unit * share, unit * (share - half), unit * (share + half), "1")
             continue
         ends = (value - half, value + half)
         if place.inverse:
@@ -184,6 +190,13 @@ def _flow_sizes(choice: Choice, flow: PairCause, one: Entered, half: Mapping[str
         where = None if record is None else names[record]
         yield Size(flow.size_name, speed, max(speed - spread, 0.0), speed + spread, "m/s", where)
         yield Size(flow.direction_name, direction, direction - turn, direction + turn, "rad", where)
+
+
+def _areas(choice: Choice) -> str:
+    """What the coefficients of the wind force stand on, in words."""
+    windage = choice.bank.windage or {}
+    areas = f"ahead {windage['A_F']:.3g} m2, of the side {windage['A_L']:.3g} m2"
+    return f"wind is measured, and the base model states no areas above water: those of a usual ship, {areas}"
 
 
 # ---- bank and verdict
@@ -270,9 +283,7 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
     values = {name: x for name, x in choice.selection.final.point.values.items() if x != 0.0}
     places = choice.bank.places
     moved = {name for name in values if places[name].kind == "model"}
-    if Wind.id in {choice.bank.cause_of(c) for c in choice.selection.candidates}:
-        shares = {places[n].entries[0]: x for n, x in values.items() if places[n].kind == "windage"}
-        model = replace(model, windage=with_larger(choice.bank.windage or {}, shares))
+    model = in_wind(model, choice)
     groups = [g for g in stated_groups(model) if g.extension is not None and moved & {*g.sd}]
     out = with_values(grown(model, groups) if groups else model, _model_values(choice))
     for cause, own in _outside(choice, values).items():
@@ -293,12 +304,20 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
     return replace(out, id=name, instruments=instruments)
 
 
+def in_wind(model: Model, choice: Choice) -> Model:
+    """The model with the coefficients of the wind force that a choice holds, or that its wind needs."""
+    final, places = choice.selection.final.point.values, choice.bank.places
+    shares = {n: x for n, x in final.items() if x != 0.0 and places[n].kind == "windage"}
+    windy = shares or Wind.id in {choice.bank.cause_of(c) for c in choice.selection.candidates}
+    return replace(model, windage=choice.bank.windage_with(shares)) if windy else model
+
+
 def _outside(choice: Choice, values: Mapping[str, float]) -> dict[str, dict[str, float]]:
     """Cause of a flow, force or term -> parameters of its extension; of flows of single records their mean."""
     out: dict[str, dict[str, float]] = {}
     for candidate in choice.selection.candidates:
         own = [n for n in candidate.names if choice.bank.places[n].kind in ("flow", "term")]
-        if candidate.of in FLOWS:
+        if candidate.of in FLOWS and own:
             for side in SIDES:
                 mean = np.mean([values.get(n, 0.0) for n in own if f"towards_{side}" in n])
                 out.setdefault(candidate.of, {})[flow_name(candidate.of, side, None)] = float(mean)

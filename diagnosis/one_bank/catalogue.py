@@ -15,7 +15,7 @@ import numpy as np
 from ...checks.base import SensorError
 from ...estimation.selection.number import Candidate, Number
 from ...models.coefficient_groups import Group, every_own_number, grown, parts_of, stated_groups, values_of
-from ...models.model import ship_length_m, usual_windage
+from ...models.model import WIND_COEFFICIENTS, ship_length_m, usual_windage
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import ConstantForce, MissingTerm, Term
@@ -37,8 +37,13 @@ FAULT_TIMES = np.linspace(0.15, 0.85, 40)
 """Times that are tried, as shares of the longest record: one at its start is a rudder that is weak throughout."""
 FLOWS, SIDES = {Current.id: 0, Wind.id: 2}, ("north", "east")
 """Flow -> column of its northern part among the inputs of a run, and the names of its parts."""
-WINDAGE, WINDAGE_SD = ("wind_cx", "wind_cy", "wind_cn"), 0.4
-"""Coefficients of the wind force, and the standard deviation of usual ones that a model does not state, as a share."""
+WIND_FORCE = ("wind_force", "wind force")
+"""Id and title of the group of coefficients that a model states for a wind that is measured."""
+WINDAGE_SD, IN_WIND_SD = 0.4, 1.0
+"""Standard deviations of the coefficients of the wind force, as shares of those that are stated, or else of usual ones:
+beside a wind that is not known, and in one that is measured."""
+NEARLY_NONE = 1e-6
+"""The share of them that a measured wind acts on without a number: the forms of the force divide by coefficients."""
 COLUMNS = {"X": 4, "Y": 5, "N": 6}
 """Axis -> column of a force along it."""
 FORCES = tuple((one.entry, COLUMNS[one.axis], one.sd) for one in ConstantForce.terms)
@@ -52,8 +57,8 @@ STARTS = {"second_order_lead": {"lag": {"lead": 1.0}, "half": {"lead": 0.5}}}
 class Facts(NamedTuple):
     """What the records offer: states that they measure, whether the rudder's angle is unknown, their number, and the
     duration of the longest one, s; whether the model's own numbers were identified from them, so that they are hardly
-    restricted, or are stated to be exact; causes (ids) that the sensors' channels have decided on; and the standard
-    deviation of the model's own numbers as a share of them, where it is stated."""
+    restricted, or are stated to be exact; causes (ids) that the sensors' channels have decided on; the standard
+    deviation of the model's own numbers as a share of them, where it is stated; and whether wind is measured."""
 
     measured: Collection[str]
     commanded: bool
@@ -63,6 +68,7 @@ class Facts(NamedTuple):
     exact: bool = False
     decided: Collection[str] = ()
     coefficient_sd: float | None = None
+    windy: bool = False
 
 
 def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] | None) -> Bank:
@@ -72,7 +78,7 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     groups = tuple(g for g in groups if g.extension != OFFSET) or (_unstated(model),)
     pairs = [*_inputs(whole, facts, length_s), *_terms(whole, facts)]
     candidates, places = [c for c, _ in pairs], {n: p for _, own in pairs for n, p in own.items()}
-    cause_of = {c.of: c.of for c in candidates} | causes_of(model)
+    cause_of = {c.of: c.of for c in candidates if c.of != WIND_FORCE[0]} | causes_of(model)
     numbers = values_of(whole)
     candidates += [c for g in groups for c in _of_group(g, numbers)]
     places = places_of(whole) | places
@@ -86,8 +92,15 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     terms = every_term()
     series = {name: terms[name].along for name, place in places.items() if place.kind == "term"}
     windage = model.windage if model.windage or not model.is_3dof else usual_windage(ship_length_m(model))
-    titles = {g.id: g.title for g in groups}
-    return Bank(whole, tuple(kept), tuple(own.values()), places, cause_of, titles, series, windage)
+    titles = dict([*((g.id, g.title) for g in groups), WIND_FORCE])
+    wind_share = NEARLY_NONE if _exposed(model, facts) else 1.0
+    bank = Bank(whole, tuple(kept), tuple(own.values()), places, cause_of, titles, series, windage, wind_share)
+    return replace(bank, model=replace(whole, windage=bank.windage_with({}))) if _exposed(model, facts) else bank
+
+
+def _exposed(model: Model, facts: Facts) -> bool:
+    """Whether wind is measured that the model knows no coefficients for."""
+    return facts.windy and model.is_3dof and not model.windage
 
 
 def _unstated(model: Model) -> Group:
@@ -175,9 +188,16 @@ def _own_neutral_angles(records: int) -> tuple[Candidate, dict[str, Place]]:
 
 def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Steady current and wind: the same in all records, or each record's own; where the model states no windage, with
-    coefficients of the wind force about usual ones."""
-    unknown = {} if model.windage else {f"{Wind.id} {name}": Place("windage", (name,)) for name in WINDAGE}
-    for cause, sd, more in ((Current.id, Current.prior.sd, {}), (Wind.id, Wind.prior.sd, unknown)):
+    coefficients of the wind force, which are all that is not known of a measured wind."""
+    coefficients = {f"{Wind.id} {n}": Place("windage", (n,)) for n in WIND_COEFFICIENTS}
+    unknown = {} if model.windage else coefficients
+    flows = [(Current.id, Current.prior.sd, {}), (Wind.id, Wind.prior.sd, unknown)]
+    if _exposed(model, facts):
+        yield Candidate(Wind.id, tuple(Number(name, IN_WIND_SD) for name in coefficients), INPUT), coefficients
+        flows.pop()
+    elif facts.windy:
+        yield Candidate(WIND_FORCE[0], tuple(Number(name, IN_WIND_SD) for name in coefficients), HULL), coefficients
+    for cause, sd, more in flows:
         for records in ((None,), range(facts.records)) if facts.records > 1 else ((None,),):
             places = {
                 flow_name(cause, side, r): Place("flow", column=FLOWS[cause] + i, record=r)

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...datasets.signals import sensor_sd
 from ...estimation.records.series import MEASURED
+from ...estimation.records.weather import WIND, flow_of
 from ...estimation.selection.minimiser import minimise
 from ...models.errors import CannotFit, FitFailed
 from ...models.instruments import combined
@@ -168,7 +169,10 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
     commanded = not any(r.has("rudder_rad") for r in records)
     identified, exact = options.base_parameters == "identify", options.coefficient_sd == 0.0
     longest_s = max(float(r.time_s[-1]) for r in records)
-    facts = Facts(measured, commanded, len(records), longest_s, identified, exact, decided, options.coefficient_sd)
+    windy = any(flow_of(r, WIND) is not None for r in records)
+    facts = Facts(
+        measured, commanded, len(records), longest_s, identified, exact, decided, options.coefficient_sd, windy
+    )
     bank = bank_of(model, facts, length, options.only)
     runs = FreeRuns(bank, units_of(bank.model, records, length), length)
     runs.require_turns()

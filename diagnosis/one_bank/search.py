@@ -212,6 +212,8 @@ def _matters(choice: Choice, one: Entered) -> bool:
         return True
     unit, names = cause.unit.partition(",")[0], [n for n in one.candidate.names if runs.places[n].kind != "windage"]
     values = np.array([choice.selection.final.value(n) for n in names])
+    if not names:  # in a measured wind
+        return True
     if unit in ("s", "m/s"):
         smallest *= runs.length_s / REFERENCE_S
     if unit == "s":

@@ -233,9 +233,14 @@ def _together(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
 
 def size_and_change(model: Model, finding: Finding, item: Size) -> str:
     """A size; of a number of the model's own with its change behind it: `R_0 0.029 [0.028, 0.03], +30 %`."""
-    if finding.cause != BaseCoefficients.id or not model.parameters.get(item.parameter):
+    if finding.cause != BaseCoefficients.id or not _before(model, item):
         return size(item)
     return f"{size(item)}, {_changed(model, item).removeprefix(item.parameter).strip()}"
+
+
+def _before(model: Model, item: Size) -> float:
+    """What the model says of a number, or of a coefficient of its wind force; 0 where it has none of it."""
+    return {**(model.windage or {}), **model.parameters}.get(item.parameter, 0.0)
 
 
 def _changed(model: Model, item: Size) -> str:
@@ -246,7 +251,7 @@ def _changed(model: Model, item: Size) -> str:
         factor, unit = scale(item)
         value = f"{factor * item.value:+.2g} {unit}" if item.unit == "rad" else f"{100.0 * item.value:+.0f} %"
         return f"{number_of} {value} {where}"
-    before = model.parameters.get(item.parameter, 0.0)
+    before = _before(model, item)
     return size(item) if not before and item.parameter not in FACTORS else _moved(item.parameter, before, item.value)
 
 
