@@ -35,7 +35,8 @@ def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records:
             sensors = {error.id for error in sensor_errors()}
             diagnosis = replace(diagnosis, causes=tuple(f for f in diagnosis.causes if f.cause not in sensors))
         return _withheld(diagnosis, "inconclusive", reason, "the records are in doubt")
-    if lost is not None and (diagnosis.remaining or any(f.stage != BY_CHANNELS for f in diagnosis.causes)):
+    extended = any(force.extended for force in diagnosis.remaining)
+    if lost is not None and (extended or any(f.stage != BY_CHANNELS for f in diagnosis.causes)):
         said = "free runs with all that fits do not follow even half of the yaw motion"
         return _withheld(diagnosis, "unexplained", f"{said}: no number of the hull is named", said)
     return diagnosis

@@ -91,6 +91,11 @@ class RemainingForce:
     curve: Curve | None = None
 
     @property
+    def span(self) -> str:
+        """The record and the time in it over which the force acts, of one that acts in that alone; else empty."""
+        return self.text.partition(": ")[2] if any(size.parameter.endswith("_event") for size in self.sizes) else ""
+
+    @property
     def of_sensor(self) -> bool:
         """Whether it is the drift of a sensor."""
         return self.axis not in ("X", "Y", "N")

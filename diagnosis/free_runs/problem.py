@@ -118,7 +118,7 @@ class FreeRuns:
     def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float, whole: bool = False) -> None:
         self.bank, self.length_s, self.whole = bank, length_s, whole
         self.units, self.places = list(units_), bank.places
-        self.model = replace(coarsely_integrated(bank.model, length_s), windage=bank.windage_with({}))
+        self.model = replace(coarsely_integrated(bank.model, self.units, length_s), windage=bank.windage_with({}))
         values = np.array([np.isfinite(u.measured(MEASURED)).sum(axis=0) for u in self.units])
         self.symbols = [s for s, n in zip(MEASURED, values.mean(axis=0), strict=True) if n >= SHORTEST]
         if not self.symbols:

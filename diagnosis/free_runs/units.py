@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 THRUST = "propeller_thrust_N"
 CORRELATION = 1.7
 """Correlation time of the residuals of free runs, in ship lengths sailed (10 s for a 7 m model at 1.18 m/s)."""
-STEP, INTEGRATION_STEP = 0.035, 0.05
+STEP, INTEGRATION_STEP, SAFE = 0.035, 0.05, 0.5
 """Time step, in ship lengths sailed, that records are thinned to, and the largest of the integration: RK4 with it errs
 by under 1e-5 of the yaw rate and the speeds of every vessel here."""
 NEUTRAL_ANGLE_SD = np.deg2rad(0.3)
@@ -237,6 +237,9 @@ def coarse(record: Record, length_s: float) -> Record:
     return record.thinned(max(1, int(STEP * length_s / record.dt + 1e-9)))
 
 
-def coarsely_integrated(model: Model, length_s: float) -> Model:
-    """The model with integration steps of INTEGRATION_STEP where its own are shorter."""
-    return replace(model, max_step_s=max(model.max_step_s, INTEGRATION_STEP * length_s))
+def coarsely_integrated(model: Model, units: Sequence[Unit], length_s: float) -> Model:
+    """The model with integration steps of INTEGRATION_STEP where its own are shorter, and with shorter ones where its
+    runs along some unit need them."""
+    own = min(unit.stretch.model.max_step_s for unit in units)
+    coarse = max(model.max_step_s, INTEGRATION_STEP * length_s)
+    return replace(model, max_step_s=coarse if own >= model.max_step_s else min(coarse, SAFE * own))

@@ -46,6 +46,8 @@ FAINTEST = 1e-4
 BIASES = {"r": ("yaw_rate_bias", "yaw_rate_bias"), "v": ("sway_offset", "sway_bias")}
 """State that a drifting sensor shows -> cause and instrument of its steady error, whose place the drift takes."""
 INSTEAD = "what remains is described without it"
+ASTERN = 0.05
+"""Share of the largest speed of a record from which a craft that goes astern is said to."""
 TAKEN_OFF, MOST_OF_IT = 0.5, 0.8
 """Share of what remains of the squared error that forces have to take off: less is no description of it;
 share that forces in time and events have to take off, as gusts are none, and from which events are not looked for."""
@@ -190,9 +192,21 @@ def event_forces(now: Beside, of_pieces: Sequence[Event]) -> tuple[RemainingForc
         size = Size(f"{event.axis}_event", event.size, event.size - half, event.size + half,
                     unit_of(event.axis, runs.model), event.record)  # fmt: skip
         said = f"a {AXES[event.axis]} that acts for a time: {event.record}, {event.begin_s:.0f} to {event.end_s:.0f} s"
+        astern = goes_astern(runs.units[event.unit].record, event)
+        said += ", while she goes astern" if astern else ""
         axis, share = BODY.get(event.axis, event.axis), float(np.clip(taken / whole, 0.0, 1.0))
-        out.append(RemainingForce(axis, ("time",), said, share, gain, (size,), False, *READINGS["event"]))
+        reading = READINGS["astern" if astern else "event"]
+        out.append(RemainingForce(axis, ("time",), said, share, gain, (size,), False, *reading))
     return tuple(out)
+
+
+def goes_astern(record: Record, event: Event) -> bool:
+    """Whether the craft goes astern for most of the time of an event, as far as that is measured."""
+    if not record.has("surge_m_s"):
+        return False
+    time_s, speed = record.time_s - record.time_s[0], record.column("surge_m_s")
+    own = speed[(time_s >= event.begin_s) & (time_s <= event.end_s)]
+    return float(np.mean(own < -ASTERN * float(np.nanmax(np.abs(speed))))) > 0.5
 
 
 def _sizes(rest: Remainder, one: Entered) -> Iterator[Size]:

@@ -64,6 +64,8 @@ READINGS = {
              "hold the rudder for long, and move it quickly, in turn"),
     "time": ("wind, current, waves, load or engine that changed, or a sensor that drifts",
              "repeat the same manoeuvre at another time"),
+    "astern": ("propeller and rudder that act otherwise astern than ahead, which the model does not tell apart",
+               "repeat the manoeuvre without going astern"),
     "event": ("a tug, a gust front, a lee, the wake of a passing ship, or shallow water for a while",
               "repeat the same manoeuvre at another time and place"),
 }  # fmt: skip

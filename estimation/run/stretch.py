@@ -9,7 +9,8 @@ when it is run up to there.  Measured current acts, and measured wind where the 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -19,6 +20,7 @@ from ...datasets.instruments import hull_record
 from ...models.errors import CannotFit
 from ...models.model import CHANNELS
 from ...models.regimes import CLOCK
+from ...models.simulate import stable_step_s
 from ...models.time_scale import time_scale_s
 from ..observers.smoothed_states import smoothed_states
 from ..records.gaps import SHORTEST, clock_of, stretches
@@ -86,6 +88,7 @@ class Stretch:
         begin_s = float(own.time_s[0] - (record.time_s[0] if start_s is None else start_s))
         series = series_of(own, model, SYMBOLS)  # a black box knows the model's inputs alone
         series = series if predictor else with_weather(series, own, model)
+        model = model if predictor or model.is_3dof else _finely_integrated(model, own, series)
         return cls(model, own, series, place, predictor, begin_s)
 
     @property
@@ -207,6 +210,17 @@ class Stretch:
             return yaw_rate_of(self.record)
         except CannotFit:
             return np.array([np.inf])
+
+
+def _finely_integrated(model: Model, record: Record, series: Series) -> Model:
+    """The response model with steps in which its runs are stable at the largest yaw rate of a record: those of a small
+    craft that spins are far shorter than a ship's."""
+    with suppress(CannotFit):
+        state = np.zeros(len(model.states))
+        state[model.states.index("r")] = np.nanmax(np.abs(yaw_rate_of(record)))
+        step_s = stable_step_s(model, state, series.inputs[0])
+        return replace(model, max_step_s=step_s) if step_s < model.max_step_s else model
+    return model
 
 
 def stretches_of(model: Model, record: Record, predictor: Predictor | None = None) -> list[Stretch]:

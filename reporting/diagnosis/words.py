@@ -114,7 +114,7 @@ def headline(diagnosis: Diagnosis) -> str:
     channel) of held-out records; the heading with each record's own neutral angle and start, which are not the model's,
     unless one neutral angle of all records is what is named."""
     alone = {
-        "adequate": f"the simulation agrees with {_alike(diagnosis)}",
+        "adequate": f"the simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}",
         "inconclusive": "the records do not allow a conclusion",
         "unexplained": _unexplained(diagnosis),
     }
@@ -136,7 +136,10 @@ def headline(diagnosis: Diagnosis) -> str:
 
 
 def _unexplained(diagnosis: Diagnosis) -> str:
-    """That no cause explains the errors, and what the base model predicts nevertheless, up to where it is trusted."""
+    """That no cause explains the errors, and when they arise, or else what the base model predicts nevertheless, up to
+    where it is trusted."""
+    if spans := _spans(diagnosis):
+        return f"no known cause explains the errors; most arise in {spans}"
     ahead, name = diagnosis.ahead, diagnosis.model.id
     time_s = 0.0 if ahead is None else ahead.trusted_s.get(name, 0.0)
     if ahead is not None and 0.0 < time_s < math.inf:
@@ -145,6 +148,19 @@ def _unexplained(diagnosis: Diagnosis) -> str:
             use = f"up to {label(time_s)} ahead the simulation is of use: it predicts {percent(share)} of the yaw rate"
             return f"no known cause explains the errors; {use}"
     return "the simulation is wrong in a way that no known cause explains"
+
+
+def _spans(diagnosis: Diagnosis) -> str:
+    """The times at which forces act that are those of single records alone; empty where there are none."""
+    spans = [force.span for force in diagnosis.remaining if force.span]
+    first = spans[0] if spans else ""
+    return f"{len(spans)} spans of time, first {first}" if len(spans) > 1 else first
+
+
+def _but_for(diagnosis: Diagnosis) -> str:
+    """The times at which an adequate simulation errs."""
+    spans = _spans(diagnosis)
+    return f" but for {spans}" if spans else ""
 
 
 def _ending(diagnosis: Diagnosis) -> str:
@@ -188,7 +204,7 @@ def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     unexplained = "The simulation is wrong in a way that none of the known causes explains"
     best = f"; of these, {_listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
     return " ".join(shown), {
-        "adequate": f"The simulation agrees with {_alike(diagnosis)}: no further cause is needed.",
+        "adequate": f"The simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}: no further cause is needed.",
         "inconclusive": "The records do not allow a conclusion.",
         "unexplained": unexplained + best,
         "described": f"{unexplained}, but what remains is described.",

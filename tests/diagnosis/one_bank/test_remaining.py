@@ -14,6 +14,8 @@ from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.free_runs.problem import Lane
 from helmbench.diagnosis.one_bank.curve import curve_of
 from helmbench.diagnosis.one_bank.diagnose import runs_of
+from helmbench.diagnosis.one_bank.events import Event
+from helmbench.diagnosis.one_bank.force_answer import goes_astern
 from helmbench.diagnosis.one_bank.forces import Force, forces_along, shapes, with_force
 from helmbench.diagnosis.one_bank.remaining import with_remaining
 from helmbench.diagnosis.options import Options
@@ -259,6 +261,16 @@ def test_a_force_that_acts_for_a_time_is_told_with_its_record_and_time(diagnosis
     assert event.text.startswith("a yaw moment that acts for a time: run-1, ")
     begin, end = (float(x) for x in event.text.split("run-1, ")[1].removesuffix(" s").split(" to "))
     assert begin == pytest.approx(150.0, abs=15.0) and end == pytest.approx(190.0, abs=15.0)
+
+
+@pytest.mark.parametrize(("begin_s", "astern"), [(100.0, False), (150.0, True)])
+def test_a_craft_that_goes_astern_during_a_force_is_said_to(begin_s, astern, mariner):
+    record = sailed(mariner)
+    backs = abs(record.time_s - 170.0) < 20.0
+    record = record.with_channels(surge_m_s=np.where(backs, -1.0, record.column("surge_m_s")))
+    squares = np.zeros(4)
+    event = Event(0, "N", record.name, begin_s, begin_s + 40.0, 1e6, 1e5, 90.0, squares, squares)
+    assert goes_astern(record, event) == astern
 
 
 @pytest.mark.nightly

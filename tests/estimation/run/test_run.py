@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from helmbench.datasets.generator import Case, generate
+from helmbench.datasets.record import Record
 from helmbench.estimation.run.run import run_along, squares_of
 from helmbench.estimation.run.stretch import stretches_of
+from helmbench.models.coefficient_groups import with_values
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
@@ -63,6 +66,22 @@ def test_the_record_is_what_the_instruments_show(ship, record):
     known = replace(ship, instruments={"yaw_rate_bias": 0.01})
     assert errors_of(run_along(known, biased)) == pytest.approx(errors_of(run_along(ship, record)), rel=1e-6)
     assert errors_of(run_along(ship, biased))["yaw_rate_rad_s"] > 0.009
+
+
+def test_a_small_craft_that_spins_is_integrated_in_steps_short_enough():
+    """Steps that suit a ship diverge at once: 0.1 s times 3 c r^2 = 96 / s."""
+    numbers = {"a": -0.4, "b": -1.6, "c": -50.0}
+    craft = with_values(resolve("nomoto-1-cubic"), numbers)
+    time_s = 0.1 * np.arange(60)
+
+    def rates(_, state):
+        return [-0.4 * state[0] - 50.0 * state[0] ** 3 - 1.6 * -0.5, state[0]]
+
+    r, psi = solve_ivp(rates, (0.0, time_s[-1]), [0.8, 0.0], method="LSODA", t_eval=time_s, rtol=1e-9, atol=1e-12).y
+    channels = {"rudder_rad": np.full(time_s.size, -0.5), "yaw_rate_rad_s": r, "heading_rad": psi}
+    (stretch,) = stretches_of(craft, Record(time_s, channels, name="spin"))
+    run = stretch.run(np.array([0.8, 0.0]), stretch.series.inputs)
+    assert run.states[1:60, 0] == pytest.approx(r[1:], abs=2e-3)
 
 
 def test_a_record_without_a_rudder_cannot_be_run(ship, record):

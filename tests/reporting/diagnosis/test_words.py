@@ -204,6 +204,20 @@ def test_a_simulation_whose_errors_no_cause_explains_may_be_of_use(trusted_s, r2
     assert ("up to 73.8 s ahead the simulation is of use: it predicts 94 % of the yaw rate" in told) == useful
 
 
+def test_a_headline_says_when_forces_act_that_single_records_alone_have():
+    spans = ["run-1, 10 to 14 s, while she goes astern", "run-2, 40 to 50 s"]
+    events = tuple(
+        RemainingForce("N", ("time",), f"a yaw moment that acts for a time: {span}", 0.5, {},
+                       (Size("N_event", 2.0, 1.0, 3.0, "N m", "run"),), False, "a tug", "repeat it")
+        for span in spans
+    )  # fmt: skip
+    found = replace(made_up(verdict="unexplained"), causes=(), remaining=events)
+    most = f"most arise in 2 spans of time, first {spans[0]}"
+    assert words.headline(found) == f"Unexplained: no known cause explains the errors; {most}."
+    found = replace(found, verdict="adequate", remaining=events[1:])
+    assert words.headline(found) == f"Adequate: the simulation agrees with the records but for {spans[1]}."
+
+
 @pytest.fixture
 def described():
     """A diagnosis that a moment by the heading describes, beside a force in time."""
