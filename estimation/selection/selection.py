@@ -10,7 +10,7 @@ less.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -32,6 +32,8 @@ EVIDENT, LARGE = 10.0, 0.99
 known of a number, so that the standard error is large by the size of the fall itself."""
 MANY = 3
 """Numbers of a candidate from which others are tried in its place at the end."""
+COLUMNS = 96
+"""Numbers of candidates that are linearised together, about: the work goes with the square of it."""
 IN_BOUNDS = 1.5
 """A predicted fit goes so far at most beyond the trial value that it was linearised at, as a factor on that."""
 
@@ -240,15 +242,23 @@ class _Search:
     def predictions(self, now: Selection, bank: Sequence[Candidate]) -> list[tuple[Candidate, np.ndarray]]:
         """Candidates by their predicted falls of the score, the largest first, with squares (K, C) of left-out units;
         none whose equations cannot be solved, or that the numbers which are in take the place of."""
-        point, held = now.final.point, self.numbers_of(now.candidates)
-        columns = {_column(n): n for n in (*held, *(n for c in reversed(bank) for n in c.numbers))}
-        screen = _Screen(self.problem.quadratic(point.values, point.own, list(columns.values())), held, list(columns))
-        normal, floor = screen.quadratic.normal(point.size, point.weight), floor_squares(self.problem)
-        every = [(c, left) for c in bank if (left := self._predicted(now.final, c, screen, normal)) is not None]
+        every = [pair for part in _parts(bank) for pair in self._screened(now, part)]
+        floor = floor_squares(self.problem)
         gains = [fall(now.final.left_out, left, floor).gain for _, left in every]
         order = sorted(range(len(every)), key=lambda i: -gains[i])
         ways = {_way(every[i][0]): i for i in reversed(order)}  # of several trial values the best
         return [every[i] for i in order if ways[_way(every[i][0])] == i]
+
+    def _screened(self, now: Selection, bank: Sequence[Candidate]) -> Iterator[tuple[Candidate, np.ndarray]]:
+        """Candidates that one linearisation holds, with squares (K, C) of left-out units, in their order."""
+        point, held = now.final.point, self.numbers_of(now.candidates)
+        columns = {_column(n): n for n in (*held, *(n for c in reversed(bank) for n in c.numbers))}
+        screen = _Screen(self.problem.quadratic(point.values, point.own, list(columns.values())), held, list(columns))
+        normal = screen.quadratic.normal(point.size, point.weight)
+        for candidate in bank:
+            left = self._predicted(now.final, candidate, screen, normal)
+            if left is not None:
+                yield candidate, left
 
     def _predicted(self, fitted: Fitted, candidate: Candidate, screen: _Screen, normal: Normal) -> np.ndarray | None:
         """Squares (K, C) of left-out units that the linearisation predicts with a candidate; None without any."""
@@ -300,6 +310,13 @@ class _Screen(NamedTuple):
     def places(self, numbers: Sequence[Number]) -> list[int]:
         """Places of numbers among the columns."""
         return [self.columns.index(_column(n)) for n in numbers]
+
+
+def _parts(bank: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
+    """The bank in parts of about COLUMNS numbers: products of all columns with all others are not needed."""
+    ends = np.cumsum([len(c.numbers) for c in bank]) // COLUMNS
+    for part in np.unique(ends):
+        yield [c for c, end in zip(bank, ends, strict=True) if end == part]
 
 
 def _column(number: Number) -> Column:
