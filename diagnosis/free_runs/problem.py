@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from copy import copy
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -79,16 +79,40 @@ class Lane(NamedTuple):
     own: np.ndarray
 
 
+@dataclass(eq=False)
+class _Numbers:
+    """Numbers that are not zero, sorted by what they move: kind of place -> name -> value."""
+
+    places: Mapping[str, Place]
+    kinds: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    @cached_property
+    def instruments(self) -> dict[str, float]:
+        """Instruments of the sensors that are not ideal."""
+        sensors = self.kinds.get("sensor", {})
+        return similar({entry: x for name, x in sensors.items() for entry in self.places[name].entries})
+
+    @cached_property
+    def driven_as(self) -> tuple[float, bool, tuple[tuple[str, float], ...]]:
+        """What runs that are simulated together have in common: clock, whether in regimes, numbers of the windage."""
+        clock = 1.0 + self.instruments.get("clock_rate", 0.0)
+        return clock, "regime" in self.kinds, tuple(self.kinds.get("windage", {}).items())
+
+    def items(self, kinds: Sequence[str]) -> tuple[tuple[str, float], ...]:
+        """Names and values of some kinds."""
+        return tuple(item for kind in kinds for item in self.kinds.get(kind, {}).items())
+
+
 class _Run(NamedTuple):
-    """A lane whose numbers that are not zero are sorted by what they move: kind of place -> name -> value."""
+    """A lane with its numbers sorted."""
 
     unit: int
-    numbers: Mapping[str, Mapping[str, float]]
+    numbers: _Numbers
     own: np.ndarray
 
     def of(self, kind: str) -> Mapping[str, float]:
         """Numbers of one kind."""
-        return self.numbers.get(kind, {})
+        return self.numbers.kinds.get(kind, {})
 
 
 class _Driven(NamedTuple):
@@ -317,9 +341,8 @@ class FreeRuns:
     def _driven(self, lanes: Sequence[_Run]) -> _Driven:
         """Lanes of one time step; shorter ones go on with their last input."""
         inputs = _equally_long(self._once(self._inputs, INPUTS, lanes))
-        sets = {id(lane.numbers): lane.numbers for lane in lanes}
-        thetas = {key: self._theta(numbers.get("model", {})) for key, numbers in sets.items()}
-        theta = np.array([thetas[id(lane.numbers)] for lane in lanes])
+        thetas = {own: self._theta(own.kinds.get("model", {})) for own in {lane.numbers for lane in lanes}}
+        theta = np.array([thetas[lane.numbers] for lane in lanes])
         kinds = (*SHOWN, "model") if LAGGED in self.model.states else SHOWN
         start = np.array(self._once(self._start, kinds, lanes))
         effects = np.array([lane.own for lane in lanes])
@@ -330,39 +353,28 @@ class FreeRuns:
         if gain is not None:  # the smoothed yaw acceleration stands in the place of the hidden state
             start[:, 0] -= theta[:, gain] * inputs[:, 0, 0]
         dt = self.units[lanes[0].unit].stretch.series.dt
-        clocks = np.ones(len(lanes))
-        for i, lane in ((i, lane) for i, lane in enumerate(lanes) if lane.of("sensor")):
-            instruments = self._sensors(lane)
-            clocks[i] += instruments.get("clock_rate", 0.0)
-            if (
-                "ship_scale" in instruments
-                and "n" in self.model.inputs
-                and self.units[lane.unit].record.has(REVOLUTIONS)
-            ):
-                inputs[i, :, self.model.inputs.index("n")] *= np.sqrt(1.0 + instruments["ship_scale"])
-        inside = {i: self._inside(lane, theta[i]) for i, lane in enumerate(lanes) if lane.of("regime")}
-        local = np.array([i in inside for i in range(len(lanes))])
         states, together = np.empty((*inputs.shape[:2], start.shape[1])), dict[tuple, list[int]]()
-        windages = {key: tuple(numbers.get("windage", {}).items()) for key, numbers in sets.items()}
         for i, lane in enumerate(lanes):
-            together.setdefault((clocks[i], local[i], windages[id(lane.numbers)]), []).append(i)
+            together.setdefault(lane.numbers.driven_as, []).append(i)
+            if (scale := lane.numbers.instruments.get("ship_scale")) and self._turns_recorded(lane.unit):
+                inputs[i, :, self.model.inputs.index("n")] *= np.sqrt(1.0 + scale)
         with np.errstate(all="ignore"):
             for (clock, regimes, windage), own in together.items():
-                within = zip(*(inside[i] for i in own), strict=True) if regimes else ()
+                within = zip(*(self._inside(lanes[i], theta[i]) for i in own), strict=True) if regimes else ()
                 model = replace(self.model, windage=self.bank.windage_with(dict(windage))) if windage else self.model
                 states[own] = open_loops(model, theta[own], inputs[own], dt / clock, start[own], *within)
         return _Driven(states, inputs, theta)
 
+    def _turns_recorded(self, unit: int) -> bool:
+        """Whether the revolutions along a unit are an input of the model, and are recorded."""
+        return "n" in self.model.inputs and self.units[unit].record.has(REVOLUTIONS)
+
     def _once(self, of: Callable[[_Run], np.ndarray], kinds: Sequence[str], lanes: Sequence[_Run]) -> list[np.ndarray]:
         """What lanes have by their unit and their numbers of some kinds, worked out once for those that are alike."""
-        sets = {id(lane.numbers): lane.numbers for lane in lanes}
         alike: dict[tuple[object, ...], int] = {}
-        of_set = {
-            key: alike.setdefault(tuple(x for kind in kinds for x in numbers.get(kind, {}).items()), len(alike))
-            for key, numbers in sets.items()
-        }
+        of_set = {own: alike.setdefault(own.items(kinds), len(alike)) for own in {lane.numbers for lane in lanes}}
         known: dict[tuple[int, int], np.ndarray] = {}
-        keys = [(lane.unit, of_set[id(lane.numbers)]) for lane in lanes]
+        keys = [(lane.unit, of_set[lane.numbers]) for lane in lanes]
         for key, lane in zip(keys, lanes, strict=True):
             if key not in known:
                 known[key] = of(lane)
@@ -370,13 +382,13 @@ class FreeRuns:
 
     def _sorted(self, lanes: Sequence[Lane]) -> list[_Run]:
         """Lanes with their numbers by kind, those of the same values sorted once."""
-        by_kind: dict[int, dict[str, dict[str, float]]] = {}
+        by_set: dict[int, _Numbers] = {}
         for values in {id(lane.values): lane.values for lane in lanes}.values():
-            numbers = by_kind.setdefault(id(values), {})
+            kinds = by_set.setdefault(id(values), _Numbers(self.places)).kinds
             for name, x in values.items():
                 if x:
-                    numbers.setdefault(self.places[name].kind, {})[name] = x
-        return [_Run(lane.unit, by_kind[id(lane.values)], lane.own) for lane in lanes]
+                    kinds.setdefault(self.places[name].kind, {})[name] = x
+        return [_Run(lane.unit, by_set[id(lane.values)], lane.own) for lane in lanes]
 
     def _theta(self, changes: Mapping[str, float]) -> np.ndarray:
         """Numbers (m,) of the model with changes by name."""
@@ -405,7 +417,7 @@ class FreeRuns:
     def _start(self, lane: _Run) -> np.ndarray:
         """The state (n,) that a lane starts from: the smoothed one, without what its sensors add to it."""
         unit = self.units[lane.unit]
-        start, own, drifts = unit.start.copy(), self._sensors(lane), self._drifts(lane)
+        start, own, drifts = unit.start.copy(), lane.numbers.instruments, self._drifts(lane)
         if LAGGED in self.model.states:
             late = lane.of("model").get(LAG, 0.0)
             start[self.model.states.index(LAGGED)] = self._lagged(unit.number, late, unit.grid_s[0])
@@ -419,8 +431,8 @@ class FreeRuns:
         if "r" not in self.symbols:  # from the heading, in recorded time
             start[self.bank.model.states.index("r")] *= 1.0 + own.get("clock_rate", 0.0)
         if "axis_misalignment" in own:
-            surge, sway = self.bank.model.states.index("u"), self.bank.model.states.index("v")
-            _turn(start[None, :], surge, sway, -own["axis_misalignment"])
+            places = [self.bank.model.states.index(s) for s in ("u", "v")]
+            start[places] = _turned(*start[places], -own["axis_misalignment"])
         return start
 
     @lru_cache(maxsize=4096)  # noqa: B019 (lives as long as one diagnosis)
@@ -435,10 +447,6 @@ class FreeRuns:
             column = states.index(name)
             if column in unit.stretch.known:
                 start[column] = np.interp(late, grid_s, unit.stretch.known[column])
-
-    def _sensors(self, lane: _Run) -> dict[str, float]:
-        """Instruments of a lane's sensors that are not ideal."""
-        return similar({entry: x for n, x in lane.of("sensor").items() for entry in self.places[n].entries})
 
     def _drifts(self, lane: _Run) -> list[tuple[int, float, float]]:
         """Channels whose sensors drift in a lane, with their errors at the start of the record and growth in a
@@ -503,9 +511,11 @@ class FreeRuns:
         channels = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
         if self.thrust is not None:
             channels = np.concatenate([channels, self._thrust(driven, len(series.inputs))[None]])
+        alike: dict[tuple[tuple[str, float], ...], list[int]] = {}
         for place, lane in enumerate(lanes):
-            if any(lane.of(kind) for kind in SHOWN):
-                self._show(lane, channels[:, place], series.dt)
+            alike.setdefault(lane.numbers.items(SHOWN), []).append(place)
+        for places in (places for numbers, places in alike.items() if numbers):
+            channels[:, places] = self._shown(lanes[places[0]], channels[:, places], series.dt)
         measured, known = self._by_channel[k]
         error = measured - np.moveaxis(series.observe(np.moveaxis(channels, 2, 0)), 0, 2)
         limit = self._limit[:, None, None]
@@ -524,23 +534,22 @@ class FreeRuns:
         each = [m.T[:, None] for m in self.measured]
         return [(np.nan_to_num(m), np.isfinite(m).astype(float)) for m in each]
 
-    def _show(self, lane: _Run, states: np.ndarray, dt: float) -> None:
-        """Turn states (C, M) of a lane into what its instruments show of them."""
-        own, grid_s, place = (
-            self._sensors(lane),
-            dt * np.arange(states.shape[1]),
-            {s: c for c, s in enumerate(self.symbols)},
-        )
+    def _shown(self, lane: _Run, states: np.ndarray, dt: float) -> np.ndarray:
+        """What the instruments of a lane show of states (C, B, M)."""
+        own, place = lane.numbers.instruments, {s: c for c, s in enumerate(self.symbols)}
         for symbol, c in place.items():
             if f"{SENSOR[symbol]}_delay" in own:
-                states[c] = np.interp(grid_s - own[f"{SENSOR[symbol]}_delay"], grid_s, states[c].copy())
+                states[c] = _later(states[c], own[f"{SENSOR[symbol]}_delay"] / dt)
         if "axis_misalignment" in own:
-            _turn(states.T, place["u"], place["v"], own["axis_misalignment"])
+            states[place["u"]], states[place["v"]] = _turned(
+                states[place["u"]], states[place["v"]], own["axis_misalignment"]
+            )
         for symbol, c in place.items():
             states[c] = bent(states[c], *_gain(own, SENSOR[symbol])) + own.get(f"{SENSOR[symbol]}_bias", 0.0)
         unit = self.units[lane.unit]
         for c, first, slope in self._drifts(lane):
-            states[c] += first + slope * (unit.grid_s[: states.shape[1]] - unit.record.time_s[0])
+            states[c] += first + slope * (unit.grid_s[: states.shape[2]] - unit.record.time_s[0])
+        return states
 
 
 def _equally_long(inputs: Sequence[np.ndarray]) -> np.ndarray:
@@ -566,8 +575,15 @@ def _step(number: Number, value: float) -> float:
     return STEP * (min(number.sd, value) if number.low == 0.0 < value else number.sd)
 
 
-def _turn(states: np.ndarray, u: int, v: int, angle: float) -> None:
-    """Turn the velocities in columns u and v of states (M, .) into axes at an angle."""
-    along, across = states[:, u].copy(), states[:, v].copy()
-    states[:, u] = along * np.cos(angle) + across * np.sin(angle)
-    states[:, v] = across * np.cos(angle) - along * np.sin(angle)
+def _turned(u: np.ndarray, v: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:
+    """Velocities in axes at an angle."""
+    return u * np.cos(angle) + v * np.sin(angle), v * np.cos(angle) - u * np.sin(angle)
+
+
+def _later(values: np.ndarray, points: float) -> np.ndarray:
+    """Values (..., M) of so many points before, between the points by straight lines; the first or last one beyond."""
+    last = values.shape[-1] - 1
+    at = np.clip(np.arange(last + 1) - points, 0.0, last)
+    low = np.minimum(at.astype(int), max(last - 1, 0))
+    share = at - low
+    return values[..., low] * (1.0 - share) + values[..., np.minimum(low + 1, last)] * share
