@@ -45,7 +45,7 @@ class Group:
     unit : name -> size of which the number is for most ships, in its unit, where the family states it.
     of : id of the group that this is a part of, else its own.
     slips : name -> prior standard deviation of numbers that are known well, and are wrong alone or not at all: those of
-    drawings and tables.
+    drawings and tables.  unlikely : name -> what is usual of numbers that hardly any ship has as the model has them.
     ratio_to : name of another number of which the published one is the ratio to it; else empty.
     scope : name -> what the number may be for ships: where one that is wrong alone is.  high : name -> largest value
     that means anything, for those that have one.
@@ -63,6 +63,7 @@ class Group:
     ratio_to: str = ""
     scope: dict[str, Scope] = field(default_factory=dict)
     high: dict[str, float] = field(default_factory=dict)
+    unlikely: dict[str, float] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)
@@ -140,7 +141,7 @@ def parts_of(group: Group) -> tuple[Group, ...]:
 
 def _part(group: Group, name: str, sd: float) -> Group:
     """One number of a group, which is wrong alone."""
-    scope = group.scope.get(name, Scope(0.0, group.low.get(name, -np.inf), np.inf))
+    scope = group.scope.get(name, Scope(0.0, group.low.get(name, -np.inf), np.inf, 0.0))
     return Group(
         f"{group.id}.{name}",
         group.title,
@@ -150,6 +151,7 @@ def _part(group: Group, name: str, sd: float) -> Group:
         {name: scope.low},
         of=group.id,
         high={name: scope.high},
+        unlikely={key: x for key, x in group.unlikely.items() if key == name},
     )
 
 
@@ -161,10 +163,11 @@ def groups_of(model: Model) -> tuple[Group, ...]:
     BadInput : the family states no groups, or its file is wrong.
     """
     values = values_of(model)
-    of_family, found = scopes(model.family.partition("+")[0], values), []
+    of_family, found = scopes(model.family.partition("+")[0], values, model.speed_m_s), []
     for name, entry in _stated(model.family.partition("+")[0]).items():
         title, extension = entry["title"], entry.get("extension")
-        numbers, slips = entry.get("numbers", {}), entry.get("slips", {})
+        numbers, slips = entry.get("numbers", {}), dict(entry.get("slips", {}))
+        slips |= {n: sd for n, sd in entry.get("unlikely", {}).items() if _is_unlikely(of_family.get(n), values.get(n))}
         known = values
         if extension is not None and extension not in model.family.split("+"):
             if not kernel_store.carries(model.family, extension):
@@ -174,10 +177,17 @@ def groups_of(model: Model) -> tuple[Group, ...]:
         well_known = _group(name, title, None, _matched(slips, values), model).sd
         own = {n: of_family[n] for n in (*group.sd, *well_known) if n in of_family and extension is None}
         scope = {n: s._replace(low=min(s.low, values[n]), high=max(s.high, values[n])) for n, s in own.items()}
-        group = replace(group, slips=well_known, ratio_to=entry.get("ratio_to", ""), scope=scope)
+        unlikely = {n: s.usual for n, s in own.items() if _is_unlikely(s, values[n])}
+        ratio_to = entry.get("ratio_to", "")
+        group = replace(group, slips=well_known, ratio_to=ratio_to, scope=scope, unlikely=unlikely)
         if group.every:
             found.append(group)
     return tuple(found)
+
+
+def _is_unlikely(scope: Scope | None, value: float | None) -> bool:
+    """Whether a number is outside of what it is for ships."""
+    return scope is not None and value is not None and not scope.low <= value <= scope.high
 
 
 def stated_groups(model: Model) -> tuple[Group, ...]:

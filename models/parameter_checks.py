@@ -180,17 +180,18 @@ MASS = Range("mass", "C_b L B d rho", (0.97, 1.03), (0.8, 1.25))
 
 
 class Scope(NamedTuple):
-    """What a number may be, in its own unit: half of the range that most ships have, and the ends of this range, wider
-    by a quarter of it to each side, as far as any ship has it."""
+    """What a number may be, in its own unit: half of the range that most ships have, the ends of this range, wider by a
+    quarter of it to each side, as far as any ship has it, and what is usual where a number is outside."""
 
     half_usual: float
     low: float
     high: float
+    usual: float
 
 
-def scopes(family: str, numbers: Numbers) -> dict[str, Scope]:
+def scopes(family: str, numbers: Numbers, speed_m_s: float) -> dict[str, Scope]:
     """Name -> scope, for those of the numbers whose range is known and says something: it ends below ANY, or below ANY
-    times its smaller end."""
+    times its smaller end; speed_m_s : that a model states beside the one of its coefficients."""
     by_name: dict[str, Scope] = {}
     numbers = with_gyration(numbers)
     for one in RANGES.get(family, ()):
@@ -200,11 +201,14 @@ def scopes(family: str, numbers: Numbers) -> dict[str, Scope]:
                 size = SIZES[one.of](numbers)
                 (low, high), (least, most) = ([end * size for end in ends] for ends in (one.usual, one.possible))
                 half = 0.5 * (high - low)
-                by_name.setdefault(one.name, Scope(half, max(low - 0.5 * half, least), min(high + 0.5 * half, most)))
+                ends = max(low - 0.5 * half, least), min(high + 0.5 * half, most)
+                by_name.setdefault(one.name, Scope(half, *ends, low + half))
     if "gyration" in by_name:
         radius, mass = by_name["gyration"], numbers["rho"] * numbers["nabla"]
-        low, high = (mass * (end**2 + numbers["x_G"] ** 2) for end in (radius.low, radius.high))
-        by_name["I_zz"] = Scope(0.5 * (high - low), low, high)
+        low, high, usual = (mass * (r**2 + numbers["x_G"] ** 2) for r in (radius.low, radius.high, radius.usual))
+        by_name["I_zz"] = Scope(0.5 * (high - low), low, high, usual)
+    if "U0" in numbers and math.isfinite(speed_m_s):
+        by_name["U0"] = Scope(0.5 * (NEAR - 1.0) * speed_m_s, speed_m_s / NEAR, NEAR * speed_m_s, speed_m_s)
     return by_name
 
 
@@ -217,8 +221,8 @@ def unusual_numbers(model: Model) -> list[str]:
     numbers = with_gyration(dict(zip(names, model.theta.tolist(), strict=True)))
     ranges = RANGES.get(model.family.partition("+")[0], ())
     said = [f"{one.name} of the model is {one.value:.4g}: {one.expected}" for one in doubts(numbers, ranges)]
-    speed, approach = numbers.get("U0"), model.speed_m_s
-    if speed is not None and math.isfinite(approach) and not 1.0 / NEAR < speed / approach < NEAR:
+    speed, approach = numbers.get("U0", math.nan), model.speed_m_s
+    if math.isfinite(speed / approach) and not 1.0 / NEAR < speed / approach < NEAR:
         said.append(
             f"U0 of the model is {speed:.4g} m/s, and the speed that it states {approach:.4g}: they are one speed"
         )

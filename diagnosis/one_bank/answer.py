@@ -126,7 +126,7 @@ def _sizes(choice: Choice, cause: str, one: Entered) -> Iterator[Size]:
         yield from _flow_sizes(choice, entry, one, halves)
         if any(choice.bank.places[name].kind == "flow" for name in one.candidate.names):
             return
-    values = _model_values(choice)
+    values = model_values(choice)
     for name in one.candidate.names:
         place, value, half = choice.bank.places[name], fitted.value(name), halves.get(name, 0.0)
         if choice.local is not None and name == choice.local.size:
@@ -171,7 +171,7 @@ def fault_interval(choice: Choice, time_s: float) -> tuple[float, float]:
     return every[max(at - 1, 0)], every[min(at + 1, len(every) - 1)]
 
 
-def _model_values(choice: Choice) -> dict[str, float]:
+def model_values(choice: Choice) -> dict[str, float]:
     """Number of the model -> its value after the fit."""
     return {n: x + choice.selection.final.value(n) for n, x in choice.bank.values.items()}
 
@@ -285,7 +285,7 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
     moved = {name for name in values if places[name].kind == "model"}
     model = in_wind(model, choice)
     groups = [g for g in stated_groups(model) if g.extension is not None and moved & {*g.sd}]
-    out = with_values(grown(model, groups) if groups else model, _model_values(choice))
+    out = with_values(grown(model, groups) if groups else model, model_values(choice))
     for cause, own in _outside(choice, values).items():
         known = {n: own.get(n, 0.0) for n in extension_of(cause).units}
         out = extended(out, cause, known)

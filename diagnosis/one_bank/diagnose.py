@@ -23,9 +23,10 @@ from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
-from .answer import apart, bank_lines, errors_by_record, extended_model, findings, is_apart, verdict
+from .answer import apart, bank_lines, errors_by_record, extended_model, findings, is_apart, model_values, verdict
 from .catalogue import FLOWS, Facts, bank_of
 from .search import SMALL, chosen, with_own_numbers, withdrawn
+from .slips import with_findings, without_slips
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from ..prepared import Prepared
     from ..result import Diagnosis, Finding
     from .search import Choice
+    from .slips import Slip
 
 BARRED = 2
 """Candidates that are barred at most, as whole records are predicted worse with them."""
@@ -136,11 +138,18 @@ def choice_and_diagnosis(
     FitFailed : the arithmetic fails.
     """
 
+    def runs_with(model: Model) -> FreeRuns:
+        return runs_of(model, behind.train, options, behind.decided).without(never)
+
+    likely, slips, as_it_is = without_slips(model, runs_with)
+
     def diagnosed(choice: Choice) -> Diagnosis:
-        outcome = _concluded(model, behind, choice, options)
+        if as_it_is is not None:
+            choice = replace(choice, selection=replace(choice.selection, base=as_it_is))
+        outcome = _concluded(model, slips, behind, choice, options)
         return with_runs(outcome, behind.train, behind.instruments, held_out, options.channels)
 
-    runs, without_gain = runs_of(model, behind.train, options, behind.decided).without(never), set[str]()
+    runs, without_gain = runs_with(likely), set[str]()
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
     while worsens(diagnosis):
@@ -179,9 +188,12 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
     return runs
 
 
-def _concluded(model: Model, records: Prepared, choice: Choice, options: Options) -> Diagnosis:
-    """The diagnosis without its gain."""
-    by_runs = findings(choice, options.base_parameters == "identify")
+def _concluded(model: Model, slips: Sequence[Slip], records: Prepared, choice: Choice, options: Options) -> Diagnosis:
+    """The diagnosis without its gain.
+
+    choice : made with the model without its slips.
+    """
+    by_runs = with_findings(findings(choice, options.base_parameters == "identify"), slips, model_values(choice))
     known = {f.cause for f in records.findings}
     of_faults = [of_fault(fault) for fault in records.faults]
     every = [*of_faults, *records.findings, *(f for f in by_runs if f.cause not in known)]
