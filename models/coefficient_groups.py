@@ -111,9 +111,9 @@ def with_values(model: Model, values: Mapping[str, float]) -> Model:
 def local_numbers(model: Model) -> tuple[LocalNumber, ...]:
     """What of a model may be wrong in a part of the runs only: numbers that are not zero, the rudder's whole force, the
     neutral rudder angle; not the mass."""
-    values = values_of(model)
-    entries, found = _stated(model.family.partition("+")[0]), []
-    for group in stated_groups(model):
+    values, groups = values_of(model), stated_groups(model)
+    entries, found = _stated(model.family.partition("+")[0]) if groups else {}, []
+    for group in groups:
         stated = entries[group.id].get("local", True)
         if stated is True and group.extension is None:
             known = {name: sd for name, sd in group.sd.items() if values[name] != 0.0}

@@ -13,6 +13,7 @@ from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
+from scipy.ndimage import uniform_filter1d
 
 from ...datasets.instruments import REVOLUTIONS
 from ...datasets.signals import sensor_sd
@@ -67,6 +68,8 @@ INPUTS, SHOWN = ("steering", "flow", "term", "window"), ("sensor", "drift")
 """Kinds of numbers that change the inputs of a run, and what instruments show of it."""
 LAGGED, LAG = "lead_state", "lead_T2"
 """State of a rudder behind a lag, and the time of the lag: it starts where the record before the piece leads it."""
+ALL: slice = slice(None)
+"""All units."""
 OUTSIDE, PUSH = 7, 1
 """Inputs of the environment variant behind the model's own, and of the variant of a response model that is pushed."""
 
@@ -237,22 +240,42 @@ class FreeRuns:
         return np.pad(known, (0, len(self.floor) - len(known)))
 
     @cached_property
-    def no_matter(self) -> np.ndarray:
-        """Squared errors (C,) of the sensors' noise, which is estimated, and of what counts as none, eq. 13 of
-        docs/mathematics/pieces.md."""
+    def quick(self) -> np.ndarray:
+        """Sums of squared errors (K, C) of runs that are quicker than what a hull does by itself: of noise of the
+        sensors, and of motion in waves.
+
+        Eq. 13 of docs/mathematics/pieces.md.
+        """
+        lanes = [Lane(k, {}, own) for k, own in enumerate(self.no_own)]
+        sums = np.zeros_like(self.counts)
+        for k, errors in enumerate(self.errors(lanes)):
+            known, error = self._by_channel[k][1][:, 0], errors[:, 0]
+            width = max(1, int(SMOOTH * self.length_s / self.units[k].stretch.series.dt) | 1)
+            share = np.maximum(uniform_filter1d(known, width, axis=1, mode="constant"), 1e-9)
+            slow = uniform_filter1d(error, width, axis=1, mode="constant") / share
+            sums[k] = np.sum(error**2 - known * slow**2, axis=1) * ~self.known
+        return sums
+
+    def irregular(self, units: Sequence[int] | slice = ALL) -> np.ndarray:
+        """Mean squared error (C,) of the runs of some units that no number takes off."""
+        return np.maximum(self.noise, self.quick[units].sum(axis=0) / np.maximum(self.counts[units].sum(axis=0), 1.0))
+
+    def no_matter(self, units: Sequence[int] | slice = ALL) -> np.ndarray:
+        """Squared errors (C,) of some units that are irregular, as they are estimated, and of what counts as none, eq.
+        13 of docs/mathematics/pieces.md."""
         records = {u.number: u.record for u in self.units}.values()
         columns = [CHANNELS[s] for s in self.symbols]
         samples = [sum(np.count_nonzero(np.isfinite(r.column(c))) for r in records if r.has(c)) for c in columns]
         error = NOISE_ERROR / np.sqrt(np.maximum(np.array(samples, float), 1.0))
-        return (NOISE + np.pad(error, (0, len(self.floor) - len(error)))) * self.noise + self.floor**2
+        return (NOISE + np.pad(error, (0, len(self.floor) - len(error)))) * self.irregular(units) + self.floor**2
 
     def excess(self, fitted: Fitted) -> np.ndarray:
         """Mean squared errors (C,) of left-out units beyond what is no matter, as shares of the motion squared."""
         return self.beyond(mean_squares(self, fitted.left_out))
 
-    def beyond(self, means: np.ndarray) -> np.ndarray:
-        """Mean squared errors (..., C) beyond what is no matter, as shares of the motion squared."""
-        return np.maximum(means - self.no_matter, 0.0) / self.motion**2
+    def beyond(self, means: np.ndarray, units: Sequence[int] | slice = ALL) -> np.ndarray:
+        """Mean squared errors (C,) of some units beyond what is no matter there, as shares of the motion squared."""
+        return np.maximum(means - self.no_matter(units), 0.0) / self.motion**2
 
     def worst(self, fitted: Fitted) -> float:
         """Largest error of left-out units beyond what is no matter, as a share of the motion."""

@@ -268,9 +268,9 @@ def errors_by_record(runs: FreeRuns, fitted: Fitted) -> dict[str, float]:
     """Name of a record -> largest error of its left-out pieces beyond the noise, as a share of the motion."""
     numbers, errors = np.array([u.number for u in runs.units]), dict[str, float]()
     for number, name in runs.record_names.items():
-        own = numbers == number
+        own = np.flatnonzero(numbers == number).tolist()
         squares = fitted.left_out[own].sum(axis=0) / np.maximum(runs.counts[own].sum(axis=0), 1.0)
-        errors[name] = float(np.sqrt(np.max(runs.beyond(squares))))
+        errors[name] = float(np.sqrt(np.max(runs.beyond(squares, own))))
     return errors
 
 

@@ -81,7 +81,7 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
         best.append(max(trials, key=lambda t: t[0]))
     falls = np.array([trial[0] for trial in best])
     bar = max(LEAST + 2.0 * np.log(len(falls) * WINDOWS * MOST * len(axes)), ABOVE * float(np.median(falls)))
-    wrong = np.any(runs.beyond(each) > MATTERS**2, axis=1)
+    wrong = np.array([np.any(runs.beyond(errors, [k]) > MATTERS**2) for k, errors in enumerate(each)])
     chosen = np.flatnonzero((falls > bar) & wrong)
     if not chosen.size or chosen.size > HALF * len(falls):
         return []

@@ -128,7 +128,7 @@ def enough_of(runs: FreeRuns) -> np.ndarray:
 
     Eq. 14 of docs/mathematics/pieces.md.
     """
-    return np.sqrt((LITTLE * runs.motion) ** 2 + runs.no_matter)
+    return np.sqrt((LITTLE * runs.motion) ** 2 + runs.no_matter())
 
 
 def forces_beside_numbers(now: Beside) -> Remainder | None:

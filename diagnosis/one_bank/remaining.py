@@ -56,7 +56,7 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if wide:  # the numbers that took up what remains start anew
         model = base
     now = Beside.of(model, train, options, flows)
-    if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter)):  # the sensors' noise is all that is left
+    if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter())):  # the sensors' noise is all that is left
         return diagnosis
     beside_base = now if model is base else Beside.of(base, train, options, flows)
     bases = [(_without_named(diagnosis, now.runs.bank, flows), beside_base)]

@@ -324,4 +324,4 @@ def _left_to_explain(runs: FreeRuns, selection: Selection) -> bool:
 
 def _enough(runs: FreeRuns) -> np.ndarray:
     """Error (C,) of left-out pieces, with the sensors' noise, that is no matter where the base model may be inexact."""
-    return np.sqrt(np.maximum(ENOUGH * runs.motion, runs.floor) ** 2 + runs.noise)
+    return np.sqrt(np.maximum(ENOUGH * runs.motion, runs.floor) ** 2 + runs.irregular())
