@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from ..checks.registry import check_of, sensor_errors
 from ..checks.result import CheckFinding
-from .report.bank import BY_CHANNELS, BY_FREE_RUNS, demoted, lines, of_left_out_samples
+from .report.bank import BY_CHANNELS, BY_FREE_RUNS, demoted, lines, of_columns, of_left_out_samples
 from .report.verdict import motion_explained, next_manoeuvre, without_motion
 from .result import Diagnosis, Finding
 
@@ -27,6 +27,9 @@ def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records:
         diagnosis = replace(diagnosis, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).is_cause and f.blanked):
         diagnosis = _named(diagnosis, of_left_out_samples(name, checks, records))
+    known = {f.cause for f in diagnosis.causes}
+    for name in dict.fromkeys(f.cause for f in checks if f.corrected and not f.blanked and f.cause not in known):
+        diagnosis = _named(diagnosis, of_columns(name, checks))
     diagnosis, standing = _refuted(diagnosis, [f for f in checks if f.standing])
     if standing:
         first = f"{', '.join(standing[0].records)}: {standing[0].evidence}"

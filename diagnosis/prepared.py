@@ -15,6 +15,7 @@ from ..checks.check import Examined, check_file, compared, distinct, faults_of_a
 from ..checks.comparison.chains import chains
 from ..checks.files.repeats import ConstantChannel
 from ..checks.findings import merged, of_drift, of_sizes
+from ..checks.registry import file_checks
 from ..checks.result import NORMAL_90
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
@@ -123,9 +124,11 @@ class Prepared:
         return faults | self.removed
 
     def put_back(self, model: Model) -> list[Record]:
-        """The held-out records as they were read, but for columns whose exchange no instrument of a model can show,
-        such as the rudder under the heading's name: these are in their places."""
-        done = list(self.recorded)
+        """The held-out records as they were read, but for what no instrument of a model can show: columns in another
+        unit, with the other sign, or under each other's names are as they should be."""
+        wrong = {f.cause for f in self.checked if f.corrected and not f.blanked}
+        checks = [check for check in file_checks() if check.id in wrong]
+        done = [check_file(record, checks, Examined([])) for record in self.recorded]
         for fault in (f for f in self.faults if done and not f.instruments):
             done = fault.check.find([record.turned(model.positive_rudder) for record in done], model.starboard)[1]
         return done

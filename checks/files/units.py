@@ -32,6 +32,8 @@ from ..integrity.readings import (
 )
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from ...datasets.record import Record
 
 DEGREE = np.pi / 180.0
@@ -112,7 +114,8 @@ class WrongUnit(FileCheck):
         if unit is None:
             said = f"the way of the velocities is {ratio:.4g} times that of the positions"
             return _odd(said, ratio, ODD_WAY, (*VELOCITIES[:1], *POSITIONS))
-        factors = {name: 1.0 / next(k for k, v in units.items() if v == unit) for name in names if record.has(name)}
+        factor, known = 1.0 / next(k for k, v in units.items() if v == unit), [n for n in names if record.has(n)]
+        factors = min([dict.fromkeys(known, factor), *({n: factor} for n in known)], key=lambda f: _left(record, f))
         said = f"{' and '.join(factors)} seem to hold {unit}: the velocities' way is {ratio:.4g} times the positions'"
         return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), factors=factors)
 
@@ -124,6 +127,12 @@ class WrongUnit(FileCheck):
                 said = f"{name} reaches {most:.4g} rad: it holds degrees"
                 faults.append(Fault(said, (name,), (exact("largest", most, "rad"),), factors={name: DEGREE}))
         return faults
+
+
+def _left(record: Record, factors: Mapping[str, float]) -> float:
+    """Disagreement of the track with the velocities where columns are multiplied by factors; 0 where none is told."""
+    error = track_error(averages_of(record.with_channels(**{n: x * record.column(n) for n, x in factors.items()})))
+    return 0.0 if np.isnan(error) else error
 
 
 def _odd(said: str, ratio: float, odd: float, columns: tuple[str, ...]) -> Fault | None:

@@ -53,6 +53,14 @@ def of_left_out_samples(name: str, checks: Sequence[CheckFinding], records: Sequ
     return Finding(name, (), BY_CHANNELS, float(lost), FAINT, (*limits, size), details=details, evidence=said)
 
 
+def of_columns(name: str, checks: Sequence[CheckFinding]) -> Finding:
+    """Columns that were corrected as a whole: their sign or unit."""
+    own = [f for f in checks if f.cause == name]
+    columns = list(dict.fromkeys(channel for f in own for channel in f.channels))
+    said = "; ".join(f.evidence for f in own)
+    return Finding(name, (), BY_CHANNELS, FAINT, FAINT, (), details={"columns": columns}, evidence=said)
+
+
 def of_sensor(f: CheckFinding, known: Collection[str]) -> Finding:
     statistic = float((f.z or 0.0) ** 2)
     details = {} if f.p_equal is None else {"p of equal sizes in all records": f.p_equal}

@@ -94,9 +94,11 @@ def sentence(text: str) -> str:
 
 
 def tie(finding: Finding) -> str:
-    """The cause, or other values of groups of numbers, with causes that the records cannot distinguish from it."""
-    own = finding.cause == BaseCoefficients.id and finding.tied_with
+    """The cause with the columns that it is of, or other values of groups of numbers, with causes that the records
+    cannot distinguish from it."""
+    own, columns = finding.cause == BaseCoefficients.id and finding.tied_with, finding.details.get("columns", ())
     first = f"other values of {in_line(_wrong_groups([finding]))}" if own else cause(finding.cause)
+    first += f" of {in_line([channel(name)[0] for name in columns])}" if columns else ""
     return f"{'either ' if finding.tied_with else ''}{' or '.join([first, *map(cause, finding.tied_with)])}"
 
 
@@ -125,7 +127,9 @@ def headline(diagnosis: Diagnosis) -> str:
         return f"{told}{alone.get(diagnosis.verdict, 'a part of the error is explained')}."
     of_records, of_model = _by_stage(diagnosis)
     wrong = [f for f in of_model if f.cause == BaseCoefficients.id and not f.tied_with]
-    names = [*_wrong_groups(wrong), *(tie(f) for f in (*of_model, *of_records) if f not in wrong)]
+    columns = [f for f in of_records if f.details.get("columns")]
+    rest = [f for f in (*of_model, *of_records) if f not in (*wrong, *columns)]
+    names = [*map(tie, columns), *_wrong_groups(wrong), *map(tie, rest)]
     ending = _ending(diagnosis)
     for count in range(len(names), 0, -1):
         more = [f"{len(names) - count} more"] if count < len(names) else []
