@@ -23,7 +23,17 @@ from ..gain.guard import worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
-from .answer import apart, bank_lines, errors_by_record, extended_model, findings, is_apart, model_values, verdict
+from .answer import (
+    SEVERAL,
+    apart,
+    bank_lines,
+    errors_by_record,
+    extended_model,
+    findings,
+    is_apart,
+    model_values,
+    verdict,
+)
 from .catalogue import FLOWS, Facts, bank_of
 from .search import SMALL, chosen, with_own_numbers, withdrawn
 from .slips import with_findings, without_slips
@@ -37,6 +47,8 @@ if TYPE_CHECKING:
     from .search import Choice
     from .slips import Slip
 
+TRIED = 3
+"""Records that are left out in turn, where no cause explains the errors in all of them."""
 BARRED = 2
 """Candidates that are barred at most, as whole records are predicted worse with them."""
 
@@ -57,6 +69,8 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     few, most = apart(choice)
     if few:
         choice, diagnosis = _with_apart((choice, diagnosis), (few, most), model, behind, held_out, options)
+    elif diagnosis.verdict == "unexplained":
+        choice, diagnosis = _without_one((choice, diagnosis), model, behind, held_out, options)
     diagnosis, wide = _with_held_out_verdict(diagnosis), with_own_numbers(choice)
     if wide is None:
         return diagnosis
@@ -105,6 +119,20 @@ def _with_apart(
     said += f"; a diagnosis of what errs alone names {names}" if names else ""
     said += ": loading, depth of water, revolutions or weather may differ there, or the motion goes beyond theirs"
     return choice, replace(diagnosis, doubts=(*diagnosis.doubts, said))
+
+
+def _without_one(
+    of_all: tuple[Choice, Diagnosis], model: Model, behind: Prepared, held_out: Sequence[Record], options: Options
+) -> tuple[Choice, Diagnosis]:
+    """The choice and the diagnosis without one record, where that explains the others and leaves far more in this one;
+    else those of all records.  A record that is wrong by itself takes part in the fit to all, and need not err most."""
+    errors = errors_by_record(of_all[0].runs, of_all[0].selection.base)
+    for name in sorted(errors, key=lambda n: -errors[n])[:TRIED] if len(errors) >= SEVERAL else ():
+        others = [e for n, e in errors.items() if n != name]
+        both = _with_apart(of_all, ({name: errors[name]}, max(others)), model, behind, held_out, options)
+        if both[1].apart:
+            return both
+    return of_all
 
 
 def _are_apart(of_all: Choice, rest: Choice, few: Collection[str]) -> bool:

@@ -2,8 +2,11 @@
 
 from dataclasses import replace
 
+import pytest
+
 from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.models.coefficient_groups import values_of, with_values
 from helmbench.models.model import resolve
 
 HEAVIER = Effect("loading_change", {"fraction": 0.25})
@@ -27,3 +30,15 @@ def test_records_of_one_ship_are_not_told_apart(rng):
     heavy = records(rng, HEAVIER)
     found = diagnose(resolve("kvlcc2-l7"), heavy.train, heavy.held_out)
     assert found.apart == () and found.causes
+
+
+@pytest.mark.nightly
+def test_a_record_is_told_apart_though_others_err_as_well(rng):
+    """Beside a base whose rudder is too weak: a fit to all records explains none."""
+    own, heavy = records(rng), records(rng, Effect("loading_change", {"fraction": 0.5}))
+    weak = with_values(resolve("kvlcc2-l7"), {"f_alpha": 0.75 * values_of(resolve("kvlcc2-l7"))["f_alpha"]})
+    found = diagnose(weak, [*own.train, replace(heavy.train[0], name="loaded")], own.held_out)
+    print(found.verdict, found.reason, found.doubts, found.causes)
+    assert found.apart == ("loaded",)
+    (rudder,) = found.causes
+    assert rudder.cause == "base_coefficients" and "rudder" in rudder.details["groups"][0]
