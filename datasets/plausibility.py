@@ -65,6 +65,10 @@ WAY_UNITS = {
 """The same for positions against speeds."""
 
 
+TURNS, SLIPPING = "propeller_rps", 1.7
+"""Column of the propeller's revolutions, and factor on what a model turns at a speed from which they are doubtful."""
+
+
 @dataclass(frozen=True)
 class Doubt:
     """What is doubtful about a record: message, column, what to do, and whether the record is refused for it."""
@@ -110,7 +114,7 @@ def doubts(record: Record, model: Model | None = None) -> list[Doubt]:
     others = [doubt for doubt in units if doubt not in known]
     ship = list(_vessel(record, model)) if model is not None else []
     sizes = [] if known else [*_speed(record, model), *_rate(record, model)]
-    scale = list(_scale(record, model)) if model is not None and not (known or ship or sizes) else []
+    scale = [*_scale(record, model), *_revolutions(record, model)] if model and not (known or ship or sizes) else []
     axes = [] if units else [*_track(record, model), *_point(record, model)]
     return [*ship, *known, *_alive(record), *sizes, *scale, *others, *axes, *_times(record)]
 
@@ -207,6 +211,21 @@ def _scale(record: Record, model: Model) -> Iterator[Doubt]:
     )
     hint = "model scale against full scale? scale the record by Froude's law, or give a model of its scale"
     yield Doubt(record.name, message, hint)
+
+
+def _revolutions(record: Record, model: Model) -> Iterator[Doubt]:
+    """The propeller turns at another rate than the model's does at this speed."""
+    speed, own = _straight_speed(record), model.n0_rps
+    if speed is None or not own or not np.isfinite(model.speed_m_s) or not record.has(TURNS):
+        return
+    rate = float(np.nanmedian(np.abs(record.column(TURNS))))
+    usual = own * speed / model.speed_m_s
+    if rate > 0.0 and not 1.0 / SLIPPING < rate / usual < SLIPPING:
+        message = (
+            f"{rate:.3g} rps is {rate / usual:.3g} times what {model.id} turns at {speed:.3g} m/s ({usual:.3g} rps)"
+        )
+        hint = "revolutions of the engine before the gear, or in another unit? else the model's n0_rps is wrong"
+        yield Doubt(record.name, message, hint, TURNS, fatal=False)
 
 
 def _straight_speed(record: Record) -> float | None:

@@ -177,3 +177,11 @@ def test_velocities_of_a_point_far_from_midship_are_told(ship, share, rng):
         assert ("ahead of midship" in found.message) == (share > 0.0)
     reversed_sway = record.with_channels(sway_m_s=-record.column("sway_m_s"))
     assert any("else check signs" in str(d) for d in doubts(reversed_sway))
+
+
+def test_revolutions_of_the_engine_before_its_gear_are_told():
+    model, record = resolve("kvlcc2-l7"), generate(Case("kvlcc2-l7", "zigzag:20/20", duration_s=200.0))
+    turns = np.full(record.n, model.n0_rps)
+    assert doubts(record.with_channels(propeller_rps=0.8 * turns), model) == []
+    (doubt,) = doubts(record.with_channels(propeller_rps=2.5 * turns), model)
+    assert doubt.column == "propeller_rps" and not doubt.fatal and "gear" in doubt.hint
