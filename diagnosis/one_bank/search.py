@@ -33,7 +33,7 @@ from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
 from ..free_runs.units import REFERENCE_S
-from .catalogue import DELAY, FLOWS, FORCE, INPUT
+from .catalogue import DELAY, FLOWS, FORCE, INPUT, OFFSET
 from .regimes import in_regime
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
     from ...estimation.selection.minimiser import Fitted
     from ...estimation.selection.number import Candidate
-    from ..free_runs.bank import Bank
+    from ..free_runs.bank import Bank, Place
     from ..free_runs.problem import FreeRuns
     from ..options import Options
     from .regimes import InRegime
@@ -68,7 +68,8 @@ MOST, SINGLES, FAR = 0.8, 4, 2.0
 off alone; single numbers that are tried beside those of the choice; prior standard deviations that it is off by."""
 INTERVAL, WIDER = 0.95, 3.0
 """Quantile of Student's t over pieces that a 90 % interval ends at, and factor on it beside numbers that are all
-uncertain: of a delay beside ten Mariners whose numbers were off by 10 % the error was 2.9 standard errors (rms)."""
+uncertain, and alike to both sides: of a delay beside ten Mariners whose numbers were off by 10 % the error was 2.9
+standard errors (rms)."""
 FEW = 3
 """Causes and numbers up to which a choice says more than that all of the model's own numbers are uncertain."""
 ENOUGH = 0.01
@@ -183,9 +184,15 @@ def chosen(runs: FreeRuns, options: Options) -> Choice:
 
 
 def half_intervals(runs: FreeRuns, fitted: Fitted, beside: bool = False) -> dict[str, float]:
-    """Number -> half of its 90 % interval; beside : numbers that are all uncertain."""
-    factor = (WIDER if beside else 1.0) * interval_factor(runs)
-    return {n.name: factor * float(x) for n, x in zip(fitted.numbers, fitted.sd, strict=True)}
+    """Number -> half of its 90 % interval; beside : numbers that are all uncertain, which widen the intervals of those
+    that are alike to both sides, as they are themselves."""
+    factor, pairs = interval_factor(runs), zip(fitted.numbers, fitted.sd.tolist(), strict=True)
+    return {n.name: (WIDER if beside and not _has_side(runs.places[n.name]) else 1.0) * factor * x for n, x in pairs}
+
+
+def _has_side(place: Place) -> bool:
+    """Whether a number tells port from starboard: a neutral angle, or the zero of a sensor."""
+    return place.entries == (OFFSET,) or (place.kind == "sensor" and all(n.endswith("_bias") for n in place.entries))
 
 
 def interval_factor(runs: FreeRuns) -> float:
