@@ -66,7 +66,8 @@ class ImportDraft:
         """
         if not answers:
             return self
-        return _drafted(self._tables, self._given.with_answers(answers))
+        every = {**self._given.answers, **answers}
+        return _drafted(self._tables, replace(self._given, answers=every))
 
     def with_columns(self, said: Mapping[tuple[str, str], Mapping[str, Any]]) -> ImportDraft:
         """The draft with columns that the user says: (table, column) -> `to`, a quantity or 'not used', `unit`, `sign`.
@@ -142,9 +143,6 @@ class _Given:
     options: ImportOptions
     answers: Mapping[str, str]
     segment: bool
-
-    def with_answers(self, answers: Mapping[str, str]) -> _Given:
-        return replace(self, answers={**self.answers, **answers})
 
 
 @typed
