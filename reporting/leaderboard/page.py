@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +10,9 @@ from ...bench.store import TIMING, read_manifest
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
-from ..numbers import DEG, number, percent, r_squared
+from ..numbers import DEG, SHORT, percent, r_squared
 from ..report import Report, environment_rows, reservations, write_files
-from ..tables import field, make_table
+from ..tables import field, make_table, numeric
 from ..templating import render
 from . import standings
 from .answer import answer, stability_sentences
@@ -28,7 +27,6 @@ from .tables import (
     ahead_table,
     failure_table,
     matrices,
-    numeric,
     overall_table,
     read_timing,
     record_table,
@@ -39,7 +37,6 @@ from .tuners import budgets, tuner_table
 
 # ---- What a terminal shows of a leaderboard: how the runs ended, which method, and one ranking.
 
-SHORT = partial(number, digits=2)
 RANKING = (
     field("method"),
     numeric("rank", "rank_prediction", SHORT),
