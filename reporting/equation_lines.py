@@ -23,13 +23,6 @@ from sympy.printing.pretty.pretty_symbology import greek_unicode
 SHOWN = {
     "rudder_offset": "delta_0",
     "rudder_effectiveness": "e",
-    "added_Nr_absr": "Nprime_r|r|",
-    "added_Nrrr": "Nprime_rrr",
-    "added_Yv_absv": "Yprime_v|v|",
-    "added_Yr_absv": "Yprime_r|v|",
-    "added_Yv_absr": "Yprime_v|r|",
-    "added_Nv_absr": "Nprime_v|r|",
-    "added_Nr_absv": "Nprime_r|v|",
     "current_towards_north": "V_c,north",
     "current_towards_east": "V_c,east",
     "wind_towards_north": "V_w,north",
@@ -56,22 +49,20 @@ SHOWN = {
     "rigid_moment": "S_x",
     "rigid_inertia": "I_z",
     "U0": "U_0",
-    "up": "uprime",
-    "vp": "vprime",
-    "rp": "rprime",
     "iU": "U^-1",
     "delta_rate": "deltadot",
     "delta_hull": "delta_hull",
-    "ua": "u_a",
-    "va": "v_a",
-    "ur": "u_r",
-    "vr": "v_r",
-    "uc": "u_c",
-    "vc": "v_c",
     "cos": "c_psi",
     "sin": "s_psi",
 }
 """Symbol -> a letter (`prime` and `dot` behind it), an index behind `_`, an exponent behind `^`."""
+RULES = {
+    "([uv])([arc])": r"\1_\2",
+    "([uvr])p": r"\1prime",
+    "added_([A-Z])([a-z]+)": r"\1prime_\2",
+    "added_([A-Z])([a-z]+)_abs([a-z])": r"\1prime_\2|\3|",
+}
+"""The same for symbols of one form: velocities against air, water and current, without dimension, added derivatives."""
 TAG = re.compile(r"^(env|curr|wind|forc|added_[A-Za-z]+(?:_abs[a-z])?)_(?=(ur|vr|uc|vc|cos|sin|U|vp|rp|ua|va)$)")
 DERIVATIVE = re.compile(r"([A-Z](?=[0-9a-z])|[a-z](?=[0-9]))([0-9a-z]+)")
 """Hydrodynamic derivatives and numbered symbols: `Yvvr`, `m11`."""
@@ -81,7 +72,8 @@ LETTERS = {**greek_unicode, "nabla": "∇"}
 def parts(name: str) -> tuple[str, str, str]:
     """Letter, index and exponent of a symbol's name; an empty text where there is none."""
     name = TAG.sub("", name)
-    name, _, exponent = SHOWN.get(name, name).partition("^")
+    form = next((form for form in RULES if re.fullmatch(form, name)), "")
+    name, _, exponent = (re.sub(form, RULES[form], name) if form else SHOWN.get(name, name)).partition("^")
     letter, _, index = name.partition("_")
     derivative = DERIVATIVE.fullmatch(name)
     if derivative and not re.search("(prime|dot)$", name):

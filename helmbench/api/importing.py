@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
     from ..datasets.importing.report import FileFault
-    from ..datasets.importing.segments import ManoeuvreSegment
-    from ..datasets.record import Record
     from .arguments import Path as FilePath
 
 
@@ -258,13 +256,6 @@ def _outcome(found: Import, given: _Given) -> Import:
     if given.segment:
         records = tuple(part for record in records for _, part in cut(record)) or records
     return replace(found, records=records)
-
-
-def find_manoeuvres(record: Record) -> list[ManoeuvreSegment]:
-    """The manoeuvres of a record in their order, as samples start:stop; empty where the rudder is never laid."""
-    from ..datasets.importing.segments import find_segments
-
-    return find_segments(record)
 
 
 def list_quantities() -> dict[str, list[str]]:
