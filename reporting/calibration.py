@@ -148,7 +148,7 @@ def steps_table(calibration: Calibration) -> Table:
     for column in calibration.before:
         word, unit, factor = channel(column)
         for place, side in ((1, "left out"), (2, "held out")):
-            errors = partial(lambda place, column, row: row[place].get(column), place, column)
+            errors = partial(lambda at, c, row: row[at].get(c), place, column)
             columns.append(numeric(f"{word}, {unit}, {side}", errors, _or_blank, factor))
     columns += [
         Column("fall of the score", lambda row: row[3]),

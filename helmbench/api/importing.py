@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..datasets.importing.result import Import, write_mapping
 from ..models.argument_types import typed
 from ..models.errors import BadInput
+from .arguments import listed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -162,7 +163,7 @@ def draft_import(
     from ..datasets.importing.importer import read_all
 
     given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
-    return _drafted(tuple(read_all(_files(paths))), given)
+    return _drafted(tuple(read_all(listed(paths))), given)
 
 
 @typed
@@ -203,11 +204,7 @@ def import_log(
     from ..datasets.importing.importer import read_all
 
     given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
-    return _imported(read_all(_files(paths)), given)
-
-
-def _files(paths: FilePath | Sequence[FilePath]) -> list[str]:
-    return [fspath(file) for file in ([paths] if isinstance(paths, str | PathLike) else paths)]
+    return _imported(read_all(listed(paths)), given)
 
 
 def _given(

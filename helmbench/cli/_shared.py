@@ -257,11 +257,13 @@ def fit_told(refused: str, failed: str = "") -> Generator[None]:
         raise click.ClickException(f"{failed or refused}: {reason}") from None
 
 
-def check_file(output: Path, force: bool = False) -> None:
-    """Refuse an output file that cannot be written or exists, before anything is computed."""
+def check_file(output: Path | None, force: bool = False) -> None:
+    """Refuse an output file, if there is one, that cannot be written or exists, before anything is computed."""
     from .. import BadInput
     from ..models.files import refuse_existing
 
+    if output is None:
+        return
     if output.is_dir():
         raise BadInput("is a directory", file=output, hint="give the name of a file with -o")
     if not output.resolve().parent.is_dir():
@@ -274,11 +276,13 @@ def check_file(output: Path, force: bool = False) -> None:
         raise BadInput("cannot be written to", file=output.parent, hint="give another place with -o")
 
 
-def check_folder(output: Path, names: Iterable[str] = (), force: bool = False) -> None:
-    """Refuse an output directory that cannot be made or that holds files of these names, before computing."""
+def check_folder(output: Path | None, names: Iterable[str] = (), force: bool = False) -> None:
+    """Refuse an output directory, if there is one, that cannot be made or that holds files of these names."""
     from .. import BadInput
     from ..models.files import refuse_existing
 
+    if output is None:
+        return
     if output.exists() and not output.is_dir():
         raise BadInput("is a file", file=output, hint="give a directory with -o")
     if not output.exists() and not output.resolve().parent.is_dir():

@@ -278,8 +278,7 @@ def score(
     from .. import score_exam
     from ..api.exam import FILES
 
-    if output is not None:
-        check_folder(output, FILES, force)
+    check_folder(output, FILES, force)
     found = score_exam(folder, submissions, key)
     paths = found.write(output) if output is not None else ()
     printer.show(found.to_json, found.summary, markdown=True)

@@ -175,8 +175,7 @@ def from_indices(indices: Path, output: Path | None, force: bool, printer: Print
     """
     import helmbench
 
-    if output is not None:
-        check_file(output, force)
+    check_file(output, force)
     with fit_told(str(indices)):
         found = helmbench.model_from_indices(indices)
     if output is not None:

@@ -91,8 +91,7 @@ def identify(
 
     into_file = output.suffix == ".json"
     check_file(output, force) if into_file else check_folder(output, Assessment.files, force)
-    if page is not None:
-        check_file(page, force)
+    check_file(page, force)
     if model != arguments.AUTO:
         method = method or arguments.METHOD
         if asked["particulars"] is not None:
@@ -187,10 +186,8 @@ def validate(
     """
     import helmbench
 
-    if output is not None:
-        check_folder(output, helmbench.Validation.files, force)
-    if certificate is not None:
-        check_file(certificate, force)
+    check_folder(output, helmbench.Validation.files, force)
+    check_file(certificate, force)
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", helmbench.RudderSignWarning)
         found = helmbench.validate(model, records, **asked)
@@ -286,8 +283,7 @@ def check(records: tuple[Path, ...], output: Path | None, force: bool, printer: 
     """
     import helmbench
 
-    if output is not None:
-        check_folder(output, helmbench.Check.files, force)
+    check_folder(output, helmbench.Check.files, force)
     found = helmbench.check(records, **asked)
     paths = () if output is None else found.write(output)
     printer.show(found.to_json, found.summary, paths)
