@@ -47,9 +47,8 @@ def terminal(page: Page) -> str:
 
 def _first(page: Page) -> str:
     """The first sentence, with the verdict in a word before it where there is one."""
-    return (
-        f"{page.verdict.label.capitalize()}. {page.verdict.sentence}" if page.verdict.label else page.verdict.sentence
-    )
+    word = f"{page.verdict.label.capitalize()}. " if page.verdict.label else ""
+    return word + page.verdict.sentence
 
 
 def _open(page: Page) -> Iterator[Section]:

@@ -18,7 +18,9 @@ FIGURES = {"nrmse": "prediction error", "rel_error": "parameter error", "cpu_s":
 """Column of the cells -> what is compared."""
 SAME = 1e-4
 """Relative difference below which a figure counts as unchanged."""
-RATIO, ENDED = itemgetter("ratio"), ("failed", "diverged", "not_applicable")
+ENDED = ("failed", "diverged", "not_applicable")
+"""How runs end otherwise than well."""
+RATIO = itemgetter("ratio")
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from .answer import begin, headlines, stability_sentences
 from .board import Leaderboard, build
 from .contest import Contest
 from .findings import Finding, beyond, command, findings
-from .page import headline, html
+from .page import headline, html, shown_of
 from .page_data import MEASURED, as_script, page_data
 from .standings import CASES, CELL, STATUSES, Frame
 from .tables import overall_table, uncertainty_finding, uncertainty_table
@@ -155,7 +155,7 @@ def pages(
     advice = _tested(folder)
     return {
         README: readme(manifest, results, main, every, tuning, advice, slow_line(folder, main.contest)),
-        PAGE: html(manifest, results, main, (), as_script(shown), first if several else "", advice),
+        PAGE: html(shown_of(manifest, results, main), as_script(shown), first if several else "", advice),
         PICTURE: main.picture(),
         TABLE: problem_table(every.cells),
     }
