@@ -234,13 +234,17 @@ def rate_table(cases: Frame) -> Frame:
     for method, own in _judged(cases).groupby("method", sort=True):
         facts = facts_of(own)
         for rate in RATES:
-            chosen = facts.eval(rate.cases, engine="python")
-            hits = facts.eval(rate.hit, engine="python")[chosen]
+            chosen = _holds(facts, rate.cases)
+            hits = _holds(facts, rate.hit)[chosen]
             rows.append(_rate_row(method, "all", "all", rate, hits))
             for scope in (scope for scope in SCOPES if scope in own):
                 parts = hits.groupby(own.loc[chosen, scope], sort=True)
                 rows += [_rate_row(method, scope, group, rate, part) for group, part in parts]
     return pd.DataFrame([row for row in rows if row["n"]], columns=RATE_COLUMNS)
+
+
+def _holds(facts: Frame, condition: str) -> Frame:
+    return facts[condition] if condition in facts else facts.eval(condition, engine="python")
 
 
 def _judged(cases: Frame) -> Frame:
