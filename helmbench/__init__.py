@@ -37,8 +37,7 @@ if TYPE_CHECKING:  # each as itself, which type checkers take for a public name
     from .api.exam import score_exam as score_exam
     from .api.export import ModelFromIndices as ModelFromIndices, export_model as export_model
     from .api.export import model_from_indices as model_from_indices, read_parameters as read_parameters
-    from .api.identification import Assessment as Assessment, Comparison as Comparison, Estimate as Estimate
-    from .api.identification import compare as compare, identify as identify
+    from .api.identification import Estimate as Estimate, compare as compare, identify as identify
     from .api.importing import Import as Import, ImportDraft as ImportDraft, draft_import as draft_import
     from .api.importing import import_log as import_log
     from .api.lists import list_causes as list_causes, list_diagnosers as list_diagnosers
@@ -59,6 +58,8 @@ if TYPE_CHECKING:  # each as itself, which type checkers take for a public name
     from .datasets.plausibility import PlausibilityWarning as PlausibilityWarning
     from .datasets.record import Record as Record, RecordMeta as RecordMeta
     from .datasets.rudder_sign import RudderSignWarning as RudderSignWarning
+    from .estimation.estimates.assessment import Assessment as Assessment
+    from .estimation.estimates.comparison import Comparison as Comparison
     from .methods.registry import make, method_options as method_options
     from .methods.tuned import with_tuner as with_tuner
     from .models.errors import BadInput as BadInput, CannotFit as CannotFit, FitFailed as FitFailed
@@ -83,7 +84,7 @@ _NAMES = {
     "api.doctor": "Health doctor",
     "api.exam": "ExamScores answer_exam make_exam score_exam",
     "api.export": "ModelFromIndices export_model model_from_indices read_parameters",
-    "api.identification": "Assessment Comparison Estimate compare identify",
+    "api.identification": "Estimate compare identify",
     "api.importing": "Import ImportDraft draft_import import_log",
     "api.lists": "list_causes list_diagnosers list_manoeuvres list_methods list_suites",
     "api.reproduction": "Reproduction reproduce",
@@ -101,6 +102,8 @@ _NAMES = {
     "datasets.plausibility": "PlausibilityWarning",
     "datasets.record": "Record RecordMeta",
     "datasets.rudder_sign": "RudderSignWarning",
+    "estimation.estimates.assessment": "Assessment",
+    "estimation.estimates.comparison": "Comparison",
     "methods.registry": "make=make_method method_options",
     "methods.tuned": "with_tuner",
     "models.errors": "BadInput CannotFit FitFailed",

@@ -8,16 +8,15 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from ..datasets.copies import check_no_copies
-from ..estimation.estimates.assessment import Assessment
-from ..estimation.estimates.comparison import Comparison
 from ..estimation.estimates.estimate import Estimate
-from ..estimation.judgement import assessment, comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput, CannotFit
 from .arguments import AUTO, METHOD, admit, as_model, as_records, listed, rudder_sign_doubt, warn_of
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
+    from ..estimation.estimates.assessment import Assessment
+    from ..estimation.estimates.comparison import Comparison
     from ..methods.base import Method
     from ..models.model import Model
     from .arguments import Path
@@ -178,6 +177,8 @@ def assess(
     positive_rudder: str | None,
 ) -> Assessment:
     """What an estimate from these records is worth; raises as `Estimate.assess`."""
+    from ..estimation.judgement import assessment
+
     others = as_records(validate, positive_rudder)
     check_no_copies(records, others)
     signs = (rudder_sign_doubt(record, estimate.model) for record in (*records, *others))
@@ -224,6 +225,7 @@ def compare(
         columns say, or a single record is too short to be cut.
     CannotFit : no candidate can be fitted, or the runs of all of them diverge.
     """
+    from ..estimation.judgement import comparison
     from ..methods.registry import make
 
     fitters = [(one, make(one)) if isinstance(one, str) else (one.name, one) for one in listed(methods)]
