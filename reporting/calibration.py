@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 from .diagnosis.words import channel, in_line, sentence, worse
 from .numbers import DEG, interval, number, percent, with_unit
 from .page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, overlays, result_page, sides
 from .runs import of_trace
-from .tables import Column, Table, make_table
+from .tables import Column, Table, field, make_table, numeric
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
 
-    from ..diagnosis.calibration.result import Calibration, Moved, StepTold
+    from ..diagnosis.calibration.result import Calibration, Moved
     from .page import Page
 
 VERDICTS = {
@@ -49,13 +50,16 @@ def page(calibration: Calibration) -> Page:
             calibration.verdict.replace("_", " "),
         ),
         seen=[first, models_table(calibration)],
-        changed=[moved_table(calibration), new] if calibration.moved else ["No number of the model moved."],
-        remains=[shares_table(calibration), remaining_table(calibration)],
+        changed=[make_table(MOVED, calibration.moved), new] if calibration.moved else ["No number of the model moved."],
+        remains=[
+            shares_table(calibration),
+            make_table(REMAINING, calibration.remaining, "Where the remaining error lies"),
+        ],
         following=[next_sentence(calibration) if calibration.next_runs else None],
         details=[
             Section("Step by step", (steps_table(calibration),)),
             Section("What every ingredient removes of the squared error", (ingredients_table(calibration),)),
-            Section("Neutral rudder angle of every training record", (runs_table(calibration),)),
+            Section("Neutral rudder angle of every training record", (make_table(RUNS, calibration.runs),)),
             each,
             *([every] if calibration.moved else []),
         ],
@@ -103,21 +107,6 @@ def next_sentence(calibration: Calibration) -> str:
     return f"Manoeuvres that would tell most about the numbers that are open: {runs}."
 
 
-def moved_table(calibration: Calibration) -> Table:
-    """The numbers that moved."""
-    columns = [
-        Column("number", lambda m: m.name),
-        Column("group", lambda m: m.group.replace("_", " ")),
-        Column("before", lambda m: number(_scale(m) * m.before), lambda m: m.before),
-        Column("after, 90 % interval", _after, lambda m: m.after),
-        Column("unit", _unit),
-        Column("change", _change, lambda m: m.percent),
-        Column("where", lambda m: m.where or "everywhere"),
-        Column("in prior standard deviations", lambda m: f"{m.prior_sds:+.1f}", lambda m: m.prior_sds),
-    ]
-    return make_table(columns, calibration.moved)
-
-
 def _scale(m: Moved) -> float:
     return DEG if m.name in DEGREES else 1.0
 
@@ -135,14 +124,32 @@ def _after(m: Moved) -> str:
     return interval(factor * m.after, factor * m.low, factor * m.high)
 
 
+MOVED = (
+    field("name", "number"),
+    Column("group", lambda m: m.group.replace("_", " ")),
+    Column("before", lambda m: number(_scale(m) * m.before), lambda m: m.before),
+    Column("after, 90 % interval", _after, lambda m: m.after),
+    Column("unit", _unit),
+    Column("change", _change, lambda m: m.percent),
+    Column("where", lambda m: m.where or "everywhere"),
+    numeric("in prior standard deviations", lambda m: m.prior_sds, "{:+.1f}".format),
+)
+
+
 def steps_table(calibration: Calibration) -> Table:
     """Errors of records that were left out, and of held-out records, from the base model through every step."""
     rows: list[tuple[str, Mapping[str, float], Mapping[str, float], str, str]]
     rows = [(BASE, {c: old for c, (old, _) in calibration.before.items()}, _held(calibration), "", "")]
-    rows += [(f"+ {s.title}", s.left_out, s.held_out, _gain(s), ", ".join(s.tied_with)) for s in calibration.steps]
+    rows += [
+        (f"+ {s.title}", s.left_out, s.held_out, f"{s.gain:.2f} ± {s.standard_error:.2f}", ", ".join(s.tied_with))
+        for s in calibration.steps
+    ]
     columns = [Column("model", lambda row: row[0])]
     for column in calibration.before:
-        columns += [_error_column(column, 1, "left out"), _error_column(column, 2, "held out")]
+        word, unit, factor = channel(column)
+        for place, side in ((1, "left out"), (2, "held out")):
+            errors = partial(lambda at, c, row: row[at].get(c), place, column)
+            columns.append(numeric(f"{word}, {unit}, {side}", errors, _or_blank, factor))
     columns += [
         Column("fall of the score", lambda row: row[3]),
         Column("would do as well", lambda row: row[4].replace("_", " ")),
@@ -154,17 +161,8 @@ def _held(calibration: Calibration) -> dict[str, float]:
     return {c: new for c, (_, new) in calibration.before.items() if new is not None}
 
 
-def _gain(step: StepTold) -> str:
-    return f"{step.gain:.2f} ± {step.standard_error:.2f}"
-
-
-def _error_column(column: str, place: int, side: str) -> Column:
-    word, unit, factor = channel(column)
-    return Column(
-        f"{word}, {unit}, {side}",
-        lambda row: number(factor * row[place][column]) if column in row[place] else "",
-        lambda row: factor * row[place][column] if column in row[place] else None,
-    )
+def _or_blank(value: float | None, form: Callable[[Any], str] = number) -> str:
+    return "" if value is None else form(value)
 
 
 def shares_table(calibration: Calibration) -> Table:
@@ -175,12 +173,9 @@ def shares_table(calibration: Calibration) -> Table:
         ("sensor noise", "noise"),
         ("remaining", "remaining"),
     )
-    columns = [Column("channel", lambda row: channel(row[0])[0])]
-    columns += [
-        Column(
-            title, lambda row, name=name: percent(getattr(row[1], name)), lambda row, name=name: getattr(row[1], name)
-        )
-        for title, name in names
+    columns = [
+        Column("channel", lambda row: channel(row[0])[0]),
+        *(numeric(title, lambda row, name=name: getattr(row[1], name), percent) for title, name in names),
     ]
     return make_table(columns, list(calibration.shares.items()), "What the error of the base model consists of")
 
@@ -207,48 +202,30 @@ def models_table(calibration: Calibration) -> Table:
 
 
 def _model_column(title: str, errors: Mapping[str, float | None]) -> Column:
-    def shown(column: str) -> float | None:
-        value = errors.get(column)
-        return None if value is None else channel(column)[2] * value
-
-    return Column(title, lambda c: "" if shown(c) is None else number(shown(c)), shown)
+    shown = {column: channel(column)[2] * value for column, value in errors.items() if value is not None}
+    return numeric(title, shown.get, _or_blank)
 
 
 def ingredients_table(calibration: Calibration) -> Table:
     """Share of the squared error of these records that every ingredient removes: it comes back where all numbers are
     fitted again without it."""
-    columns = [Column("ingredient", lambda one: one.what)]
-    columns += [_removed_column(column) for column in calibration.before]
+    columns = [
+        field("what", "ingredient"),
+        *(
+            numeric(channel(column)[0], lambda one, c=column: one.removes.get(c), partial(_or_blank, form=percent))
+            for column in calibration.before
+        ),
+    ]
     return make_table(columns, calibration.ingredients, note="All numbers are fitted again without it.")
 
 
-def _removed_column(column: str) -> Column:
-    return Column(
-        channel(column)[0],
-        lambda one: percent(one.removes[column]) if column in one.removes else "",
-        lambda one: one.removes.get(column),
-    )
-
-
-def remaining_table(calibration: Calibration) -> Table:
-    """Conditions in which the remaining error is larger than elsewhere."""
-    columns = [
-        Column("channel", lambda entry: channel(entry.channel)[0]),
-        Column("condition", lambda entry: entry.condition),
-        Column("share of the squared error", lambda e: percent(e.share_of_error), lambda e: e.share_of_error),
-        Column("share of the time", lambda e: percent(e.share_of_time), lambda e: e.share_of_time),
-    ]
-    return make_table(columns, calibration.remaining, "Where the remaining error lies")
-
-
-def runs_table(calibration: Calibration) -> Table:
-    """Every training record's own neutral rudder angle."""
-    columns = [
-        Column("record", lambda run: run.record),
-        Column(
-            "neutral rudder angle about the common one, deg",
-            lambda run: f"{DEG * run.neutral_angle_rad:+.2f}",
-            lambda run: DEG * run.neutral_angle_rad,
-        ),
-    ]
-    return make_table(columns, calibration.runs)
+REMAINING = (
+    Column("channel", lambda entry: channel(entry.channel)[0]),
+    field("condition"),
+    numeric("share of the squared error", "share_of_error", percent),
+    numeric("share of the time", "share_of_time", percent),
+)
+RUNS = (
+    field("record"),
+    numeric("neutral rudder angle about the common one, deg", lambda run: run.neutral_angle_rad, "{:+.2f}".format, DEG),
+)

@@ -27,11 +27,9 @@ def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]
 
         axes = figure.subplots()
         for place, (name, points) in enumerate(series.items()):
-            x = [point[0] * 1.03**place for point in points]
-            rate = [point[1] for point in points]
-            bars = [[r - point[2] for r, point in zip(rate, points, strict=True)],
-                    [point[3] - r for r, point in zip(rate, points, strict=True)]]  # fmt: skip
-            axes.errorbar(x, rate, bars, marker="o", markersize=4, elinewidth=0.8, capsize=2, label=name)
+            x, rate, low, high = np.reshape(points, (-1, 4)).T
+            ends = [rate - low, high - rate]
+            axes.errorbar(x * 1.03**place, rate, ends, marker="o", markersize=4, elinewidth=0.8, capsize=2, label=name)
         axes.set(xscale="log", xlabel="non-centrality", ylim=(-0.03, 1.03))
         axes.yaxis.set_major_formatter(PercentFormatter(1.0))
         legend_beside(axes)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ..models.errors import BadInput
@@ -38,11 +39,12 @@ def page(result: CheckResult) -> Page:
     """The page of a check."""
     material, small = ([one for one in result.findings if one.material is wanted] for wanted in (True, False))
     panels = _panels(result)
+    drawn = partial(svg, partial(_draw, panels), _extent(panels))
     return result_page(
         "Check of records",
         f"{len(result.records)} record{'s' if len(result.records) != 1 else ''}; no model is used",
         Verdict(FAIR if material else GOOD, *_sentences(result, material)),
-        seen=[_findings(result), Drawing("sizes", INTERVALS, lambda: _drawn(panels)) if panels else None],
+        seen=[_findings(result), Drawing("sizes", INTERVALS, drawn) if panels else None],
         changed=[items([(name(one), one.evidence) for one in material])],
         remains=[items(result.not_checked)],
         following=[items([(name(one), one.separate_by) for one in material if one.separate_by])],
@@ -135,7 +137,7 @@ def figure_of(result: CheckResult) -> Figure:
     if not panels:
         raise BadInput("no finding of the check has a size to draw", hint="`findings` holds what was found")
     figure = ShownFigure(*_extent(panels))
-    _draw(figure, panels)
+    _draw(panels, figure)
     return figure
 
 
@@ -152,11 +154,7 @@ def _extent(panels: Panels) -> tuple[float, float]:
     return 7.5, 0.6 * len(panels) + 0.28 * sum(0.5 + len(sizes) for _, _, sizes in panels)
 
 
-def _drawn(panels: Panels) -> str:
-    return svg(lambda figure: _draw(figure, panels), _extent(panels))
-
-
-def _draw(figure: Figure, panels: Panels) -> None:
+def _draw(panels: Panels, figure: Figure) -> None:
     heights = [0.5 + len(sizes) for _, _, sizes in panels]
     axes = figure.subplots(len(panels), 1, squeeze=False, height_ratios=heights)[:, 0]
     for panel, (which, parameter, sizes) in zip(axes, panels, strict=True):

@@ -19,14 +19,14 @@ from ..diagnosis.craft.result import (
 )
 from ..estimation.validation.horizons import TRUSTED
 from ..estimation.validation.validate import label
-from .numbers import DEG, number, r_squared
+from .numbers import DEG, SHORT, number, r_squared
 from .page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, items, overlays, result_page, sides
 from .runs import of_validation
-from .tables import Column, Table, make_table
+from .tables import Column, Table, field, make_table, numeric
 from .validation.page import explained_lines, horizon_table, share_explained
 
 if TYPE_CHECKING:
-    from ..diagnosis.craft.result import CraftDiagnosis, Rise
+    from ..diagnosis.craft.result import CraftDiagnosis, LawTold, Rise
     from .page import Page
 
 HEADING = "heading_rad"
@@ -71,10 +71,13 @@ def page(diagnosis: CraftDiagnosis) -> Page:
         f"{diagnosis.model.title or diagnosis.model.family}; {sides(diagnosis.records)}",
         Verdict(HEADLINES[diagnosis.verdict][0], said, (_steers(diagnosis), *_lacks(diagnosis), *_neutral(diagnosis))),
         seen=[first, r2_table(diagnosis)],
-        changed=[steps_table(diagnosis), numbers_table(diagnosis)],
+        changed=[
+            make_table(STEPS, diagnosis.steps),
+            make_table(NUMBERS, diagnosis.numbers, "Numbers of the model"),
+        ],
         remains=[
             items([*trusted, *_remaining(diagnosis), *_speed(diagnosis), _heading(diagnosis), *diagnosis.notes]),
-            band_table(diagnosis),
+            make_table(BAND, sorted(diagnosis.band, key=lambda b: b.after_s), "How far heading can be trusted"),
         ],
         following=[f"{diagnosis.next_runs[:1].upper()}{diagnosis.next_runs[1:]}." if diagnosis.next_runs else None],
         details=[
@@ -173,16 +176,21 @@ def _percent(logarithm: float) -> str:
     return f"{100.0 * logarithm:.0f} %"
 
 
+R2_COLUMNS = (numeric("R² yaw rate", "r2_yaw_rate", r_squared), numeric("R² heading", "r2_heading", r_squared))
+
+
+def _against_best(law: LawTold) -> str:
+    return f"{-100.0 * law.gain:+.0f} % ± {100.0 * law.error:.0f} %"
+
+
 def laws_table(diagnosis: CraftDiagnosis) -> Table:
     """The steering laws: a row each."""
     columns = [
-        Column("what steers it", lambda law: law.title),
-        Column("errors against the best", lambda law: f"{-100.0 * law.gain:+.0f} % ± {100.0 * law.error:.0f} %",
-               lambda law: -law.gain),
-        Column("R² yaw rate", lambda law: r_squared(law.r2_yaw_rate), lambda law: law.r2_yaw_rate),
-        Column("R² heading", lambda law: r_squared(law.r2_heading), lambda law: law.r2_heading),
+        field("title", "what steers it"),
+        Column("errors against the best", _against_best, lambda law: -law.gain),
+        *R2_COLUMNS,
         Column("", lambda law: "chosen" if law.chosen else "as good" if law.tied else ""),
-    ]  # fmt: skip
+    ]
     note = f"Each law alone, fitted to windows of {diagnosis.window_s:.3g} s; scores are of blocks that were left out."
     return make_table(columns, diagnosis.laws, note=note)
 
@@ -191,16 +199,12 @@ def _fall_of(step: Rise) -> str:
     return f"{_percent(step.gain)} ± {_percent(step.error)}" if step.error else ""
 
 
-def steps_table(diagnosis: CraftDiagnosis) -> Table:
-    """The ladder: a row a step."""
-    columns = [
-        Column("step", lambda step: step.title),
-        Column("numbers", lambda step: str(step.numbers), lambda step: step.numbers),
-        Column("errors fall by", _fall_of, lambda step: step.gain),
-        Column("R² yaw rate", lambda step: r_squared(step.r2_yaw_rate), lambda step: step.r2_yaw_rate),
-        Column("R² heading", lambda step: r_squared(step.r2_heading), lambda step: step.r2_heading),
-    ]  # fmt: skip
-    return make_table(columns, diagnosis.steps)
+STEPS = (
+    field("title", "step"),
+    numeric("numbers", "numbers", str),
+    Column("errors fall by", _fall_of, lambda step: step.gain),
+    *R2_COLUMNS,
+)
 
 
 def r2_table(diagnosis: CraftDiagnosis) -> Table:
@@ -214,36 +218,24 @@ def r2_table(diagnosis: CraftDiagnosis) -> Table:
     columns = [
         Column("channel", lambda row: "change of heading" if row[0] == HEADING else shown_name(row[0])),
         Column("model", lambda row: row[1]),
-        *(_r2_column(diagnosis, label(time)) for time in diagnosis.ahead.horizons_s),
+        *(
+            numeric(f"after {label(t)}", lambda row, t=t: share_explained(diagnosis.ahead, *row, label(t)), r_squared)
+            for t in diagnosis.ahead.horizons_s
+        ),
     ]
     return make_table(columns, rows, "R² by the time ahead", R2)
 
 
-def _r2_column(diagnosis: CraftDiagnosis, horizon: str) -> Column:
-    def value(row: tuple[str, str]) -> float:
-        return share_explained(diagnosis.ahead, *row, horizon)
-
-    return Column(f"after {horizon}", lambda row: r_squared(value(row)), value)
-
-
-def numbers_table(diagnosis: CraftDiagnosis) -> Table:
-    """The numbers of the model with intervals."""
-    columns = [
-        Column("number", lambda n: n.name),
-        Column("unit", lambda n: n.unit),
-        Column("value", lambda n: number(n.value), lambda n: n.value),
-        Column("90 % interval", lambda n: f"{number(n.low)} to {number(n.high)}"),
-    ]
-    return make_table(columns, diagnosis.numbers, "Numbers of the model")
-
-
-def band_table(diagnosis: CraftDiagnosis) -> Table:
-    """How far heading can be trusted."""
-    columns = [
-        Column("after, s", lambda b: number(b.after_s), lambda b: b.after_s),
-        Column("heading, 1 sd, deg", lambda b: number(DEG * b.sd_rad, 2), lambda b: DEG * b.sd_rad),
-    ]
-    return make_table(columns, sorted(diagnosis.band, key=lambda b: b.after_s), "How far heading can be trusted")
+NUMBERS = (
+    field("name", "number"),
+    field("unit"),
+    numeric("value", "value"),
+    Column("90 % interval", lambda n: f"{number(n.low)} to {number(n.high)}"),
+)
+BAND = (
+    numeric("after, s", "after_s"),
+    numeric("heading, 1 sd, deg", "sd_rad", SHORT, DEG),
+)
 
 
 def angles_table(diagnosis: CraftDiagnosis) -> Table:
@@ -251,6 +243,6 @@ def angles_table(diagnosis: CraftDiagnosis) -> Table:
     unit, factor = _steering_unit(diagnosis)
     columns = [
         Column("record", lambda row: row[0]),
-        Column(f"own neutral angle, {unit}", lambda row: number(factor * row[1], 2), lambda row: factor * row[1]),
+        numeric(f"own neutral angle, {unit}", lambda row: row[1], SHORT, factor),
     ]
     return make_table(columns, diagnosis.own_angles)

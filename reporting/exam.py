@@ -3,18 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 from .equations import equations
-from .numbers import MISSING, number, percent
-from .tables import Column, Table, csv, in_markdown, make_table, markdown
+from .numbers import MISSING, SHORT, percent
+from .tables import Column, Table, csv, field, in_markdown, make_table, markdown, numeric
 
 if TYPE_CHECKING:
     from ..bench.exam.exam_file import Manifest
     from ..bench.exam.scores import EntrantScore, WorldScore
     from ..models.model import Model
 
-KIND = Column("kind of world", lambda one: one.kind)
+KIND = field("kind", "kind of world")
+RIGHT_NAMES, REGIME = numeric("right names", "right_share", percent), numeric("regime", "regime", SHORT)
+MOTION = (numeric("error / base", "to_base"), numeric("error / best", "to_best"))
+SCORES = (
+    Column("entrant", lambda one: one.entrant, markdown=lambda one: in_markdown(one.entrant)),
+    numeric("worlds", "worlds", str),
+    numeric("points", "points", "{:.2f}".format),
+    numeric("alone right", "alone", percent),
+    RIGHT_NAMES,
+    numeric("false alarms", lambda one: one.false_alarms, percent),
+    numeric("size off by", lambda one: one.wrong_size, partial(percent, decimals=1)),
+    numeric("sizes", "sizes", str),
+    numeric("in interval", "coverage", percent),
+    numeric("interval score", "interval"),
+    REGIME,
+    numeric("predicted", "predicted", percent),
+    *MOTION,
+)
 README = """# Exam {exam}
 
 {count} worlds: records of ships, and a model of each. In most of them something was changed that the model does not
@@ -81,7 +99,7 @@ def overall(scores: Sequence[EntrantScore]) -> Table:
     """One row an entrant, over all worlds."""
     from ..bench.exam.scores import ALL
 
-    return make_table(_columns(), [one for one in scores if one.kind == ALL], "All worlds")
+    return make_table(SCORES, [one for one in scores if one.kind == ALL], "All worlds")
 
 
 def by_kind(scores: Sequence[EntrantScore]) -> Table:
@@ -89,43 +107,23 @@ def by_kind(scores: Sequence[EntrantScore]) -> Table:
     from ..bench.exam.scores import ALL
 
     rows = sorted((one for one in scores if one.kind != ALL), key=lambda one: one.kind)
-    return make_table([KIND, *_columns()], rows, "By kind of world")
+    return make_table([KIND, *SCORES], rows, "By kind of world")
 
 
 def worlds(rows: Sequence[WorldScore]) -> Table:
     """One row an answer."""
     columns = [
-        Column("world", lambda row: row.world),
+        field("world"),
         KIND,
-        Column("entrant", lambda row: row.entrant),
-        Column("outcome", lambda row: row.outcome),
+        field("entrant"),
+        field("outcome"),
         Column("named", lambda row: row.named or MISSING),
-        Column("points", lambda row: str(row.points), lambda row: row.points),
-        Column("right names", lambda row: percent(row.right_share), lambda row: row.right_share),
-        Column("regime", lambda row: number(row.regime, 2), lambda row: row.regime),
-        Column("error / base", lambda row: number(row.to_base), lambda row: row.to_base),
-        Column("error / best", lambda row: number(row.to_best), lambda row: row.to_best),
+        numeric("points", "points", str),
+        RIGHT_NAMES,
+        REGIME,
+        *MOTION,
     ]
     return make_table(columns, sorted(rows, key=lambda row: (row.world, row.entrant)), "Answers")
-
-
-def _columns() -> list[Column]:
-    return [
-        Column("entrant", lambda one: one.entrant, markdown=lambda one: in_markdown(one.entrant)),
-        Column("worlds", lambda one: str(one.worlds), lambda one: one.worlds),
-        Column("points", lambda one: f"{one.points:.2f}", lambda one: one.points),
-        Column("alone right", lambda one: percent(one.alone), lambda one: one.alone),
-        Column("right names", lambda one: percent(one.right_share), lambda one: one.right_share),
-        Column("false alarms", lambda one: percent(one.false_alarms), lambda one: one.false_alarms),
-        Column("size off by", lambda one: percent(one.wrong_size, 1), lambda one: one.wrong_size),
-        Column("sizes", lambda one: str(one.sizes), lambda one: one.sizes),
-        Column("in interval", lambda one: percent(one.coverage), lambda one: one.coverage),
-        Column("interval score", lambda one: number(one.interval), lambda one: one.interval),
-        Column("regime", lambda one: number(one.regime, 2), lambda one: one.regime),
-        Column("predicted", lambda one: percent(one.predicted), lambda one: one.predicted),
-        Column("error / base", lambda one: number(one.to_base), lambda one: one.to_base),
-        Column("error / best", lambda one: number(one.to_best), lambda one: one.to_best),
-    ]
 
 
 MEANING = """- **points**, by which entrants are compared: 1 where an answer is right alone, -1 where it names what is
@@ -154,4 +152,4 @@ def text(scores: Sequence[EntrantScore], rows: Sequence[WorldScore]) -> str:
 
 def scores_csv(scores: Sequence[EntrantScore]) -> str:
     """Scores of every entrant over all worlds and by kind as CSV."""
-    return csv(make_table([KIND, *_columns()], list(scores)))
+    return csv(make_table([KIND, *SCORES], list(scores)))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from . import tables
 from .numbers import MISSING
-from .tables import Column, Table, make_table
+from .tables import Column, Table, field, make_table, numeric
 
 if TYPE_CHECKING:
     from ..datasets.importing.draft import DraftColumn, Question
@@ -23,16 +23,16 @@ def column_table(columns: Sequence[DraftColumn]) -> Table:
     """A row a column of the log: what it was taken for, and how surely."""
     several = len({row.table for row in columns}) > 1
     shown = [
-        *([Column("table", lambda row: row.table)] if several else []),
-        Column("column", lambda row: row.column),
-        Column("is", lambda row: row.quantity),
-        Column("unit", lambda row: row.unit),
-        Column("sign", lambda row: row.sign),
-        Column("smallest", lambda row: _number(row.smallest), lambda row: row.smallest),
-        Column("largest", lambda row: _number(row.largest), lambda row: row.largest),
+        *([field("table")] if several else []),
+        field("column"),
+        field("quantity", "is"),
+        field("unit"),
+        field("sign"),
+        numeric("smallest", "smallest", _number),
+        numeric("largest", "largest", _number),
         Column("first values", lambda row: _short(", ".join(row.samples))),
         Column("sure", lambda row: row.sure if row.used else MISSING),
-        Column("why", lambda row: row.why),
+        field("why"),
     ]
     return make_table(shown, columns)
 
@@ -40,11 +40,11 @@ def column_table(columns: Sequence[DraftColumn]) -> Table:
 def fault_table(faults: Sequence[FileFault]) -> Table:
     """A row a fault."""
     shown = [
-        Column("file", lambda fault: fault.table),
+        field("table", "file"),
         Column("row", lambda fault: "" if fault.row is None else str(fault.row)),
         Column("column", lambda fault: fault.column or ""),
-        Column("fault", lambda fault: fault.message),
-        Column("what to do", lambda fault: fault.hint),
+        field("message", "fault"),
+        field("hint", "what to do"),
     ]
     return make_table(shown, sorted(faults, key=lambda fault: not fault.fatal))
 
@@ -53,10 +53,10 @@ def channel_table(channels: Sequence[ChannelSource]) -> Table:
     """A row a channel: the columns that it is made of, and how surely."""
     several = len({row.record for row in channels}) > 1
     shown = [
-        *([Column("record", lambda row: row.record)] if several else []),
-        Column("channel", lambda row: row.channel),
+        *([field("record")] if several else []),
+        field("channel"),
         Column("of columns", lambda row: ", ".join(row.columns)),
-        Column("sure", lambda row: row.sure),
+        field("sure"),
     ]
     return make_table(shown, channels)
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -26,7 +26,7 @@ from ..models.folders import make_folder, write_atomic
 from ..models.model import Model, resolve
 from .numbers import number, percent
 from .page import FAIR, GOOD, Verdict, items, result_page
-from .tables import Column, Table, make_table, markdown
+from .tables import Column, Table, field, make_table, markdown, numeric
 
 if TYPE_CHECKING:
     from ..estimation.indices.result import ParameterRow
@@ -37,8 +37,6 @@ CONTRADICTORY = 4.0
 UNITS = {"deg_s": "deg/s", "deg_min": "deg/min", "m_s": "m/s", "m": "m", "deg": "deg", "kn": "kn"}
 UNITS |= {"lengths": "lengths", "cables": "cables", "ratio": ""}
 """End of a key -> unit, longest first."""
-
-
 TITLES = ("Indices given and of the model", "The model", "What to know", "")
 
 
@@ -49,8 +47,8 @@ def page(result: ModelFromIndices) -> Page:
         f"Model {result.model.id}",
         result.model.title,
         Verdict(FAIR if result.undetermined or result.missed else GOOD, f"{first.partition(': ')[2]}."),
-        seen=[index_table(result)],
-        changed=[parameter_table(result)],
+        seen=[make_table(INDICES, result.indices)],
+        changed=[make_table(PARAMETERS, result.parameters)],
         remains=[items([f"{line[:1].upper()}{line[1:]}." for line in told])],
         titles=TITLES,
     )
@@ -81,38 +79,21 @@ def named_key(key: str) -> tuple[str, str]:
     return short.replace("_", " "), UNITS.get(ending, "")
 
 
-def parameter_table(result: ModelFromIndices) -> Table:
-    """Parameters with their intervals."""
-    return make_table(
-        (
-            Column("parameter", lambda row: row.name),
-            Column("value", lambda row: number(row.value), lambda row: row.value),
-            Column("95 % interval", _interval),
-        ),
-        result.parameters,
-    )
-
-
 def _interval(row: ParameterRow) -> str:
     return f"{number(row.interval[0])} to {number(row.interval[1])}" if row.interval else "not determined"
 
 
-def index_table(result: ModelFromIndices) -> Table:
-    """Indices given and of the model."""
-    return make_table(
-        (
-            Column("manoeuvre", lambda row: row.manoeuvre),
-            Column("index", lambda row: named_key(row.key)[0]),
-            Column("unit", lambda row: named_key(row.key)[1]),
-            Column("given", lambda row: number(row.given), lambda row: row.given),
-            Column("accuracy", lambda row: number(row.accuracy), lambda row: row.accuracy),
-            Column("model", lambda row: number(row.predicted), lambda row: row.predicted),
-            Column("difference", lambda row: number(row.difference), lambda row: row.difference),
-            Column("95 % interval", lambda row: f"{number(row.low)} to {number(row.high)}"),
-        ),
-        result.indices,
-    )
-
+PARAMETERS = (field("name", "parameter"), numeric("value", "value"), Column("95 % interval", _interval))
+INDICES = (
+    field("manoeuvre"),
+    Column("index", lambda row: named_key(row.key)[0]),
+    Column("unit", lambda row: named_key(row.key)[1]),
+    numeric("given", "given"),
+    numeric("accuracy", "accuracy"),
+    numeric("model", "predicted"),
+    numeric("difference", "difference"),
+    Column("95 % interval", lambda row: f"{number(row.low)} to {number(row.high)}"),
+)
 
 # ---- How well models from indices predict other manoeuvres, of published and measured ships: `make indices-report`.
 # From turns with 35 degrees and 10/10 zigzags, to both sides, a model is made; it then sails turns with 20 degrees
@@ -133,7 +114,6 @@ MARIN_RUNS = {
 }
 FASTEST_DEG_S = 30.0
 """Rudder rate of a ship whose file states none."""
-Values = Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -217,19 +197,14 @@ def _zigzag(record: Record, text: str, ship: TriedShip) -> dict[str, float]:
     return found | {"initial_turning_lengths": initial_turning(record, float(execute_times(record)[0])) / ship.length_m}
 
 
-@dataclass(frozen=True)
-class TriedIndex:
-    """An index of a ship, her own and of the model."""
+class TriedIndex(NamedTuple):
+    """An index of a ship, her own and of the model, whose relative error is the last."""
 
     manoeuvre: str
     key: str
     own: float
     model: float
-
-    @property
-    def error(self) -> float:
-        """Relative error of the model."""
-        return self.model / self.own - 1.0
+    error: float
 
 
 def compared(ship: TriedShip) -> tuple[ModelFromIndices, list[TriedIndex]]:
@@ -245,7 +220,8 @@ def compared(ship: TriedShip) -> tuple[ModelFromIndices, list[TriedIndex]]:
     }
     found = fit(read_indices(content))
     of_model = {text: indices_of(sailed(found.model, text), text, ship) for text in ship.manoeuvres}
-    return found, [TriedIndex(text, key, own[text][key], of_model[text][key]) for text in own for key in own[text]]
+    both = [(text, key, own[text][key], of_model[text][key]) for text in own for key in own[text]]
+    return found, [TriedIndex(*one, one[3] / one[2] - 1.0) for one in both]
 
 
 def published_page(ships: Sequence[TriedShip]) -> str:
@@ -279,36 +255,22 @@ def _held(result: ModelFromIndices, rows: Sequence[TriedIndex]) -> Iterator[str]
             yield f"The 95 % interval of the {name} of {index.manoeuvre}, {ends}, {held} the ship's {number(true)}."
 
 
-def _table(rows: Sequence[TriedIndex]):
-    return make_table(
-        (
-            Column("manoeuvre", lambda row: row.manoeuvre),
-            Column("", lambda row: "given" if row.manoeuvre in GIVEN else "left out"),
-            Column("index", lambda row: " ".join(named_key(row.key)).strip()),
-            Column("ship", lambda row: number(row.own), lambda row: row.own),
-            Column("model", lambda row: number(row.model), lambda row: row.model),
-            Column("error", lambda row: percent(row.error), lambda row: row.error),
-        ),
-        rows,
-    )
+MANOEUVRE = (field("manoeuvre"), Column("", lambda row: "given" if row.manoeuvre in GIVEN else "left out"))
+ERROR = numeric("error", "error", percent)
 
 
-def _summary(rows: Sequence[TriedIndex]):
-    return make_table(
-        (
-            Column("manoeuvre", lambda row: row[0]),
-            Column("", lambda row: "given" if row[0] in GIVEN else "left out"),
-            Column("index", lambda row: named_key(row[1])[0]),
-            Column("error", lambda row: percent(row[2]), lambda row: row[2]),
-        ),
-        list(_pooled(rows)),
-    )
+def _table(rows: Sequence[TriedIndex]) -> Table:
+    index = Column("index", lambda row: " ".join(named_key(row.key)).strip())
+    return make_table([*MANOEUVRE, index, numeric("ship", "own"), numeric("model", "model"), ERROR], rows)
 
 
-def _pooled(rows: Sequence[TriedIndex]) -> Iterator[tuple[str, str, float]]:
+def _summary(rows: Sequence[TriedIndex]) -> Table:
+    """Root mean square errors over the ships."""
+    pooled = []
     for manoeuvre, key in dict.fromkeys((row.manoeuvre, row.key) for row in rows):
         errors = [row.error for row in rows if (row.manoeuvre, row.key) == (manoeuvre, key)]
-        yield manoeuvre, key, float(np.sqrt(np.mean(np.square(errors))))
+        pooled.append(TriedIndex(manoeuvre, key, math.nan, math.nan, float(np.sqrt(np.mean(np.square(errors))))))
+    return make_table([*MANOEUVRE, Column("index", lambda row: named_key(row.key)[0]), ERROR], pooled)
 
 
 def main(folder: str) -> None:

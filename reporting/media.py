@@ -6,10 +6,10 @@ series.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from . import tables
 from .page import Drawing, EquationList, Items, Note, Overlays, Page, Pairs, Section, section
@@ -47,9 +47,8 @@ def terminal(page: Page) -> str:
 
 def _first(page: Page) -> str:
     """The first sentence, with the verdict in a word before it where there is one."""
-    return (
-        f"{page.verdict.label.capitalize()}. {page.verdict.sentence}" if page.verdict.label else page.verdict.sentence
-    )
+    word = f"{page.verdict.label.capitalize()}. " if page.verdict.label else ""
+    return word + page.verdict.sentence
 
 
 def _open(page: Page) -> Iterator[Section]:
@@ -101,7 +100,7 @@ def _list(rows: Iterable[str]) -> str:
 
 def write_markdown(page: Page, folder: str | Path, name: str, title: str, note: str = "") -> tuple[Path, ...]:
     """Write `name`.md and its figures `name`-*.svg into a folder, all of them or none; the paths."""
-    from ..models.files import replace_together
+    from ..models.files import content_writer, replace_together
     from ..models.folders import make_folder
 
     folder = Path(folder)
@@ -110,14 +109,10 @@ def write_markdown(page: Page, folder: str | Path, name: str, title: str, note: 
     files = {key: f"{name}-{key}.svg" for key, svg in drawn.items() if svg}
     texts = {f"{name}.md": markdown(page, title, note, files)} | {file: drawn[key] for key, file in files.items()}
     paths = {folder / file: text for file, text in texts.items()}
-    replace_together({path: _writer(text) for path, text in paths.items()})
+    replace_together({path: content_writer(text) for path, text in paths.items()})
     for stale in set(folder.glob(f"{name}-*.svg")) - set(paths):
         stale.unlink()
     return tuple(paths)
-
-
-def _writer(text: str) -> Callable[[Path], Any]:
-    return lambda place: place.write_text(text, "utf-8")
 
 
 def markdown(page: Page, title: str, note: str, files: Mapping[str, str]) -> str:

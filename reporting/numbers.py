@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 MISSING = "–"
@@ -35,6 +36,10 @@ def number(value: Any, digits: int = 3) -> str:
         return f"{value:.0f}"
     mantissa, _, exponent = f"{value:.{digits}g}".partition("e")
     return f"{mantissa}e{int(exponent)}" if exponent else mantissa
+
+
+SHORT = partial(number, digits=2)
+"""A number with two significant digits."""
 
 
 def with_unit(value: Any, unit: str, digits: int = 3) -> str:

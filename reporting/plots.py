@@ -128,14 +128,9 @@ def embedded(text: str, title: str) -> str:
     return body.replace("<svg ", f'<svg role="img" aria-label="{escape(title)}" ', 1)
 
 
-def chart(
-    draw: Callable[[Figure], object],
-    size: tuple[float, float],
-    title: str,
-    margins: Mapping[str, float] | None = None,
-) -> str:
+def chart(draw: Callable[[Figure], object], size: tuple[float, float], title: str) -> str:
     """`svg` and `embedded` in one."""
-    return embedded(svg(draw, size, margins), title)
+    return embedded(svg(draw, size), title)
 
 
 def legend_beside(axes: Axes) -> None:

@@ -67,12 +67,12 @@ def _write_rows(directory: Path) -> tuple[Path, ...]:
     return write_files(directory, {name: as_csv(from_frame(frame)) for name, frame in zip(names, frames, strict=True)})
 
 
-def write_files(directory: Path, texts: Mapping[str, str]) -> tuple[Path, ...]:
-    """Write texts under their names into a directory; the paths."""
+def write_files(directory: Path, files: Mapping[str, str | bytes]) -> tuple[Path, ...]:
+    """Write texts or bytes under their names into a directory; the paths."""
     check_each(directory, (), ())
-    for name, text in texts.items():
-        write_atomic(directory / name, text.encode())
-    return tuple(directory / name for name in texts)
+    for name, content in files.items():
+        write_atomic(directory / name, content.encode() if isinstance(content, str) else content)
+    return tuple(directory / name for name in files)
 
 
 def reservations(manifest: Mapping[str, Any], runs: int) -> str:

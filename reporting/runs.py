@@ -171,20 +171,18 @@ class DrawnCurve:
 def key_of(records: Iterable[RecordRuns]) -> list[tuple[str, str, bool]]:
     """Name and colour of every line in the charts, and whether it is dashed."""
     labels = list(dict.fromkeys(label for record in records for label in record.runs))
-    return [("measured", MEASURED, False), *((label, *_style(labels, label)) for label in labels)]
+    runs = [(label, _colour(labels, label), label != labels[-1]) for label in labels]
+    return [("measured", MEASURED, False), *runs]
 
 
-def _style(labels: Sequence[str], label: str) -> tuple[str, bool]:
-    """Colour of a run, and whether it is dashed: all but the last."""
-    place = labels.index(label)
-    return RUN_COLOURS[place % len(RUN_COLOURS)], place + 1 < len(labels)
+def _colour(labels: Sequence[str], label: str) -> str:
+    return RUN_COLOURS[labels.index(label) % len(RUN_COLOURS)]
 
 
 def _curve(record: RecordRuns, label: str, values: np.ndarray) -> DrawnCurve:
     labels = list(record.runs)
-    place = labels.index(label)
-    dashes = DASHES[(len(labels) - 1 - place) % len(DASHES)]
-    return DrawnCurve(label, values, RUN_COLOURS[place % len(RUN_COLOURS)], dashes)
+    dashes = DASHES[(len(labels) - 1 - labels.index(label)) % len(DASHES)]
+    return DrawnCurve(label, values, _colour(labels, label), dashes)
 
 
 def together(records: Sequence[RecordRuns]) -> list[tuple[str, str]]:

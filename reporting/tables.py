@@ -9,13 +9,13 @@ import csv as csv_format
 import io
 import math
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from typing import Any
 
-from .numbers import MISSING, is_missing
+from .numbers import MISSING, is_missing, number
 
 WIDEST_PADDED = 40
 """Markdown cells are padded to the width of their column, but not beyond this many characters."""
@@ -89,9 +89,29 @@ class Table:
         return tuple(any(isinstance(row[j].value, int | float) for row in self.rows) for j in places)
 
 
-def field(name: str, title: str | None = None) -> Column:
+Source = str | Callable[[Any], Any]
+"""Where a column takes its values from: the key or attribute of the rows, or a function of a row."""
+
+
+def field(source: str, title: str | None = None) -> Column:
     """A column of texts, one field of the rows."""
-    return Column(name if title is None else title, lambda row: str(row[name]))
+    return Column(source if title is None else title, lambda row: str(_taken(row, source)))
+
+
+def numeric(title: str, source: Source, form: Callable[[Any], str] = number, scale: float = 1.0) -> Column:
+    """A column of numbers, sorted by value; what is known of them is multiplied by `scale`."""
+
+    def value(row: Any) -> Any:
+        own = _taken(row, source)
+        return own if is_missing(own) or scale == 1.0 else scale * own
+
+    return Column(title, lambda row: form(value(row)), value)
+
+
+def _taken(row: Any, source: Source) -> Any:
+    if callable(source):
+        return source(row)
+    return row[source] if isinstance(row, Mapping) else getattr(row, source)
 
 
 def make_table(
@@ -103,7 +123,7 @@ def make_table(
 ) -> Table:
     """The table of the rows; columns that are empty throughout are left out, such as efficiency from a single seed."""
     cells = [[column.cell(row) for column in columns] for row in rows]
-    keep = [i for i in range(len(columns)) if any(_says_something(row[i]) for row in cells)]
+    keep = [i for i in range(len(columns)) if any(row[i].text not in (MISSING, "") or row[i].html for row in cells)]
     kept = tuple(tuple(row[i] for i in keep) for row in cells)
     return Table(tuple(columns[i].title for i in keep), kept, title, note, tuple(map(kind, rows)) if kind else ())
 
@@ -215,10 +235,6 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _says_something(cell: Cell) -> bool:
-    return cell.text not in (MISSING, "") or bool(cell.html)
 
 
 def _finite(cell: Cell) -> bool:

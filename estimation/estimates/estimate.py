@@ -202,7 +202,9 @@ class Estimate:
         if not self.records:
             raise BadInput("the estimate does not hold its records", hint="make it with helmbench.identify")
         others = self.held_out if isinstance(validate, Sequence) and not validate else validate
-        return above("api.assessment").assess(self, self.records, others, compared or self.comparison, positive_rudder)
+        return above("api.identification").assess(
+            self, self.records, others, compared or self.comparison, positive_rudder
+        )
 
     def to_html(self, validate: Record | FilePath | Sequence[Record | FilePath] = ()) -> str:
         """The page of the identification: one self-contained HTML document.  Takes and raises as `assess`."""

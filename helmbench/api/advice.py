@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..models.argument_types import typed
 from ..models.errors import BadInput
+from ..models.plain import json_text, plain
 
 if TYPE_CHECKING:
     from os import PathLike
@@ -130,8 +131,8 @@ def _by_particulars(folder: Path, situations: Sequence[Situation]) -> dict[Situa
     for one in situations:
         if str(one) not in stored:
             errors = errors_of(one)
-            stored[str(one)] = None if errors is None else [*map(_plain, errors)]
-            write_atomic(path, (json.dumps(stored, indent=1) + "\n").encode())
+            stored[str(one)] = plain(errors)
+            write_atomic(path, f"{json_text(stored)}\n".encode())
     found = {one: stored[str(one)] for one in situations}
     return {one: [inf if e is None else e for e in errors] for one, errors in found.items() if errors is not None}
 
@@ -148,15 +149,8 @@ def _contest(folder: Path) -> Contest:
 
 
 def _written(folder: Path, text: str, tested: Sequence[Tested]) -> AdviceTest:
-    from ..models.folders import write_atomic
     from ..reporting.leaderboard.advice import as_rows
+    from ..reporting.report import write_files
 
     rows = tuple(as_rows(tested))
-    plain = [{name: _plain(value) for name, value in row.items()} for row in rows]
-    write_atomic(folder / PAGE, text.encode())
-    write_atomic(folder / ROWS, (json.dumps(plain, indent=1) + "\n").encode())
-    return AdviceTest(text, rows, (folder / PAGE, folder / ROWS))
-
-
-def _plain(value: Any) -> Any:
-    return None if isinstance(value, float) and value in (float("inf"), float("-inf")) else value
+    return AdviceTest(text, rows, write_files(folder, {PAGE: text, ROWS: f"{json_text(rows)}\n"}))

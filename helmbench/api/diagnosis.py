@@ -1,4 +1,4 @@
-"""Diagnosis of a model with records, and its outcome with page, figure and files."""
+"""Diagnosis and calibration of a model with records, and a model of a craft from its records alone."""
 
 from __future__ import annotations
 
@@ -6,21 +6,22 @@ import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from ..diagnosis.calibration.result import Calibration
+from ..diagnosis.craft.result import CraftDiagnosis
 from ..diagnosis.result import Diagnosis
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import CHANNELS
-from .admission import doubts_of, faults_of, require_trustworthy
-from .arguments import as_model, as_records, labels
+from .arguments import as_model, as_records, doubts_of, faults_of, labels, require_trustworthy
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path as FilePath
 
+Told = TypeVar("Told", Diagnosis, Calibration, CraftDiagnosis)
 READING = "reading the model and the records"
 SHORT_CHANNELS = {"heading": "psi", "yaw_rate": "r", "surge": "u", "sway": "v", "north": "x", "east": "y"}
 """Short names of channels -> states."""
@@ -87,10 +88,20 @@ def diagnose(
         records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
         found = engine.diagnose(base, records, others, options, watch)
         found = with_errors_ahead(found, others or records)
+    doubts = (*unusual_numbers(base), *doubts, *doubts_of(found.checks, base), *found.doubts)
+    return _told_of(found, train, held_out, doubts)
+
+
+def _told_of(
+    found: Told,
+    train: Record | FilePath | Sequence[Record | FilePath],
+    held_out: Record | FilePath | Sequence[Record | FilePath],
+    doubts: Sequence[str],
+) -> Told:
+    """The result with its records as they were given, and what is doubtful about them."""
     roles = [role for _, role in found.records]
     names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    doubts = (*unusual_numbers(base), *doubts, *doubts_of(found.checks, base), *found.doubts)
-    return replace(found, records=tuple(names), doubts=doubts)
+    return replace(found, records=tuple(names), doubts=tuple(doubts))
 
 
 @contextmanager
@@ -186,6 +197,49 @@ def calibrate(
     records, others, doubts = training_and_held_out(base, train, held_out, positive_rudder)
     require_trustworthy([*records, *others], base)
     found = engine(base, records, others)
-    roles = [role for _, role in found.records]
-    names = zip([*labels(train), *labels(held_out)], roles, strict=True)
-    return replace(found, records=tuple(names), doubts=(*doubts, *found.doubts))
+    return _told_of(found, train, held_out, (*doubts, *found.doubts))
+
+
+@typed
+def build_model(
+    train: Record | FilePath | Sequence[Record | FilePath],
+    held_out: Record | FilePath | Sequence[Record | FilePath] = (),
+    *,
+    positive_rudder: str | None = None,
+    particulars: Model | FilePath | None = None,
+    progress: bool | Callable[[str], object] = False,
+) -> CraftDiagnosis:
+    """Build a model of a craft for which none is known, and say how far ahead it can be trusted.
+
+    The records tell what steers the craft (a rudder in the flow, a rudder in a propeller's race, thrusters), and then
+    one lack of the simpler model after the other: neutral angle, damping that grows with the yaw rate, delay, rate
+    limit and lag, asymmetry, wind.  Models are fitted to short windows and judged by blocks of time that were left out.
+    Measured speed, revolutions and wind are inputs.
+
+    Parameters
+    ----------
+    train : one record or several, or paths of record files, with rudder or command, and heading or yaw rate.
+    held_out : likewise; they take no part in the choice, but the model is not worse along them than the law alone.
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+    particulars : YAML file of the ship's particulars (docs/mathematics/craft.md), or another simulation of surge, sway
+        and yaw: it is corrected by the training records and told beside the built model, `ship` of the outcome.
+    progress : show on standard error which stage it is in; or a function that is called with every stage when it
+        begins.
+
+    Raises
+    ------
+    BadInput : a file cannot be used, a record is given twice or on both sides, or its numbers are in another unit than
+        its columns say.
+    CannotFit : the records hold no yaw motion, the rudder or command never moves, or all stretches are too short.
+    """
+    from ..models.cache import FIRST_USE
+
+    with shown_stages(progress) as watch, FIRST_USE.told_to(watch):
+        watch(READING)
+        from ..diagnosis.craft.build import build
+        from ..models.model import resolve
+
+        ship = None if particulars is None else as_model(particulars)
+        records, others, doubts = training_and_held_out(resolve("nomoto-1"), train, held_out, positive_rudder)
+        found = build(records, others, ship, watch)
+    return _told_of(found, train, held_out, doubts)

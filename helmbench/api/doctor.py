@@ -8,7 +8,7 @@ import shutil
 import sys
 import tempfile
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 from html import escape
 from importlib.metadata import PackageNotFoundError, requires, version
@@ -17,7 +17,7 @@ from types import FunctionType
 from typing import Any
 
 from ..models.errors import BadInput
-from ..reporting.tables import Column, Table, console, html, make_table
+from ..reporting.tables import Table, console, field, html, make_table
 
 OK, WARNING, FAULT = "ok", "warning", "fault"
 LITTLE, TOO_LITTLE = 2e9, 2e8
@@ -53,13 +53,17 @@ class Health:
 
     def summary(self) -> str:
         """The findings as a table in plain text."""
-        return console(health_table(self.findings))
+        return console(self._table())
 
     def __repr__(self) -> str:
         return f"<Health: {self.status}>"
 
     def _repr_html_(self) -> str:
-        return f"<p>{escape(self.status)}</p>{html(health_table(self.findings))}"
+        return f"<p>{escape(self.status)}</p>{html(self._table())}"
+
+    def _table(self) -> Table:
+        columns = [field("status"), field("what"), field("told", "found"), field("todo", "to do")]
+        return make_table(columns, self.findings)
 
 
 def doctor() -> Health:
@@ -82,9 +86,8 @@ def _guarded(check: FunctionType) -> list[HealthFinding]:
             warnings.simplefilter("ignore")
             return list(check())
     except BadInput as error:
-        return [
-            HealthFinding(name, FAULT, error.message + (f" ({error.file})" if error.file else ""), error.hint or "")
-        ]
+        told = f"{error.message} ({error.file})" if error.file else error.message
+        return [HealthFinding(name, FAULT, told, error.hint or "")]
     except Exception as error:  # whatever a broken installation raises
         return [HealthFinding(name, FAULT, f"{type(error).__name__}: {error}", "install helmbench anew: pip install .")]
 
@@ -99,23 +102,19 @@ def _python() -> Iterator[HealthFinding]:
 
 def _packages() -> Iterator[HealthFinding]:
     """Every declared dependency is there, in a version that suits."""
-    bad: list[HealthFinding] = []
-    good = 0
-    for text in requires("helmbench") or ():
-        found = REQUIREMENT.match(text)
-        if found is None:
-            continue  # of an extra
-        name, least = found.groups()
-        try:
-            own = version(name)
-        except PackageNotFoundError:
-            own = "missing"
-        if own == "missing" or _numbers(own) < _numbers(least):
-            bad.append(
-                HealthFinding("package", FAULT, f"{name} is {own}, {least} is needed", f"pip install '{name}>={least}'")
-            )
-        good += 1
-    yield from bad or [HealthFinding("packages", OK, f"{good} packages in suitable versions")]
+    needed = [found.groups() for text in requires("helmbench") or () if (found := REQUIREMENT.match(text))]  # no extras
+    bad = [(name, own, least) for name, least in needed if _numbers(own := _version(name)) < _numbers(least)]
+    for name, own, least in bad:
+        yield HealthFinding("package", FAULT, f"{name} is {own}, {least} is needed", f"pip install '{name}>={least}'")
+    if not bad:
+        yield HealthFinding("packages", OK, f"{len(needed)} packages in suitable versions")
+
+
+def _version(name: str) -> str:
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        return "missing"
 
 
 def _numbers(text: str) -> tuple[int, ...]:
@@ -135,19 +134,18 @@ def _compiled() -> Iterator[HealthFinding]:
     import time
 
     from ..models.model import resolve
-    from .identification import simulate
+    from .simulation import simulate
 
     started = time.perf_counter()
     model = resolve("nomoto-1").with_coefficients([-0.1, 0.01])
     record = simulate(model, "turn:10", duration_s=200.0, dt_s=0.5)
     error = abs(record.column("yaw_rate_rad_s")[-1] - 0.1 * math.radians(10.0))
     seconds = time.perf_counter() - started
-    if not error < 1e-6:
-        yield HealthFinding(
-            "compiled code", FAULT, f"a simulation is off by {error:.2g} rad/s", "delete the folder of the cache"
-        )
-    else:
+    if error < 1e-6:
         yield HealthFinding("compiled code", OK, f"a simulation ran in {seconds:.2g} s")
+    else:
+        told = f"a simulation is off by {error:.2g} rad/s"
+        yield HealthFinding("compiled code", FAULT, told, "delete the folder of the cache")
 
 
 def _cache() -> Iterator[HealthFinding]:
@@ -157,18 +155,15 @@ def _cache() -> Iterator[HealthFinding]:
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
     damaged = [path for path in files if path.suffix == ".kernel" and stored(path) is None]
-    told = f"{folder}: {len(files)} files, {size:.0f} MB"
+    told, todo = f"{folder}: {len(files)} files, {size:.0f} MB", ""
     if damaged:
+        told += f"; {len(damaged)} damaged"
         todo = "nothing: they are built anew when needed; if they come again, check the disk"
-        yield HealthFinding("cache", WARNING, f"{told}; {len(damaged)} damaged", todo)
     elif size > LARGE_MB:
-        yield HealthFinding("cache", WARNING, told, "delete the folder: old versions are in it, and it is built anew")
+        todo = "delete the folder: old versions are in it, and it is built anew"
     elif Path(tempfile.gettempdir()) in folder.parents and VARIABLE not in os.environ:
-        yield HealthFinding(
-            "cache", WARNING, f"{told}; it is lost at the end", f"set {VARIABLE} to a folder that can be written"
-        )
-    else:
-        yield HealthFinding("cache", OK, told)
+        told, todo = f"{told}; it is lost at the end", f"set {VARIABLE} to a folder that can be written"
+    yield HealthFinding("cache", WARNING if todo else OK, told, todo)
 
 
 def _data() -> Iterator[HealthFinding]:
@@ -177,9 +172,8 @@ def _data() -> Iterator[HealthFinding]:
 
     folder = data_dir()
     if os.environ.get(ENVIRONMENT) and not folder.is_dir():
-        yield HealthFinding(
-            "data", FAULT, f"{ENVIRONMENT} names {folder}, which is no folder", f"make it, or unset {ENVIRONMENT}"
-        )
+        told = f"{ENVIRONMENT} names {folder}, which is no folder"
+        yield HealthFinding("data", FAULT, told, f"make it, or unset {ENVIRONMENT}")
         return
     for name, source in DATASETS.items():
         lost = missing_files(name)
@@ -202,16 +196,11 @@ def _threads() -> Iterator[HealthFinding]:
     given = {name: value for name in THREAD_VARIABLES if (value := os.environ.get(name))}
     wrong = [name for name, value in given.items() if not (value.isascii() and value.isdigit() and int(value) > 0)]
     if wrong:
-        yield HealthFinding(
-            "threads", FAULT, f"{wrong[0]} is {given[wrong[0]]!r}", f"set {wrong[0]} to a whole number, at least 1"
-        )
+        todo = f"set {wrong[0]} to a whole number, at least 1"
+        yield HealthFinding("threads", FAULT, f"{wrong[0]} is {given[wrong[0]]!r}", todo)
     elif most > cpus:
-        yield HealthFinding(
-            "threads",
-            WARNING,
-            f"{told} on {cpus} processors",
-            "set OMP_NUM_THREADS=1: more threads wait for each other",
-        )
+        todo = "set OMP_NUM_THREADS=1: more threads wait for each other"
+        yield HealthFinding("threads", WARNING, f"{told} on {cpus} processors", todo)
     else:
         yield HealthFinding("threads", OK, f"{cpus} processors; linear algebra: {told}")
 
@@ -230,23 +219,19 @@ def _disk() -> Iterator[HealthFinding]:
         folder = next(one for one in (place, *place.parents) if one.exists())
         free = shutil.disk_usage(folder).free
         status = FAULT if free < TOO_LITTLE else WARNING if free < LITTLE else OK
-        yield HealthFinding(
-            f"disk of {name}",
-            status,
-            f"{free / 1e9:.1f} GB free at {folder}",
-            "free some space" if status != OK else "",
-        )
+        todo = "free some space" if status != OK else ""
+        yield HealthFinding(f"disk of {name}", status, f"{free / 1e9:.1f} GB free at {folder}", todo)
 
 
 def _permissions() -> Iterator[HealthFinding]:
-    for name, place in (("temporary files", Path(tempfile.gettempdir())), ("working folder", Path.cwd())):
+    places = (
+        ("temporary files", Path(tempfile.gettempdir()), FAULT, "set TMPDIR to a folder that can be written"),
+        ("working folder", Path.cwd(), WARNING, "write results elsewhere with -o"),
+    )
+    for name, place, status, todo in places:
         try:
             tempfile.TemporaryFile(dir=place).close()
         except OSError as error:
-            status = FAULT if name == "temporary files" else WARNING
-            todo = (
-                "set TMPDIR to a folder that can be written" if status == FAULT else "write results elsewhere with -o"
-            )
             yield HealthFinding(f"writing, {name}", status, f"{place}: {error.strerror or error}", todo)
         else:
             yield HealthFinding(f"writing, {name}", OK, f"{place} can be written")
@@ -261,14 +246,3 @@ def _output() -> Iterator[HealthFinding]:
         yield HealthFinding("terminal", WARNING, f"{encoding} lacks characters of the tables", "set PYTHONUTF8=1")
     else:
         yield HealthFinding("terminal", OK, f"shows {encoding}")
-
-
-def health_table(findings: Sequence[Any]) -> Table:
-    """A row a finding: status, what it is about, what was found, what to do."""
-    columns = [
-        Column("status", lambda one: one.status),
-        Column("what", lambda one: one.what),
-        Column("found", lambda one: one.told),
-        Column("to do", lambda one: one.todo),
-    ]
-    return make_table(columns, findings)

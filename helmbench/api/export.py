@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from ..estimation.indices.result import ModelFromIndices
 from ..models.argument_types import typed
 from ..models.files import content_writer, refuse_existing, write_together
+from .arguments import as_model
 
 if TYPE_CHECKING:
     from ..models.model import Model
@@ -38,9 +39,8 @@ def export_model(model: Model | Path, to: str, output: Path, *, force: bool = Fa
     BadInput : the format is unknown or cannot hold the model, a file exists, or the folder cannot be written to.
     """
     from ..models.export.formats import exported
-    from ..models.model import Model, resolve
 
-    found = exported(model if isinstance(model, Model) else resolve(model), to)
+    found = exported(as_model(model), to)
     folder = FilePath(output)
     if not force:
         refuse_existing(folder / name for name in found)

@@ -1,4 +1,4 @@
-"""Simulation of manoeuvres with a model, and identification of a model from records, with its page and files."""
+"""Identification of a model from records, whether to believe it, and several models side by side."""
 
 from __future__ import annotations
 
@@ -7,77 +7,24 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from ..datasets.record import Record
+from ..datasets.copies import check_no_copies
 from ..estimation.estimates.estimate import Estimate
 from ..models.argument_types import typed
 from ..models.errors import BadInput, CannotFit
-from .admission import admit, refuse_copies, warn_of
-from .arguments import AUTO, METHOD, as_model, as_records, check_numbers, check_seed
+from .arguments import AUTO, METHOD, admit, as_model, as_records, listed, rudder_sign_doubt, warn_of
 
 if TYPE_CHECKING:
+    from ..datasets.record import Record
+    from ..estimation.estimates.assessment import Assessment
     from ..estimation.estimates.comparison import Comparison
     from ..methods.base import Method
     from ..models.model import Model
     from .arguments import Path
+    from .arguments import Path as FilePath
 
 LEAST = 0.02
 """Share by which a built model must predict better ahead than the best family."""
 NORMAL_90 = 1.6448536269514722
-
-
-@typed
-def simulate(
-    model: Model | Path,
-    manoeuvre: str,
-    *,
-    noise: str = "none",
-    disturbance: str = "none",
-    seed: int = 0,
-    duration_s: float | None = None,
-    dt_s: float | None = None,
-) -> Record:
-    """Simulate a manoeuvre of a model with coefficients, and measure it.
-
-    As `generate`, which takes its texts from a `Case`, but also for a model that was made in Python, such as
-    `estimate.model`.
-
-    Parameters
-    ----------
-    model : a model, or a vessel id or the path of a model.json.
-    manoeuvre : for example 'zigzag:20/20' or 'turn:35:port' (`list_manoeuvres`).
-    noise : 'none', 'low', 'medium', 'high', 'gross', or channels such as 'yaw_rate=0.05deg_s'.
-    disturbance : 'none', or 'wind:12@40deg', 'current:...', 'waves:...', joined by '+'.
-    seed : seed of all random numbers, at least 0.
-    duration_s : duration, s; None: that of the vessel file.
-    dt_s : sampling step, s; None: that of the vessel file.
-
-    Returns
-    -------
-    The record, with the rudder in the model's sign; the same for the same arguments.
-
-    Raises
-    ------
-    BadInput : an unknown vessel, a malformed text, a disturbance that the model cannot take, no duration or step, or a
-        run that diverges.
-    """
-    from ..datasets.disturbances import parse_disturbance
-    from ..datasets.generator import record_run
-    from ..datasets.manoeuvres import KINDS, parse_manoeuvre
-    from ..datasets.sensors import parse_noise
-
-    check_seed(seed)
-    check_numbers(duration_s=duration_s, dt_s=dt_s)
-    if isinstance(model, str) and model.partition(":")[0] in KINDS:
-        raise BadInput(f"{model!r} is a manoeuvre, not a model", hint="first the vessel, then the manoeuvre")
-    return record_run(
-        as_model(model),
-        parse_manoeuvre(manoeuvre),
-        parse_noise(noise),
-        parse_disturbance(disturbance),
-        seed=seed,
-        duration_s=duration_s,
-        dt_s=dt_s,
-    )
 
 
 @typed
@@ -123,7 +70,8 @@ def identify(
     FitFailed : no finite estimate was found.
     """
     from ..datasets.instruments import hull_record
-    from ..datasets.rudder_sign import RudderSignWarning, rudder_sign_doubt
+    from ..datasets.rudder_sign import RudderSignWarning
+    from ..datasets.rudder_sign import rudder_sign_doubt as sign_doubt
     from ..estimation.estimates.estimate import published
     from ..methods.registry import make
 
@@ -136,11 +84,11 @@ def identify(
     chosen = METHOD if method is None else method
     structure, fitter = as_model(model), make(chosen) if isinstance(chosen, str) else chosen
     read, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
-    refuse_copies(read, others)
+    check_no_copies(read, others)
     warn_of(admit(read, structure))
     given = [hull_record(record, structure) for record in read]
     estimate = published(fitter.fit(given, structure))
-    for doubt in filter(None, map(rudder_sign_doubt, given)):
+    for doubt in filter(None, map(sign_doubt, given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=2)
     return replace(estimate, records=tuple(read), held_out=tuple(others))
 
@@ -157,8 +105,6 @@ def chosen_estimate(
     ------
     CannotFit : no model can be built, and no family fitted.
     """
-    from .assessment import compare
-
     if not methods:
         return _estimate_built(train, others, particulars)
     found = compare(train, AUTO, methods, validate=others)
@@ -174,33 +120,23 @@ def _estimate_built(train: Sequence[Record], others: Sequence[Record], particula
     """The model of `build_model` as an estimate, or the simulation of the particulars where that predicts better."""
     from ..diagnosis.craft.result import BUILT, SHIP
     from ..estimation.validation.horizons import mean_ratio
-    from .craft import build_model
+    from .diagnosis import build_model
 
     found = build_model(train, others, particulars=particulars)
+    method, variant, model, covariance, message = "ladder", "windows", found.model, found.covariance, found.reason
+    stderr = {n.name: (n.high - n.value) / NORMAL_90 for n in found.numbers}
     if found.ship is not None and mean_ratio(found.ahead.scores, SHIP, BUILT) < 1.0 - LEAST:
-        return Estimate(
-            method="particulars",
-            variant="corrected",
-            model=found.ship,
-            coefficients=found.ship.coefficients,
-            covariance=None,
-            parameters=dict(found.ship.parameters),
-            stderr=dict.fromkeys(found.ship.parameters, float("nan")),
-            message=found.notes[-1],
-            wall_s=found.wall_s,
-            records=tuple(train),
-        )
-    model, shown = found.model, {n.name: (n.high - n.value) / NORMAL_90 for n in found.numbers}
-    parameters = {name: float(value) for name, value in model.parameters.items()}
+        method, variant, model, covariance, message = "particulars", "corrected", found.ship, None, found.notes[-1]
+        stderr = {}
     return Estimate(
-        method="ladder",
-        variant="windows",
+        method=method,
+        variant=variant,
         model=model,
         coefficients=model.coefficients,
-        covariance=found.covariance,
-        parameters=parameters,
-        stderr={name: shown[name] for name in parameters},
-        message=found.reason,
+        covariance=covariance,
+        parameters={name: float(value) for name, value in model.parameters.items()},
+        stderr={name: stderr.get(name, float("nan")) for name in model.parameters},
+        message=message,
         wall_s=found.wall_s,
         records=tuple(train),
     )
@@ -224,7 +160,99 @@ def _better_ahead(built: Estimate, best: Estimate, judged: Sequence[Record]) -> 
     return mean_ratio(found.scores, "built", "best") < 1.0 - LEAST and not (follows and own.r2 < other.r2)
 
 
-def estimate_of(comparison: Comparison, records: Sequence[Record]) -> Estimate:
+def estimate_of(compared: Comparison, records: Sequence[Record]) -> Estimate:
     """The chosen estimate of a comparison, with its training records."""
-    assert comparison.chosen.estimate is not None, "the chosen candidate has an error, so it was fitted"
-    return replace(comparison.chosen.estimate, records=tuple(records), comparison=comparison)
+    assert compared.chosen.estimate is not None, "the chosen candidate has an error, so it was fitted"
+    return replace(compared.chosen.estimate, records=tuple(records), comparison=compared)
+
+
+# ---- Whether to believe an estimate, and several side by side.
+
+
+def assess(
+    estimate: Estimate,
+    records: Sequence[Record],
+    validate: Record | FilePath | Sequence[Record | FilePath],
+    found: Comparison | None,
+    positive_rudder: str | None,
+) -> Assessment:
+    """What an estimate from these records is worth; raises as `Estimate.assess`."""
+    from ..estimation.judgement import assessment
+
+    others = as_records(validate, positive_rudder)
+    check_no_copies(records, others)
+    signs = (rudder_sign_doubt(record, estimate.model) for record in (*records, *others))
+    doubts = [*admit(records, estimate.model), *admit(others, estimate.model), *filter(None, signs)]
+    biases = None
+    if estimate.predictor is None and estimate.parameters:
+        from ..diagnosis.one_bank.biases import biases_of
+
+        biases = biases_of(estimate.model, records)
+    return assessment.assess(estimate, records, others, found, doubts, biases)
+
+
+@typed
+def compare(
+    records: Record | FilePath | Sequence[Record | FilePath],
+    models: Model | FilePath | Sequence[Model | FilePath],
+    methods: Method | str | Sequence[Method | str],
+    *,
+    validate: Record | FilePath | Sequence[Record | FilePath] = (),
+    positive_rudder: str | None = None,
+) -> Comparison:
+    """Fit models by methods, every one by every other, and compare them on records that took no part in the fit.
+
+    With records in `validate` each is fitted once and run freely along those.  Without, each record is left out in
+    turn, or blocks of time where there is only one.  A candidate that does not apply or fails stays in the table with
+    its reason.
+
+    Parameters
+    ----------
+    records : records, or paths of record files.
+    models : one structure or several; 'auto' takes every family that needs no constants of a ship, and the vessels
+        that the records name.
+    methods : one method or several, or their texts (`list_methods`).
+    validate : records that were held out, likewise.
+    positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
+
+    Warns
+    -----
+    PlausibilityWarning : something about a record is doubtful.
+
+    Raises
+    ------
+    BadInput : a file, model or method cannot be used, a record is given twice, its numbers are in another unit than its
+        columns say, or a single record is too short to be cut.
+    CannotFit : no candidate can be fitted, or the runs of all of them diverge.
+    """
+    from ..estimation.judgement import comparison
+    from ..methods.registry import make
+
+    fitters = [(one, make(one)) if isinstance(one, str) else (one.name, one) for one in listed(methods)]
+    train, others = as_records(records, positive_rudder), as_records(validate, positive_rudder)
+    structures = candidate_models(models, train)
+    _check(train, others, structures)
+    entrants = [(model, text, fitter) for model in structures for text, fitter in fitters]
+    return comparison.compare(entrants, train, others)
+
+
+def candidate_models(models: Model | FilePath | Sequence[Model | FilePath], records: Sequence[Record]) -> list[Model]:
+    """The structures that are compared."""
+    from ..estimation.judgement.comparison import families_for
+
+    found = [model for one in listed(models) for model in (families_for(records) if one == AUTO else [as_model(one)])]
+    if not found:
+        raise BadInput("no model to compare", hint="give one or more, or 'auto'")
+    return found
+
+
+def _check(train: Sequence[Record], others: Sequence[Record], models: Sequence[Model]) -> None:
+    """Refuse records that cannot be what they say; warn of those that are doubtful."""
+    from ..datasets.plausibility import check_plausible
+
+    if not train:
+        raise BadInput("no record to fit", hint="give at least one")
+    doubts = [*admit(train, models[0]), *admit(others, models[0])]
+    doubts += [told for model in models[1:] for side in (train, others) for told in check_plausible(side, model)]
+    check_no_copies(train, others)
+    warn_of(list(dict.fromkeys(doubts)))

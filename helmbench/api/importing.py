@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from os import PathLike, fspath
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..datasets.importing.result import Import, write_mapping
 from ..models.argument_types import typed
 from ..models.errors import BadInput
+from .arguments import listed
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
     from ..datasets.importing.report import FileFault
-    from ..datasets.importing.segments import ManoeuvreSegment
-    from ..datasets.record import Record
     from .arguments import Path as FilePath
 
 
@@ -66,7 +65,8 @@ class ImportDraft:
         """
         if not answers:
             return self
-        return _drafted(self._tables, self._given.with_answers(answers))
+        every = {**self._given.answers, **answers}
+        return _drafted(self._tables, replace(self._given, answers=every))
 
     def with_columns(self, said: Mapping[tuple[str, str], Mapping[str, Any]]) -> ImportDraft:
         """The draft with columns that the user says: (table, column) -> `to`, a quantity or 'not used', `unit`, `sign`.
@@ -143,9 +143,6 @@ class _Given:
     answers: Mapping[str, str]
     segment: bool
 
-    def with_answers(self, answers: Mapping[str, str]) -> _Given:
-        return replace(self, answers={**self.answers, **answers})
-
 
 @typed
 def draft_import(
@@ -166,7 +163,7 @@ def draft_import(
     from ..datasets.importing.importer import read_all
 
     given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
-    return _drafted(tuple(read_all(_files(paths))), given)
+    return _drafted(tuple(read_all(listed(paths))), given)
 
 
 @typed
@@ -207,11 +204,7 @@ def import_log(
     from ..datasets.importing.importer import read_all
 
     given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
-    return _imported(read_all(_files(paths)), given)
-
-
-def _files(paths: FilePath | Sequence[FilePath]) -> list[str]:
-    return [fspath(file) for file in ([paths] if isinstance(paths, str | PathLike) else paths)]
+    return _imported(read_all(listed(paths)), given)
 
 
 def _given(
@@ -260,13 +253,6 @@ def _outcome(found: Import, given: _Given) -> Import:
     if given.segment:
         records = tuple(part for record in records for _, part in cut(record)) or records
     return replace(found, records=records)
-
-
-def find_manoeuvres(record: Record) -> list[ManoeuvreSegment]:
-    """The manoeuvres of a record in their order, as samples start:stop; empty where the rudder is never laid."""
-    from ..datasets.importing.segments import find_segments
-
-    return find_segments(record)
 
 
 def list_quantities() -> dict[str, list[str]]:

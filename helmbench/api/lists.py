@@ -1,20 +1,6 @@
-"""What there is: identifier and title of models, vessels, manoeuvres, methods, causes, diagnosers and suites."""
+"""What there is: identifier and title of manoeuvres, methods, causes, diagnosers and suites."""
 
 from __future__ import annotations
-
-
-def list_models() -> dict[str, str]:
-    """Family id -> title of every model structure."""
-    from ..models.model import list_families
-
-    return list_families()
-
-
-def list_vessels() -> dict[str, str]:
-    """Vessel id -> title of every vessel with published coefficients."""
-    from ..models.model import list_vessels
-
-    return list_vessels()
 
 
 def list_manoeuvres() -> dict[str, str]:

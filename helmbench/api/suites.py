@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
@@ -180,8 +180,8 @@ def run_suite(
         raise BadInput(f"--array is {array!r}", hint=f"known: {', '.join(CLUSTERS)}")
     if message is not None and not scheduler and not array and (jobs or 0) > worker_count(jobs):
         message(f"{jobs} workers asked for, {worker_count(jobs)} processors here: {worker_count(jobs)} workers")
-    place = _Place(jobs, scheduler, JobArray(array, jobs, array_options or {}) if array else None, limits)
-    store = _execute(folder, given, resume, trust, tuple(map(Path, reuse)), place, progress, message)
+    place = _runner(jobs, scheduler, JobArray(array, jobs, array_options or {}) if array else None, limits)
+    store = _execute(folder, given, resume, trust, [*map(Path, reuse)], place, not scheduler, progress, message)
     return SuiteResults(store.directory, store.manifest, tuple(run["row"] for run in store.runs))
 
 
@@ -309,29 +309,21 @@ def _stored_selection(directory: Path) -> RunSelection:
     return RunSelection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
 
 
-@dataclass(frozen=True)
-class _Place:
-    """Where runs are executed: in worker processes, on a dask cluster or in a job array; within limits."""
+@contextmanager
+def _runner(
+    jobs: int | None, scheduler: str | None, array: JobArray | None, limits: Limits
+) -> Generator[Callable[[Sequence[Spec], Store, Callable[[dict[str, Any]], object]], None]]:
+    """Executes (specs, store, watch) in worker processes, on a dask cluster or in a job array, within limits."""
+    from ..bench import runner
+    from ..bench.cluster import cluster
+    from ..bench.job_array import run_array
+    from ..bench.pool import processes
 
-    jobs: int | None
-    scheduler: str | None
-    array: JobArray | None
-    limits: Limits
-
-    @contextmanager
-    def runner(self) -> Generator[Callable[[Sequence[Spec], Store, Callable[[dict[str, Any]], object]], None]]:
-        """Executes (specs, store, watch)."""
-        from ..bench import runner
-        from ..bench.cluster import cluster
-        from ..bench.job_array import run_array
-        from ..bench.pool import processes
-
-        if self.array is not None:
-            array = self.array
-            yield lambda specs, store, watch: run_array(specs, store, array, watch, self.limits)
-        else:
-            with cluster(self.scheduler) if self.scheduler else processes(self.jobs) as pool:
-                yield lambda specs, store, watch: runner.run(specs, store, pool, watch, self.limits)
+    if array is not None:
+        yield lambda specs, store, watch: run_array(specs, store, array, watch, limits)
+        return
+    with cluster(scheduler) if scheduler else processes(jobs) as pool:
+        yield lambda specs, store, watch: runner.run(specs, store, pool, watch, limits)
 
 
 def _execute(
@@ -340,7 +332,8 @@ def _execute(
     resume: bool,
     trust: Trust,
     reuse: Sequence[Path],
-    place: _Place,
+    place: AbstractContextManager[Callable[..., None]],
+    here: bool,
     progress: bool,
     message: Callable[[str], object] | None,
 ) -> Store:
@@ -362,10 +355,10 @@ def _execute(
     specs = kind.plan(suite, selection)
     if selection.seed is not None and message is not None:
         message(f"seed {selection.seed} (--seed {selection.seed} draws the same cases)")
-    if not place.scheduler:
+    if here:
         kind.check(specs)
     check_folders(reuse, kind)
-    with place.runner() as run:
+    with place as run:
         opened = runner.resume_store(directory, suite, specs) if resume else None
         with opened or runner.open_store(directory, suite, selection, specs) as store:
             taken = take(specs, store, reuse)

@@ -5,13 +5,12 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from os import PathLike, fspath
+from os import fspath
 from typing import TYPE_CHECKING
 
 from ..estimation.validation.result import Validation
 from ..models.argument_types import typed
-from .admission import admit, rudder_sign_doubt
-from .arguments import as_model, as_records, labels, listed
+from .arguments import admit, as_model, as_records, labels, listed, rudder_sign_doubt
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -62,7 +61,8 @@ def validate(
     models = _named_models(model, compare)
     given = as_records(records, positive_rudder)
     doubts = admit(given, next(iter(models.values())))
-    found = replace(engine.validate(models, _named_records(records, given)), doubts=doubts)
+    named = dict(zip(_names([record.name for record in given], labels(records)), given, strict=True))
+    found = replace(engine.validate(models, named), doubts=doubts)
     for doubt in filter(None, (rudder_sign_doubt(record, next(iter(models.values()))) for record in given)):
         warnings.warn(doubt, RudderSignWarning, stacklevel=3)
     return found
@@ -74,17 +74,10 @@ def _named_models(
     """Models by identifier, or by what they were given as where identifiers repeat."""
     from ..models.model import Model
 
-    others: list[Model | FilePath] = [compare] if isinstance(compare, Model | str | PathLike) else list(compare)
-    models = [as_model(one) for one in (model, *others)]
-    given = [one.id if isinstance(one, Model) else fspath(one) for one in (model, *others)]
-    return dict(zip(_names([one.id for one in models], given), models, strict=True))
-
-
-def _named_records(
-    records: Record | FilePath | Sequence[Record | FilePath], given: Sequence[Record]
-) -> Mapping[str, Record]:
-    """Records by name, or by what they were given as where names repeat."""
-    return dict(zip(_names([record.name for record in given], labels(listed(records))), given, strict=True))
+    given = [model, *listed(compare)]
+    models = [as_model(one) for one in given]
+    long = [one.id if isinstance(one, Model) else fspath(one) for one in given]
+    return dict(zip(_names([one.id for one in models], long), models, strict=True))
 
 
 def _names(short: Sequence[str], long: Sequence[str]) -> list[str]:

@@ -17,13 +17,11 @@ from typing import ClassVar, NoReturn
 import click
 
 from ._shared import BAD_INPUT, INTERRUPTED, OK, CommandGroup, complain, echo
-from .benchmark import advice, compare, fetch, identibench, merge, report, reproduce, run
-from .diagnose import calibrate, check, diagnose
-from .exam import exam
-from .identify import identify, validate
+from .benchmark import advice, compare, exam, fetch, identibench, merge, report, reproduce, run
 from .import_ import import_command
 from .installation import completion, doctor, open_command
 from .models import export, from_indices, import_model, list_command, simulate
+from .records import calibrate, check, diagnose, identify, validate
 
 
 class _Cli(CommandGroup):
@@ -76,7 +74,7 @@ def status_of(arguments: Sequence[str] | None = None) -> int:
         echo(error.format_message(), err=True)
         return BAD_INPUT
     except click.ClickException as error:
-        return complain(error.format_message(), BAD_INPUT)
+        return complain(error.format_message(), error.exit_code)
     except MemoryError as error:
         return complain(f"not enough memory ({error or 'the machine refused more'})", BAD_INPUT)
     except ModuleNotFoundError as error:

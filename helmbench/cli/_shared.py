@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
 from pathlib import Path
 from shutil import get_terminal_size
-from typing import TYPE_CHECKING, Any, ClassVar, ParamSpec, TypeVar
+from typing import Any, ClassVar, ParamSpec, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
-
-if TYPE_CHECKING:
-    from ..models.result import FileResult
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -43,37 +41,29 @@ class _FilePath(click.Path):
 FILE = _FilePath(path_type=Path)
 
 
-class Number(click.types.FloatParamType):
+class _InDigits(click.ParamType[Any]):
     """A number in ASCII digits, finite."""
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        return super().convert(_read(self, value, param, ctx), param, ctx)
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from ..models.number_texts import number_of, whole_of
+
+        try:
+            read = whole_of if isinstance(self, click.IntRange) else number_of
+            return super().convert(read(value) if isinstance(value, str) else value, param, ctx)
+        except ValueError as error:
+            self.fail(str(error), param, ctx)
 
 
-class NumberRange(click.FloatRange):
-    """A number in ASCII digits, within bounds."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        return super().convert(_read(self, value, param, ctx), param, ctx)
+class Number(_InDigits, click.types.FloatParamType):
+    """A number."""
 
 
-class WholeRange(click.IntRange):
-    """A whole number in ASCII digits, within bounds."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:
-        return super().convert(_read(self, value, param, ctx), param, ctx)
+class NumberRange(_InDigits, click.FloatRange):
+    """A number within bounds."""
 
 
-def _read(kind: click.ParamType[Any], value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-    """The number of a text; what is no text stays."""
-    from ..models.number_texts import number_of, whole_of
-
-    if not isinstance(value, str):
-        return value
-    try:
-        return whole_of(value) if isinstance(kind, WholeRange) else number_of(value)
-    except ValueError as error:
-        kind.fail(str(error), param, ctx)
+class WholeRange(_InDigits, click.IntRange):
+    """A whole number within bounds."""
 
 
 NUMBER = Number()
@@ -92,11 +82,11 @@ class Identifier(click.ParamType[str]):
 
     def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         """Identifiers that begin with what was typed, with their titles; files where none does."""
-        from ..api import lists
+        import helmbench
 
         titles = dict.fromkeys(self.more, "")
         for kind in self.kinds:
-            titles |= getattr(lists, f"list_{kind}")()
+            titles |= getattr(helmbench, f"list_{kind}")()
         known = [CompletionItem(name, help=title) for name, title in titles.items() if name.startswith(incomplete)]
         return known or [CompletionItem(incomplete, type="file")]
 
@@ -152,18 +142,14 @@ class Commas(click.ParamType[list[str]]):
 COMMAS = Commas()
 
 
-def output_directory(default: str) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Add `--output`, a directory with this default."""
-    return click.option(
-        "-o", "--output", default=default, show_default=True, type=FILE, help="directory of the results"
-    )
+def output_to(help: str, default: str | None = None) -> Callable[[Callable[P, R]], Callable[P, R]]:
+    """Add `--output`, the place of what is written."""
+    return click.option("-o", "--output", default=default, show_default=True, type=FILE, help=help)
 
 
-def output_record(function: Callable[P, R]) -> Callable[P, R]:
-    """Add `--output`, the file of a record."""
-    return click.option(
-        "-o", "--output", default="record.csv", show_default=True, type=FILE, help="record.csv or .parquet to write"
-    )(function)
+RESULTS, RECORD = "directory of the results", "record.csv or .parquet to write"
+"""What `--output` of several commands is."""
+force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
 
 
 def tuning_options(function: Callable[P, R]) -> Callable[P, R]:
@@ -257,41 +243,27 @@ def show_files(paths: Iterable[Path]) -> None:
         echo(f"wrote {path}", err=True)
 
 
-def find_and_write(find: Callable[[], FileResult], refused: str, output: Path, printer: Printer) -> int:
-    """Find a result, write it into a directory, and print it as JSON or as a summary with the files written.
-
-    refused : what is said, before the reason, of records or a model that do not allow a result.
-
-    Returns
-    -------
-    The exit status.
-
-    Raises
-    ------
-    BadInput : the records lack what is needed, or the directory cannot be written to.
-    """
+@contextmanager
+def fit_told(refused: str, failed: str = "") -> Generator[None]:
+    """Say what cannot be done: `refused` before the reason where a fit does not apply, which is bad input; `failed`
+    (empty: the same) where it fails, which ends with status 1."""
     from .. import BadInput, CannotFit, FitFailed
 
     try:
-        found = find()
+        yield
     except CannotFit as reason:
         raise BadInput(f"{refused}: {reason}") from None
     except FitFailed as reason:
-        return complain(f"{refused}: {reason}", FAILED)
-    printer.show(found.to_json, found.summary, found.write(output))
-    return OK
+        raise click.ClickException(f"{failed or refused}: {reason}") from None
 
 
-def force_option(function: Callable[P, R]) -> Callable[P, R]:
-    """Add `--force`."""
-    return click.option("--force", is_flag=True, help="Replace files that exist.")(function)
-
-
-def check_file(output: Path, force: bool = False) -> None:
-    """Refuse an output file that cannot be written or exists, before anything is computed."""
+def check_file(output: Path | None, force: bool = False) -> None:
+    """Refuse an output file, if there is one, that cannot be written or exists, before anything is computed."""
     from .. import BadInput
     from ..models.files import refuse_existing
 
+    if output is None:
+        return
     if output.is_dir():
         raise BadInput("is a directory", file=output, hint="give the name of a file with -o")
     if not output.resolve().parent.is_dir():
@@ -304,11 +276,13 @@ def check_file(output: Path, force: bool = False) -> None:
         raise BadInput("cannot be written to", file=output.parent, hint="give another place with -o")
 
 
-def check_folder(output: Path, names: Iterable[str] = (), force: bool = False) -> None:
-    """Refuse an output directory that cannot be made or that holds files of these names, before computing."""
+def check_folder(output: Path | None, names: Iterable[str] = (), force: bool = False) -> None:
+    """Refuse an output directory, if there is one, that cannot be made or that holds files of these names."""
     from .. import BadInput
     from ..models.files import refuse_existing
 
+    if output is None:
+        return
     if output.exists() and not output.is_dir():
         raise BadInput("is a file", file=output, hint="give a directory with -o")
     if not output.exists() and not output.resolve().parent.is_dir():

@@ -1,4 +1,4 @@
-"""Commands of the benchmark beside `exam`: run, report, compare, merge, advice, reproduce, identibench, fetch."""
+"""Commands of the benchmark: run, report, compare, merge, advice, exam, reproduce, identibench, fetch."""
 
 from __future__ import annotations
 
@@ -16,15 +16,21 @@ from ._shared import (
     METHOD,
     NUMBER,
     OK,
+    RESULTS,
     SUITE,
     VESSEL,
     CommandGroup,
+    Identifier,
     Printer,
     WholeRange,
+    check_folder,
     confirmed,
     echo,
+    force_option,
     output_options,
+    output_to,
     print_json,
+    show_files,
     tuning_options,
 )
 
@@ -56,7 +62,7 @@ RUN_OPTIONS = {
 )
 @tuning_options
 @click.option("--trust", is_flag=True, help="Run code that the suite file, or the directory to resume, names.")
-@click.option("-o", "--output", type=FILE, help="directory of the results  [default: out/SUITE]")
+@output_to(f"{RESULTS}  [default: out/SUITE]")
 @output_options
 def run(
     array_options: tuple[str, ...],
@@ -182,14 +188,7 @@ ADVICE_OPTIONS = {
 
 @click.command(cls=ApiCommand, api="check_advice", options=ADVICE_OPTIONS)
 @click.argument("board", type=FILE)
-@click.option(
-    "-o",
-    "--output",
-    default="advice-results",
-    show_default=True,
-    type=FILE,
-    help="directory of the runs and the page; goes on where it stopped",
-)
+@output_to("directory of the runs and the page; goes on where it stopped", "advice-results")
 @output_options
 def advice(board: Path, output: Path, printer: Printer, **asked: Any) -> None:
     """Test a leaderboard's advice in fresh situations.
@@ -200,6 +199,91 @@ def advice(board: Path, output: Path, printer: Printer, **asked: Any) -> None:
 
     found = check_advice(board, directory=output, **asked, progress=printer.progress)
     printer.show(found.to_json, found.summary, found.paths, markdown=True)
+
+
+# ---- `helmbench exam make|answer|score`.
+
+EXAM = click.argument("folder", metavar="EXAM", type=FILE)
+
+
+@click.group(cls=CommandGroup)
+def exam() -> None:
+    """Make, answer and score exams for diagnosis methods.
+
+    An exam is a set of worlds with hidden changes; methods of any kind may answer it.
+    """
+
+
+@exam.command(
+    "make",
+    cls=ApiCommand,
+    api="make_exam",
+    options={
+        "key": FILE,
+        "worlds": WholeRange(1, 500),
+        "seed": WholeRange(0, 10**18),
+        "suite": SUITE,
+        "vessels": several(VESSEL, "--vessel"),
+    },
+)
+@EXAM
+@output_options
+def make(folder: Path, printer: Printer, **asked: Any) -> None:
+    """Draw the worlds of an exam into the new folder EXAM, and its answers into the key."""
+    from .. import make_exam
+
+    key, worlds = asked["key"], asked["worlds"]
+    found = make_exam(folder, **asked, progress=printer.progress)
+    told = f"exam {found}: {worlds} worlds in {folder}; its README.md says what to hand in; keep {key} to yourself"
+    printer.show(lambda: {"exam": found, "folder": str(folder), "key": str(key), "worlds": worlds}, lambda: told)
+
+
+@exam.command("answer")
+@EXAM
+@click.option("--diagnoser", required=True, type=Identifier("diagnosers"), help="Its name, or path.py:Class.")
+@output_to("directory of the submission", "submission")
+@output_options
+def answer(folder: Path, diagnoser: str, output: Path, printer: Printer) -> int:
+    """Answer an exam with a diagnoser of helmbench; writes submission.json and the predicted motion."""
+    from .. import answer_exam
+
+    check_folder(output)
+    failed = answer_exam(folder, diagnoser, output, progress=printer.progress)
+    if printer.as_json:
+        print_json({"failed": failed})
+    else:
+        for world, reason in failed.items():
+            echo(f"{world}: {reason}", err=True)
+    if not printer.quiet:
+        show_files([output / "submission.json"])
+    return FAILED if failed else OK
+
+
+@exam.command("score")
+@EXAM
+@click.argument("submissions", metavar="SUBMISSION...", nargs=-1, required=True, type=FILE)
+@click.option("--key", required=True, type=FILE, help="File of the answers.")
+@output_to("directory of scores.json, scores.csv and scores.md")
+@force_option
+@output_options
+def score(
+    folder: Path,
+    submissions: tuple[Path, ...],
+    key: Path,
+    output: Path | None,
+    force: bool,
+    printer: Printer,
+) -> None:
+    """Score submissions: naming, sizes, regimes and held-out motion, by kind of world and over all."""
+    from .. import score_exam
+    from ..api.exam import FILES
+
+    check_folder(output, FILES, force)
+    found = score_exam(folder, submissions, key)
+    paths = found.write(output) if output is not None else ()
+    printer.show(found.to_json, found.summary, markdown=True)
+    if not printer.quiet:
+        show_files(paths)
 
 
 # ---- `helmbench reproduce [PAPER] [--table N]`.
@@ -247,7 +331,7 @@ def identibench() -> None:
     options={"vessels": several(VESSEL, "--vessel"), "seeds": WholeRange(1, 1_000_000)},
 )
 @click.argument("suite", type=SUITE)
-@click.option("-o", "--output", default="problems", show_default=True, type=FILE, help="directory of the problems")
+@output_to("directory of the problems", "problems")
 @output_options
 def export(suite: str, output: Path, printer: Printer, **asked: Any) -> None:
     """Write the problems of an identification suite as HDF5 files, for identibench or any other program."""
@@ -259,14 +343,7 @@ def export(suite: str, output: Path, printer: Printer, **asked: Any) -> None:
 
 
 @identibench.command("import", cls=ApiCommand, api="identibench_suite", options={"data_root": FILE})
-@click.option(
-    "-o",
-    "--output",
-    default="identibench-records",
-    show_default=True,
-    type=FILE,
-    help="folder of records and suite.yaml",
-)
+@output_to("folder of records and suite.yaml", "identibench-records")
 @output_options
 def suite(data_root: Path | None, output: Path, printer: Printer) -> None:
     """Write identibench's ship set as records, with a suite of every method on them."""

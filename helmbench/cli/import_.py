@@ -14,6 +14,7 @@ from ._shared import (
     FILE,
     NUMBER,
     OK,
+    RECORD,
     SIDES,
     Printer,
     check_file,
@@ -22,7 +23,7 @@ from ._shared import (
     echo,
     force_option,
     output_options,
-    output_record,
+    output_to,
     print_json,
 )
 
@@ -44,7 +45,7 @@ OPTIONS = {
     "--map", "mapping", type=FILE, help="Mapping of the columns; the draft is written there if it does not exist."
 )
 @click.option("--yes", is_flag=True, help="Import without asking; stops where something is open.")
-@output_record
+@output_to(RECORD, "record.csv")
 @force_option
 @output_options
 def import_command(

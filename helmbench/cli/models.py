@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,23 +10,22 @@ import click
 
 from ._from_api import ApiCommand
 from ._shared import (
-    FAILED,
     FILE,
     FORMATS,
     MODEL,
     NUMBER,
-    OK,
+    RECORD,
     SIDES,
     VESSEL,
     Printer,
     WholeRange,
     check_file,
     check_folder,
-    complain,
     echo,
+    fit_told,
     force_option,
     output_options,
-    output_record,
+    output_to,
     print_json,
 )
 
@@ -48,31 +47,21 @@ def list_command(kind: str, name: str | None, as_json: bool) -> None:
 
     `list methods NAME` lists the options of a method.
     """
-    from .. import BadInput, method_options
-    from ..api import lists
+    import helmbench
 
-    if name is not None:
-        if kind != "methods":
-            raise BadInput(f"list {kind} takes no name", hint="'list methods NAME' lists the options of a method")
-        options = method_options(name)
-        if as_json:
-            print_json([option.texts() for option in options])
-        else:
-            echo(_options_text(options))
-        return
-
-    found: dict[str, str] = getattr(lists, f"list_{kind}")()
-    if as_json:
-        print_json([{"id": name, "title": title} for name, title in found.items()])
-        return
-    echo(_titles_text(found))
-
-
-def _titles_text(titles: Mapping[str, str]) -> str:
-    """Identifiers and their titles in two columns."""
     from ..reporting.tables import Cell, Table, console
 
-    return console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in titles.items())))
+    if name is None:
+        found: dict[str, str] = getattr(helmbench, f"list_{kind}")()
+        plain = [{"id": name, "title": title} for name, title in found.items()]
+        text = console(Table(("", ""), tuple((Cell(name), Cell(title)) for name, title in found.items())))
+    elif kind == "methods":
+        options = helmbench.method_options(name)
+        plain, text = [option.texts() for option in options], _options_text(options)
+    else:
+        hint = "'list methods NAME' lists the options of a method"
+        raise helmbench.BadInput(f"list {kind} takes no name", hint=hint)
+    print_json(plain) if as_json else echo(text)
 
 
 def _options_text(options: Sequence[Option]) -> str:
@@ -101,7 +90,7 @@ SIMULATE_OPTIONS = {
 @click.command(cls=ApiCommand, api="simulate", options=SIMULATE_OPTIONS)
 @click.argument("vessel", type=VESSEL)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
-@output_record
+@output_to(RECORD, "record.csv")
 @force_option
 @output_options
 def simulate(
@@ -126,7 +115,7 @@ def simulate(
 @click.command("export")
 @click.argument("model", type=MODEL)
 @click.option("--to", required=True, type=FORMATS, help="What the files are for.")
-@click.option("-o", "--output", default="export", show_default=True, type=FILE, help="Folder of the files.")
+@output_to("Folder of the files.", "export")
 @force_option
 @output_options
 def export(model: str, to: str, output: Path, force: bool, printer: Printer) -> None:
@@ -153,7 +142,7 @@ IMPORT_MODEL_OPTIONS = {
 
 @click.command("import-model", cls=ApiCommand, api="read_parameters", options=IMPORT_MODEL_OPTIONS)
 @click.argument("table", type=FILE)
-@click.option("-o", "--output", default="model.json", show_default=True, type=FILE, help="model.json to write.")
+@output_to("model.json to write.", "model.json")
 @force_option
 @output_options
 def import_model(table: Path, output: Path, force: bool, printer: Printer, **asked: Any) -> None:
@@ -175,10 +164,10 @@ def import_model(table: Path, output: Path, force: bool, printer: Printer, **ask
 
 @click.command("from-indices")
 @click.argument("indices", metavar="SHIP.yaml", type=FILE)
-@click.option("-o", "--output", type=FILE, help="model.json to write.")
+@output_to("model.json to write.")
 @force_option
 @output_options
-def from_indices(indices: Path, output: Path | None, force: bool, printer: Printer) -> int:
+def from_indices(indices: Path, output: Path | None, force: bool, printer: Printer) -> None:
     """Make a model from a wheelhouse poster or sea trial.
 
     SHIP.yaml holds length, approach speed, and indices of turning circles and zigzags (docs/how-to/from-indices.md).
@@ -186,14 +175,10 @@ def from_indices(indices: Path, output: Path | None, force: bool, printer: Print
     """
     import helmbench
 
-    if output is not None:
-        check_file(output, force)
-    try:
+    check_file(output, force)
+    with fit_told(str(indices)):
         found = helmbench.model_from_indices(indices)
-    except helmbench.FitFailed as reason:
-        return complain(f"{indices}: {reason}", FAILED)
     if output is not None:
         found.save(output)
     files = [output] if output is not None else []
     printer.show(lambda: found.to_json() | {"output": str(output) if files else None}, found.summary, files)
-    return OK

@@ -31,19 +31,8 @@ EXAMPLE_BIAS = 0.004
 NOT_READ = "nothing was read yet"
 DISCARD_S = 1.0
 """How long the rest of a body that is too large is still taken, s."""
-ASSETS = {
-    "open.css": "text/css",
-    "main.js": "text/javascript",
-    "server.js": "text/javascript",
-    "dom.js": "text/javascript",
-    "plots.js": "text/javascript",
-    "columns.js": "text/javascript",
-    "parts.js": "text/javascript",
-    "result.js": "text/javascript",
-    "uplot.js": "text/javascript",
-    "uplot.css": "text/css",
-}
-"""Files of the page -> media type."""
+MEDIA = {".css": "text/css", ".js": "text/javascript"}
+"""Suffix of the page's files -> media type."""
 REPORT_PAGE = (
     "sandbox allow-scripts allow-modals; default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; "
     "img-src data:; base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
@@ -145,18 +134,17 @@ class _Server:
     """The handlers of all routes."""
 
     def __init__(self, projects: Projects, assets: Path, style: Path) -> None:
-        self._projects, self._assets, self._style = projects, assets, style
+        self._projects, self._index = projects, assets / "index.html"
+        self._assets = {place.name: place for place in (style, *assets.iterdir()) if place.suffix in MEDIA}
 
     async def page(self, _: Request) -> Response:
-        return FileResponse(self._assets / "index.html", media_type="text/html")
+        return FileResponse(self._index, media_type="text/html")
 
     async def asset(self, request: Request) -> Response:
-        name = request.path_params["name"]
-        if name == "style.css":
-            return FileResponse(self._style, media_type="text/css")
-        if name not in ASSETS:
+        place = self._assets.get(request.path_params["name"])
+        if place is None:
             return JSONResponse({"error": "there is no such file"}, 404)
-        return FileResponse(self._assets / name, media_type=ASSETS[name])
+        return FileResponse(place, media_type=MEDIA[place.suffix])
 
     async def about(self, _: Request) -> Response:
         return JSONResponse(await asyncio.to_thread(_about))

@@ -76,10 +76,10 @@ def lacks(record: Record) -> list[str]:
 
 def _spans(number: int, record: Record) -> list[Span]:
     """The manoeuvres of a record that share no sample; all of it where there is none."""
-    from ..api.importing import find_manoeuvres
+    from ..datasets.importing.segments import find_segments
 
     found: list[Span] = []
-    for one in find_manoeuvres(record):
+    for one in find_segments(record):
         start = max(one.start, found[-1][2] if found else 0)
         if one.kind != "straight" and one.stop - start >= MIN_SAMPLES:
             found.append((number, start, one.stop, one.kind, len(found) + 1))

@@ -171,7 +171,7 @@ def _drawn(draft: ImportDraft) -> list[dict[str, Any]]:
     """The numbers of every column of the logs, as they stand, over time, s, or row numbers where it does not rise."""
     import numpy as np
 
-    from ..reporting.open.curves import envelope, numbers
+    from ..reporting.open.views import envelope, numbers
 
     found: list[dict[str, Any]] = []
     for one in draft.columns:
@@ -186,7 +186,7 @@ def _drawn(draft: ImportDraft) -> list[dict[str, Any]]:
 def _stored(records: Sequence[Record], out: Path) -> dict[str, Any]:
     """Write the records and their drawings; names, times and the proposed parts."""
     from .. import write_record
-    from ..reporting.open.curves import record_view
+    from ..reporting.open.views import record_view
     from .parts import copies, lacks, proposed
 
     told: list[dict[str, Any]] = []

@@ -42,16 +42,17 @@ TONES = {"adequate": GOOD, "unexplained": BAD}
 def page(diagnosis: Diagnosis) -> Page:
     """The page of a diagnosis."""
     overview, each = overlays([of_trace(trace, diagnosis.extends) for trace in diagnosis.traces])
+    told = tuple(filter(None, (words.verdict(diagnosis), words.sentence(diagnosis.reason))))
     return result_page(
         f"Diagnosis of {diagnosis.model.id}",
         f"{diagnosis.model.title or diagnosis.model.family}; {sides(diagnosis.records)}",
-        Verdict(TONES.get(diagnosis.verdict, FAIR), words.headline(diagnosis), _told(diagnosis)),
+        Verdict(TONES.get(diagnosis.verdict, FAIR), words.headline(diagnosis), told),
         seen=[overview, *_gain(diagnosis)],
         changed=_changed(diagnosis),
         remains=_remains(diagnosis),
         following=_following(diagnosis),
         details=[
-            *_equations(diagnosis),
+            *([equation_parts(diagnosis.extended, diagnosis.model)[1]] if diagnosis.extends else []),
             *_numbers(diagnosis),
             Section("The causes that were tested", (bank_table(diagnosis),)),
             Section("Causes that cannot be tested with this model and these records", (not_testable_table(diagnosis),)),
@@ -63,10 +64,6 @@ def page(diagnosis: Diagnosis) -> Page:
         ],
         doubts=diagnosis.doubts,
     )
-
-
-def _told(diagnosis: Diagnosis) -> tuple[str, ...]:
-    return tuple(filter(None, (words.verdict(diagnosis), words.sentence(diagnosis.reason))))
 
 
 def _gain(diagnosis: Diagnosis) -> list[Block]:
@@ -113,10 +110,6 @@ def _following(diagnosis: Diagnosis) -> list[Block]:
     said = [diagnosis.next_manoeuvre] if diagnosis.next_manoeuvre else []
     separations = [words.separation(finding) for finding in diagnosis.causes]
     return [items([words.sentence(text) for text in (*said, *separations) if text])]
-
-
-def _equations(diagnosis: Diagnosis) -> list[Section]:
-    return [equation_parts(diagnosis.extended, diagnosis.model)[1]] if diagnosis.extends else []
 
 
 def _numbers(diagnosis: Diagnosis) -> list[Section]:

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...datasets.display import IN_DEGREES
 from ..errors import correlation, mean, residual, rms
-from ..numbers import DEG, MISSING, fixed, interval, number, p_value, percent, with_unit
+from ..numbers import DEG, MISSING, SHORT, fixed, interval, number, p_value, percent, with_unit
 from ..runs import CHANNELS
-from ..tables import Column, Table, field, make_table
+from ..tables import Column, Table, field, make_table, numeric
 from . import words
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def where_table(diagnosis: Diagnosis) -> Table:
     columns = [
         Column("condition", lambda row: f"{words.channel(str(row.get('channel', '')))[0]}: {row.get('condition', '')}"),
         Column("share of the squared error", _share_text, lambda row: _share(row), _share_bar, _share_text),
-        Column("share of the time", lambda row: percent(_share(row, "time")), lambda row: _share(row, "time")),
+        numeric("share of the time", lambda row: _share(row, "time"), percent),
     ]
     return make_table(columns, diagnosis.where, note=WHERE)
 
@@ -81,8 +81,8 @@ def bank_table(diagnosis: Diagnosis) -> Table:
         Column("cause", lambda entry: words.cause(entry.cause)),
         Column("status", lambda entry: _status(entry, diagnosis.alpha)),
         Column("adjusted p", lambda entry: p_value(entry.p_adjusted), lambda entry: entry.p_adjusted, evidence),
-        Column("statistic", lambda entry: number(entry.statistic), lambda entry: entry.statistic),
-        Column("power", lambda entry: percent(entry.power), lambda entry: entry.power),
+        numeric("statistic", "statistic"),
+        numeric("power", "power", percent),
         Column("tied with", lambda entry: ", ".join(map(words.cause, _rivals(entry, diagnosis)))),
         Column("why", lambda entry: words.said(entry.why)),
     ]
@@ -140,8 +140,8 @@ def numbers_table(numbers: Mapping[str, Sequence[float]]) -> Table:
     """The model's own numbers before and after a joint fit."""
     columns = [
         Column("number", lambda row: row[0]),
-        Column("before", lambda row: number(row[1]), lambda row: row[1]),
-        Column("joint fit", lambda row: number(row[2]), lambda row: row[2]),
+        numeric("before", lambda row: row[1]),
+        numeric("joint fit", lambda row: row[2]),
         Column("change", lambda row: percent(row[2] / row[1] - 1.0, 1) if row[1] else MISSING),
     ]
     return make_table(columns, [(name, *pair) for name, pair in numbers.items()])
@@ -160,7 +160,7 @@ def gain_table(diagnosis: Diagnosis) -> Table:
         Column("after/before [90 %]", lambda row: ratio(row[1])),
         Column("R² before", lambda row: fixed(row[1].r2_before, 3), lambda row: row[1].r2_before),
         Column("R² after", lambda row: fixed(row[1].r2_after, 3), lambda row: row[1].r2_after),
-        Column("gap to noise floor closed", lambda row: percent(row[1].closed), lambda row: row[1].closed),
+        numeric("gap to noise floor closed", lambda row: row[1].closed, percent),
         Column("own neutral angle and start: RMSE before", lambda row: _rmse(row, "own_before")),
         Column("after", lambda row: _rmse(row, "own_after")),
     ]
@@ -187,8 +187,8 @@ def error_table(diagnosis: Diagnosis) -> Table:
         field("channel"),
         field("run"),
         field("RMS"),
-        Column("mean", lambda row: number(row["mean"]), lambda row: row["mean"]),
-        *(_correlation_column(lag) for lag in CORRELATED),
+        numeric("mean", "mean"),
+        *(numeric(f"correlation {lag:g} s", lambda row, lag=lag: row[lag], SHORT) for lag in CORRELATED),
     ]
     rows = [
         _error_row(trace, name, run)
@@ -198,10 +198,6 @@ def error_table(diagnosis: Diagnosis) -> Table:
         for run in ("before", "after")[: 1 + bool(diagnosis.causes)]
     ]
     return make_table(columns, rows, note=STATISTICS)
-
-
-def _correlation_column(lag: float) -> Column:
-    return Column(f"correlation {lag:g} s", lambda row: number(row[lag], 2), lambda row: row[lag])
 
 
 def _error_row(trace: Any, name: str, run: str) -> dict[Any, Any]:

@@ -13,9 +13,9 @@ from ...bench.store import read_manifest, read_tables
 from ...models.errors import BadInput
 from .. import tables
 from ..charts import rate_curves
-from ..numbers import MISSING, interval, number, percent
+from ..numbers import MISSING, interval, percent
 from ..report import Report, environment_rows, reservations, write_files
-from ..tables import Column, Table, field, make_table
+from ..tables import Column, Table, field, make_table, numeric
 from ..templating import render
 from . import rates
 from .rates import Board, Frame
@@ -123,22 +123,14 @@ def rate_table(board: Board) -> Table:
     whole = board.table()
     whole = whole[whole["scope"] == "all"]
     methods = sorted(set(whole["method"]))
+    order = list(dict.fromkeys([*(rate.id for rate in rates.RATES), *whole["rate"]]))
     rows = []
-    for _, part in whole.groupby("rate", sort=False):
-        found = {row["method"]: row for row in part.to_dict("records")}
-        first = next(iter(found.values()))
-        rows.append({"title": first["title"], "target": _target(first), **found})
-    titles = {rate.id: i for i, rate in enumerate(rates.RATES)}
-    order = list(dict.fromkeys(whole["rate"]))
-    ranked = sorted(zip(order, rows, strict=True), key=lambda pair: titles.get(pair[0], len(titles)))
-    columns = [
-        field("title", "rate"),
-        field("target", "required"),
-        *(_method_column(name) for name in methods),
-    ]
-    return make_table(
-        columns, [r for _, r in ranked], "Rates", "n: number of cases (or sizes); ✗: the requirement is not met."
-    )
+    for rate in order:
+        if found := {row["method"]: row for row in whole[whole["rate"] == rate].to_dict("records")}:
+            first = next(iter(found.values()))
+            rows.append({"title": first["title"], "target": _target(first), **found})
+    columns = [field("title", "rate"), field("target", "required"), *map(_method_column, methods)]
+    return make_table(columns, rows, "Rates", "n: number of cases (or sizes); ✗: the requirement is not met.")
 
 
 def _method_column(name: str) -> Column:
@@ -210,7 +202,7 @@ def power_table(board: Board) -> Table:
         field("method"),
         field("weather"),
         Column("non-centrality", lambda row: f"{row['from']:g} - {row['to']:g}", lambda row: row["from"]),
-        Column("n", lambda row: str(row["n"]), lambda row: row["n"]),
+        numeric("n", "n", str),
         Column("named", _value, lambda row: row["value"]),
     ]
     return make_table(columns, board.power.to_dict("records"), "Power")
@@ -221,19 +213,20 @@ def size_table(board: Board) -> Table:
     columns = [
         field("cause"),
         field("method"),
-        Column("sizes", lambda row: str(row["n"]), lambda row: row["n"]),
+        numeric("sizes", "n", str),
         Column("inside 90 %", _value, lambda row: row["value"]),
-        Column("median relative error", lambda row: number(row["error"]), lambda row: row["error"]),
+        numeric("median relative error", "error"),
     ]
     note = "Sizes of correctly named causes against the true ones; directions have no relative error."
     return make_table(columns, board.sizes.sort_values(["cause", "method"]).to_dict("records"), "Sizes", note)
 
 
+FAILED = tuple(map(field, ("status", "method", "group", "vessel", "injected", "runs", "seed", "error")))
+
+
 def failure_table(board: Board) -> Table:
     """What failed or did not apply, and why."""
-    names = ("status", "method", "group", "vessel", "injected", "runs", "seed", "error")
-    columns = [field(name) for name in names]
-    return make_table(columns, board.failures.to_dict("records"), "Failed, not applicable")
+    return make_table(FAILED, board.failures.to_dict("records"), "Failed, not applicable")
 
 
 # figures
@@ -245,8 +238,11 @@ def matrices(board: Board) -> list[dict[str, Any]]:
 
 
 def _matrix(method: str, own: Frame) -> dict[str, Any]:
+    def brackets_last(name: str) -> tuple[bool, str]:
+        return name.startswith("("), name
+
     counts = {(row["injected"], row["named"]): row["cases"] for row in own.to_dict("records")}
-    injected, said = (sorted(set(own[name]), key=_brackets_last) for name in ("injected", "named"))
+    injected, said = (sorted(set(own[name]), key=brackets_last) for name in ("injected", "named"))
     rows = []
     for name in injected:
         total = sum(counts.get((name, other), 0) for other in said)
@@ -260,10 +256,6 @@ def _cell(injected: str, said: str, count: int, total: int) -> dict[str, Any]:
     right |= {"(planted-null)": "(unexplained)"}
     shade = f"{0.12 + 0.6 * count / total:.2f}"
     return {"count": count, "right": right.get(injected, injected) == said, "shade": shade}
-
-
-def _brackets_last(name: str) -> tuple[bool, str]:
-    return name.startswith("("), name
 
 
 def charts(board: Board) -> list[tuple[str, str]]:

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -23,8 +22,10 @@ GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 CASE = ["group", "vessel", "injected", "strength", "gusts", "seed"]
 SCOPES = ("vessel", "gusts", "strength", "injected", "base", "records")
 FOUND = ("alone", "tie")
-LATER = ("regime_true", "regime_named", "regime_f1", "healthy_bias", "names", "false_names", "described")
-LATER = (*LATER, "right_variable")
+LATER = (
+    *("regime_true", "regime_named", "regime_f1", "healthy_bias"),
+    *("names", "false_names", "described", "right_variable"),
+)
 """Columns that old stores do not have."""
 WORSE = 1.05
 """Ratio of errors that an extended model may not exceed."""
@@ -40,170 +41,129 @@ POWER_EDGES = (1.0, 3.0, 10.0, 30.0, 60.0, 120.0, 400.0, 800.0, 4e3, 1e4)
 """Non-centralities between which the power curves count."""
 
 
-Test: TypeAlias = Callable[[Frame], Frame]
-"""Which rows of a frame it holds for, (N,) truth values."""
-
-
 @dataclass(frozen=True)
 class Rate:
-    """A rate that is reported: which cases, what counts, and what the design asks for."""
+    """A rate that is reported: of which cases and what counts, in the names of `facts_of`, and what the design asks."""
 
     id: str
     title: str
-    cases: Test
-    hit: Test
+    cases: str
+    hit: str
     target: float
     at_least: bool = True
 
 
-def _is(column: str, *values: Any) -> Test:
-    return lambda frame: frame[column].isin(values)
+def facts_of(cases: Frame) -> Frame:
+    """What each case is, and what was said of it: truth values (N,) by name.
+
+    Stores from before bases were drawn, further names counted or the true ship run hold no such columns.
+    """
+    import pandas as pd
+
+    def within(column: str, *values: Any) -> Frame:
+        return cases[column].isin(values)
+
+    groups = {"one_bug": ONE_BUG, "regime": REGIME, "planted": PLANTED}
+    groups |= {name: name for name in ("injected", "null", "pair", "anticipated", "unforeseen")}
+    exact = cases["base"].fillna(EXACT) == EXACT
+    facts = {name: within("group", group) for name, group in groups.items()}
+    facts |= {name: within("outcome", name) for name in ("alone", "both", "unexplained", "adequate")}
+    facts |= {"calm": within("gusts", "none"), "fast": within("gusts", "fast"), "slow": within("gusts", "slow")}
+    facts |= {
+        "exact": exact,
+        "unstated": within("base", UNSTATED),
+        "detectable": facts["injected"] & within("detectable", True),
+        "largest": within("strength", "largest"),
+        "named": within("outcome", *FOUND),
+        "in_some_finding": within("outcome", *FOUND, "among"),
+        "wrong": within("confident_wrong", True),
+        "told": within("verdict", "named", "tied"),
+        "stated": ~within("names", 0),
+        "further": cases.get("extra_names", cases["tie_size"] * 0).fillna(0) > 0,
+        "described": cases["described"].fillna("") != "",
+        "oracle_names": within("outcome_oracle", *FOUND),
+        "oracle_known": cases["gain_worst"].notna(),
+        "close": cases["gain_worst"] <= CLOSE,
+        "worse": _above_the_base(cases, "after"),
+        "predictable": _has_truth(cases) & ~_above_the_base(cases, "truth"),
+        "halved": _squared(cases, "after") <= 0.25 * _squared(cases, "before"),
+        "variable_known": cases["right_variable"].notna(),
+        "right_variable": within("right_variable", True),
+        "regime_known": cases["regime_true"].notna(),
+        "regime_named": ~within("regime_named", ""),
+        "regime_occurs": cases["regime_f1"].notna() | within("status", "failed"),
+        "located": cases["regime_f1"] >= CLOSE_F1,
+        "others_known": cases["healthy_bias"].notna(),
+        "others_right": cases["healthy_bias"] <= HEALTHY,
+    }
+    return pd.DataFrame(facts)
 
 
-_null, _pair, _effects = _is("group", "null"), _is("group", "pair"), _is("group", "injected", "pair")
-_one_bug, _regime, _planted = _is("group", ONE_BUG), _is("group", REGIME), _is("group", PLANTED)
-_alone, _named, _in_some_finding = _is("outcome", "alone"), _is("outcome", *FOUND), _is("outcome", *FOUND, "among")
-_both, _unexplained, _adequate = _is("outcome", "both"), _is("outcome", "unexplained"), _is("outcome", "adequate")
-_unstated, _wrong = _is("base", UNSTATED), _is("confident_wrong", True)
+def _has_truth(cases: Frame) -> Frame:
+    """Cases with the errors of the true ship, without gusts."""
+    return cases["rmse_truth_heading_rad"].notna() if "rmse_truth_heading_rad" in cases else cases["seed"].isna()
 
 
-def _all(*tests: Test) -> Test:
-    return lambda frame: np.logical_and.reduce([test(frame) for test in tests])
-
-
-def _not(test: Test) -> Test:
-    return lambda frame: ~test(frame)
-
-
-def _has(column: str) -> Test:
-    return lambda frame: frame[column].notna()
-
-
-def _up_to(column: str, most: float) -> Test:
-    return lambda frame: frame[column] <= most
-
-
-def _detectable(frame: Frame) -> Frame:
-    return (frame["group"] == "injected") & frame["detectable"].eq(True)
-
-
-def _exact(frame: Frame) -> Frame:
-    return frame["base"].fillna(EXACT) == EXACT  # stores from before bases were drawn hold none
-
-
-_nameable = _all(_detectable, _not(_exact), _is("outcome_oracle", *FOUND))
-"""Effects beside an imperfect base that the oracle names."""
-_beside = _all(_is("group", "injected"), _not(_exact), _has("gain_worst"))
-"""Effects beside an imperfect base, with the oracle's errors."""
-_null_unstated, _null_beside = _all(_null, _unstated), _all(_null, _not(_exact), _not(_unstated))
-_known_variable = _all(_is("strength", "largest"), _has("right_variable"), _is("group", "anticipated"))
-"""Unknown effects of the largest size whose variable is known."""
-
-
-def _null_in(gusts: str) -> Test:
-    return _all(_null, _is("gusts", gusts), _exact)
-
-
-def _of(group: str, calm: bool) -> Test:
-    return lambda frame: (frame["group"] == group) & ((frame["gusts"] == "none") == calm)
-
-
-def _located(frame: Frame) -> Frame:
-    """Cases of a regime that occurs in the records."""
-    return _regime(frame) & (frame["regime_f1"].notna() | (frame["status"] == "failed"))
-
-
-def _near(frame: Frame) -> Frame:
-    return frame["regime_f1"] >= CLOSE_F1
-
-
-def _healthy(frame: Frame) -> Frame:
-    """Wrong numbers and regimes, where the other numbers have priors."""
-    return (_regime(frame) | _one_bug(frame)) & frame["healthy_bias"].notna()
-
-
-def _described(frame: Frame) -> Frame:
-    return frame["described"].fillna("") != ""
-
-
-def _further(frame: Frame) -> Frame:
-    """Also cases of stores that do not count them: none."""
-    return frame.get("extra_names", frame["tie_size"] * 0).fillna(0) > 0
-
-
-def _worse(frame: Frame) -> Frame:
-    return _above_the_base(frame, "after")
-
-
-def _above_the_base(frame: Frame, which: str) -> Frame:
+def _above_the_base(cases: Frame, which: str) -> Frame:
     """Cases whose held-out error is more than WORSE times the base model's in some channel."""
-    ratios = [frame[f"rmse_{which}_{channel}"] / frame[f"rmse_before_{channel}"] for channel in GAIN_CHANNELS]
-    return np.logical_or.reduce([ratio > WORSE for ratio in ratios])
+    known = [channel for channel in GAIN_CHANNELS if f"rmse_{which}_{channel}" in cases]
+    ratios = [cases[f"rmse_{which}_{channel}"] / cases[f"rmse_before_{channel}"] for channel in known]
+    return np.logical_or.reduce([ratio > WORSE for ratio in ratios], initial=False)
 
 
-def _halved(frame: Frame) -> Frame:
-    return _squared(frame, "after") <= 0.25 * _squared(frame, "before")
-
-
-def _squared(frame: Frame, which: str) -> Frame:
+@np.errstate(over="ignore")
+def _squared(cases: Frame, which: str) -> Frame:
     """Squared held-out error, in units of the true ship's, which is the noise of the sensors; the sum over channels."""
-    known = [c for c in GAIN_CHANNELS if f"rmse_truth_{c}" in frame]
-    ratios = [frame[f"rmse_{which}_{c}"].astype(float) / frame[f"rmse_truth_{c}"].astype(float) for c in known]
+    known = [c for c in GAIN_CHANNELS if f"rmse_truth_{c}" in cases]
+    ratios = [cases[f"rmse_{which}_{c}"].astype(float) / cases[f"rmse_truth_{c}"].astype(float) for c in known]
     return np.nansum(np.square(ratios), axis=0)
-
-
-def _predictable(frame: Frame) -> Frame:
-    """Effects under which the true ship itself, without gusts, is not worse than the base model; none in stores that
-    do not hold its errors."""
-    if "rmse_truth_heading_rad" not in frame:
-        return frame["seed"].isna()
-    return _effects(frame) & frame["rmse_truth_heading_rad"].notna() & ~_above_the_base(frame, "truth")
 
 
 NAMED = "true cause first or in its tie"
 BUG_WORSE = "one wrong number: held-out error above 1.05 of the base in some channel"
+NAMED_BESIDE = f"{NAMED} (imperfect base; the oracle names it)"
+FALSE_BESIDE = "a name that is none of the hull's, clean, imperfect base"
+POSSIBLE = "... where the true ship without gusts is not"
+NO_REGIME = "a regime is stated where there is none"
 CLOSE_BESIDE = f"held-out error within {CLOSE} of the oracle's in every channel, imperfect base"
 HALVED = "... whose held-out error is halved (of all channels, each in units of the true ship's)"
 RIGHT_VARIABLE = "unknowns of the largest size described by the right variable"
 UNTOLD = "correct base, not told so: verdict other than adequate"
 STAYS = "numbers that are right stay within .1 of their prior standard deviation (rms)"
 VERDICT = "verdict named or tied where nothing but the wrong number is named"
-_only_bug, _false = _all(_one_bug, _alone), _not(_adequate)
-_no_regime, _regime_named = _all(_not(_regime), _has("regime_true")), _not(_is("regime_named", ""))
+EFFECTS, VARIABLE = "injected | pair", "anticipated & largest & variable_known"
 RATES = (
-    Rate("named", f"{NAMED} (detectable)", _detectable, _named, 0.97),
-    Rate("alone", "... by itself", _detectable, _alone, 0.0),
-    Rate("false_clean", "false alarms, clean", _null_in("none"), _false, 0.02, False),
-    Rate("false_fast", "false alarms, fast gusts", _null_in("fast"), _false, 0.03, False),
-    Rate("false_slow", "false alarms, slow gusts", _null_in("slow"), _false, 0.03, False),
-    Rate("wrong", "wrong names without a tie", _effects, _wrong, 0.02, False),
-    Rate("anticipated_clean", "anticipated unknowns unexplained, clean", _of("anticipated", True), _unexplained, 0.95),
-    Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", _of("anticipated", False), _unexplained, 0.70),
-    Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", _of("unforeseen", True), _unexplained, 0.70),
-    Rate("right_variable", RIGHT_VARIABLE, _known_variable, _is("right_variable", True), 0.80),
-    Rate("halved", HALVED, _known_variable, _halved, 0.0),
-    Rate("described", "something is described where nothing is, gusts or none", _null, _described, 0.02, False),
-    Rate("extra", "runs with a further name that is none of the hull's", _effects, _further, 0.05, False),
-    Rate("named_beside", f"{NAMED} (imperfect base; the oracle names it)", _nameable, _named, 0.92),
-    Rate(
-        "false_beside", "a name that is none of the hull's, clean, imperfect base", _null_beside, _further, 0.02, False
-    ),
-    Rate("close_beside", CLOSE_BESIDE, _beside, _up_to("gain_worst", CLOSE), 0.90),
-    Rate("worse", "held-out error above 1.05 of the base in some channel", _effects, _worse, 0.0, False),
-    Rate("worse_than_possible", "... where the true ship without gusts is not", _predictable, _worse, 0.0, False),
-    Rate("bug_alone", "one wrong number: its group or cause is all that is named", _one_bug, _alone, 0.80),
-    Rate("bug_tie", "... or tied with others", _one_bug, _named, 0.0),
-    Rate("bug_among", "... or among other findings", _one_bug, _in_some_finding, 0.90),
-    Rate("bug_verdict", VERDICT, _only_bug, _is("verdict", "named", "tied"), 0.95),
-    Rate("bug_worse", BUG_WORSE, _one_bug, _worse, 0.0, False),
-    Rate("false_unstated", UNTOLD, _null_unstated, _false, 0.02, False),
-    Rate("regime_alone", "fault in a regime: its group or cause is all that is named", _regime, _alone, 0.0),
-    Rate("regime_among", "... or tied, or among other findings", _regime, _in_some_finding, 0.90),
-    Rate("regime_f1", "fault in a regime: samples located with F1 >= .8", _located, _near, 0.80),
-    Rate("regime_false", "a regime is stated where there is none", _no_regime, _regime_named, 0.05, False),
-    Rate("healthy", STAYS, _healthy, _up_to("healthy_bias", HEALTHY), 0.90),
-    Rate("planted", "planted nulls of which something is named", _planted, _not(_is("names", 0)), 0.05, False),
-    Rate("both", "both causes of a pair named", _pair, _both, 0.90),
+    Rate("named", f"{NAMED} (detectable)", "detectable", "named", 0.97),
+    Rate("alone", "... by itself", "detectable", "alone", 0.0),
+    Rate("false_clean", "false alarms, clean", "null & exact & calm", "~adequate", 0.02, False),
+    Rate("false_fast", "false alarms, fast gusts", "null & exact & fast", "~adequate", 0.03, False),
+    Rate("false_slow", "false alarms, slow gusts", "null & exact & slow", "~adequate", 0.03, False),
+    Rate("wrong", "wrong names without a tie", EFFECTS, "wrong", 0.02, False),
+    Rate("anticipated_clean", "anticipated unknowns unexplained, clean", "anticipated & calm", "unexplained", 0.95),
+    Rate("anticipated_gusty", "anticipated unknowns unexplained, gusts", "anticipated & ~calm", "unexplained", 0.70),
+    Rate("unforeseen_clean", "unforeseen unknowns unexplained, clean", "unforeseen & calm", "unexplained", 0.70),
+    Rate("right_variable", RIGHT_VARIABLE, VARIABLE, "right_variable", 0.80),
+    Rate("halved", HALVED, VARIABLE, "halved", 0.0),
+    Rate("described", "something is described where nothing is, gusts or none", "null", "described", 0.02, False),
+    Rate("extra", "runs with a further name that is none of the hull's", EFFECTS, "further", 0.05, False),
+    Rate("named_beside", NAMED_BESIDE, "detectable & ~exact & oracle_names", "named", 0.92),
+    Rate("false_beside", FALSE_BESIDE, "null & ~exact & ~unstated", "further", 0.02, False),
+    Rate("close_beside", CLOSE_BESIDE, "injected & ~exact & oracle_known", "close", 0.90),
+    Rate("worse", "held-out error above 1.05 of the base in some channel", EFFECTS, "worse", 0.0, False),
+    Rate("worse_than_possible", POSSIBLE, "(injected | pair) & predictable", "worse", 0.0, False),
+    Rate("bug_alone", "one wrong number: its group or cause is all that is named", "one_bug", "alone", 0.80),
+    Rate("bug_tie", "... or tied with others", "one_bug", "named", 0.0),
+    Rate("bug_among", "... or among other findings", "one_bug", "in_some_finding", 0.90),
+    Rate("bug_verdict", VERDICT, "one_bug & alone", "told", 0.95),
+    Rate("bug_worse", BUG_WORSE, "one_bug", "worse", 0.0, False),
+    Rate("false_unstated", UNTOLD, "null & unstated", "~adequate", 0.02, False),
+    Rate("regime_alone", "fault in a regime: its group or cause is all that is named", "regime", "alone", 0.0),
+    Rate("regime_among", "... or tied, or among other findings", "regime", "in_some_finding", 0.90),
+    Rate("regime_f1", "fault in a regime: samples located with F1 >= .8", "regime & regime_occurs", "located", 0.80),
+    Rate("regime_false", NO_REGIME, "~regime & regime_known", "regime_named", 0.05, False),
+    Rate("healthy", STAYS, "(regime | one_bug) & others_known", "others_right", 0.90),
+    Rate("planted", "planted nulls of which something is named", "planted", "stated", 0.05, False),
+    Rate("both", "both causes of a pair named", "pair", "both", 0.90),
 )
 
 
@@ -212,9 +172,9 @@ class Board:
     """Aggregated results, each a pandas frame.
 
     rates: method, scope, group, rate, title, n, hits, value, low, high, target, met; scope `all` or one of SCOPES.
-    figures: method, figure, title, n, value, low, high, target, met. confusion: counts of (method, injected,
-    named). power: method, gusts, low, high (of the non-centrality), middle, n, hits, value. sizes: coverage by
-    method and cause. failures: what failed or did not apply.
+    figures: what is no rate of cases, likewise, over all. confusion: counts of (method, injected, named). power:
+    method, gusts, low, high (of the non-centrality), middle, n, hits, value. sizes: coverage by method and cause.
+    failures: what failed or did not apply.
     """
 
     rates: Frame
@@ -228,8 +188,7 @@ class Board:
         """Rates and figures in one table, as `diagnosis.csv` holds them."""
         import pandas as pd
 
-        figures = self.figures.rename(columns={"figure": "rate"}).assign(scope="all", group="all")
-        return pd.concat([self.rates, figures]).reindex(columns=RATE_COLUMNS)
+        return pd.concat([self.rates, self.figures])
 
 
 def build(cases: Frame, sizes: Frame) -> Board:
@@ -273,13 +232,19 @@ def rate_table(cases: Frame) -> Frame:
 
     rows = []
     for method, own in _judged(cases).groupby("method", sort=True):
+        facts = facts_of(own)
         for rate in RATES:
-            chosen = own[rate.cases(own)]
-            rows.append(_rate_row(method, "all", "all", rate, chosen))
-            for scope in (scope for scope in SCOPES if scope in chosen):
-                for group, part in chosen.groupby(scope, sort=True):
-                    rows.append(_rate_row(method, scope, group, rate, part))
+            chosen = _holds(facts, rate.cases)
+            hits = _holds(facts, rate.hit)[chosen]
+            rows.append(_rate_row(method, "all", "all", rate, hits))
+            for scope in (scope for scope in SCOPES if scope in own):
+                parts = hits.groupby(own.loc[chosen, scope], sort=True)
+                rows += [_rate_row(method, scope, group, rate, part) for group, part in parts]
     return pd.DataFrame([row for row in rows if row["n"]], columns=RATE_COLUMNS)
+
+
+def _holds(facts: Frame, condition: str) -> Frame:
+    return facts[condition] if condition in facts else facts.eval(condition, engine="python")
 
 
 def _judged(cases: Frame) -> Frame:
@@ -287,8 +252,8 @@ def _judged(cases: Frame) -> Frame:
     return cases[cases["status"] != "not_applicable"]
 
 
-def _rate_row(method: Any, scope: str, group: Any, rate: Rate, cases: Frame) -> dict[str, Any]:
-    n, hits = len(cases), int(rate.hit(cases).sum()) if len(cases) else 0
+def _rate_row(method: Any, scope: str, group: Any, rate: Rate, found: Frame) -> dict[str, Any]:
+    n, hits = len(found), int(found.sum())
     low, high = binomial_interval(hits, n)
     value = hits / n if n else np.nan
     met = value >= rate.target if rate.at_least else value <= rate.target
@@ -296,17 +261,14 @@ def _rate_row(method: Any, scope: str, group: Any, rate: Rate, cases: Frame) -> 
     return dict(zip(RATE_COLUMNS, facts, strict=True)) | ({"target": np.nan, "met": None} if not rate.target else {})
 
 
-def binomial_interval(hits: int, n: int, level: float = LEVEL) -> tuple[float, float]:
+def binomial_interval(hits: int, n: int) -> tuple[float, float]:
     """Clopper-Pearson interval of a rate; (nan, nan) where n = 0."""
     from scipy.stats import binomtest
 
     if n == 0:
         return np.nan, np.nan
-    found = binomtest(hits, n).proportion_ci(level, method="exact")
+    found = binomtest(hits, n).proportion_ci(LEVEL, method="exact")
     return float(found.low), float(found.high)
-
-
-FIGURE_COLUMNS = ["figure", "title", "n", "hits", "value", "low", "high", "target", "met"]
 
 
 def figure_table(cases: Frame, sizes: Frame) -> Frame:
@@ -316,15 +278,15 @@ def figure_table(cases: Frame, sizes: Frame) -> Frame:
     rows = []
     for method, own in cases[cases["status"] == "ok"].groupby("method", sort=True):
         covered = sizes[sizes["method"] == method]["covered"]
-        figures = [dict(zip(FIGURE_COLUMNS, row, strict=True)) for row in _figures(own, covered)]
-        rows += [{"method": method} | row for row in figures if row["n"]]
-    return pd.DataFrame(rows, columns=["method", *FIGURE_COLUMNS])
+        rows += [(method, "all", "all", *row) for row in _figures(own, covered) if row[2]]
+    return pd.DataFrame(rows, columns=RATE_COLUMNS)
 
 
 def _figures(own: Frame, covered: Frame) -> list[tuple[Any, ...]]:
-    """Rows of `FIGURE_COLUMNS`."""
-    ties = own[_detectable(own) & _named(own)]["tie_size"].astype(float)
-    ratio = own[_detectable(own)]["gain_ratio"].dropna().to_numpy(float)
+    """Rows of `RATE_COLUMNS` from `rate` on."""
+    facts = facts_of(own)
+    ties = own[facts["detectable"] & facts["named"]]["tie_size"].astype(float)
+    ratio = own[facts["detectable"]]["gain_ratio"].dropna().to_numpy(float)
     f1 = own["regime_f1"].dropna().to_numpy(float)
     wall, cpu = (own[name].dropna().to_numpy(float) for name in ("wall_s", "cpu_s"))
     return [
@@ -386,10 +348,11 @@ def confusion(cases: Frame) -> Frame:
     counts as the truth, else the best member of the first finding; `adequate` and `unexplained` where that is all that
     was said.
     """
-    chosen = cases[(cases["status"] == "ok") & (cases["group"] != "pair")]
-    chosen = chosen[(chosen["group"] != "injected") | _detectable(chosen)]
-    injected = chosen["injected"].where(chosen["group"] == "injected", "(" + chosen["group"] + ")")
-    injected = injected.where(~_one_bug(chosen), chosen["base"]).where(~_regime(chosen), chosen["injected"])
+    facts = facts_of(cases)
+    kept = (cases["status"] == "ok") & ~facts["pair"] & (~facts["injected"] | facts["detectable"])
+    chosen, facts = cases[kept], facts[kept]
+    injected = chosen["injected"].where(facts["injected"] | facts["regime"], "(" + chosen["group"] + ")")
+    injected = injected.where(~facts["one_bug"], chosen["base"])
     table = chosen.assign(injected=injected, named=[_said(row) for row in chosen.to_dict("records")])
     return table.groupby(["method", "injected", "named"], sort=True).size().rename("cases").reset_index()
 
@@ -414,7 +377,7 @@ def power_curves(cases: Frame) -> Frame:
         for low, high in zip(POWER_EDGES, (*POWER_EDGES[1:], np.inf), strict=True):
             part = own[(size >= low) & (size < high)]
             if len(part):
-                hits = int(_named(part).sum())
+                hits = int(part["outcome"].isin(FOUND).sum())
                 bounds = binomial_interval(hits, len(part))
                 middle = float(np.exp(np.log(part["noncentrality"].astype(float)).mean()))
                 rows.append(

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
 from ...estimation.judgement.comparison import HELD_OUT, TIME_BLOCKS
-from ..numbers import number, r_squared
+from ..numbers import SHORT, number, r_squared
 from ..page import GOOD, QUESTIONS, Verdict, result_page
 from ..plots import COLOURS, SOFT
-from ..tables import Column, Table, make_table
+from ..tables import Column, Table, field, make_table, numeric
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -37,16 +38,14 @@ def comparison_table(comparison: Comparison, title: str = "", note: str = "") ->
     """Candidates side by side: errors of free runs, parameters, time; the chosen one is marked."""
     models = len({one.model.id for one in comparison.candidates}) > 1
     methods = len({one.method for one in comparison.candidates}) > 1
-    columns = [Column("model", lambda one: one.model.id)] if models or not methods else []
-    columns += [Column("method", lambda one: one.method)] if methods else []
-    columns += [
+    columns = [
+        *([Column("model", lambda one: one.model.id)] if models or not methods else []),
+        *([field("method")] if methods else []),
         Column("coefficients", _coefficients, lambda one: one.n_parameters or None),
-        Column("error", lambda one: number(one.error), lambda one: one.error),
-    ]
-    columns += [column for channel in comparison.channels for column in _channel_columns(channel)]
-    columns += [
+        numeric("error", "error"),
+        *(column for channel in comparison.channels for column in _channel_columns(channel)),
         Column("parameters", _parameters_text),
-        Column("time, s", lambda one: number(one.wall_s, 2), lambda one: one.wall_s),
+        numeric("time, s", "wall_s", SHORT),
         Column("remark", lambda one: "chosen" if one is comparison.chosen else one.reason),
     ]
     return make_table(columns, comparison.candidates, title, note)
@@ -57,18 +56,13 @@ def _coefficients(one: Candidate) -> str:
 
 
 def _channel_columns(channel: str) -> Sequence[Column]:
-    unit, factor = shown_unit(channel)
+    def score(place: int, one: Candidate) -> float | None:
+        return one.pooled(channel).scores()[place] if one.squares else None
 
-    def rmse(one: Candidate) -> float | None:
-        return factor * one.pooled(channel).scores()[0] if one.squares else None
-
-    def r2(one: Candidate) -> float | None:
-        return one.pooled(channel).scores()[1] if one.squares else None
-
-    name = shown_name(channel)
+    (unit, factor), name = shown_unit(channel), shown_name(channel)
     return (
-        Column(f"{name}, RMSE, {unit}", lambda one: number(rmse(one)), rmse),
-        Column(f"{name}, R²", lambda one: r_squared(r2(one)), r2),
+        numeric(f"{name}, RMSE, {unit}", partial(score, 0), scale=factor),
+        numeric(f"{name}, R²", partial(score, 1), r_squared),
     )
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -13,24 +14,21 @@ from ...datasets.display import shown_name, shown_unit
 from ...estimation.estimates.assessment import APPROXIMATES, EXPLAINS, FAILS, POOR
 from ...estimation.likelihood.search import ADEQUATE
 from ..diagnosis.words import in_line, size
-from ..numbers import number, r_squared
+from ..numbers import SHORT, interval, interval_digits, is_missing, number, r_squared
 from ..page import BAD, FAIR, GOOD, Drawing, Items, Note, Overlays, Section, Verdict, items, overlays, result_page
 from ..plots import COLOURS, SOFT, svg
 from ..runs import MARGINS, WIDTH, of_validation
+from ..tables import Column, Table, field, make_table, numeric
 from ..validation.page import free_table, horizon_table, left_out_table, trusted_lines
 from .comparison import comparison_note, comparison_table
-from .tables import assessed_table, next_table, residual_table, told_table
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from ...estimation.estimates.assessment import Assessment
-    from ...estimation.estimates.comparison import Comparison
+    from ...estimation.estimates.assessment import Assessment, ParameterTold
     from ...estimation.estimates.correlation import ChannelResiduals, Correlation
-    from ...estimation.information.identifiability import ParameterGroup
     from ...estimation.validation.result import Validation
     from ..page import Page
-    from ..tables import Table
 
 BIASES = {"rudder_offset": "a neutral rudder angle of", "yaw_rate_bias": "a yaw rate bias of"}
 """Bias -> how its size is told."""
@@ -76,18 +74,20 @@ def page(assessment: Assessment) -> Page:
     first, each = overlays([*runs, *of_validation(assessment.train, "train")])
     trained = ", ".join(record.name for record in assessment.train.records)
     state = "" if assessment.estimate.converged else "; not converged"
+    compared = assessment.comparison
+    candidates = assessment.identifiability.candidates if assessment.identifiability else ()
     return result_page(
         f"{assessment.name} from {trained}",
         f"{tested} held out{state}",
         Verdict(TONES[assessment.verdict], headline(assessment), tuple(statement(assessment))),
         seen=[
             first,
-            _titled(free_table(assessment.judged), f"Free runs of {judged} records"),
+            replace(free_table(assessment.judged), title=f"Free runs of {judged} records"),
             left_out_table(assessment.judged),
         ],
         changed=[
             assessed_table(assessment) if assessment.parameters else "A black box has no parameters.",
-            _candidates(assessment.comparison),
+            comparison_table(compared, "Compared with others", comparison_note(compared)) if compared else None,
         ],
         remains=[residual_table(assessment), items([f"{line}." for line in trusted_lines(assessment.judged)])],
         following=[items(next_lines(assessment))],
@@ -98,7 +98,7 @@ def page(assessment: Assessment) -> Page:
             *_of_training(assessment),
             Section("Correlation of the residuals", (*residual_drawings(assessment), Note(RESIDUALS))),
             Section("What the records tell of the parameters", _told(assessment)),
-            Section("Every manoeuvre that was tried", (next_table(assessment), Note(NEXT))),
+            Section("Every manoeuvre that was tried", (make_table(CANDIDATES, candidates), Note(NEXT))),
             *_compared(assessment, judged),
             each,
             Section("How to read it", (items([RUNS, PARAMETERS]),)),
@@ -107,24 +107,11 @@ def page(assessment: Assessment) -> Page:
     )
 
 
-def _candidates(comparison: Comparison | None) -> Table | None:
-    """What the model was compared with; None where it was not."""
-    return (
-        None
-        if comparison is None
-        else comparison_table(comparison, "Compared with others", comparison_note(comparison))
-    )
-
-
 def _of_training(assessment: Assessment) -> list[Section]:
     """Errors of training records, where others judge the model."""
     if assessment.held_out is None:
         return []
     return [Section("Free runs of training records", (free_table(assessment.train), left_out_table(assessment.train)))]
-
-
-def _titled(table: Table, title: str) -> Table:
-    return replace(table, title=title)
 
 
 def _told(assessment: Assessment) -> tuple[Table | Items | Note, ...]:
@@ -137,7 +124,7 @@ def _told(assessment: Assessment) -> tuple[Table | Items | Note, ...]:
     )
     if assessment.verdict != EXPLAINS:
         note += " They count the sensors' noise alone: the model does not explain the records, true errors are larger."
-    return told_table(assessment), items(told.group_lines()), Note(note)
+    return make_table(TOLD, told.parameters), items(told.group_lines()), Note(note)
 
 
 def _compared(assessment: Assessment, judged: str) -> list[Section]:
@@ -299,11 +286,10 @@ def _undetermined(assessment: Assessment) -> list[str]:
     poor = assessment.identifiability.names[2]
     total = len(assessment.parameters)
     lines = [f"The records do not determine {len(poor)} of {total} parameters: {in_line(poor)}."] if poor else []
-    return [*lines, *map(_combined, assessment.identifiability.combinations)]
-
-
-def _combined(group: ParameterGroup) -> str:
-    return f"{in_line(group.names)} are known well only in combination: {group.known}."
+    return lines + [
+        f"{in_line(group.names)} are known well only in combination: {group.known}."
+        for group in assessment.identifiability.combinations
+    ]
 
 
 def next_lines(assessment: Assessment) -> list[str]:
@@ -361,3 +347,102 @@ def _limits(found: dict[str, Correlation]) -> tuple[float, float]:
     largest = max(max(one.band, float(abs(one.values).max())) for one in found.values())
     edge = min(1.15 * largest, 1.05)
     return -edge, edge
+
+
+# ---- Tables: parameters, residuals, what the records tell, what to sail next.
+
+DIGITS = 5
+SHOWN = 4
+"""Published values that are listed one by one; of more the range is shown."""
+
+
+def standard_error(value: float) -> str:
+    """`+- 0.012`; a parameter is fixed where it is 0, not identified where it is infinite, and nan means unknown."""
+    if math.isinf(value):
+        return "not identified"
+    return "" if math.isnan(value) else f"+- {number(value, 2)}" if value else "fixed"
+
+
+def profile_interval(profile: Mapping[str, Any]) -> str:
+    """A profile-likelihood interval; a round bracket marks an open-ended interval."""
+    left, right = ("(" if profile["low_open"] else "["), (")" if profile["high_open"] else "]")
+    return f"{left}{number(profile['low'], DIGITS)}, {number(profile['high'], DIGITS)}{right}"
+
+
+def assessed_table(assessment: Assessment) -> Table:
+    """Every parameter with its interval, what the records allow at best, and published values."""
+    profiles = assessment.estimate.extra.get("profile", {})
+    columns = [
+        field("name", "parameter"),
+        Column(
+            "estimate, 95 % interval", lambda one: _with_interval(one, profiles.get(one.name)), lambda one: one.value
+        ),
+        field("unit"),
+        Column("standard error", lambda one: standard_error(one.stderr)),
+        numeric("smallest possible", "bound", share),
+        Column("published for ships of the kind", _published),
+    ]
+    return make_table(columns, assessment.parameters)
+
+
+def _with_interval(one: ParameterTold, profile: Mapping[str, Any] | None) -> str:
+    if profile is not None:
+        return f"{number(one.value, DIGITS)} {profile_interval(profile)}"
+    if is_missing(one.low) or math.isinf(one.low) or one.low == one.high:
+        return number(one.value, DIGITS)
+    digits = interval_digits(one.value, one.low, one.high)
+    return interval(one.value, one.low, one.high, lambda value: number(value, digits))
+
+
+def share(bound: float) -> str:
+    """A relative standard deviation in percent."""
+    if is_missing(bound):
+        return number(math.nan)
+    return "not determined" if bound > 1e2 else f"{number(100.0 * bound, 2)} %"
+
+
+def _published(one: ParameterTold) -> str:
+    values = one.published
+    if len(values) <= SHOWN:
+        return ", ".join(f"{vessel} {number(value, 4)}" for vessel, value in values.items())
+    low, high = (number(pick(values.values()), 4) for pick in (min, max))
+    return f"{low} to {high} ({len(values)} vessels)"
+
+
+def residual_table(assessment: Assessment) -> Table:
+    """Residuals of free runs: a row a channel of each side."""
+    rows = [("training", one) for one in assessment.train_residuals]
+    rows += [("held out", one) for one in assessment.held_out_residuals]
+    columns = [
+        Column("records", lambda row: row[0]),
+        Column("channel", lambda row: shown_name(row[1].channel)),
+        Column("unit", lambda row: shown_unit(row[1].channel)[0]),
+        numeric("residual, RMS", lambda row: _shown(row[1], row[1].rms)),
+        Column("sensor noise", lambda row: number(_shown(row[1], row[1].noise_sd))),
+        numeric("ratio", lambda row: row[1].ratio, SHORT),
+        Column("lags outside 99 %, in time", lambda row: _outside(row[1].in_time)),
+        Column("lags outside 99 %, with the rudder", lambda row: _outside(row[1].with_rudder)),
+    ]
+    return make_table(columns, rows)
+
+
+def _shown(one: ChannelResiduals, value: float) -> float:
+    return shown_unit(one.channel)[1] * value
+
+
+def _outside(one: Correlation) -> str:
+    return f"{one.outside} of {one.values.size}"
+
+
+TOLD = (
+    field("name", "parameter"),
+    numeric("value", "value", partial(number, digits=DIGITS)),
+    field("unit"),
+    numeric("smallest relative standard deviation", "relative", share),
+)
+CANDIDATES = (
+    field("manoeuvre"),
+    numeric("information, nats", "information", SHORT),
+    numeric("median bound after it", "median", share),
+    numeric("worst bound after it", "worst", share),
+)

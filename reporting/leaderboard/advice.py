@@ -14,12 +14,11 @@ import numpy as np
 from ...bench.situations import SEEDS, Situation
 from ...models.model import resolve
 from ..numbers import MISSING, number, percent
-from ..tables import Column, Table, make_table, markdown
+from ..tables import Table, make_table, markdown, numeric
 from ..tables import field as column
 from .answer import FLOOR, GOOD, shortlist
 from .contest import Contest
 from .standings import CASES, median
-from .tables import count, numeric
 
 UNKNOWN = "output-error"
 """The advice where a ship's equations and particulars are unknown: no rule tried was shown to be better, see
@@ -241,7 +240,7 @@ def report(tested: Sequence[Tested], drawn: int, seed: int) -> str:
 def _kinds(by_kind: Sequence[tuple[str, list[Tested]]]) -> Table:
     columns = [
         column("kind"),
-        count("n", "situations"),
+        numeric("situations", "n", str),
         numeric(f"named: regret below {GOOD:g}", "named", percent),
         numeric("median", "median"),
         numeric("without the floor", "raw", percent),
@@ -275,11 +274,10 @@ def _situations(tested: Sequence[Tested]) -> Table:
         for one in sorted(tested, key=lambda one: -one.regret)
     ]
     names = ("ship", "model", "train", "predict", "noise", "disturbance", "asked", "advice", "list", "best")
-    columns = [*map(column, names), Column("regret", lambda row: _told(row["regret"]), lambda row: row["regret"])]
-    return make_table(columns, rows)
+    return make_table([*map(column, names), numeric("regret", "regret", _if_finite)], rows)
 
 
-def _told(regret: float) -> str:
+def _if_finite(regret: float) -> str:
     return number(regret) if np.isfinite(regret) else MISSING
 
 

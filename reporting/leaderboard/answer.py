@@ -188,7 +188,7 @@ MENTIONED = 0.05
 """Share of draws from which on a method that comes first is named."""
 
 
-def stability(board: Contest, draws: int = BOOTSTRAP_DRAWS) -> tuple[dict[str, float], int, tuple[int, int]] | None:
+def stability(board: Contest) -> tuple[dict[str, float], int, tuple[int, int]] | None:
     """How stable the first group of a contest is; None for fewer than `FEWEST_SHIPS` ships or two methods.
 
     Returns
@@ -201,12 +201,13 @@ def stability(board: Contest, draws: int = BOOTSTRAP_DRAWS) -> tuple[dict[str, f
     names = list(dict.fromkeys(ships))
     if len(full) < 2 or len(names) < FEWEST_SHIPS:
         return None
-    means = _mean_ranks(board.ranks()[:, [place.index for place in full]], ships == np.array(names)[:, None], draws)
-    first = np.bincount(means.argmin(axis=1), minlength=len(full)) / draws
+    means = _mean_ranks(board.ranks()[:, [place.index for place in full]], ships == np.array(names)[:, None])
+    first = np.bincount(means.argmin(axis=1), minlength=len(full)) / BOOTSTRAP_DRAWS
     place = np.sort(1 + (means < means[:, :1] - 1e-9).sum(axis=1))
     order = [i for i in np.argsort(-first, kind="stable") if first[i] >= MENTIONED or i == 0]
     firsts = {full[i].method: float(first[i]) for i in order}
-    return firsts, len(names), (int(place[draws // 20]), int(place[-1 - draws // 20]))
+    tail = BOOTSTRAP_DRAWS // 20
+    return firsts, len(names), (int(place[tail]), int(place[-1 - tail]))
 
 
 def stability_sentences(board: Contest) -> list[str]:
@@ -226,7 +227,7 @@ def stability_sentences(board: Contest) -> list[str]:
     return told
 
 
-def _mean_ranks(ranks: np.ndarray, of: np.ndarray, draws: int) -> np.ndarray:
+def _mean_ranks(ranks: np.ndarray, of: np.ndarray) -> np.ndarray:
     """Mean ranks (draws, m) of ranks (P, m) over ships drawn with replacement; of (s, P) says which ship's they are.
 
     Infinite where none of a method's ships is drawn.
@@ -234,7 +235,7 @@ def _mean_ranks(ranks: np.ndarray, of: np.ndarray, draws: int) -> np.ndarray:
     known = ~np.isnan(ranks)
     sums, counts = of @ np.where(known, ranks, 0.0), of @ known.astype(float)
     n = len(of)
-    weights = np.random.default_rng(BOOTSTRAP_SEED).multinomial(n, np.full(n, 1.0 / n), size=draws)
+    weights = np.random.default_rng(BOOTSTRAP_SEED).multinomial(n, np.full(n, 1.0 / n), size=BOOTSTRAP_DRAWS)
     with np.errstate(all="ignore"):
         means = (weights @ sums) / (weights @ counts)
     return np.where(np.isnan(means), np.inf, means)

@@ -3,21 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
 
 from ..numbers import interval, p_value
-from ..tables import Column, Table, field, make_table
+from ..tables import Column, Table, field, html, make_table, markdown, numeric
 from .board import build
 from .equivalence import holm, log_ratios, signed_rank
 from .standings import CELL, FLOOR, Frame, bootstrap_interval
-from .tables import count, numeric
 
 FIGURES = {"nrmse": "prediction error", "rel_error": "parameter error", "cpu_s": "CPU time"}
 """Column of the cells -> what is compared."""
 SAME = 1e-4
 """Relative difference below which a figure counts as unchanged."""
+ENDED = ("failed", "diverged", "not_applicable")
+"""How runs end otherwise than well."""
+RATIO = itemgetter("ratio")
 
 
 @dataclass(frozen=True)
@@ -39,8 +42,6 @@ class Changes:
 
     def summary(self) -> str:
         """The tables as Markdown."""
-        from ..tables import markdown
-
         parts = [f"{self.only_first} problems and methods only in the first, {self.only_second} only in the second."]
         for table in (self.table(), self.status_table()):
             if table.rows:
@@ -52,34 +53,26 @@ class Changes:
         columns = [
             field("method"),
             field("figure"),
-            count("problems"),
-            count("unchanged"),
-            Column("second / first [95 %]", lambda row: interval(row["ratio"], row["low"], row["high"]),
-                   lambda row: row["ratio"]),
+            numeric("problems", "problems", str),
+            numeric("unchanged", "unchanged", str),
+            Column("second / first [95 %]", lambda row: interval(row["ratio"], row["low"], row["high"]), RATIO),
             numeric("p", "p", p_value),
-        ]  # fmt: skip
+        ]
         return make_table(columns, self.rows, "Ratios of medians over shared problems")
 
     def status_table(self) -> Table:
         """Numbers of runs that ended otherwise."""
-        names = ("failed", "diverged", "not_applicable")
         columns = [field("method")] + [
-            Column(name.replace("_", " "), lambda row, name=name: f"{row[name][0]} to {row[name][1]}") for name in names
+            Column(name.replace("_", " "), lambda row, name=name: f"{row[name][0]} to {row[name][1]}") for name in ENDED
         ]
         return make_table(columns, self.statuses, "Runs that ended otherwise")
 
     def to_json(self) -> dict[str, Any]:
         """Plain values."""
-        return {
-            "figures": list(self.rows),
-            "statuses": list(self.statuses),
-            "only_first": self.only_first,
-            "only_second": self.only_second,
-        }
+        counts = {"only_first": self.only_first, "only_second": self.only_second}
+        return {"figures": list(self.rows), "statuses": list(self.statuses)} | counts
 
     def _repr_html_(self) -> str:
-        from ..tables import html
-
         return html(self.table())
 
     def __repr__(self) -> str:
@@ -99,13 +92,12 @@ def changes(first: tuple[Frame, Frame], second: tuple[Frame, Frame]) -> Changes:
             rows += [{"method": str(method), "figure": title} | row] if row else []
     for row, p in zip(rows, holm([row["p"] for row in rows]), strict=True):
         row["p"] = float(p)
-    names = ("failed", "diverged", "not_applicable")
-    sums = both.groupby("label", observed=True)[[f"{name}_{side}" for name in names for side in "ab"]].sum()
+    sums = both.groupby("label", observed=True)[[f"{name}_{side}" for name in ENDED for side in "ab"]].sum()
     statuses = [
-        {"method": str(method)} | {name: (int(row[f"{name}_a"]), int(row[f"{name}_b"])) for name in names}
+        {"method": str(method)} | {name: (int(row[f"{name}_a"]), int(row[f"{name}_b"])) for name in ENDED}
         for method, row in sums.iterrows()
     ]
-    changed = [row for row in statuses if any(row[name][0] != row[name][1] for name in names)]
+    changed = [row for row in statuses if any(row[name][0] != row[name][1] for name in ENDED)]
     return Changes(tuple(rows), tuple(changed), len(before) - len(both), len(after) - len(both))
 
 

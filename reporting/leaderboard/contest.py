@@ -62,15 +62,12 @@ class Contest:
     absent: np.ndarray
     criterion: str
 
-    def where(self, chosen: Mapping[str, str] | None = None, budget_s: float = np.inf) -> Contest:
-        """The problems with these texts of `DIMENSIONS`; a method that takes longer than the budget fails there."""
+    def where(self, chosen: Mapping[str, str]) -> Contest:
+        """The problems with these texts of `DIMENSIONS`."""
         keep = np.ones(len(self.problems), dtype=bool)
-        for name, text in (chosen or {}).items():
+        for name, text in chosen.items():
             keep &= (self.problems[name] == text).to_numpy()
-        kept = self.kept(keep)
-        late = (kept.times > budget_s) & ~np.isnan(kept.errors)
-        errors = np.where(late, np.inf, kept.errors)
-        return replace(kept, errors=errors, runs=np.where(late[:, :, None] & ~np.isnan(kept.runs), np.inf, kept.runs))
+        return self.kept(keep)
 
     def kept(self, problems: np.ndarray) -> Contest:
         """The problems where the mask (P,) is true."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -11,9 +10,9 @@ from ...bench.store import TIMING, read_manifest
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
-from ..numbers import DEG, number, percent, r_squared
+from ..numbers import DEG, SHORT, percent, r_squared
 from ..report import Report, environment_rows, reservations, write_files
-from ..tables import field, make_table
+from ..tables import field, make_table, numeric
 from ..templating import render
 from . import standings
 from .answer import answer, stability_sentences
@@ -28,7 +27,6 @@ from .tables import (
     ahead_table,
     failure_table,
     matrices,
-    numeric,
     overall_table,
     read_timing,
     record_table,
@@ -39,7 +37,6 @@ from .tuners import budgets, tuner_table
 
 # ---- What a terminal shows of a leaderboard: how the runs ended, which method, and one ranking.
 
-SHORT = partial(number, digits=2)
 RANKING = (
     field("method"),
     numeric("rank", "rank_prediction", SHORT),
@@ -128,45 +125,53 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     del parameters  # some gigabytes where there are millions
     timings = read_timing(Path(timing) if timing else directory / TIMING, required=timing is not None)
     data = as_script(page_data(board, read_traces(directory)))
+    shown = shown_of(manifest, results, board, timings)
     texts = {
-        "leaderboard.md": markdown(manifest, results, board, timings),
+        "leaderboard.md": markdown(shown, board),
         "leaderboard.csv": tables.csv(tables.from_frame(board.table())),
-        "leaderboard.html": html(manifest, results, board, timings, data),
+        "leaderboard.html": html(shown, data),
     }
     paths = write_files(directory, texts)
-    told = overview(f"Suite {manifest['suite']}, {headline(manifest, results)}", board)
-    overall = tuple(board.overall.to_dict("records"))
-    return Report(texts["leaderboard.md"], told, paths, len(results) >= manifest["planned"], overall)
+    told = overview(f"Suite {shown['suite']}, {shown['headline']}", board)
+    return Report(texts["leaderboard.md"], told, paths, shown["complete"], tuple(board.overall.to_dict("records")))
 
 
-def markdown(manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict]) -> str:
+def shown_of(
+    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict] = ()
+) -> dict[str, Any]:
+    """What the report says, by the names that the page has for it."""
+    return {
+        "suite": manifest["suite"],
+        "title": manifest.get("title", ""),
+        "headline": headline(manifest, results),
+        "complete": len(results) >= manifest["planned"],
+        "statements": statements(board),
+        "overall": overall_table(board.overall),
+        "tuners": tuner_table(board.contest),
+        "ahead": ahead_table(results),
+        "by_record": record_table(results),
+        "matrices": matrices(board.overall, board.by),
+        "uncertainty": uncertainty_table(results),
+        "failures": failure_table(board.failures),
+        "timings": timing_table(timings),
+        "reading": READING,
+        "environment": environment_rows(manifest),
+    }
+
+
+def markdown(shown: Mapping[str, Any], board: Leaderboard) -> str:
     """The report as Markdown text."""
-    parts = [f"# Leaderboard: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, results)]
+    parts = [f"# Leaderboard: suite {tables.in_markdown(shown['suite'])}", shown["headline"]]
     parts += [f"**{tables.in_markdown(line)}**" for line in answer(board.contest).splitlines()]
-    parts += map(tables.in_markdown, statements(board))
-    shown = [
-        overall_table(board.overall),
-        tuner_table(board.contest),
-        ahead_table(results),
-        *matrices(board.overall, board.by),
-        uncertainty_table(results),
-        failure_table(board.failures),
-        timing_table(timings),
-    ]
-    parts += [part for table in shown for part in tables.section(table)]
-    made_with = tables.listed(environment_rows(manifest))
+    parts += map(tables.in_markdown, shown["statements"])
+    first, rest = ("overall", "tuners", "ahead"), ("uncertainty", "failures", "timings")
+    every = [*(shown[name] for name in first), *shown["matrices"], *(shown[name] for name in rest)]
+    parts += [part for table in every for part in tables.section(table)]
+    made_with = tables.listed(shown["environment"])
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with]) + "\n"
 
 
-def html(
-    manifest: Mapping[str, Any],
-    results: Frame,
-    board: Leaderboard,
-    timings: Sequence[dict],
-    data: str,
-    main: str = "",
-    advice: str = "",
-) -> str:
+def html(shown: Mapping[str, Any], data: str, main: str = "", advice: str = "") -> str:
     """The report as one self-contained page.
 
     Parameters
@@ -175,27 +180,7 @@ def html(
     main : the suite that the board is of, where the results are of several.
     advice : what the test of the advice says.
     """
-    return render(
-        "leaderboard.html.j2",
-        suite=manifest["suite"],
-        title=manifest.get("title", ""),
-        headline=headline(manifest, results),
-        complete=len(results) >= manifest["planned"],
-        data=data,
-        main=main,
-        advice=advice,
-        statements=statements(board),
-        overall=overall_table(board.overall),
-        tuners=tuner_table(board.contest),
-        ahead=ahead_table(results),
-        by_record=record_table(results),
-        matrices=matrices(board.overall, board.by),
-        uncertainty=uncertainty_table(results),
-        failures=failure_table(board.failures),
-        timings=timing_table(timings),
-        reading=READING,
-        environment=environment_rows(manifest),
-    )
+    return render("leaderboard.html.j2", **shown, data=data, main=main, advice=advice)
 
 
 def statements(board: Leaderboard) -> list[str]:

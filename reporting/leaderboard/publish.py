@@ -21,14 +21,15 @@ from ...bench.store import MANIFEST, read_manifest, read_tables
 from ...bench.traces import read_traces
 from ...models.data_file import load
 from ...models.errors import BadInput
-from ...models.folders import make_folder, write_atomic
+from ...models.folders import make_folder
 from .. import tables
+from ..report import write_files
 from . import tuners
 from .answer import begin, headlines, stability_sentences
 from .board import Leaderboard, build
 from .contest import Contest
 from .findings import Finding, beyond, command, findings
-from .page import headline, html
+from .page import headline, html, shown_of
 from .page_data import MEASURED, as_script, page_data
 from .standings import CASES, CELL, STATUSES, Frame
 from .tables import overall_table, uncertainty_finding, uncertainty_table
@@ -74,7 +75,7 @@ def publish(directories: Sequence[str | Path], folder: str | Path) -> tuple[Path
     traces = [entry for source in sources for entry in read_traces(source)]
     manifest = combined(manifests)
     written = {RESULTS: _parquet(results), PARAMETERS: _parquet(parameters), MANIFEST: _json(manifest)}
-    return _written(folder, written | pages(folder, manifest, results, parameters, traces))
+    return write_files(folder, written | pages(folder, manifest, results, parameters, traces))
 
 
 def publish_again(folder: str | Path) -> tuple[Path, ...]:
@@ -94,7 +95,7 @@ def publish_again(folder: str | Path) -> tuple[Path, ...]:
         raise BadInput(f"cannot be read ({error})", file=folder) from None
     page = folder / PAGE
     old = json.loads(page.read_text().partition(DATA)[2].partition("</script>")[0]) if page.is_file() else None
-    return _written(folder, pages(folder, manifest, results, parameters, (), old))
+    return write_files(folder, pages(folder, manifest, results, parameters, (), old))
 
 
 def _tested(folder: Path) -> str:
@@ -128,12 +129,6 @@ def slow_line(folder: Path, main: Contest) -> str:
     return f"{text}, on which this board ranks first: {', '.join(named)}." if named else f"{text}."
 
 
-def _written(folder: Path, files: Mapping[str, bytes]) -> tuple[Path, ...]:
-    for name, data in files.items():
-        write_atomic(folder / name, data)
-    return tuple(folder / name for name in files)
-
-
 def pages(
     folder: Path,
     manifest: Mapping[str, Any],
@@ -141,7 +136,7 @@ def pages(
     parameters: Frame,
     traces: Sequence[Mapping[str, Any]],
     old: Mapping[str, Any] | None = None,
-) -> dict[str, bytes]:
+) -> dict[str, str]:
     """README, page, picture and table of problems by name.
 
     The ranking is that of the first suite, in which all methods are compared on the same problems.
@@ -158,13 +153,12 @@ def pages(
     if old and all(old[name] == shown[name] for name in ("problems", "methods")):
         shown["runs"] = old["runs"]
     advice = _tested(folder)
-    texts = {
+    return {
         README: readme(manifest, results, main, every, tuning, advice, slow_line(folder, main.contest)),
-        PAGE: html(manifest, results, main, (), as_script(shown), first if several else "", advice),
+        PAGE: html(shown_of(manifest, results, main), as_script(shown), first if several else "", advice),
         PICTURE: main.picture(),
         TABLE: problem_table(every.cells),
     }
-    return {name: text.encode() for name, text in texts.items()}
 
 
 def ranked_and_tuning(results: Frame) -> tuple[Frame, Frame | None]:
@@ -260,12 +254,8 @@ def _suites(manifest: Mapping[str, Any], results: Frame) -> tables.Table:
     runs, seconds = groups.size(), groups.sum()
     names = [name for name in str(manifest["suite"]).split(", ") if name in runs.index]
     rows = [{"suite": name, "runs": int(runs[name]), "minutes": float(seconds[name]) / 60.0} for name in names]
-    columns = [
-        tables.field("suite"),
-        tables.Column("runs", lambda row: str(row["runs"]), lambda row: row["runs"]),
-        tables.Column("CPU time of fits (min)", lambda row: f"{row['minutes']:.1f}", lambda row: row["minutes"]),
-    ]
-    return tables.make_table(columns, rows)
+    minutes = tables.numeric("CPU time of fits (min)", "minutes", "{:.1f}".format)
+    return tables.make_table([tables.field("suite"), tables.numeric("runs", "runs", str), minutes], rows)
 
 
 def problem_table(cells: Frame) -> str:

@@ -4,7 +4,8 @@ how far ahead to trust methods, and what stated uncertainties are worth."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from ...models.data_file import load
 from ...models.errors import BadInput
 from ...models.folders import check_regular
 from ..numbers import DEG, MISSING, duration, interval, is_missing, number, percent, r_squared
-from ..tables import Cell, Column, Table, field, make_table, with_least_marked
+from ..tables import Column, Table, field, make_table, numeric, with_least_marked
 from .standings import Frame, labels, median
 
 # ---- Columns.
@@ -23,34 +24,14 @@ from .standings import Frame, labels, median
 Row = Mapping[str, Any]
 
 
-def numeric(title: str, name: str, form: Callable[[Any], str] = number, scale: float = 1.0) -> Column:
-    """A column of numbers, one field of the rows times `scale`."""
-
-    def value(row: Row) -> float | None:
-        return None if is_missing(row[name]) else float(row[name]) * scale
-
-    return Column(title, lambda row: form(value(row)), value)
-
-
-def count(name: str, title: str = "") -> Column:
-    """A column of whole numbers."""
-    return Column(title or name, lambda row: str(row[name]), lambda row: row[name])
-
-
 def with_interval(title: str, name: str) -> Column:
     """A column of medians with their intervals."""
-    return Column(
-        title, lambda row: interval(row[name], row[f"{name}_low"], row[f"{name}_high"]), lambda row: row[name]
-    )
+    ends = (name, f"{name}_low", f"{name}_high")
+    return Column(title, lambda row: interval(*(row[end] for end in ends)), lambda row: row[name])
 
 
-def unless_one(name: str) -> Column:
-    """A column of numbers, empty where they are 1."""
-    return Column(name, lambda row: MISSING if row[name] == 1 else number(row[name]), lambda row: row[name])
-
-
-def _outcomes(row: Row) -> str:
-    return f"{row['failed']} / {row['not_applicable']} / {row['runs']}"
+def _unless_one(value: float) -> str:
+    return MISSING if value == 1 else number(value)
 
 
 TIME = numeric("time", "cpu_s", duration)
@@ -65,9 +46,9 @@ STANDING = (
     numeric("yaw rate R2", "r2_yaw_rate", r_squared),
     numeric("heading R2", "r2_heading", r_squared),
     numeric("efficiency", "efficiency"),
-    Column("failed / n.a. / runs", _outcomes, lambda row: row["failed"]),
-    count("diverged"),
-    count("cells"),
+    Column("failed / n.a. / runs", "{failed} / {not_applicable} / {runs}".format_map, lambda row: row["failed"]),
+    numeric("diverged", "diverged", str),
+    numeric("cells", "cells", str),
     TIME,
 )
 FAILURE = (
@@ -79,13 +60,11 @@ FAILURE = (
     field("train"),
     field("noise"),
     field("disturbance"),
-    unless_one("thinning"),
-    unless_one("length"),
-    count("runs"),
+    numeric("thinning", "thinning", _unless_one),
+    numeric("length", "length", _unless_one),
+    numeric("runs", "runs", str),
     field("seeds"),
 )
-
-
 FACTORS = {
     "noise": "noise",
     "disturbance": "disturbance",
@@ -127,22 +106,17 @@ def _matrix(overall: Frame, frame: Frame, name: str, title: str) -> Table:
         if not all(is_missing(value) for value, *_ in found.values()):
             rows.append({"method": method} | found)
     columns = [field("method"), *(_compared(level) for level in levels)]
-    return with_least_marked(make_table(columns, rows, title), _in_every_cell)
+    return with_least_marked(make_table(columns, rows, title), lambda cell: " of " not in cell.text)
 
 
 def _compared(level: str) -> Column:
-    """A column of (value, cells, most cells), with the number of cells where it is below the most."""
+    """A column of (value, cells, most cells), with `3 of 5` cells behind the value where it has less than the most."""
 
-    def text(row: Mapping[str, Any]) -> str:
+    def text(row: Row) -> str:
         value, cells, most = row.get(level, (None, 0, 0))
         return number(value) if cells == most or is_missing(value) else f"{number(value)} ({cells} of {most})"
 
     return Column(level, text, lambda row: row.get(level, (None,))[0])
-
-
-def _in_every_cell(cell: Cell) -> bool:
-    """Whether a cell of `_matrix` is a median over as many cells as any other there."""
-    return " of " not in cell.text
 
 
 def failure_table(failures: Frame) -> Table:
@@ -172,25 +146,19 @@ RECORDS_NOTE = (
 
 def record_table(results: Frame) -> Table:
     """One row a ship, fitted model, method and selection of records; none where no measured run is scored."""
-    columns = [
-        *(field(name) for name in ("vessel", "model", "method", "train", "noise")),
-        Column(
-            "error by record",
-            lambda row: _record_errors(row["nrmse_by_record"]),
-            lambda row: _mean_error(row["nrmse_by_record"]),
-        ),
-    ]
+    errors = Column("error by record", _record_errors, _mean_error)
+    columns = [*map(field, ("vessel", "model", "method", "train", "noise")), errors]
     known = results[results["nrmse_by_record"].notna()] if "nrmse_by_record" in results else results[:0]
     rows = known.sort_values(["vessel", "model", "noise", "method"]).to_dict("records")
     return make_table(columns, rows, RECORDS_TITLE, RECORDS_NOTE)
 
 
-def _record_errors(text: Any) -> str:
-    return ", ".join(f"{name} {number(error)}" for name, error in json.loads(text).items())
+def _record_errors(row: Row) -> str:
+    return ", ".join(f"{name} {number(error)}" for name, error in json.loads(row["nrmse_by_record"]).items())
 
 
-def _mean_error(text: Any) -> float | None:
-    errors = list(json.loads(text).values())
+def _mean_error(row: Row) -> float | None:
+    errors = list(json.loads(row["nrmse_by_record"]).values())
     return None if None in errors else sum(errors) / len(errors)
 
 
@@ -198,9 +166,9 @@ def _mean_error(text: Any) -> float | None:
 
 TIMING_COLUMNS = (
     field("name", "what"),
-    Column("median", lambda row: duration(row["median"]), lambda row: row["median"]),
+    numeric("median", "median", duration),
     Column("quartiles", lambda row: f"{duration(row['q1'])} .. {duration(row['q3'])}", lambda row: row["q3"]),
-    Column("rounds", lambda row: str(row["rounds"]), lambda row: row["rounds"]),
+    numeric("rounds", "rounds", str),
 )
 
 
@@ -221,10 +189,8 @@ def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
     try:
         found = load(path)["benchmarks"]
         pick = ("median", "q1", "q3", "rounds")
-        return sorted(
-            ({"name": entry["name"], **{key: entry["stats"][key] for key in pick}} for entry in found),
-            key=lambda entry: entry["name"],
-        )
+        rows = [{"name": entry["name"]} | {key: entry["stats"][key] for key in pick} for entry in found]
+        return sorted(rows, key=lambda row: row["name"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInput(f"is not a benchmark JSON file ({type(error).__name__}: {error})", file=path) from None
 
@@ -237,8 +203,6 @@ AHEAD_NOTE = (
     "than by a ship that goes on turning as now and by one that goes straight. Errors of yaw rate ahead, deg/s, as "
     "model / goes on turning / goes straight; times are ship lengths, or times sqrt(T / K) where no length is known."
 )
-
-
 AHEAD_COLUMNS = ("trusted_s", "noise_", *(f"rmse_{prefix}_" for prefix in PREFIXES.values()))
 
 
@@ -253,23 +217,18 @@ def ahead_table(results: Frame) -> Table:
     columns = [
         *map(field, AHEAD_KEYS),
         numeric("trust it for, s", "trusted_s"),
-        *(Column(f"{length:g} lengths", _errors_ahead(length)) for length in LENGTHS),
+        *(Column(f"{length:g} lengths", partial(_errors_ahead, length)) for length in LENGTHS),
         Column("sensor noise", lambda row: number(_in_degrees(row, "noise_yaw_rate_rad_s"))),
     ]
     return make_table(columns, rows, "How far ahead, measured records", AHEAD_NOTE)
 
 
-def _errors_ahead(length: float) -> Any:
-    names = [f"rmse_{prefix}_{length:g}_yaw_rate_rad_s" for prefix in PREFIXES.values()]
-
-    def text(row: Mapping[str, Any]) -> str:
-        values = [_in_degrees(row, name) for name in names]
-        return " / ".join(map(number, values)) if np.isfinite(values).any() else ""
-
-    return text
+def _errors_ahead(length: float, row: Row) -> str:
+    values = [_in_degrees(row, f"rmse_{prefix}_{length:g}_yaw_rate_rad_s") for prefix in PREFIXES.values()]
+    return " / ".join(map(number, values)) if np.isfinite(values).any() else ""
 
 
-def _in_degrees(row: Mapping[str, Any], name: str) -> float:
+def _in_degrees(row: Row, name: str) -> float:
     return DEG * row.get(name, float("nan"))
 
 
@@ -282,11 +241,9 @@ UNCERTAINTY_NOTE = (
     "drawn 20 times from what the method states: covariance of coefficients, Gaussian process, or trees. Noise "
     "of the held-out sensors counts as error. Intervals that are too small hold less than 95 %."
 )
-
-
 UNCERTAINTY_COLUMNS = (
     field("method"),
-    count("runs"),
+    numeric("runs", "runs", str),
     numeric("parameters inside", "coverage_95", percent),
     numeric("CRPS of parameters", "crps_median"),
     numeric("free run inside", "coverage_free", percent),

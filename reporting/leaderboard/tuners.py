@@ -14,12 +14,11 @@ from typing import Any
 import numpy as np
 
 from ..numbers import duration, number
-from ..tables import Table, field, make_table
+from ..tables import Table, field, make_table, numeric
 from .contest import Contest
 from .equivalence import LEVEL, holm, log_ratios, signed_rank
 from .findings import FEWEST
 from .standings import median
-from .tables import numeric
 
 SUITE = "tuners"
 """The suite whose runs compare tuners; they take no part in the ranking of methods."""

@@ -1,20 +1,23 @@
-"""The page of a result as plain values for the page of `helmbench open`, which draws the runs itself."""
+"""What the page of `helmbench open` draws: the page of a result as plain values, records, and curves with no more
+points than a screen can show, in the units that it shows."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...datasets.columns import in_order
-from ...datasets.display import shown_name
+from ...datasets.display import continuous, shown_name, shown_unit
+from ...datasets.geometry import unwrapped
 from ..page import EquationList, Items, Note, Overlays, Pairs, Section
 from ..runs import POSITIONS, RecordRuns, lines_of, tracks_of
 from ..tables import Table
-from .curves import numbers, stride, times
 
 if TYPE_CHECKING:
+    from ...datasets.record import Record
     from ..page import Block, Page
 
 LARGEST = 1e6
@@ -77,3 +80,122 @@ def _panel(record: RecordRuns, name: str, kept: np.ndarray) -> dict[str, Any]:
     ]
     errors = [{"label": label, "values": numbers((lines.measured - values)[kept])} for label, values in runs.items()]
     return {"channel": name, "label": shown_name(name), "unit": lines.unit, "curves": curves, "residuals": errors}
+
+
+# ---- Curves and records.
+
+POINTS = 4000
+"""Points of a curve at most."""
+
+
+def numbers(values: np.ndarray) -> list[float | None]:
+    """Each value (N,) with six digits of what it differs from the others by; None where it is not finite."""
+    finite = np.isfinite(values)
+    known = values[finite]
+    spread = float(np.ptp(known)) if known.size else 0.0
+    size = float(np.abs(known).max()) / spread if spread > 0.0 else 1.0
+    digits = min(6 + max(int(np.ceil(np.log10(size))), 0), 17) if np.isfinite(size) and size > 0.0 else 6
+    return [float(f"{v:.{digits}g}") if ok else None for v, ok in zip(values, finite, strict=True)]
+
+
+def times(values: np.ndarray) -> list[float]:
+    """Times to the millisecond."""
+    return np.round(values, 3).tolist()
+
+
+def envelope(values: np.ndarray, limit: int = POINTS) -> np.ndarray:
+    """Indices of at most `limit` samples of (N,): the smallest and the largest of equal stretches, in their order."""
+    if values.size <= limit:
+        return np.arange(values.size)
+    edges = np.linspace(0, values.size, limit // 2 + 1).astype(int)
+    found = []
+    for first, stop in pairwise(edges):
+        part = values[first:stop]
+        known = np.flatnonzero(np.isfinite(part))
+        ends = known[[part[known].argmin(), part[known].argmax()]] if known.size else np.zeros(2, dtype=int)
+        found.append(first + np.sort(ends))
+    return np.unique(np.concatenate(found))
+
+
+def stride(size: int, limit: int = POINTS) -> np.ndarray:
+    """Indices of every so many-th of `size` samples, at most `limit`."""
+    return np.arange(0, size, -(-size // limit) or 1)
+
+
+def record_view(record: Record) -> dict[str, Any]:
+    """A record for the page: every channel over time, the rudder first, and its tracks."""
+    names = in_order(record.channels)
+    return {"name": record.name, "curves": [_channel(record, name) for name in names], "tracks": tracks(record),
+            "headings": headings(record)}  # fmt: skip
+
+
+def _channel(record: Record, name: str) -> dict[str, Any]:
+    unit, factor = shown_unit(name)
+    values = factor * continuous(name, record.column(name))
+    kept = envelope(values)
+    return {"channel": name, "label": shown_name(name), "unit": unit, "time": times(record.time_s[kept]),
+            "values": numbers(values[kept])}  # fmt: skip
+
+
+# ---- channels against each other: a mirrored channel, or one in another unit, leaves the others
+
+
+def tracks(record: Record) -> list[dict[str, Any]]:
+    """North and east, m: of the positions, and of speed and heading added up; the latter two with the heading that the
+    yaw rate gives."""
+    found = []
+    if record.has("north_m", "east_m"):
+        found.append(("positions", record.column("north_m"), record.column("east_m")))
+    if record.has("surge_m_s", "heading_rad"):
+        found.append(("speed and heading", *_sailed(record, _filled(record.heading_unwrapped()))))
+    if record.has("surge_m_s", "yaw_rate_rad_s"):
+        found.append(("speed and yaw rate", *_sailed(record, _integrated(record))))
+    start = _first(*found[0][1:]) if found else (0.0, 0.0)
+    kept = stride(record.n)
+    out = []
+    for label, north, east in found:
+        own = _first(north, east)
+        out.append({"label": label, "time": times(record.time_s[kept]),
+                    "north": numbers(north[kept] - own[0] + start[0]),
+                    "east": numbers(east[kept] - own[1] + start[1])})  # fmt: skip
+    return out
+
+
+def headings(record: Record) -> dict[str, Any] | None:
+    """The heading as it was recorded and as the yaw rate gives it, deg; None where one of them is not recorded."""
+    if not record.has("heading_rad", "yaw_rate_rad_s"):
+        return None
+    kept = stride(record.n)
+    runs = np.degrees(record.heading_unwrapped()), np.degrees(_integrated(record))
+    return {"time": times(record.time_s[kept]), "heading": numbers(runs[0][kept]), "yaw_rate": numbers(runs[1][kept])}
+
+
+def _first(north: np.ndarray, east: np.ndarray) -> tuple[float, float]:
+    known = np.flatnonzero(np.isfinite(north + east))
+    return (float(north[known[0]]), float(east[known[0]])) if known.size else (0.0, 0.0)
+
+
+def _filled(values: np.ndarray) -> np.ndarray:
+    """Values (N,) with gaps bridged; zero where nothing is known."""
+    known = np.isfinite(values)
+    return np.interp(np.arange(values.size), np.flatnonzero(known), values[known]) if known.any() else 0.0 * known
+
+
+def _added_up(rate: np.ndarray, time: np.ndarray) -> np.ndarray:
+    return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
+
+
+def _integrated(record: Record) -> np.ndarray:
+    """Heading (N,) by the yaw rate, rad, from the first one that was recorded."""
+    turned = _added_up(_filled(record.column("yaw_rate_rad_s")), record.time_s)
+    start = unwrapped(record.column("heading_rad")) if record.has("heading_rad") else turned
+    known = np.flatnonzero(np.isfinite(start))
+    return turned + (start[known[0]] - turned[known[0]] if known.size else 0.0)
+
+
+def _sailed(record: Record, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """North and east (N,) by speeds in body axes along a heading (N,), rad."""
+    u = _filled(record.column("surge_m_s"))
+    v = _filled(record.column("sway_m_s")) if record.has("sway_m_s") else np.zeros(record.n)
+    north, east = u * np.cos(heading) - v * np.sin(heading), u * np.sin(heading) + v * np.cos(heading)
+    return _added_up(north, record.time_s), _added_up(east, record.time_s)

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from ...bench.pool import MOST_TOGETHER, TOGETHER_S
 from ..numbers import number
-from .rows import Row
+
+if TYPE_CHECKING:
+    from .page import Row
 
 RUNS, CORES = 1e8, 1000
 MEMORY_BYTES, DISK_BYTES = 64e9, 10e12

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ...datasets.columns import CANONICAL
@@ -15,9 +16,10 @@ from ...estimation.validation.validate import label
 from ..numbers import DEG, number, percent, r_squared
 from ..page import FAIR, GOOD, Note, Section, Verdict, items, overlays, result_page
 from ..runs import of_validation
-from ..tables import Column, Table, make_table
+from ..tables import Column, Table, field, make_table, numeric
 
 if TYPE_CHECKING:
+    from ...estimation.run.run import Run
     from ...estimation.validation.result import ErrorScore, Index, Validation
     from ..page import Page
 
@@ -33,10 +35,8 @@ def free_table(validation: Validation) -> Table:
     """Errors of free runs over all records: a row a channel, columns for each model."""
     columns = [Column("channel", _channel_name), Column("unit", _unit)]
     for name in validation.models:
-        columns += [
-            _score_column(f"RMSE{_of(validation, name)}", validation, name, _rmse),
-            _score_column(f"R²{_of(validation, name)}", validation, name, _r2),
-        ]
+        score = partial(validation.score, model=name)
+        columns += [_scored(f"{title}{_of(validation, name)}", score, value) for title, value in FREE_SCORES.items()]
     return make_table(columns, [*_channels(validation), None])
 
 
@@ -47,13 +47,10 @@ def horizon_table(validation: Validation) -> Table:
     """
     horizons = list(dict.fromkeys(score.horizon for score in validation.scores))
     horizons = [*(h for h in horizons if h != FREE), FREE]
-    pairs = [(channel, name) for channel in _channels(validation) for name in validation.models]
-    rows = [pair for pair in pairs if validation.score(*pair)]
-    rows = [
-        row
-        for channel in _channels(validation)
-        for row in [*(p for p in rows if p[0] == channel), *_simple(validation, channel)]
-    ]
+    rows: list[tuple[str, str]] = []
+    for channel in _channels(validation):
+        rows += [(channel, name) for name in validation.models if validation.score(channel, name)]
+        rows += _simple(validation, channel)
     columns = [
         Column("channel", lambda row: _channel_name(row[0])),
         Column("unit", lambda row: _unit(row[0])),
@@ -68,14 +65,19 @@ def horizon_table(validation: Validation) -> Table:
 
 def record_table(validation: Validation) -> Table:
     """Errors of the free run of every record: a row a record and model."""
-    rows = [(run.record, run.model) for run in sorted(validation.runs, key=lambda run: _place(validation, run.record))]
-    columns = [Column("record", lambda row: row[0]), Column("model", lambda row: row[1])]
-    columns += [_record_column(validation, channel) for channel in _channels(validation)]
-    columns += [
-        _scored("R² together", lambda row: validation.score(None, row[1], row[0]), _r2),
-        Column("remark", lambda row: _remark(validation, *row)),
+
+    def score(row: Run, channel: str | None = None) -> ErrorScore | None:
+        return validation.score(channel, row.model, row.record)
+
+    order = [one.name for one in validation.records]
+    columns = [
+        field("record"),
+        field("model"),
+        *(_scored(_with_unit(channel), partial(score, channel=channel), _rmse) for channel in _channels(validation)),
+        _scored("R² together", score, _r2),
+        Column("remark", _remark),
     ]
-    return make_table(columns, rows)
+    return make_table(columns, sorted(validation.runs, key=lambda run: order.index(run.record)))
 
 
 def index_table(validation: Validation) -> Table:
@@ -89,19 +91,13 @@ def index_table(validation: Validation) -> Table:
         Column("record", lambda row: _any(row).record),
         Column("manoeuvre", lambda row: _any(row).manoeuvre),
         Column("index", lambda row: _any(row).name.replace("_", " ")),
-        Column("unit", lambda row: _shown_unit(_any(row))),
-        Column("measured", lambda row: number(_measured(row)), _measured),
+        Column("unit", lambda row: "deg" if _any(row).unit == "rad" else _any(row).unit),
+        numeric("measured", lambda row: _shown(_any(row), _any(row).measured)),
     ]
-    columns += [
-        _index_column(f"simulated{_of(validation, n)}", n, lambda index: index.simulated) for n in validation.models
-    ]
+    columns += [_index_column(f"simulated{_of(validation, n)}", n, "simulated") for n in validation.models]
     if len(validation.models) == 1:
-        columns.append(_index_column("difference", next(iter(validation.models)), lambda index: index.difference))
-    columns += [
-        Column("measured, in ship lengths", lambda row: number(_lengths(row)), _lengths),
-        Column("remark", _reasons),
-    ]
-    return make_table(columns, rows)
+        columns.append(_index_column("difference", next(iter(validation.models)), "difference"))
+    return make_table([*columns, numeric("measured, in ship lengths", _lengths), Column("remark", _reasons)], rows)
 
 
 def left_out_table(validation: Validation) -> Table:
@@ -135,6 +131,10 @@ def _unit(channel: str | None) -> str:
     return "" if channel is None else shown_unit(channel)[0]
 
 
+def _with_unit(channel: str) -> str:
+    return f"{shown_name(channel)}, {shown_unit(channel)[0]}"
+
+
 def _of(validation: Validation, name: str) -> str:
     return f" {name}" if len(validation.models) > 1 else ""
 
@@ -150,19 +150,14 @@ def _r2(score: ErrorScore | None) -> float | None:
     return None if score is None else score.r2
 
 
-def _score_column(
-    title: str, validation: Validation, model: str, value: Callable[[ErrorScore | None], float | None]
-) -> Column:
-    return _scored(title, lambda channel: validation.score(channel, model), value)
+FREE_SCORES = {"RMSE": _rmse, "R²": _r2}
 
 
 def _simple(validation: Validation, channel: str) -> list[tuple[str, str]]:
     """Rows of what a model must beat in a channel, and of the noise that it cannot."""
     names = dict.fromkeys(score.model for score in validation.simple if score.channel == channel)
-    return [
-        *((channel, name) for name in names),
-        *([(channel, NOISE)] if names and channel in validation.noise else []),
-    ]
+    noise = [NOISE] if names and channel in validation.noise else []
+    return [(channel, name) for name in (*names, *noise)]
 
 
 def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], ErrorScore | None]:
@@ -227,46 +222,24 @@ def _trusted(validation: Validation, name: str, time_s: float) -> str:
 def _scored(
     title: str, score: Callable[[Any], ErrorScore | None], value: Callable[[ErrorScore | None], float | None]
 ) -> Column:
-    text = r_squared if value is _r2 else number
-    return Column(title, lambda row: text(value(score(row))), lambda row: value(score(row)))
+    return numeric(title, lambda row: value(score(row)), r_squared if value is _r2 else number)
 
 
-def _record_column(validation: Validation, channel: str) -> Column:
-    title = f"{shown_name(channel)}, {shown_unit(channel)[0]}"
-    return _scored(title, lambda row: validation.score(channel, row[1], row[0]), _rmse)
-
-
-def _remark(validation: Validation, record: str, model: str) -> str:
-    run = next(run for run in validation.runs if (run.record, run.model) == (record, model))
+def _remark(run: Run) -> str:
     parts = [f"{len(run.starts_s)} runs between long gaps"] if len(run.starts_s) > 1 else []
     return "; ".join([*parts, run.told] if run.told else parts)
-
-
-def _place(validation: Validation, record: str) -> int:
-    return [one.name for one in validation.records].index(record)
 
 
 def _any(row: dict[str, Index]) -> Index:
     return next(iter(row.values()))
 
 
-def _shown_unit(index: Index) -> str:
-    return "deg" if index.unit == "rad" else index.unit
-
-
 def _shown(index: Index, value: float) -> float:
     return DEG * value if index.unit == "rad" else value
 
 
-def _measured(row: dict[str, Index]) -> float:
-    return _shown(_any(row), _any(row).measured)
-
-
-def _index_column(title: str, model: str, value: Callable[[Index], float]) -> Column:
-    def shown(row: dict[str, Index]) -> float | None:
-        return _shown(row[model], value(row[model])) if model in row else None
-
-    return Column(title, lambda row: number(shown(row)), shown)
+def _index_column(title: str, model: str, name: str) -> Column:
+    return numeric(title, lambda row: _shown(row[model], getattr(row[model], name)) if model in row else None)
 
 
 def _lengths(row: dict[str, Index]) -> float | None:

@@ -12,8 +12,8 @@ from helmbench.models.extend import extended
 from helmbench.models.families.extensions import EXTENSIONS
 from helmbench.models.model import resolve
 from helmbench.models.primitives import absv, atan2v
+from helmbench.reporting.equation_lines import Latex, MathML, parts, rounded
 from helmbench.reporting.equations import equations
-from helmbench.reporting.printers import Latex, MathML, parts, rounded
 
 HTML_NAMES = re.compile("&[A-Z][A-Za-z]+;")
 """Characters by names that HTML knows and XML does not."""

@@ -133,6 +133,6 @@ def test_manoeuvres_of_a_record_share_no_sample(monkeypatch, zigzag):
     ends = [(0, 4 * least, "turn"), (3 * least, 7 * least, "zigzag"), (7 * least, 9 * least, "straight"),
             (6 * least, 7 * least + 1, "turn")]  # fmt: skip
     drawn = [SimpleNamespace(start=a, stop=b, kind=kind) for a, b, kind in ends]
-    monkeypatch.setattr("helmbench.api.importing.find_manoeuvres", lambda record: drawn)
+    monkeypatch.setattr("helmbench.datasets.importing.segments.find_segments", lambda record: drawn)
     spans = parts._spans(2, zigzag)
     assert spans == [(2, 0, 4 * least, "turn", 1), (2, 4 * least, 7 * least, "zigzag", 2)]

@@ -128,7 +128,7 @@ def test_intervals_are_those_of_clopper_and_pearson(rng):
 
 def test_figures(runs):
     board = board_of(runs)
-    own = {row["figure"]: row for row in board.figures.to_dict("records") if row["method"] == "innovations"}
+    own = {row["rate"]: row for row in board.figures.to_dict("records") if row["method"] == "innovations"}
     assert own["tie_size"]["value"] == 1.5 and not own["tie_size"]["met"]
     assert own["coverage"]["value"] == 0.5 and own["coverage"]["n"] == 2
     assert own["gain_median"]["value"] == pytest.approx(1.1) and own["gain_median"]["n"] == 1
@@ -212,13 +212,13 @@ def test_false_discoveries_are_a_share_of_the_names(case_of):
         for i, (n, k) in enumerate([(2, 1), (1, 1), (3, 0), (0, 0)])
     ]
     board = board_of(told)
-    (row,) = (row for row in board.figures.to_dict("records") if row["figure"] == "false_discovery")
+    (row,) = (row for row in board.figures.to_dict("records") if row["rate"] == "false_discovery")
     assert (row["n"], row["value"], row["met"]) == (4, pytest.approx(1.5 / 4), False)
     assert 0.0 < row["low"] < row["value"] < row["high"] < 1.0
     assert (rate(board, "planted")["hits"], rate(board, "planted")["n"]) == (3, 4)
     clean = (
         board_of([case_of(seed=i, names=0, false_names=0) for i in range(50)])
-        .figures.set_index("figure")
+        .figures.set_index("rate")
         .loc["false_discovery"]
     )
     assert (clean["value"], clean["low"]) == (0.0, 0.0) and clean["high"] == pytest.approx(1.0 - 0.025 ** (1 / 50))

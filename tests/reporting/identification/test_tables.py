@@ -9,7 +9,7 @@ from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.judgement.assessment import assess
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
-from helmbench.reporting.identification.tables import assessed_table, share, standard_error
+from helmbench.reporting.identification.page import assessed_table, share, standard_error
 
 
 @pytest.fixture(scope="module")

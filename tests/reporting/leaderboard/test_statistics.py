@@ -202,12 +202,6 @@ def test_stability_draws_ships(board_of, run_of, rng):
     assert 0.5 < stability(split)[0]["a"] < 1.0 and stability(split.where({"vessel": "v0"})) is None
 
 
-def test_a_budget_ranks_slow_methods_last(board_of, eight_problems):
-    board = board_of(eight_problems).where(budget_s=2.0)
-    place = {place.method: place for place in board.order()}
-    assert place["a"].mean_rank == 3.0 and place["a"].imputed == 8 and place["c"].mean_rank == 2.0
-
-
 def test_nothing_is_chosen_where_nothing_was_run(board_of, eight_problems):
     board = board_of(eight_problems)
     assert answer(board.where({"vessel": "none"})) == "No two methods were compared under these conditions."

@@ -9,8 +9,7 @@ from xml.etree import ElementTree
 import pytest
 
 from helmbench.models.errors import BadInput
-from helmbench.reporting.timing.page import publish, verdict
-from helmbench.reporting.timing.rows import read_rows
+from helmbench.reporting.timing.page import publish, read_rows, verdict
 from helmbench.reporting.timing.study_page import demands, study
 
 PUBLISHED = Path(__file__).parents[3] / "reports" / "timing" / "rows.jsonl"

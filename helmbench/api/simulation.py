@@ -1,4 +1,5 @@
-"""Simulation of many runs of one model: Monte Carlo over coefficients, commands, initial states, gusts and noise."""
+"""Simulation of one run of a model, and of many: Monte Carlo over coefficients, commands, initial states, gusts and
+noise."""
 
 from __future__ import annotations
 
@@ -11,16 +12,72 @@ from numpy.typing import ArrayLike
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.memory import require_memory
-from .arguments import as_model
+from .arguments import as_model, check_numbers, check_seed
 
 if TYPE_CHECKING:
     from ..datasets.disturbances import Disturbance
     from ..datasets.manoeuvres import Manoeuvre
     from ..datasets.many import SimulatedRuns
+    from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path
 
 Array = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@typed
+def simulate(
+    model: Model | Path,
+    manoeuvre: str,
+    *,
+    noise: str = "none",
+    disturbance: str = "none",
+    seed: int = 0,
+    duration_s: float | None = None,
+    dt_s: float | None = None,
+) -> Record:
+    """Simulate a manoeuvre of a model with coefficients, and measure it.
+
+    As `generate`, which takes its texts from a `Case`, but also for a model that was made in Python, such as
+    `estimate.model`.
+
+    Parameters
+    ----------
+    model : a model, or a vessel id or the path of a model.json.
+    manoeuvre : for example 'zigzag:20/20' or 'turn:35:port' (`list_manoeuvres`).
+    noise : 'none', 'low', 'medium', 'high', 'gross', or channels such as 'yaw_rate=0.05deg_s'.
+    disturbance : 'none', or 'wind:12@40deg', 'current:...', 'waves:...', joined by '+'.
+    seed : seed of all random numbers, at least 0.
+    duration_s : duration, s; None: that of the vessel file.
+    dt_s : sampling step, s; None: that of the vessel file.
+
+    Returns
+    -------
+    The record, with the rudder in the model's sign; the same for the same arguments.
+
+    Raises
+    ------
+    BadInput : an unknown vessel, a malformed text, a disturbance that the model cannot take, no duration or step, or a
+        run that diverges.
+    """
+    from ..datasets.disturbances import parse_disturbance
+    from ..datasets.generator import record_run
+    from ..datasets.manoeuvres import KINDS, parse_manoeuvre
+    from ..datasets.sensors import parse_noise
+
+    check_seed(seed)
+    check_numbers(duration_s=duration_s, dt_s=dt_s)
+    if isinstance(model, str) and model.partition(":")[0] in KINDS:
+        raise BadInput(f"{model!r} is a manoeuvre, not a model", hint="first the vessel, then the manoeuvre")
+    return record_run(
+        as_model(model),
+        parse_manoeuvre(manoeuvre),
+        parse_noise(noise),
+        parse_disturbance(disturbance),
+        seed=seed,
+        duration_s=duration_s,
+        dt_s=dt_s,
+    )
 
 
 @typed
