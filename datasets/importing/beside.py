@@ -135,7 +135,7 @@ def with_sides(columns: Sequence[RawColumn]) -> list[RawColumn]:
         before, letters = out[i - 1], out[i]
         if letters.texts is None or before.texts is None or letters.known or not _sides(letters.texts, before):
             continue
-        if not before.numeric or (before.numbers[np.isfinite(before.numbers)] < 0.0).any():
+        if not before.numeric or (before.finite < 0.0).any():
             continue
         out[i - 1] = replace(before, values=_joined(before.texts, letters.texts))
         out[i] = replace(letters, known="not used", source=f"the side of column {before.name}")

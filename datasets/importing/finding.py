@@ -125,7 +125,7 @@ def either_side(angles: np.ndarray) -> np.ndarray:
 
 def is_full_circle(finding: ColumnFinding) -> bool:
     """Whether angles go from zero to a full turn, in degrees or radians, and lie at both ends of it."""
-    known = finding.column.numbers[np.isfinite(finding.column.numbers)]
+    known = finding.column.finite
     turn = 360.0 if known.size and known.max() > 7.0 else 2.0 * np.pi
     return bool(
         known.size and known.min() >= 0.0 and 0.9 * turn < known.max() <= turn and np.mean(known < turn / 4.0) > 0.02

@@ -336,7 +336,7 @@ def _contradicted(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
 
 def _ask_unit(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the question for its unit; unused where nothing would be done with the answer."""
-    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    known = found.column.finite
     if known.size and np.ptp(known) == 0.0 and known[0] == 0.0 and found.quantity not in RUDDERS_AND_TURNING:
         return found.unused("0 in every row")
     if found.quantity == "propeller_thrust":

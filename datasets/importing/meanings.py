@@ -213,7 +213,7 @@ def _track_along(log: RawLog, found: ColumnFinding, left: float) -> str:
 def _gyro(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if _turned_by(log, found) > TURNED:
         return _decided(found, "heading", "it is the integral of the yaw rate")
-    numbers = found.column.numbers[np.isfinite(found.column.numbers)]
+    numbers = found.column.finite
     if numbers.size and numbers.min() >= 0.0 and numbers.max() > 100.0:
         return _decided(
             found, "heading", f"values from {numbers.min():.4g} to {numbers.max():.4g}: a heading", "physics"
@@ -347,7 +347,7 @@ def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: C
 
 def _stuck(used: ColumnFinding, found: ColumnFinding) -> ColumnFinding | None:
     """The one of two columns that shows one number in every row, where the other varies; None else."""
-    known = [f.column.numbers[np.isfinite(f.column.numbers)] for f in (used, found)]
+    known = [f.column.finite for f in (used, found)]
     if used.quantity in ("latitude", "longitude"):  # whole degrees beside minutes
         return None
     still = [bool(numbers.size) and float(np.ptp(numbers)) == 0.0 for numbers in known]

@@ -18,7 +18,7 @@ from ...models.errors import BadInput
 from .moments import time_in
 from .nmea_fields import KINDS, Read, is_void
 from .nmea_makers import LOGS, MAKERS, NOVATEL, maker_kind, maker_message, novatel_kind, novatel_message, novatel_sound
-from .raw import RawColumn, RawTable, Rejected
+from .raw import RawColumn, RawTable, Rejected, with_faults
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
 SUM = re.compile(r"[$!]([^*]*)\*([0-9A-Fa-f]{2})")
@@ -136,9 +136,8 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     skipped = ", ".join(f"{kind} ({n})" for kind, n in others.most_common())
     notes = ("NMEA 0183", done, *((f"sentences not used: {skipped}",) if skipped else ()))
     tables = [_table(path, name, group, times) for name, group in found.groups.items() if KINDS[group.kind]]
-    total = len(found.clocks) + len(found.faults) + others.total()
-    faults = tuple(found.faults)
-    return [replace(tables[0], faults=faults, done=(*tables[0].done, *notes), lines=total), *tables[1:]]
+    tables[0] = replace(tables[0], done=(*tables[0].done, *notes))
+    return with_faults(tables, found.faults, len(found.clocks) + len(found.faults) + others.total())
 
 
 def _line_numbers(found: Sentences) -> bool:
@@ -296,8 +295,7 @@ def _table(path: Path, name: str, group: SentenceGroup, times: np.ndarray | None
         if np.isfinite(numbers).any():
             side = "starboard" if entry.quantity == "rudder" else ""
             columns.append(RawColumn(entry.name, entry.unit, numbers, entry.quantity, by, side=side))
-    done = (f"{len(group.lines)} sentences {name}",)
-    return RawTable(path.name, tuple(columns), np.array(group.lines), name, path.name, done=done)
+    return RawTable.of(path, columns, f"{len(group.lines)} sentences {name}", name, group.lines)
 
 
 def _number(read: Read, message: Any) -> float:

@@ -79,7 +79,7 @@ def _is_called(found: ColumnFinding) -> bool:
     """Whether an unused column that varies is called a rudder."""
     column = found.column
     called = set(named(words(column.called or column.name)).may_be) & set(WITH_SIDE)
-    known = column.numbers[np.isfinite(column.numbers)]
+    known = column.finite
     own = not column.known and not set(found.why) & set(DECIDED)
     return bool(called) and own and not found.may_be and column.numeric and float(np.ptp(known)) > 0.0
 
@@ -109,7 +109,7 @@ def _is_servo_like(found: ColumnFinding) -> bool:
         return False
     if column.unit and unit_of(column.unit) is not None and unit_of(column.unit, "angle") is None:
         return False
-    known = column.numbers[np.isfinite(column.numbers)]
+    known = column.finite
     low, high = (float(x) for x in np.quantile(known, [0.01, 0.99]))
     if low == high or np.unique(known).size < 3:
         return False
@@ -153,7 +153,7 @@ def _which_rudder(tables: Sequence[RawTable], able: Sequence[ColumnFinding]) -> 
 
 
 def _which_turning(tables: Sequence[RawTable], log: RawLog) -> Question:
-    able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.numbers[np.isfinite(f.column.numbers)]) > 0]
+    able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.finite) > 0]
     answers = tuple(_as(f, quantity) for f in able for quantity in ("heading", "yaw_rate"))
     names = ", ".join(column.name for table in tables for column in table.columns)
     text = f"No column is known to be the heading or the yaw rate: which one is it? Columns: {names}."

@@ -56,7 +56,7 @@ def is_open(found: ColumnFinding) -> bool:
     angles is in another measure, which is asked alone."""
     dimensions = {quantities()[quantity].dimension for quantity in found.may_be}
     told = found.unit is not None or found.foreign or found.unread or found.questions
-    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    known = found.column.finite
     beyond = bool(set(found.may_be) & set(WITH_SIDE)) and units_told.size_of(found) > units_told.LARGEST_RUDDER_DEG
     return len(dimensions) == 1 and not (told or beyond) and dimensions != {"force"} and bool(np.any(known))
 

@@ -95,7 +95,7 @@ def _pairs(log: RawLog) -> Iterator[_Pair]:
 def _may_drive(found: ColumnFinding) -> bool:
     """Whether a column is not used for its name, or is a thrust or revolutions of one of several propellers."""
     column = found.column
-    known = column.numbers[np.isfinite(column.numbers)]
+    known = column.finite
     free = not found.may_be and not column.known and "the map says so" not in found.why
     driven = bool(found.may_be) and set(found.may_be) <= {"propeller", "propeller_thrust", PORT, STARBOARD}
     mapped = "quantity" in found.bounded
@@ -155,7 +155,7 @@ def _use(log: RawLog, port: int, starboard: int, why: str) -> None:
 
 def _offset(found: ColumnFinding) -> float:
     """What is added to a servo's pulse, which is 1500 us at rest."""
-    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    known = found.column.finite
     pulse = PULSE_US[0] <= known.min() and known.max() <= PULSE_US[1] and known.max() > 1000.0
     return -NEUTRAL_US if pulse else 0.0
 

@@ -207,7 +207,7 @@ def _weeks(table: RawTable) -> TableTime | None:
     place = table.columns.index(week)
     near = sorted(range(len(table.columns)), key=lambda i: (i < place, abs(i - place)))
     for column in (table.columns[i] for i in near):
-        known = column.numbers[np.isfinite(column.numbers)] if column.numeric and is_time(column.name) else np.zeros(0)
+        known = column.finite if column.numeric and is_time(column.name) else np.zeros(0)
         rising = known.size > 1 and np.mean(np.diff(known) >= 0.0) > 0.95
         if column is not week and rising and known.min() >= 0.0 and known.max() < 1e3 * WEEK_S:
             names = (week.name, column.name)
@@ -224,7 +224,7 @@ def _whole(numbers: np.ndarray) -> bool:
 
 def _of_gps(table: RawTable, column: RawColumn, guess: TimeGuess) -> TimeGuess:
     """The form of a number that counts GPS time, as its name or a date above the table tells; else as guessed."""
-    numbers = column.numbers[np.isfinite(column.numbers)] if column.numeric else np.zeros(0)
+    numbers = column.finite if column.numeric else np.zeros(0)
     if not numbers.size or guess.forms[0] not in (*COUNTED, "epoch s"):
         return guess
     name, low, high = set(words(column.name)), float(numbers.min()), float(numbers.max())
@@ -320,9 +320,7 @@ def _rivals(table: RawTable) -> list[RawColumn]:
     for column in called:
         guess = guess_form(column, _unit(column))
         if guess is not None and guess.stated and guess.forms[0] in COUNTED:
-            lasts.append(
-                (column, SCALES[guess.forms[0]][0] * float(np.ptp(column.numbers[np.isfinite(column.numbers)])))
-            )
+            lasts.append((column, SCALES[guess.forms[0]][0] * float(np.ptp(column.finite))))
     spans = [span for _, span in lasts]
     differ = len(spans) > 1 and max(spans) > (1.0 + AS_LONG) * min(spans)
     return [column for column, _ in lasts] if differ else []

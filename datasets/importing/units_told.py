@@ -262,7 +262,7 @@ def _possible(log: RawLog, found: ColumnFinding) -> tuple[LogUnit | None, str]:
 
 def _goes_on(found: ColumnFinding) -> bool:
     """Whether a direction never jumps back by a turn: in radians it may be beyond one."""
-    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    known = found.column.finite
     return quantities()[str(found.quantity)].wraps and bool(np.abs(np.diff(known)).max(initial=0.0) < math.pi)
 
 
@@ -280,7 +280,7 @@ def _names_angle(found: ColumnFinding) -> bool:
 
 def _of_position(log: RawLog, found: ColumnFinding, size: float, told: str) -> tuple[LogUnit | None, str]:
     least = 90.0 if found.quantity == "latitude" else 180.0
-    numbers = found.column.numbers[np.isfinite(found.column.numbers)]
+    numbers = found.column.finite
     if least * 1.0001 < size <= 100.0 * least and np.all(np.abs(numbers) % 100.0 < 60.0):
         return UNITS["deg min"], f"{told} degrees and minutes (ddmm.mmm)"
     if 1e6 < size <= least * 1e7 and np.all(numbers == np.round(numbers)):

@@ -106,7 +106,7 @@ def _tells(table: RawTable, rows: Dict[str, np.ndarray]) -> bool:
     if len(large) < 2 or sum(own.size for own in large) < 0.9 * table.n:
         return False
     stays = sum(own.size - 1 for own in large) / max(1, table.n - 1)
-    kept = [_at(table, own) for own in large]
+    kept = [table.at(own) for own in large]
     filled = {frozenset(c.name for c in t.columns if np.isfinite(c.numbers).any()) for t in kept}
     return stays > 0.5 and len(filled) == 1 and all(_has_track(t) for t in kept) and _tells_time(table, large)
 
@@ -137,13 +137,7 @@ def _with_rows(table: RawTable, groups: _Groups | None, wanted: str | None) -> R
     if rows.size == table.n:
         return table
     told = f"{rows.size} of {table.n} rows are of {groups.column.name} {name}; those of others are left out"
-    return replace(_at(table, rows), done=(*table.done, told))
-
-
-def _at(table: RawTable, rows: np.ndarray) -> RawTable:
-    """Some rows of a table."""
-    columns = tuple(replace(column, values=column.at(rows)) for column in table.columns)
-    return replace(table, columns=columns, rows=table.rows[rows])
+    return table.at(rows, done=(*table.done, told))
 
 
 def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequence[str]) -> Question:
@@ -163,7 +157,7 @@ def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequen
 
 def _known_cells(table: RawTable, groups: _Groups, name: str) -> int:
     """How many cells of a vessel's rows tell something of its motion."""
-    own = _without_unknown(_at(table, groups.rows[name])) if name in groups.rows else None
+    own = _without_unknown(table.at(groups.rows[name])) if name in groups.rows else None
     told = [c for c in own.columns if c.numeric and np.nanmax(c.numbers) > np.nanmin(c.numbers)] if own else []
     return sum(int(np.isfinite(column.numbers).sum()) for column in told)
 

@@ -47,12 +47,10 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
     found = [table for _, table in tables if table is not None]
     if not found:
         raise BadInput("no sheet holds rows of numbers", file=path, hint=f"sheets: {', '.join(sheets)}")
-    note = (f"sheet {', '.join(empty)}: no rows of numbers, not used",) if empty else ()
-    return [_with_note(table, note if i == 0 else ()) for i, table in enumerate(found)]
-
-
-def _with_note(table: RawTable, note: tuple[str, ...]) -> RawTable:
-    return replace(table, done=(*note, *table.done))
+    if empty:
+        note = f"sheet {', '.join(empty)}: no rows of numbers, not used"
+        found[0] = replace(found[0], done=(note, *found[0].done))
+    return found
 
 
 def _lines(sheet: Any) -> list[Line]:
@@ -188,10 +186,7 @@ def _mat_table(path: Path, where: str, group: Mapping[str, np.ndarray], units: M
     columns = tuple(
         _column(name, units.get(f"{where}.{name}".strip("."), ""), values) for name, values in group.items()
     )
-    size = columns[0].numbers.size
-    return RawTable(
-        path.name, columns, np.arange(1, size + 1), where, path.name, done=(f"{len(columns)} arrays of {size}",)
-    )
+    return RawTable.of(path, columns, f"{len(columns)} arrays of {columns[0].numbers.size}", where)
 
 
 def _column(name: str, unit: str, values: np.ndarray) -> RawColumn:

@@ -14,7 +14,7 @@ import numpy as np
 from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..cells import PLAIN
-from ..raw import RawTable, Rejected
+from ..raw import RawTable, Rejected, with_faults
 from .autopilots import ARDUPILOT, message_table, with_steering
 from .object_tables import tables_or_refusal
 
@@ -55,10 +55,7 @@ def read_dataflash(text: str, path: Path) -> list[RawTable]:
     tables = [table for table in made if table is not None]
     if not tables:
         raise BadInput("no message of the log can be used", file=path, hint=f"read are {', '.join(ARDUPILOT)}")
-    first = tables[0]
-    head = RawTable(first.file, first.columns, first.rows, first.sheet, first.clock, done=first.done,
-                    faults=tuple(faults), lines=count)  # fmt: skip
-    return with_steering([head, *tables[1:]], parameters)
+    return with_steering(with_faults(tables, faults, count), parameters)
 
 
 def _parameter(cells: list[str]) -> dict[str, float]:

@@ -206,12 +206,7 @@ def _table(
     for field, (name, quantity, unit) in fields.items():
         if field in values and np.isfinite(values[field]).any():
             columns.append(RawColumn(name, unit, values[field], quantity, by))
-    rows = np.arange(1, times.size + 1)
-    return (
-        RawTable(path.name, tuple(columns), rows, kind, path.name, done=(f"{times.size} messages {kind}",))
-        if len(columns) > 1
-        else None
-    )
+    return RawTable.of(path, columns, f"{times.size} messages {kind}", kind) if len(columns) > 1 else None
 
 
 def _some(tables: list[RawTable], path: Path) -> list[RawTable]:

@@ -31,8 +31,7 @@ def read_parquet(data: bytes, path: Path) -> list[RawTable]:
     columns = [_column(field, table.column(i)) for i, field in enumerate(table.schema)]
     if all(column.known == "not used" for column in columns) or table.num_rows < 1:
         raise BadInput("no columns of numbers found", file=path)
-    rows = np.arange(1, table.num_rows + 1)
-    return [RawTable(path.name, tuple(columns), rows, "", path.name, done=("Parquet",))]
+    return [RawTable.of(path, columns, "Parquet")]
 
 
 def _column(field: Any, values: Any) -> RawColumn:

@@ -6,18 +6,16 @@ import csv
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..cell_texts import Texts
 from ..instruments import UNITS
 from ..names import joined
-from ..raw import RawColumn, RawTable, Rejected
+from ..raw import RawColumn, RawTable, Rejected, with_faults
 from .object_tables import tables_or_refusal
 
 ANNOTATION = re.compile(r"#(datatype|group|default)\b", re.IGNORECASE)
@@ -50,7 +48,7 @@ def read_influx(text: str, path: Path) -> list[RawTable]:
     found = [table for block in _blocks(text, faults) for table in _tables(block, path)]
     if not found:
         raise BadInput("no block with times and values", file=path, hint="export it with a header, as annotated CSV")
-    return [replace(found[0], faults=tuple(faults)), *found[1:]]
+    return with_faults(found, faults)
 
 
 def _blocks(text: str, faults: list[Rejected]) -> list[Block]:
@@ -79,12 +77,11 @@ def _tables(block: Block, path: Path) -> Iterator[RawTable]:
     if VALUE in names and FIELD in names:
         yield from _long(block, path)
         return
-    rows = np.array([number for number, _ in block.rows])
     columns = [(name, [cells[i] for _, cells in block.rows]) for i, name in enumerate(names) if name not in OWN]
     made = [RawColumn(name, "", Texts(cells)) for name, cells in columns if any(cells)]
     if made:
         times = _times([cells[names.index(TIME)] for _, cells in block.rows])
-        yield RawTable(path.name, (times, *made), rows, "", path.name, done=("InfluxDB",))
+        yield RawTable.of(path, (times, *made), "InfluxDB", rows=[number for number, _ in block.rows])
 
 
 def _long(block: Block, path: Path) -> Iterator[RawTable]:
@@ -103,9 +100,8 @@ def _long(block: Block, path: Path) -> Iterator[RawTable]:
         called = measurement if name.lower() in GENERIC and measurement else name
         sheet = " ".join(dict.fromkeys(part for part in (measurement, name, *(values[k] for k in several)) if part))
         column = RawColumn(called, unit, Texts([cells[place[VALUE]] for _, cells in own]))
-        rows = np.array([number for number, _ in own])
         times = _times([cells[place[TIME]] for _, cells in own])
-        yield RawTable(path.name, (times, column), rows, sheet, path.name, done=(f"{len(own)} values",))
+        yield RawTable.of(path, (times, column), f"{len(own)} values", sheet, [number for number, _ in own])
 
 
 def _times(cells: Sequence[str]) -> RawColumn:

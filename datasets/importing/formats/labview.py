@@ -105,9 +105,8 @@ def _tables(
         made = _columns([(names[i], units.get(i, ""), texts[i]) for i in group], style)
         part = sheet if len(groups) == 1 else f"{sheet} {made[0].name if made else ''}".strip()
         if made:
-            done = ("LabVIEW measurement file",)
             columns = (*(replace(column, style=style) for column in time), *made)
-            out.append(RawTable(path.name, columns, rows, part, path.name, done=done))
+            out.append(RawTable.of(path, columns, "LabVIEW measurement file", part, rows))
     return out
 
 

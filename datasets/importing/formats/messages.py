@@ -10,7 +10,7 @@ import numpy as np
 
 from ..headers import scaled_unit
 from ..instruments import last_part
-from ..raw import RawColumn, RawTable
+from ..raw import RawColumn, RawTable, faults_once
 from .autopilots import ARDUPILOT
 
 Fields = dict[str, tuple[str, str]]
@@ -99,11 +99,9 @@ def _by_message(table: RawTable, matches: list[re.Match[str] | None]) -> list[Ra
             continue
         by = f"{'ArduPilot' if kind in ARDUPILOT else 'MAVLink'} states it: {kind}"
         told = [_stated(c, _fields(kind), field, by) for c, field in own if field not in CLOCKS or not shared]
-        columns = tuple(replace(c, values=c.at(rows)) for c in (*shared, *told))
         done = (*table.done, f"{rows.size} messages {kind}")
-        faults = table.faults if not out else ()
-        out.append(replace(table, columns=columns, rows=table.rows[rows], sheet=kind, done=done, faults=faults))
-    return out or [table]
+        out.append(table.at(rows, (*shared, *told), sheet=kind, done=done))
+    return faults_once(out) or [table]
 
 
 def _fields(kind: str) -> Fields:
@@ -116,7 +114,7 @@ def _stated(column: RawColumn, fields: Mapping[str, tuple[str, str]], field: str
     """A column with the quantity and unit of its field, unless its header states another unit or its numbers do."""
     quantity, unit = fields.get(field, ("", ""))
     column = replace(column, called=field) if field != column.name else column
-    known = column.numbers[np.isfinite(column.numbers)]
+    known = column.finite
     if not unit or not known.size or (column.unit and scaled_unit(column.unit) != scaled_unit(unit)):
         return column
     whole = np.array_equal(known, np.round(known)) and np.abs(known).max() <= WHOLE.get(unit, np.inf)

@@ -53,7 +53,7 @@ def read_alog(text: str, path: Path) -> list[RawTable]:
 
 def _table(path: Path, name: str, own: list[tuple[int, float, float]], dated: bool) -> RawTable:
     quantity, unit = KNOWN.get(name, ("", "deg" if any(word in name for word in ANGLES) else ""))
-    time = RawColumn("time", "s", np.array([moment for _, moment, _ in own]), "time" if dated else "", BY)
-    column = RawColumn(name, unit, np.array([value for *_, value in own]), quantity, BY if unit else "")
-    rows = np.array([number for number, *_ in own])
-    return RawTable(path.name, (time, column), rows, name, path.name, done=(f"{len(own)} values",))
+    lines, times, values = zip(*own, strict=True)
+    time = RawColumn("time", "s", np.array(times), "time" if dated else "", BY)
+    column = RawColumn(name, unit, np.array(values), quantity, BY if unit else "")
+    return RawTable.of(path, (time, column), f"{len(own)} values", name, lines)

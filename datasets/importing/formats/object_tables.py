@@ -127,8 +127,7 @@ def _table(own: Sequence[Row], told: tuple[str, str], sheet: str, path: Path) ->
         return None
     names = distinct([column.name for column in columns])
     columns = [replace(column, name=name) for column, name in zip(columns, names, strict=True)]
-    rows = np.array([line for line, _ in own])
-    return RawTable(path.name, tuple(columns), rows, sheet, path.name, done=(f"{len(own)} objects",))
+    return RawTable.of(path, columns, f"{len(own)} objects", sheet, [line for line, _ in own])
 
 
 def _column(

@@ -250,25 +250,16 @@ def _topic(bag: Any, connection: Any, path: Path) -> RawTable | None:
     if len(rows) < 3:
         return None
     names = list(rows[0])
-    columns = [
-        RawColumn("time of the bag", "s", np.array(stamps), "" if _has_stamp(names) else "time", "the bag's clock")
-    ]
+    known = "" if any(map(SECONDS.fullmatch, names)) else "time"
+    columns = [RawColumn("time of the bag", "s", np.array(stamps), known, "the bag's clock")]
     for name in names:
         values = [row.get(name) for row in rows]
         if all(isinstance(value, str) for value in values):
-            columns.append(RawColumn(name, "", tuple(map(str, values))))
+            cells: Any = tuple(values)
         else:
-            columns.append(
-                RawColumn(name, "", np.array([np.nan if isinstance(v, str) or v is None else float(v) for v in values]))
-            )
-    done = (f"{len(rows)} messages {connection.msgtype}",)
-    return RawTable(
-        path.name, tuple(columns), np.arange(1, len(rows) + 1), connection.topic.strip("/"), path.name, done=done
-    )
-
-
-def _has_stamp(names: Sequence[str]) -> bool:
-    return any(SECONDS.fullmatch(name) for name in names)
+            cells = np.array([np.nan if isinstance(v, str) or v is None else float(v) for v in values])
+        columns.append(RawColumn(name, "", cells))
+    return RawTable.of(path, columns, f"{len(rows)} messages {connection.msgtype}", connection.topic.strip("/"))
 
 
 def _flat(message: Any, prefix: str = "", depth: int = 0) -> list[tuple[str, Any]]:

@@ -53,8 +53,7 @@ def read_sbet(data: bytes, path: Path) -> list[RawTable]:
             *velocity,
         )
     ]  # fmt: skip
-    done = (f"SBET, {len(rows)} rows",)
-    return [RawTable(path.name, tuple(columns), np.arange(1, len(rows) + 1), "", path.name, done=done)]
+    return [RawTable.of(path, columns, f"SBET, {len(rows)} rows")]
 
 
 def _velocity(rows: np.ndarray, heading: np.ndarray) -> list[tuple[str, str, np.ndarray]]:

@@ -104,11 +104,9 @@ def tables_of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
     for (source, name), own in series.items():
         if len(own) < FEWEST or not name:
             continue
-        times = RawColumn("time", "", tuple(time for _, time, _ in own), "", "Signal K states it: UTC")
-        column = RawColumn(
-            name, "", np.array([number for *_, number in own]), source=f"source {source}" if source else ""
-        )
+        lines, times, numbers = zip(*own, strict=True)
+        time = RawColumn("time", "", times, "", "Signal K states it: UTC")
+        column = RawColumn(name, "", np.array(numbers), source=f"source {source}" if source else "")
         sheet = f"{source} {name}".strip() if several else name
-        rows = np.array([line for line, *_ in own])
-        tables.append(RawTable(path.name, (times, column), rows, sheet, path.name, done=(f"{len(own)} values",)))
+        tables.append(RawTable.of(path, (time, column), f"{len(own)} values", sheet, lines))
     return tables

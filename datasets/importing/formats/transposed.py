@@ -10,7 +10,7 @@ import numpy as np
 from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..layout import distinct
-from ..raw import RawColumn, RawTable, Rejected
+from ..raw import RawColumn, RawTable, Rejected, with_faults
 
 SEPARATORS = ",;\t"
 NUMBER = re.compile(DECIMAL)
@@ -53,7 +53,8 @@ def read_transposed(text: str, path: Path) -> list[RawTable]:
     """The table, turned round: a column for every row; BadInput where no row has a number for every time."""
     lines = [line for line in text.lstrip("\ufeff").splitlines() if line.strip()]
     separator = max(SEPARATORS, key=lines[0].count)
-    head, faults = _cells(lines[0], separator), []
+    head = _cells(lines[0], separator)
+    faults: list[Rejected] = []
     series: list[tuple[str, np.ndarray]] = []
     for number, line in enumerate(lines[1:], start=2):
         name, *cells = _cells(line, separator)
@@ -66,6 +67,5 @@ def read_transposed(text: str, path: Path) -> list[RawTable]:
     names = distinct([name or "channel" for name, _ in series])
     columns = [RawColumn("time", "", tuple(head[1:]))]
     columns += [RawColumn(name, "", values) for name, (_, values) in zip(names, series, strict=True)]
-    rejected: tuple[Rejected, ...] = tuple(faults)
-    done = ("a row for every channel and a column for every time: turned round",)
-    return [RawTable(path.name, tuple(columns), np.arange(2, len(head) + 1), "", path.name, done=done, faults=rejected)]
+    done = "a row for every channel and a column for every time: turned round"
+    return with_faults([RawTable.of(path, columns, done, rows=np.arange(2, len(head) + 1))], faults)
