@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..geometry import unwrapped
+from .answers import answered
 from .draft import Question
 from .evidence import ClockSeries, together, track_velocity
 from .finding import ColumnFinding
@@ -18,13 +19,25 @@ from .units import LogUnit
 
 @dataclass
 class RawLog:
-    """Findings of all columns, the times of their tables by label, and what is asked of columns of a table together."""
+    """Findings of all columns, the times of their tables by label, the keys of answers by question, and what is asked
+    of columns of a table together."""
 
     findings: list[ColumnFinding]
     times: dict[str, TableTime]
+    answers: Mapping[str, str]
     proposals: list[Question] = field(default_factory=list)
     _seconds: dict[str, np.ndarray | None] = field(default_factory=dict)
     _velocities: dict[tuple[object, ...], tuple[ClockSeries, ClockSeries] | None] = field(default_factory=dict)
+
+    def answered(self, found: ColumnFinding) -> ColumnFinding:
+        """A finding with what the answers to its questions say."""
+        return answered(found, self.answers)
+
+    def each(self, step: Callable[[RawLog, ColumnFinding], ColumnFinding]) -> None:
+        """Take a step for every finding that is used; a question that has its answer is settled."""
+        for i, found in enumerate(self.findings):
+            if found.may_be:
+                self.findings[i] = self.answered(step(self, found))
 
     def seconds(self, finding: ColumnFinding) -> np.ndarray | None:
         """(N,) times of the finding's table, s; None where no time is known."""

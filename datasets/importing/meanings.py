@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
-from collections.abc import Mapping as Dict
 from dataclasses import replace
 
 import numpy as np
@@ -43,11 +41,6 @@ SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
 
-def unsigned() -> frozenset[str]:
-    """Quantities whose sign their name states."""
-    return UNSIGNED | {"heading"}
-
-
 def settle(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the quantity that other columns tell; unchanged where they do not."""
     if len(found.may_be) < 2 or found.questions:
@@ -66,7 +59,7 @@ def settle(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 
 
 def _decided(found: ColumnFinding, quantity: str, why: str, sure: Sure = "other channel") -> ColumnFinding:
-    return found.told(sure, why, may_be=(quantity,), signed=quantity in unsigned())
+    return found.told(sure, why, may_be=(quantity,), signed=quantity in UNSIGNED)
 
 
 def _speed(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -279,7 +272,7 @@ def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the question for its quantity, as one that waits for the answer to another one, or as the answer
     to that tells it."""
     told = settle(log, found)
-    if len(told.may_be) == 1:
+    if len(told.may_be) == 1 or told.questions:
         return told
     axis = _open_axis(log, found)
     if axis is not None and {*found.may_be} & {"velocity_north", "velocity_east"}:
@@ -299,9 +292,7 @@ def _open_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
 # ------------------------------------------------------------------------------------------------ twins
 
 
-def without_twins(
-    log: RawLog, answers: Dict[str, str], answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding]
-) -> None:
+def without_twins(log: RawLog) -> None:
     """Of columns of one file for the same quantity one is used: the others agree with it, or it is asked."""
     groups: dict[tuple[str, str], list[int]] = {}
     for i, found in enumerate(log.findings):
@@ -309,7 +300,7 @@ def without_twins(
             groups.setdefault((found.table.clock or found.table.label, found.may_be[0]), []).append(i)
     for (_, quantity), places in groups.items():
         if len(places) > 1 and quantity in quantities():
-            _one_of(log, sorted(places, key=lambda i: _rank(log.findings[i])), answers, answered)
+            _one_of(log, sorted(places, key=lambda i: _rank(log.findings[i])))
 
 
 def _rank(found: ColumnFinding) -> tuple[int, int, int]:
@@ -318,7 +309,7 @@ def _rank(found: ColumnFinding) -> tuple[int, int, int]:
     return chosen, len(found.questions), -int(np.isfinite(found.column.numbers).sum())
 
 
-def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: Callable) -> None:
+def _one_of(log: RawLog, places: list[int]) -> None:
     first, *others = places
     for i in others:
         found, used = log.findings[i], log.findings[first]
@@ -337,9 +328,7 @@ def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: C
         elif found.questions and not used.questions:
             log.findings[i] = found.unused(f"{used.may_be[0].replace('_', ' ')} is column {used.column.name}")
         else:
-            asked = _which(used, found, told[1] if told else "")
-            settled = answered(asked, answers)
-            log.findings[i] = settled
+            log.findings[i] = settled = log.answered(_which(used, found, told[1] if told else ""))
             if settled.may_be and not settled.questions:
                 log.findings[first] = used.unused(f"{found.column.name} is used, as answered")
                 first = i

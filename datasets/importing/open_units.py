@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,19 +30,19 @@ MOST_RPS = 15.0
 """Largest number of a propeller's revolutions a second."""
 
 
-def propose(log: RawLog, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
+def propose(log: RawLog, tables: Sequence[RawTable]) -> None:
     """Take the likely units of the columns of each table that have none, with one question for all of them; none where
     it is answered that they are not right, or only one is open."""
     for table in tables:
         places = [i for i, found in enumerate(log.findings) if found.table is table and is_open(found)]
         identifier = f"{table.label}/{len(places)} units"  # with more columns another question
-        if len(places) < 2 or answers.get(identifier) == NONE:
+        if len(places) < 2 or log.answers.get(identifier) == NONE:
             continue
         before = list(log.findings)
         _take_likely(log, table, places)
         likely = {i: log.findings[i] for i in places if log.findings[i].unit is not None}
         question = _question(identifier, list(likely.values()))
-        sure = key_of(question, answers) is not None
+        sure = key_of(question, log.answers) is not None
         log.findings = [
             _meant(found, likely[i].unit, likely[i].factor, sure) if i in likely else found
             for i, found in enumerate(before)

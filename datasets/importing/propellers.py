@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -38,13 +37,13 @@ class _Pair:
     signed: bool
 
 
-def settle(log: RawLog, answers: Dict[str, str]) -> None:
+def settle(log: RawLog) -> None:
     """Make two columns the thrusts to port and starboard where a craft has no rudder, or ask which ones they are."""
     if not is_unsteered({quantity for f in log.findings for quantity in f.may_be}):
         return
     pairs = list(_pairs(log))
-    if PROPELLERS in answers:
-        _as_answered(log, pairs, answers[PROPELLERS])
+    if PROPELLERS in log.answers:
+        _as_answered(log, pairs, log.answers[PROPELLERS])
         return
     if not pairs:
         return
@@ -55,10 +54,9 @@ def settle(log: RawLog, answers: Dict[str, str]) -> None:
         why = "the names state the side" + (", and the yaw rate answers their difference" if agrees else "")
         _use(log, best.port, best.starboard, why)
     else:
-        found = log.findings[best.port]
-        log.findings[best.port] = replace(found, why=(*found.why, "a propeller?")).asking(
-            _question(log, pairs, against)
-        )
+        found, question = log.findings[best.port], _question(log, pairs, against)
+        why, questions = (*found.why, "a propeller?"), (*found.questions, question)
+        log.findings[best.port] = replace(found, why=why, questions=questions, sure="guess")
 
 
 def _in_newtons(log: RawLog, pair: _Pair) -> bool:

@@ -45,7 +45,7 @@ TELL_SENSE = {"heading", "yaw_rate", "sway", "north", "east", "velocity_north", 
 """Quantities of which one that is known tells to which side the others are positive."""
 
 
-def propose(log: RawLog, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
+def propose(log: RawLog, tables: Sequence[RawTable]) -> None:
     """Take the columns that no name tells for what they are by their motion, with a question for each table that says
     all of it; those of an answer surely.  Where none is right one more question says which column is wrong: the others
     are taken, and nothing is where several are wrong.
@@ -58,7 +58,7 @@ def propose(log: RawLog, tables: Sequence[RawTable], answers: Mapping[str, str])
         able = [f for f in own if _is_open(f)]
         nameless = bool(able) and len(able) == sum(f.column.numeric for f in own)
         if len(able) > 1 and (nameless or missing):
-            _propose(log, table, able, answers)
+            _propose(log, table, able)
 
 
 def _named(log: RawLog) -> Iterator[ColumnFinding]:
@@ -72,16 +72,16 @@ def _is_open(found: ColumnFinding) -> bool:
     return unknown and not found.bounded and bool(np.isfinite(numbers).sum() > 1)
 
 
-def _propose(log: RawLog, table: RawTable, able: Sequence[ColumnFinding], answers: Mapping[str, str]) -> None:
-    wrong = answers.get(_id_of_wrong(table))
+def _propose(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> None:
+    wrong = log.answers.get(_id_of_wrong(table))
     made = _proposals(log, table, able) if len(able) <= MOST_COLUMNS and wrong != SEVERAL else []
     if not made:
         return
     question = _question(table, able, made)
-    key = said = key_of(question, answers)
+    key = said = key_of(question, log.answers)
     if key == NONE:
         question, known = _question_of_wrong(table, made[0]), wrong in {f.column.name for f in able}
-        said = key_of(question, answers) if known or not table.column(wrong or "") else wrong
+        said = key_of(question, log.answers) if known or not table.column(wrong or "") else wrong
         able = [f for f in able if f.column.name != wrong]
     if not said:
         log.proposals.append(question)

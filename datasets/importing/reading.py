@@ -38,7 +38,7 @@ PULSES = ("us", "µs", "pwm")
 UNSIGNED = frozenset(
     {"propeller", "propeller_thrust", "speed_over_ground", "speed_through_water", "wind_speed", "wind_direction",
      "latitude", "longitude", "north", "east", "velocity_north", "velocity_east", "course_over_ground", "rudder",
-     "heading_magnetic"}
+     "heading", "heading_magnetic"}
 )  # fmt: skip
 """Quantities without a sign, or whose name states it; a rudder's is that of the record's positive rudder."""
 
@@ -309,7 +309,7 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
         return found.told("stated", "positive to starboard stated", signed=True)
     if compass and positive == "port":
         return found.told("stated", "positive to port stated", signed=True, sign=-1)
-    return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or goes_ahead(found))
+    return replace(found, signed=quantity in UNSIGNED or goes_ahead(found))
 
 
 def as_in_a_record(found: ColumnFinding) -> bool:
