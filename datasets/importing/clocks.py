@@ -242,5 +242,5 @@ def _question(base: Sequence[Stream], own: Sequence[Stream]) -> Question:
     )
     made = tuple(Answer(f"{seconds:.12g}", said, f"clock_offset_s: {seconds:.12g}") for seconds, said in texts.items())
     number = "seconds to add to its times: clock_offset_s: NUMBER"
-    table = label.removesuffix(f", run {own[0].run}")
+    table = own[0].table
     return Question(clock_question(table), "time", table, own[0].time_column, text, made, number)

@@ -66,9 +66,19 @@ class Stream:
     run: int = 0
     """Number of the run, where the time of the table starts again; else 0."""
 
+    def at(self, rows: np.ndarray | slice) -> Stream:
+        """Some rows of the stream."""
+        own = {name: values[rows] for name, values in self.quantities.items()}
+        return replace(self, time=self.time[rows], quantities=own, kept=self.kept[rows])
+
     def on_clock(self, time: np.ndarray) -> np.ndarray:
         """Times (N,), s, of this clock before it was set, as they are after that."""
         return time + self.shift_s + self.rate * (time - self.middle_s)
+
+    @property
+    def table(self) -> str:
+        """Label of its table."""
+        return self.label.removesuffix(f", run {self.run}")
 
     @property
     def step(self) -> float:
@@ -101,15 +111,10 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
         gps=times.scale == "GPS", vague=times.vague,
         time_column=next(iter(mapping.time.columns), ""),
     )  # fmt: skip
-    streams = [_part(made, kept, run if len(parts) > 1 else 0) for run, kept in enumerate(parts, 1)]
+    streams = [made.at(kept) for kept in parts]
+    if len(parts) > 1:
+        streams = [replace(s, label=f"{s.label}, run {run}", run=run) for run, s in enumerate(streams, 1)]
     return streams, faults + [fault for s in streams for fault in _holes(table, s.time, s.kept)]
-
-
-def _part(stream: Stream, kept: np.ndarray, run: int) -> Stream:
-    """Some rows of a stream, as a run of a number where that is not 0."""
-    quantities = {name: values[kept] for name, values in stream.quantities.items()}
-    label = f"{stream.label}, run {run}" if run else stream.label
-    return replace(stream, label=label, time=stream.time[kept], quantities=quantities, kept=kept, run=run)
 
 
 def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[FileFault]:

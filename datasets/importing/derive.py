@@ -9,6 +9,7 @@ import numpy as np
 
 from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
+from .evidence import mean_direction
 from .geodesy import headings_of_track, on_plane
 from .report import FileFault
 
@@ -166,8 +167,8 @@ def _check_track(made: Channels) -> None:
     if known.sum() < 20 or np.ptp(np.unwrap(course[known])) < 0.3:
         return
     heading, course = found["heading_rad"][known], course[known]
-    straight, drift = _agreement(course - heading)
-    mirrored, turn = _agreement(course + heading)
+    straight, drift = mean_direction(course - heading)
+    mirrored, turn = mean_direction(course + heading)
     if mirrored > straight + 0.05 and mirrored > 0.9:
         quarter = abs(abs(turn) - math.pi / 2.0) < 0.35
         hint = "give the heading sign -1 in the mapping" + (", and exchange north and east" if quarter else "")
@@ -194,9 +195,3 @@ def _usual_speed(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> float
         speed = np.hypot(np.gradient(north, time), np.gradient(east, time))
     known = speed[np.isfinite(speed)]
     return float(np.median(known)) if known.size else 0.0
-
-
-def _agreement(angle: np.ndarray) -> tuple[float, float]:
-    """(length of the mean direction between 0 and 1, mean angle) of angles (N,)."""
-    mean = np.exp(1j * angle).mean()
-    return float(abs(mean)), float(np.angle(mean))

@@ -15,7 +15,7 @@ from ..record import Side, is_side
 from . import meanings, no_rudder, open_units, propellers, roles, shared_questions, signs_told, units_told
 from .draft import NOT_USED
 from .evidence import nearest, rate_ratio, size_ratio
-from .finding import ColumnFinding, Option, ask_quantity, ask_sign, ask_unit, identifier
+from .finding import ColumnFinding, ask_quantity, ask_sign, ask_unit, identifier
 from .log import RawLog, speeds
 from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose
@@ -45,18 +45,16 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     log = RawLog([], {}, shared_questions.for_equal_headers(tables, answers))
     for table in tables:
         entry = entry_of(table, mapping)
-        mapped = mapping is not None
-        log.times[table.label] = find_time(table, entry.time if entry else None, log.answers)
+        log.times[table.label] = time = find_time(table, entry.time if entry else None, log.answers)
         given = _given(table, entry, mapping)
-        times = log.times[table.label].columns
-        log.findings += [
-            stated(table, column, given.get(column.name), mapped)
-            for column in table.columns
-            if column.name not in times
-        ]
+        own = (column for column in table.columns if column.name not in time.columns)
+        log.findings += [stated(table, column, given.get(column.name), mapping is not None) for column in own]
     _without_notes(log, tables)
     log.answers = shared_questions.for_equal_doubts(log.findings, log.answers)
-    log.findings = [log.answered(_asked_before(found, log.answers)) for found in log.findings]
+    for i, found in enumerate(log.findings):
+        vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in log.answers
+        # what an answer tells of other columns is told at once
+        log.findings[i] = log.answered(ask_quantity(found, "", found.may_be) if vague else found)
     _chosen(log)
     for _ in range(PASSES):
         log.each(meanings.settle)
@@ -91,13 +89,6 @@ def _without_notes(log: RawLog, tables: Sequence[RawTable]) -> None:
         log.findings = [f.unused(why) if f.table.label in notes and not f.bounded else f for f in log.findings]
 
 
-def _asked_before(found: ColumnFinding, answers: Dict[str, str]) -> ColumnFinding:
-    """The finding with the question for its quantity where that has its answer: what that tells of other columns is
-    told at once."""
-    vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in answers
-    return ask_quantity(found, "", found.may_be) if vague else found
-
-
 def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> dict[str, ColumnMap]:
     """Column -> what the map says of it; not of columns of the scale that is not wanted."""
     other = [c.name for c in table.columns if c.known == NOT_USED] if mapping is not None and mapping.scale else []
@@ -125,9 +116,9 @@ def _chosen(log: RawLog) -> None:
 
 def stated_side(log: RawLog) -> Side | None:
     """The side of a positive rudder that a file states."""
-    sides = {f.side for name in ("rudder_command", "rudder") for f in log.findings if f.quantity == name and f.side}
-    rudder = {f.side for f in log.findings if f.quantity == "rudder" and f.side}
-    side = next(iter(rudder or sides), "") if len(rudder or sides) == 1 else ""
+    stated = ({f.side for f in log.findings if f.quantity == name and f.side} for name in ("rudder", "rudder_command"))
+    sides = next((own for own in stated if own), set())
+    side = sides.pop() if len(sides) == 1 else ""
     return side if is_side(side) else None
 
 
@@ -147,9 +138,7 @@ def entry_of(table: RawTable, mapping: Mapping | None) -> TableMap | None:
     if mapping is None:
         return None
     fitting = [entry for entry in mapping.tables if not missing(table, entry)]
-    named = [entry for entry in fitting if entry.file == table.file and entry.sheet == table.sheet]
-    near = [entry for entry in fitting if entry.file == table.file or entry.sheet == table.sheet]
-    return next(iter([*named, *near, *fitting]), None)
+    return max(fitting, key=lambda e: (e.file == table.file) + (e.sheet == table.sheet), default=None)
 
 
 def missing(table: RawTable, entry: TableMap) -> list[str]:
@@ -197,11 +186,9 @@ def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if "unit" not in found.bounded:
         if units_told.impossible(found):
             size = f"values up to {units_told.size_of(found):.4g} {found.unit.name}"
-            able = [
-                u for u in candidates(found.dimension) if not units_told.impossible(replace(found, unit=u, factor=1.0))
-            ]
             text = f"{found.column.name!r}: {size} cannot be. What is its unit?"
-            return ask_unit(replace(found, factor=1.0), text, able or None)
+            opened = replace(found, factor=1.0)
+            return ask_unit(opened, text, units_told.possible(opened))
         wrong = _contradicted(log, found)
         if wrong is not None:
             return wrong
@@ -215,8 +202,7 @@ def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 
 
 def _ask_against(log: RawLog, found: ColumnFinding, against: str) -> ColumnFinding:
-    opened = signs_told.as_open(found)
-    asked = signs_told.ask(log, opened)
+    asked = signs_told.ask(log, replace(found, signed=False, sign=1, offset=0.0))
     question = replace(asked.questions[-1], text=f"Which way does {found.column.name!r} count? {against}.")
     return replace(asked, questions=(question,))
 
@@ -230,14 +216,9 @@ def _turning_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         if ratio is not None and ratio > 0.0:
             return found
         if ratio is not None:
-            name, own = other.column.name, found.convention
-            text = (
-                f"{found.column.name!r} is said to be {own}, and {name!r} says the opposite: which way is it positive?"
-            )
-            answers: list[Option] = [
-                ("starboard", "positive to starboard", {"sign": 1}),
-                ("port", "positive to port", {"sign": -1}),
-            ]
+            said = f"is said to be {found.convention}, and {other.column.name!r} says the opposite"
+            answers = [(*side, {"sign": sign}) for side, sign in zip(signs_told.TO_SIDES, (1, -1), strict=True)]
+            text = f"{found.column.name!r} {said}: which way is it positive?"
             return ask_sign(replace(found, signed=False), text, answers)
     return found
 
@@ -256,9 +237,8 @@ def _contradicted(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
         if near is None and found.column.known:  # the format states the unit, and no other one agrees
             return None
         units = [*([near] if near else []), found.unit]
-        text = (
-            f"{found.column.name!r} says {found.unit.name}, but {name} is {ratio:.3g} times as fast: what is its unit?"
-        )
+        said = f"says {found.unit.name}, but {name} is {ratio:.3g} times as fast"
+        text = f"{found.column.name!r} {said}: what is its unit?"
         return ask_unit(replace(found, factor=1.0), text, tuple(dict.fromkeys(units)))
     return None
 
@@ -307,13 +287,11 @@ def _fits(log: RawLog, label: str, time: TableTime) -> bool:
     log.times[label] = time
     log.forget_times(label)
     own = [f for f in log.findings if f.table.label == label and f.unit is not None and f.sure == "stated"]
-    rates = [f for f in own if f.quantity == "yaw_rate"]
-    angles = [f for f in own if f.quantity == "heading"]
-    for rate in rates:
-        for angle in angles:
-            one, two = log.series(angle), log.series(rate)
-            ratio = rate_ratio(one, two) if one and two else None
-            return ratio is not None and CONFLICT[0] < abs(ratio) < CONFLICT[1]
+    angle, rate = (next((f for f in own if f.quantity == name), None) for name in ("heading", "yaw_rate"))
+    if angle is not None and rate is not None:
+        one, two = log.series(angle), log.series(rate)
+        ratio = rate_ratio(one, two) if one and two else None
+        return ratio is not None and CONFLICT[0] < abs(ratio) < CONFLICT[1]
     for name, track in speeds(list(log.tracks())):
         for speed in (f for f in own if f.quantity in units_told.SPEEDS):
             series = log.series(speed)

@@ -12,7 +12,18 @@ from ..signals import integral
 from . import units_told
 from .by_motion import smooth, straight
 from .draft import NOT_USED, Answer, Question, Sure
-from .evidence import LEAST_TURN_RAD, ClockSeries, body, sense, size_ratio, slope, together, track_velocity
+from .evidence import (
+    LEAST_TURN_RAD,
+    ClockSeries,
+    body,
+    correlation,
+    cosine,
+    sense,
+    size_ratio,
+    slope,
+    together,
+    track_velocity,
+)
 from .finding import WITH_SIDE, ColumnFinding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
 from .log import RawLog, speeds
@@ -114,7 +125,7 @@ def _of_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     quantity = f"velocity_{axis.quantity}"
     for name, north, east in log.tracks():
         shared = together(north if axis.quantity == "north" else east, series)
-        if quantity in found.may_be and shared is not None and np.corrcoef(shared[1], shared[2])[0, 1] > LIKELY:
+        if quantity in found.may_be and shared is not None and correlation(*shared[1:]) > LIKELY:
             return _decided(found, quantity, f"along the axis of column {axis.column.name}, and goes with {name}")
     return None
 
@@ -137,16 +148,10 @@ def _of_ship(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     course = np.unwrap(np.arctan2(aside[2], ahead[2]))
     psi = smooth(ahead[1], ahead[1].size // 60)
     rate = np.gradient(psi, ahead[0])
-    along, *over_ground = (_left(drift, rate) for drift in (course, course - psi, course + psi))
+    along, *over_ground = (1.0 - correlation(drift, rate) ** 2 for drift in (course, course - psi, course + psi))
     if float(np.mean(np.cos(course))) > AHEAD and along < DRIFT and along < min(over_ground) / 2.0:
         return found.told("other channel", OF_SHIP, may_be=(own,), signed=own == "surge")
     return found
-
-
-def _left(drift: np.ndarray, rate: np.ndarray) -> float:
-    """Share of the variance of a drift angle (N,) that a yaw rate (N,) does not explain."""
-    power = float(np.var(drift)) * float(np.var(rate))
-    return 1.0 - float(np.mean((drift - drift.mean()) * (rate - rate.mean()))) ** 2 / power if power > 0.0 else 1.0
 
 
 def _course(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -182,9 +187,7 @@ def _turned_by(log: RawLog, found: ColumnFinding) -> float:
         if shared is None:
             continue
         time, turned, turning = shared
-        summed, own = straight(time, integral(turning, time)), straight(time, turned)
-        power, other = float(summed @ summed), float(own @ own)
-        return float(own @ summed) ** 2 / (power * other) if power > 0.0 and other > 0.0 else 0.0
+        return cosine(straight(time, turned), straight(time, integral(turning, time))) ** 2
     return 0.0
 
 

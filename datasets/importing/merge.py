@@ -109,9 +109,7 @@ def _after_clock_was_set(stream: Stream) -> Stream:
         return stream
     years = (stream.time[first] - stream.time[first - 1]) / YEAR_S
     told = f"{stream.label}: {first} samples before its clock was set, {years:.3g} years earlier, left out"
-    quantities = {name: values[first:] for name, values in stream.quantities.items()}
-    kept, done = stream.kept[first:], (*stream.done, told)
-    return replace(stream, time=stream.time[first:], quantities=quantities, kept=kept, done=done)
+    return replace(stream.at(slice(first, None)), done=(*stream.done, told))
 
 
 def _time_fault(stream: Stream) -> FileFault | None:

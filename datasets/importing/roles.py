@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .evidence import FEWEST, ClockSeries, known, liveliest, together
+from .evidence import FEWEST, ClockSeries, correlation, cosine, known, liveliest, together
 from .finding import WITH_SIDE, ColumnFinding, ask_quantity
 from .log import RawLog
 from .names import words
@@ -121,23 +121,18 @@ def _best_gain(a: np.ndarray, b: np.ndarray, most: int) -> tuple[float, int]:
     """(gain of the second over the first, samples by which it is later) where they correlate best; (0, 0) where they do
     not."""
     most = min(most, a.size // 3)
-    found = {lag: _correlation(a, b, lag) for lag in range(-most, most + 1)}
+    found = {
+        lag: correlation(a[max(-lag, 0) : a.size - max(lag, 0)], b[max(lag, 0) : b.size - max(-lag, 0)])
+        for lag in range(-most, most + 1)
+    }
     lag = max(found, key=lambda k: abs(found[k]))
     return (float(np.sign(found[lag]) * np.std(b) / np.std(a)), lag) if abs(found[lag]) > ALIKE else (0.0, 0)
 
 
-def _correlation(a: np.ndarray, b: np.ndarray, lag: int) -> float:
-    x, y = (a[: a.size - lag], b[lag:]) if lag >= 0 else (a[-lag:], b[: b.size + lag])
-    power = float(np.std(x) * np.std(y))
-    return float(np.mean((x - x.mean()) * (y - y.mean()))) / power if power > 0.0 else 0.0
-
-
 def _servo(order: np.ndarray, rudder: np.ndarray) -> float:
     """Correlation of a rudder's movement with what was left to the order before it."""
-    left, moved = (order - rudder)[:-1], np.diff(rudder)
-    left = left - np.median(left)
-    power = float(left @ left) * float(moved @ moved)
-    return float(left @ moved) / power**0.5 if power > 0.0 else 0.0
+    left = (order - rudder)[:-1]
+    return cosine(left - np.median(left), np.diff(rudder))
 
 
 def steps(first: ClockSeries, second: ClockSeries) -> int:
