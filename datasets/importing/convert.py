@@ -106,7 +106,7 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
         return [], faults
     offset = mapping.clock_offset_s if mapping.clock_offset_s is not None else times.offset_s
     made = Stream(
-        table.label, table.clock or table.label, times.dated, time, quantities, np.arange(time.size), offset,
+        table.label, table.clock, times.dated, time, quantities, np.arange(time.size), offset,
         (f"{table.label}: {done}",) if done else (), zoned=times.zoned, period_s=times.period_s,
         gps=times.scale == "GPS", vague=times.vague,
         time_column=next(iter(mapping.time.columns), ""),

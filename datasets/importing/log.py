@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -57,8 +57,7 @@ class RawLog:
         if time is None:
             return None
         values = finding.column.numbers if raw else finding.values(unit)
-        clock = finding.table.clock or finding.table.label
-        return ClockSeries(time, values, clock, self.times[finding.table.label].dated)
+        return ClockSeries(time, values, finding.table.clock, self.times[finding.table.label].dated)
 
     def all(self, *wanted: str, signed: bool = True) -> Iterator[tuple[ColumnFinding, ClockSeries]]:
         """Findings of quantities whose unit (and sign) is known, with their series."""
@@ -74,16 +73,17 @@ class RawLog:
 
     def tracks(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         """(name, velocity to north, velocity to east) of all positions and velocities over ground that are known."""
-        yield from self._pairs("velocity_north", "velocity_east")
-        for (first, north), (second, east) in self.beside("latitude", "longitude"):
-            velocity = self._velocity_of_degrees(first, second, north, east)
-            if velocity is not None:
-                yield f"{first.column.name}, {second.column.name}", *velocity
-        for (first, north), (second, east) in self.beside("north", "east"):
-            velocity = track_velocity(north, east)
-            if velocity is not None:
-                yield f"{first.column.name}, {second.column.name}", *velocity
-        yield from self._courses()
+        kinds: dict[tuple[str, str], Callable[..., tuple[ClockSeries, ClockSeries] | None]] = {
+            ("velocity_north", "velocity_east"): lambda _, __, north, east: (north, east),
+            ("latitude", "longitude"): self._velocity_of_degrees,
+            ("north", "east"): lambda _, __, north, east: track_velocity(north, east),
+            ("speed_over_ground", "course_over_ground"): lambda _, __, speed, course: _along_course(speed, course),
+        }
+        for kind, velocity_of in kinds.items():
+            for (first, one), (second, other) in self.beside(*kind):
+                velocity = velocity_of(first, second, one, other)
+                if velocity is not None:
+                    yield f"{first.column.name}, {second.column.name}", *velocity
 
     def axes(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         """(name, velocity along the first axis, along the second) of positions in a plane of which it is open which one
@@ -109,22 +109,9 @@ class RawLog:
                 self._velocities[key] = None
             else:
                 north, east, _ = on_plane(*shared[1:])
-                parts = (ClockSeries(shared[0], x, latitude.clock, latitude.dated) for x in (north, east))
+                parts = (replace(latitude, time=shared[0], values=x) for x in (north, east))
                 self._velocities[key] = track_velocity(*parts)
         return self._velocities[key]
-
-    def _pairs(self, one: str, other: str) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
-        for (first, north), (second, east) in self.beside(one, other):
-            yield f"{first.column.name}, {second.column.name}", north, east
-
-    def _courses(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
-        for (first, speed), (second, course) in self.beside("speed_over_ground", "course_over_ground"):
-            shared = together(speed, course, angle_second=True)
-            if shared is not None:
-                time, size, angle = shared
-                parts = (size * np.cos(angle), size * np.sin(angle))
-                north, east = (ClockSeries(time, part, speed.clock, speed.dated) for part in parts)
-                yield f"{first.column.name}, {second.column.name}", north, east
 
     def beside(
         self, one: str, other: str
@@ -147,6 +134,16 @@ class RawLog:
                 moving = np.hypot(n, e) > 0.2 * np.quantile(np.hypot(n, e), 0.9)
                 course = np.where(moving, np.arctan2(e, n), np.nan)
                 yield name, ClockSeries(time, unwrapped(course), north.clock, north.dated)
+
+
+def _along_course(speed: ClockSeries, course: ClockSeries) -> tuple[ClockSeries, ClockSeries] | None:
+    """Velocities to north and east of a speed and a course, rad."""
+    shared = together(speed, course, angle_second=True)
+    if shared is None:
+        return None
+    time, size, angle = shared
+    north, east = (replace(speed, time=time, values=size * part(angle)) for part in (np.cos, np.sin))
+    return north, east
 
 
 def speeds(tracks: Sequence[tuple[str, ClockSeries, ClockSeries]]) -> Iterator[tuple[str, ClockSeries]]:

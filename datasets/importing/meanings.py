@@ -300,7 +300,7 @@ def without_twins(log: RawLog) -> None:
     groups: dict[tuple[str, str], list[int]] = {}
     for i, found in enumerate(log.findings):
         if found.may_be and len(found.may_be) == 1:
-            groups.setdefault((found.table.clock or found.table.label, found.may_be[0]), []).append(i)
+            groups.setdefault((found.table.clock, found.may_be[0]), []).append(i)
     for (_, quantity), places in groups.items():
         if len(places) > 1 and quantity in quantities():
             _one_of(log, sorted(places, key=lambda i: _rank(log.findings[i])))

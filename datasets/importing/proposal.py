@@ -193,11 +193,7 @@ def _known(log: RawLog, table: RawTable, time: np.ndarray) -> tuple[dict[str, np
             known[found.column.name] = Meaning(str(found.quantity), unit, 1, "")
     for (_, latitude), (_, longitude) in log.beside("latitude", "longitude"):
         shared = together(latitude, longitude)
-        if (
-            shared is not None
-            and np.abs(shared[1]).max() <= np.pi / 2.0
-            and latitude.clock in (table.clock, table.label)
-        ):
+        if shared is not None and np.abs(shared[1]).max() <= np.pi / 2.0 and latitude.clock == table.clock:
             north, east, _ = on_plane(shared[1], shared[2])
             for name, column in (("north", north), ("east", east)):
                 values[f" {name}"] = np.interp(time, shared[0], column)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -180,6 +180,10 @@ class RawTable:
         """Some rows of the table, of all its columns or of some of them, with changes of its other facts."""
         own = tuple(replace(c, values=c.at(rows)) for c in (self.columns if columns is None else columns))
         return replace(self, columns=own, rows=self.rows[rows], **changes)
+
+    def told(self, told_of: Callable[[RawColumn], RawColumn], *done: str) -> RawTable:
+        """The table with what is told of its columns, and what was done."""
+        return replace(self, columns=tuple(map(told_of, self.columns)), done=(*self.done, *done))
 
 
 def faults_once(parts: Sequence[RawTable]) -> list[RawTable]:

@@ -320,12 +320,9 @@ def ask(found: ColumnFinding) -> ColumnFinding:
 def _ask_rudder(found: ColumnFinding, text: str, size: float) -> ColumnFinding:
     """Degrees or radians, or a share of the largest angle: per cent, or -1 to 1."""
     full = 1.0 if size <= 1.05 else 100.0
-    question = ask_unit(found, text, possible(found)).questions[-1]
-    scaled = ask_scale(
-        found, text, f"degrees at {full:g}, where it is a share of the largest angle", "deg", (35.0,), full
-    )
+    number = f"degrees at {full:g}, where it is a share of the largest angle"
+    scaled = ask_scale(found, text, number, "deg", (35.0,), full)
+    *units, unused = ask_unit(found, text, possible(found)).questions[-1].answers
     share = replace(scaled.questions[-1].answers[0], text=f"a share of 35 deg, {full:g} is the whole")
-    answers = (*question.answers[:-1], share, question.answers[-1])
-    return replace(
-        scaled, questions=(*found.questions, replace(scaled.questions[-1], answers=answers, without=question.without))
-    )
+    question = replace(scaled.questions[-1], answers=(*units, share, unused))
+    return replace(scaled, questions=(*found.questions, question))

@@ -42,7 +42,7 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
         hint = "open it in the spreadsheet program and save it as xlsx again"
         raise BadInput(f"not a workbook that can be read ({type(error).__name__})", file=path, hint=hint) from None
     blocks = [(name, block) for name, lines in sheets.items() for block in (blocks_of(lines) if lines else ())]
-    tables = [(name, table_of(block, block, path.name, name, ())) for name, block in blocks]
+    tables = [(name, table_of(block, block, path.name, name)) for name, block in blocks]
     empty = [name for name, table in tables if table is None]
     found = [table for _, table in tables if table is not None]
     if not found:

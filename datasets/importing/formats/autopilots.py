@@ -57,11 +57,8 @@ def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
     module = needed("pymavlink.DFReader", "pymavlink", "an ArduPilot log", path)
     found: dict[str, list[tuple[float, Any]]] = defaultdict(list)
     parameters: dict[str, float] = {}
-    with (
-        as_file(data, ".bin") as name,
-        contextlib.redirect_stdout(io.StringIO()),
-        contextlib.redirect_stderr(io.StringIO()),
-    ):
+    quiet = contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO())
+    with as_file(data, ".bin") as name, quiet[0], quiet[1]:
         try:
             log = _advancing(module.DFReader_binary)(name, zero_time_base=False)
             for _ in range(MOST):
@@ -83,11 +80,9 @@ def with_steering(tables: list[RawTable], parameters: Mapping[str, float]) -> li
     """Tables of an ArduPilot whose outputs that steer, by its parameters SERVOn_FUNCTION, are called so."""
     found = {f"output {match['output']}": STEERING[value] for name, value in parameters.items()
              if (match := FUNCTION.fullmatch(name)) and value in STEERING}  # fmt: skip
-    if not found:
-        return tables
-    return [
-        replace(t, columns=tuple(replace(c, called=found.get(c.name, c.called)) for c in t.columns)) for t in tables
-    ]
+    return (
+        [table.told(lambda c: replace(c, called=found.get(c.name, c.called))) for table in tables] if found else tables
+    )
 
 
 def _advancing(reader: Any) -> Any:
@@ -105,11 +100,8 @@ def _advancing(reader: Any) -> Any:
 
 def _messages(path: Path, kind: str, own: list[tuple[float, Any]]) -> RawTable | None:
     names = (*ARDUPILOT[kind.split(" ")[0]], "Status")
-    values = {
-        name: np.array([float(getattr(message, name, np.nan)) for _, message in own])
-        for name in names
-        if any(hasattr(message, name) for _, message in own)
-    }
+    held = [name for name in names if any(hasattr(message, name) for _, message in own)]
+    values = {name: np.array([float(getattr(message, name, np.nan)) for _, message in own]) for name in held}
     return message_table(path, kind, np.array([time for time, _ in own]), values)
 
 
@@ -175,14 +167,15 @@ def with_px4(table: RawTable) -> RawTable:
     stamp = table.column("timestamp")
     if topic is None or stamp is None:
         return table
-    fields, by = PX4.get(topic, {}), "PX4's log states it"
-    columns = [replace(stamp, unit="us", known="time", source=by) if c is stamp else c for c in table.columns]
-    columns = [
-        replace(c, known=fields[c.name][1], unit=fields[c.name][2], source=by) if c.name in fields else c
-        for c in columns
-    ]
-    columns = [replace(c, said=(*c.said, "clockwise from north (NED)")) if c.called == "yaw" else c for c in columns]
-    return replace(table, columns=tuple(columns), done=(*table.done, f"PX4, topic {topic}"))
+    fields = PX4.get(topic, {}) | {stamp.name: ("", "time", "us")}
+
+    def told(c: RawColumn) -> RawColumn:
+        if c.name in fields:
+            _, quantity, unit = fields[c.name]
+            return replace(c, known=quantity, unit=unit, source="PX4's log states it")
+        return replace(c, said=(*c.said, "clockwise from north (NED)")) if c.called == "yaw" else c
+
+    return table.told(told, f"PX4, topic {topic}")
 
 
 def _gps(path: Path, name: str, times: np.ndarray, values: dict[str, np.ndarray], by: str) -> RawTable | None:

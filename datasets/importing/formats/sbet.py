@@ -83,8 +83,7 @@ def with_pospac(table: RawTable) -> RawTable:
     """A table of that program: its axes are forward, right, down."""
     if not any(POSPAC_TITLE in note for note in table.notes):
         return table
-    columns = (
-        replace(c, said=(*c.said, "positive to starboard")) if c.name.strip().lower() == "roll" else c
-        for c in table.columns
+    return table.told(
+        lambda c: replace(c, said=(*c.said, "positive to starboard")) if c.name.strip().lower() == "roll" else c,
+        f"{POSPAC_TITLE}: axes forward, right, down",
     )
-    return replace(table, columns=tuple(columns), done=(*table.done, f"{POSPAC_TITLE}: axes forward, right, down"))
