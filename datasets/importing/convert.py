@@ -151,14 +151,13 @@ def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[
         hint = "state the form in the mapping" if many else "left out"
         faults.append(FileFault(table.label, said, hint, _row(table, missing[0]), name, many))
     if known.size < 3:
-        said = f"{known.size} rows with a time"
-        return [known], [
-            *faults,
-            FileFault(table.label, said, "a log needs some minutes of them", column=name, fatal=True),
-        ]
+        said, hint = f"{known.size} rows with a time", "a log needs some minutes of them"
+        return [known], [*faults, FileFault(table.label, said, hint, column=name, fatal=True)]
     parts = _runs_of(time, known)
-    kept, late = zip(*(_rising(time, part) for part in parts), strict=True)
-    faults += _late_faults(table, time, np.concatenate(late), name)
+    rises = [np.diff(np.maximum.accumulate(time[part]), prepend=-np.inf) > 0.0 for part in parts]
+    kept = [part[own] for part, own in zip(parts, rises, strict=True)]
+    late = np.concatenate([part[~own] for part, own in zip(parts, rises, strict=True)])
+    faults += _late_faults(table, time, late, name)
     long = [part for part in kept if part.size >= MIN_SAMPLES]
     if len(parts) > 1 and long:
         said = f"time goes back here, and at {len(parts) - 2} later places: cut into {len(long)} runs of their own"
@@ -166,7 +165,7 @@ def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[
         short = sum(part.size for part in kept) - sum(part.size for part in long)
         hint = "a record each" + (f"; {short} rows in runs too short for one left out" if short else "")
         faults.append(FileFault(table.label, said, hint, _row(table, parts[1][0]), name))
-    return long if len(parts) > 1 and long else list(kept), faults
+    return long if len(parts) > 1 and long else kept, faults
 
 
 def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
@@ -184,13 +183,6 @@ def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
             return [*parts, rest]
         parts, rest = [*parts, rest[: cuts[0]]], rest[cuts[0] :]
     return [known]
-
-
-def _rising(time: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(rows with times above all before, the others)."""
-    highest = np.maximum.accumulate(time[rows])
-    rises = np.concatenate([[True], time[rows][1:] > highest[:-1]])
-    return rows[rises], rows[~rises]
 
 
 def _late_faults(table: RawTable, time: np.ndarray, late: np.ndarray, name: str | None) -> list[FileFault]:

@@ -52,17 +52,14 @@ def propose(log: RawLog, tables: Sequence[RawTable]) -> None:
 
     A single column is left to the question which one is the rudder.
     """
-    missing = [wanted for wanted in NEEDED if not any(set(f.may_be) & set(wanted) for f in _named(log))]
+    told = {quantity for f in log.findings if not _is_open(f) for quantity in f.may_be}
+    missing = any(told.isdisjoint(wanted) for wanted in NEEDED)
     for table in tables:
         own = [f for f in log.findings if f.table is table]
         able = [f for f in own if _is_open(f)]
         nameless = bool(able) and len(able) == sum(f.column.numeric for f in own)
         if len(able) > 1 and (nameless or missing):
             _propose(log, table, able)
-
-
-def _named(log: RawLog) -> Iterator[ColumnFinding]:
-    return (f for f in log.findings if not _is_open(f))
 
 
 def _is_open(found: ColumnFinding) -> bool:
@@ -93,7 +90,8 @@ def key_of(question: Question, answers: Mapping[str, str]) -> str | None:
     """The key that was answered; BadInput where it is none of the question's."""
     key = answers.get(question.id)
     if key is not None and question.answer(key) is None:
-        raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {_keys(question)}")
+        keys = ", ".join(answer.key for answer in question.answers)
+        raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {keys}")
     return key
 
 
@@ -117,10 +115,6 @@ def question_of(label: str) -> str:
 def _id_of_wrong(table: RawTable) -> str:
     """Id of the question which column is not what it is proposed to be."""
     return f"{table.label}/wrong column"
-
-
-def _keys(question: Question) -> str:
-    return ", ".join(answer.key for answer in question.answers)
 
 
 def _meant(found: ColumnFinding, meaning: Meaning | None, sure: bool) -> ColumnFinding:
