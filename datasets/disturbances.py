@@ -316,15 +316,16 @@ def parse_disturbance(text: str) -> Disturbance:
     names = []
     for part in [] if text == "none" else text.split("+"):
         name, _, rest = part.partition(":")
-        if name not in READERS:
-            raise BadInput(f"unknown disturbance {part!r}", hint=f"expected none or {', '.join(FORMS.values())}")
-        slot, reader = READERS[name]
+        if name not in KINDS:
+            forms = ", ".join(form for _, form, _ in KINDS.values())
+            raise BadInput(f"unknown disturbance {part!r}", hint=f"expected none or {forms}")
+        slot, form, read = KINDS[name]
         if getattr(found, slot) is not None:
             raise BadInput(f"disturbance {text!r} holds {slot} twice")
         try:
-            value, canonical = reader(rest)
+            value, canonical = read(rest)
         except ValueError as error:
-            raise BadInput(f"disturbance {part!r}: {error}", hint=f"expected {FORMS[name]}") from None
+            raise BadInput(f"disturbance {part!r}: {error}", hint=f"expected {form}") from None
         found = replace(found, **{slot: value})
         names.append(f"{name}:{canonical}")
     return replace(found, text="+".join(names) or "none")
@@ -339,16 +340,21 @@ def _directed(rest: str) -> tuple[str, float, str]:
     return what, angle, plain(angle / DEGREE)
 
 
-def _read_wind(rest: str, gusting: bool = True) -> tuple[MeanWind, str]:
+def _read_flow(rest: str) -> tuple[float, float, str]:
+    """Speed, m/s, direction, rad, and canonical text of ``SPEED@DIRECTION``."""
     speed, angle, name = _directed(rest)
     value = positive(speed, {"m_s": 1.0}, "m_s")
-    return MeanWind(value, angle, gusting), f"{plain(value)}@{name}"
+    return value, angle, f"{plain(value)}@{name}"
+
+
+def _read_wind(rest: str, gusting: bool = True) -> tuple[MeanWind, str]:
+    speed, angle, text = _read_flow(rest)
+    return MeanWind(speed, angle, gusting), text
 
 
 def _read_current(rest: str) -> tuple[SteadyCurrent, str]:
-    speed, angle, name = _directed(rest)
-    value = positive(speed, {"m_s": 1.0}, "m_s")
-    return SteadyCurrent(value, angle), f"{plain(value)}@{name}"
+    speed, angle, text = _read_flow(rest)
+    return SteadyCurrent(speed, angle), text
 
 
 def _read_waves(rest: str) -> tuple[Waves, str]:
@@ -358,15 +364,10 @@ def _read_waves(rest: str) -> tuple[Waves, str]:
     return Waves(hs, tp, angle), f"{plain(hs)}/{plain(tp)}@{name}"
 
 
-READERS = {
-    "wind": ("wind", _read_wind),
-    "steady-wind": ("wind", lambda rest: _read_wind(rest, gusting=False)),
-    "current": ("current", _read_current),
-    "waves": ("waves", _read_waves),
+KINDS = {
+    "wind": ("wind", "wind:SPEED@FROM (m/s, degrees)", _read_wind),
+    "steady-wind": ("wind", "steady-wind:SPEED@FROM", lambda rest: _read_wind(rest, gusting=False)),
+    "current": ("current", "current:SPEED@TOWARDS", _read_current),
+    "waves": ("waves", "waves:HS/TP@FROM (m, s, degrees)", _read_waves),
 }
-FORMS = {
-    "wind": "wind:SPEED@FROM (m/s, degrees)",
-    "steady-wind": "steady-wind:SPEED@FROM",
-    "current": "current:SPEED@TOWARDS",
-    "waves": "waves:HS/TP@FROM (m, s, degrees)",
-}
+"""Name -> what of a `Disturbance` it is, its form, and the reader of what stands behind the colon."""

@@ -359,10 +359,6 @@ def _whole(text: str) -> int:
     return count
 
 
-def _quantum(text: str, channel: str, sd: float) -> dict[str, float]:
-    return {"quantum": positive(text, CHANNELS[channel][1])}
-
-
 def _delay(text: str, channel: str, sd: float) -> dict[str, float]:
     value = quantity(text, TIME)
     if value < 0.0:
@@ -377,7 +373,7 @@ OPTIONS: dict[str, Callable[[str, str, float], dict[str, float]]] = {
     "delay": _delay,
     "outliers": _outliers,
     "bursts": _bursts,
-    "quantum": _quantum,
+    "quantum": lambda text, channel, sd: {"quantum": positive(text, CHANNELS[channel][1])},
     "dropout": lambda text, channel, sd: {"dropout": share(text)},
     "gaps": _gaps,
     "period": lambda text, channel, sd: {"period_s": positive(text, TIME)},

@@ -151,8 +151,8 @@ def _imported(
     streams = on_dates(streams)
     longest = max(streams, key=lambda stream: stream.time.size, default=None)
     if longest is not None and longest.time.size < MIN_SAMPLES:
-        said = f"{longest.time.size} samples"
-        faults.append(FileFault(longest.label, said, f"a record needs {MIN_SAMPLES}", fatal=True))
+        few = f"{longest.time.size} samples"
+        faults.append(FileFault(longest.label, few, f"a record needs {MIN_SAMPLES}", fatal=True))
     refuse_fatal(faults, rows, draft, () if any(fault.fatal for fault in faults) else drafted.questions)
     if longest is None:
         empty = FileFault(tables[0].label, "no row has a time and a value", "check the column of the time", fatal=True)
