@@ -206,8 +206,3 @@ def against_track(log: RawLog, found: ColumnFinding) -> str:
         if abs(told[1]) > 1.0:
             return f"{name} lead {math.degrees(told[1]):+.0f} deg away from it"
     return ""
-
-
-def as_open(found: ColumnFinding) -> ColumnFinding:
-    """The finding with its sign open again."""
-    return replace(found, signed=False, sign=1, offset=0.0)
