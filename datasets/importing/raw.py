@@ -11,6 +11,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from ...models.errors import BadInput
 from .cell_texts import Texts
 from .cells import GAPS, Decorated, Style, decorated, missing_value, numbers_of
 
@@ -189,6 +190,14 @@ class RawTable:
 def faults_once(parts: Sequence[RawTable]) -> list[RawTable]:
     """The tables that a table was cut into: the first one alone has its faults."""
     return [*parts[:1], *(replace(part, faults=()) for part in parts[1:])]
+
+
+def usable(tables: Iterable[RawTable | None], path: Path, nothing: str, hint: str = "") -> list[RawTable]:
+    """The tables of a file; BadInput, which says `nothing`, where there is none."""
+    found = [table for table in tables if table is not None]
+    if not found:
+        raise BadInput(nothing, file=path, hint=hint)
+    return found
 
 
 def with_faults(tables: Sequence[RawTable], faults: Sequence[Rejected], lines: int = 0) -> list[RawTable]:

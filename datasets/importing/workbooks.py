@@ -17,7 +17,7 @@ from ...models.errors import BadInput
 from .formats.hdf import hdf_content, netcdf_content
 from .layout import Line, table_of
 from .moments import moment
-from .raw import RawColumn, RawTable
+from .raw import RawColumn, RawTable, usable
 from .several_tables import blocks_of
 
 SINCE = re.compile(r"(?P<unit>[a-z]+) since (?P<start>\d.*)", re.IGNORECASE)
@@ -44,9 +44,7 @@ def read_excel(data: bytes, path: Path) -> list[RawTable]:
     blocks = [(name, block) for name, lines in sheets.items() for block in (blocks_of(lines) if lines else ())]
     tables = [(name, table_of(block, block, path.name, name)) for name, block in blocks]
     empty = [name for name, table in tables if table is None]
-    found = [table for _, table in tables if table is not None]
-    if not found:
-        raise BadInput("no sheet holds rows of numbers", file=path, hint=f"sheets: {', '.join(sheets)}")
+    found = usable([t for _, t in tables], path, "no sheet holds rows of numbers", f"sheets: {', '.join(sheets)}")
     if empty:
         note = f"sheet {', '.join(empty)}: no rows of numbers, not used"
         found[0] = replace(found[0], done=(note, *found[0].done))
@@ -103,10 +101,8 @@ def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) ->
     _collect(content, "", groups, told)
     units = _units_by_path(groups, told) | units
     tables = [_mat_table(path, where, group, units) for (where, _), group in groups.items() if len(group) > 1]
-    if not tables:
-        hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
-        raise BadInput("no numeric arrays of equal length found", file=path, hint=hint)
-    return tables
+    hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
+    return usable(tables, path, "no numeric arrays of equal length found", hint)
 
 
 def _units_by_path(groups: Mapping[tuple[str, int], Any], told: Mapping[str, Mapping[str, str]]) -> dict[str, str]:

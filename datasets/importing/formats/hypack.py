@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ....models.errors import BadInput
 from ..moments import without_zone
-from ..raw import RawColumn, RawTable, Rejected, with_faults
+from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
 
 DEVICE = re.compile(r'DEV\s+(?P<number>\d+)\s+\d+\s+"(?P<name>[^"]*)"')
 BEGIN = re.compile(r"TND\s+(?P<hour>\d+):(?P<minute>\d+):(?P<second>\d+)\s+(?P<month>\d+)/(?P<day>\d+)/(?P<year>\d{4})")
@@ -54,10 +53,8 @@ def read_hypack(text: str, path: Path) -> list[RawTable]:
         else:
             rows[kind, cells[0]].append((number, numbers))
     tables = [_table(path, key, own, devices, begin) for key, own in rows.items() if len(own) > 2]
-    if not tables:
-        hint = f"read are {', '.join((*RECORDS, *READINGS))}"
-        raise BadInput("no record of the file can be used", file=path, hint=hint)
-    return with_faults(tables, faults, count)
+    hint = f"read are {', '.join((*RECORDS, *READINGS))}"
+    return with_faults(usable(tables, path, "no record of the file can be used", hint), faults, count)
 
 
 def _numbers(cells: list[str]) -> list[float] | None:

@@ -10,13 +10,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..cell_texts import Texts
 from ..instruments import UNITS
 from ..names import joined
-from ..raw import RawColumn, RawTable, Rejected, with_faults
-from .object_tables import tables_or_refusal
+from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
+from .object_tables import tables_of_rows
 
 ANNOTATION = re.compile(r"#(datatype|group|default)\b", re.IGNORECASE)
 TIME, FIELD, VALUE, MEASUREMENT = "_time", "_field", "_value", "_measurement"
@@ -46,9 +45,8 @@ def read_influx(text: str, path: Path) -> list[RawTable]:
     """A table for every series; BadInput where no block has times and values."""
     faults: list[Rejected] = []
     found = [table for block in _blocks(text, faults) for table in _tables(block, path)]
-    if not found:
-        raise BadInput("no block with times and values", file=path, hint="export it with a header, as annotated CSV")
-    return with_faults(found, faults)
+    hint = "export it with a header, as annotated CSV"
+    return with_faults(usable(found, path, "no block with times and values", hint), faults)
 
 
 def _blocks(text: str, faults: list[Rejected]) -> list[Block]:
@@ -124,7 +122,7 @@ def looks_like_line_protocol(text: str) -> bool:
 
 def read_line_protocol(text: str, path: Path) -> list[RawTable]:
     """A table for every measurement and set of tags; BadInput where no field holds numbers."""
-    return tables_or_refusal(list(_protocol_rows(text)), path, "measurement")
+    return usable(tables_of_rows(list(_protocol_rows(text)), path), path, "no measurement with numbers found")
 
 
 def _protocol_rows(text: str) -> Iterator[tuple[int, dict[str, Any]]]:

@@ -11,7 +11,7 @@ from typing import Any
 from ....models.errors import BadInput
 from ..moments import time_in
 from ..names import is_time
-from ..raw import RawTable, Rejected, with_faults
+from ..raw import RawTable, Rejected, usable, with_faults
 from .object_tables import DEEPEST, FEWEST, MOST_ITEMS, MOST_KEYS, Row, content_of, number_of, tables_of_rows
 from .signalk import is_delta, tables_of_deltas
 
@@ -43,9 +43,8 @@ def read_json(text: str, path: Path) -> list[RawTable]:
     found = list(_objects(text, path, faults))
     deltas = [(line, obj) for line, obj in found if is_delta(obj)]
     tables = tables_of_deltas(deltas, path) if len(deltas) > 0.5 * len(found) else tables_of_rows(_senml(found), path)
-    if not tables:
-        hint = "a log is an object a line with a time, names and numbers"
-        raise BadInput("no JSON objects with a time and numbers found", file=path, hint=hint)
+    hint = "a log is an object a line with a time, names and numbers"
+    tables = usable(tables, path, "no JSON objects with a time and numbers found", hint)
     tables[0] = replace(tables[0], done=("JSON", *tables[0].done))
     return with_faults(tables, faults, len(found) + len(faults))
 

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
-from ..raw import RawColumn, RawTable
+from ..raw import RawColumn, RawTable, usable
 
 LINE = re.compile(rf"(?P<time>-?\d+\.\d+)\s+(?P<name>[A-Za-z]\w{{1,80}})\s+(?P<source>\S+)\s+(?P<value>{DECIMAL})\s*$")
 START = re.compile(r"LOGSTART\s+(\d+\.?\d*)")
@@ -46,9 +45,7 @@ def read_alog(text: str, path: Path) -> list[RawTable]:
         if match is not None:
             series[match["name"]].append((number, since + float(match["time"]), float(match["value"])))
     tables = [_table(path, name, own, bool(start)) for name, own in series.items() if len(own) > 2]
-    if not tables:
-        raise BadInput("no variable of the MOOS log holds numbers", file=path)
-    return tables
+    return usable(tables, path, "no variable of the MOOS log holds numbers")
 
 
 def _table(path: Path, name: str, own: list[tuple[int, float, float]], dated: bool) -> RawTable:

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ....models.errors import BadInput
-from ..raw import RawColumn, RawTable, Rejected, with_faults
+from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
 from .extras import needed
+from .object_tables import number_of
 
 CANDUMP = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-F]{8}(#|\s+\[\d\])")
 SPACED = re.compile(r"\s*(\(\d+\.\d+\))\s+(\S+)\s+([0-9A-F]{8})\s+\[\d\]\s+((?:[0-9A-F]{2}\s*)+)$")
@@ -68,9 +68,8 @@ def read_n2k(text: str, path: Path) -> list[RawTable]:
         groups[pgn, source, _instance(fields)].append((line, time, fields))
     degrees = json_lines and '"units":"si"' not in text[:400].replace(" ", "")
     dated = not any(YDVR.match(line) for line in text.splitlines()[:20])
-    tables = [t for key, own in groups.items() if (t := _table(path, key, own, degrees, dated)) is not None]
-    if not tables:
-        raise BadInput("no message of NMEA 2000 that can be used", file=path)
+    made = (_table(path, key, own, degrees, dated) for key, own in groups.items())
+    tables = usable(made, path, "no message of NMEA 2000 that can be used")
     return with_faults(tables, faults, len(messages) + len(faults))
 
 
@@ -173,9 +172,4 @@ def _reference(value: Any) -> str:
 
 
 def _number(value: Any) -> float:
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return float("nan")
-    try:
-        return float(value)
-    except OverflowError:  # a whole number of hundreds of digits
-        return float("nan")
+    return number_of(value if isinstance(value, int | float) and not isinstance(value, bool) else None)

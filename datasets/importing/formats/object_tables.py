@@ -53,14 +53,6 @@ def tables_of_rows(found: Sequence[Row], path: Path) -> list[RawTable]:
     return [table for table in tables if table is not None]
 
 
-def tables_or_refusal(found: Sequence[Row], path: Path, what: str) -> list[RawTable]:
-    """The tables of rows of one kind of file; BadInput where none holds numbers, `what` being what a row is."""
-    tables = tables_of_rows(found, path)
-    if not tables:
-        raise BadInput(f"no {what} with numbers found", file=path)
-    return tables
-
-
 def _by_keys(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Rows by what they hold besides a time, where different objects share nothing but it."""
     groups: dict[frozenset[str], list[Row]] = defaultdict(list)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ....models.errors import BadInput
-from ..raw import RawColumn, RawTable
+from ..raw import RawColumn, RawTable, usable
 from .extras import needed
 
 QUATERNION = re.compile(
@@ -230,10 +230,7 @@ def read_bag(path: Path) -> list[RawTable]:
         raise
     except Exception as error:  # whatever rosbags raises on damaged files
         raise BadInput(f"not a ROS bag that can be read ({type(error).__name__})", file=path) from None
-    found = [with_ros(table) for table in tables if table is not None]
-    if not found:
-        raise BadInput("no topic of the bag holds numbers", file=path)
-    return found
+    return [with_ros(table) for table in usable(tables, path, "no topic of the bag holds numbers")]
 
 
 def _topic(bag: Any, connection: Any, path: Path) -> RawTable | None:
