@@ -197,14 +197,10 @@ def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if found.quantity == "heading" and found.signed and "sign" not in found.bounded:
         against = signs_told.against_track(log, found)
         if against:
-            return _ask_against(log, found, against)
+            asked = signs_told.ask(log, replace(found, signed=False, sign=1, offset=0.0))
+            text = f"Which way does {found.column.name!r} count? {against}."
+            return replace(asked, questions=(replace(asked.questions[-1], text=text),))
     return found
-
-
-def _ask_against(log: RawLog, found: ColumnFinding, against: str) -> ColumnFinding:
-    asked = signs_told.ask(log, replace(found, signed=False, sign=1, offset=0.0))
-    question = replace(asked.questions[-1], text=f"Which way does {found.column.name!r} count? {against}.")
-    return replace(asked, questions=(question,))
 
 
 def _turning_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:

@@ -50,18 +50,15 @@ def settle(log: RawLog) -> None:
     best = max(pairs, key=lambda pair: (pair.sided, abs(pair.share or 0.0)))
     against = best.sided and best.signed and best.share is not None and best.share < 0.0
     agrees = best.signed and best.share is not None and best.share > 0.0
-    if best.sided and (agrees or (_in_newtons(log, best) and not against)):
+    both = (log.findings[best.port], log.findings[best.starboard])
+    in_newtons = all(unit_of(f.column.unit, "force") or _named_force(f) for f in both)
+    if best.sided and (agrees or (in_newtons and not against)):
         why = "the names state the side" + (", and the yaw rate answers their difference" if agrees else "")
         _use(log, best.port, best.starboard, why)
     else:
         found, question = log.findings[best.port], _question(log, pairs, against)
         why, questions = (*found.why, "a propeller?"), (*found.questions, question)
         log.findings[best.port] = replace(found, why=why, questions=questions, sure="guess")
-
-
-def _in_newtons(log: RawLog, pair: _Pair) -> bool:
-    both = (log.findings[pair.port], log.findings[pair.starboard])
-    return all(unit_of(f.column.unit, "force") or _named_force(f) for f in both)
 
 
 def _named_force(found: ColumnFinding) -> bool:
@@ -82,7 +79,8 @@ def _pairs(log: RawLog) -> Iterator[_Pair]:
                 continue
             i, j = own[columns[ports[0]].name], own[columns[starboards[0]].name]
             pair = _pair(log, i, j, sided=True)
-            if _drives(key[0]) or (pair.share and _opposed(log, i, j)):
+            drives = {re.sub(r"\d+$", "", word) for word in key[0]} & word_list("actuators")
+            if drives or (pair.share and _opposed(log, i, j)):
                 done |= {i, j}
                 yield pair
         rest = [i for i in own.values() if i not in done]
@@ -98,10 +96,6 @@ def _may_drive(found: ColumnFinding) -> bool:
     driven = bool(found.may_be) and set(found.may_be) <= {"propeller", "propeller_thrust", PORT, STARBOARD}
     mapped = "quantity" in found.bounded
     return (free or driven) and not mapped and column.numeric and known.size > 0 and float(np.ptp(known)) > 0.0
-
-
-def _drives(others: frozenset[str]) -> bool:
-    return bool({re.sub(r"\d+$", "", word) for word in others} & word_list("actuators"))
 
 
 def _numbered(log: RawLog, places: list[int]) -> Iterator[_Pair]:

@@ -281,13 +281,9 @@ def _asked(table: RawTable, names: tuple[str, ...], guess: TimeGuess) -> TableTi
     if len(guess.forms) == 1:
         return TableTime(names, guess.forms[0], guess.forms[0], None, sure, guess.reason)
     text = f"What is the form of the time in {', '.join(names)}? {guess.reason}; the file does not say it."
-    question = _form_question(table, names, guess.forms, text)
+    made = tuple(Answer(form, MEANINGS.get(form, form), _time_line(names, form)) for form in guess.forms)
+    question = Question(f"{table.label}/time", "time", table.label, names[-1], text, made)
     return TableTime(names, None, guess.forms[0], None, "guess", guess.reason, "", question, guess.forms)
-
-
-def _form_question(table: RawTable, names: tuple[str, ...], forms: tuple[Form, ...], text: str) -> Question:
-    made = tuple(Answer(form, MEANINGS.get(form, form), _time_line(names, form)) for form in forms)
-    return Question(f"{table.label}/time", "time", table.label, names[-1], text, made)
 
 
 def _time_line(names: tuple[str, ...], form: str) -> str:

@@ -80,7 +80,8 @@ def _by_course(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFin
     if found.quantity not in ("course_over_ground", "heading"):
         return None
     courses: list[tuple[str, tuple[ClockSeries, ...]]] = [(name, (course,)) for name, course in log.turns()]
-    courses += [(name, (course, _mirrored(course))) for name, course in log.turns(log.axes())]
+    for name, course in log.turns(log.axes()):  # which may be exchanged
+        courses.append((name, (course, replace(course, values=math.pi / 2.0 - course.values))))
     for name, senses in courses:
         fits: dict[str, float] = {}
         for course, unit in itertools.product(senses, (UNITS["deg"], UNITS["rad"])):
@@ -115,11 +116,6 @@ def _by_turns(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFind
             said = f"{unit.name}: in no other unit are its turns those of column {beside.column.name}"
             return found.told("other channel", said, unit=unit)
     return None
-
-
-def _mirrored(course: ClockSeries) -> ClockSeries:
-    """The course of a track whose axes are exchanged."""
-    return replace(course, values=math.pi / 2.0 - course.values)
 
 
 def copy_factor(one: ClockSeries, other: ClockSeries) -> float | None:

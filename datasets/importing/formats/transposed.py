@@ -27,7 +27,8 @@ def looks_transposed(text: str) -> bool:
         cells = _cells(first[:HEAD], separator)[: -1 if len(first) > HEAD else None]
         below = _cells(rest.partition("\n")[0], separator)[:FEWEST_TIMES]
         if len(cells) > FEWEST_TIMES and _are_times(cells[1:]) and len(below) > 2:
-            return not any(map(NUMBER.fullmatch, (cells[0], below[0]))) and _numeric(below[1:])
+            named = not any(map(NUMBER.fullmatch, (cells[0], below[0])))
+            return named and all(not cell or NUMBER.fullmatch(cell) for cell in below[1:])
     return False
 
 
@@ -43,10 +44,6 @@ def _are_times(cells: list[str]) -> bool:
         return False
     times = np.array(cells, dtype=float)
     return bool(np.all(np.diff(times) > 0.0)) and not np.array_equal(times - times[0], np.arange(times.size))
-
-
-def _numeric(cells: list[str]) -> bool:
-    return all(not cell or NUMBER.fullmatch(cell) for cell in cells)
 
 
 def read_transposed(text: str, path: Path) -> list[RawTable]:
