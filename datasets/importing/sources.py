@@ -66,6 +66,7 @@ REFUSED = {
 }
 BINARY = {
     b"PK": "a workbook",
+    b"MATLAB 7.3": "an HDF5 file",
     b"MATLAB": "a MAT file",
     b"CDF\x01": "a netCDF file",
     b"CDF\x02": "a netCDF file",

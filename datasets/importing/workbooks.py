@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from ...models.errors import BadInput
 from .formats.hdf import hdf_content, netcdf_content
 from .layout import Line, table_of
 from .moments import moment
@@ -30,17 +29,11 @@ UNIT_FIELDS = ("units", "unit", "einheiten")
 
 
 def read_excel(data: bytes, path: Path) -> list[RawTable]:
-    """A table for every sheet that holds data; BadInput where none does or the workbook is damaged."""
+    """A table for every sheet that holds data; BadInput where none does."""
     import openpyxl
 
-    try:
-        book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-        sheets = {sheet.title: _lines(sheet) for sheet in book.worksheets}
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever openpyxl raises on damaged workbooks
-        hint = "open it in the spreadsheet program and save it as xlsx again"
-        raise BadInput(f"not a workbook that can be read ({type(error).__name__})", file=path, hint=hint) from None
+    book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+    sheets = {sheet.title: _lines(sheet) for sheet in book.worksheets}
     blocks = [(name, block) for name, lines in sheets.items() for block in (blocks_of(lines) if lines else ())]
     tables = [(name, table_of(block, block, path.name, name)) for name, block in blocks]
     empty = [name for name, table in tables if table is None]
@@ -80,18 +73,13 @@ def read_mat(data: bytes, path: Path) -> list[RawTable]:
 
     if data.startswith((b"MATLAB 7.3", b"\x89HDF")):
         return _tables_of(*hdf_content(data, path), path)
-    try:
-        content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever SciPy raises on damaged files
-        raise BadInput(f"not a MAT file that can be read ({type(error).__name__})", file=path) from None
+    content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
     return _tables_of({k: v for k, v in content.items() if not k.startswith("__")}, {}, path)
 
 
 def read_netcdf(data: bytes, path: Path) -> list[RawTable]:
     """The series of a classic netCDF file: one table for every length of arrays."""
-    return _tables_of(*netcdf_content(data, path), path)
+    return _tables_of(*netcdf_content(data), path)
 
 
 def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) -> list[RawTable]:

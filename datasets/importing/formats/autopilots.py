@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import re
 from collections import defaultdict
@@ -13,7 +12,6 @@ from typing import Any
 
 import numpy as np
 
-from ....models.errors import BadInput
 from ..raw import RawColumn, RawTable, usable
 from .extras import as_file, needed
 from .ros import yaw_and_roll
@@ -65,24 +63,20 @@ def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
     module = needed("pymavlink.DFReader", "pymavlink", "an ArduPilot log", path)
     found: dict[str, list[dict[str, float]]] = defaultdict(list)
     parameters: dict[str, float] = {}
-    quiet = contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO())
-    with as_file(data, ".bin") as name, quiet[0], quiet[1]:
-        try:
-            log = _advancing(module.DFReader_binary)(name, zero_time_base=False)
-            for _ in range(MOST):
-                message = log.recv_msg()
-                if message is None:
-                    break
-                kind = message.get_type()
-                if kind in ARDUPILOT:
-                    held = {n: getattr(message, n, None) for n in (*ARDUPILOT[kind], *INSTANCE, "Status")}
-                    row = {n: float(value) for n, value in held.items() if isinstance(value, int | float)}
-                    found[instance(kind, row)].append({"TimeUS": float(message.TimeUS), **row})
-                elif kind == "PARM":
-                    parameters[str(message.Name)] = float(message.Value)
-            log.close()
-        except Exception as error:  # whatever pymavlink raises on damaged files
-            raise BadInput(f"not an ArduPilot log that can be read ({type(error).__name__})", file=path) from None
+    with as_file(data, ".bin") as name:
+        log = _advancing(module.DFReader_binary)(name, zero_time_base=False)
+        for _ in range(MOST):
+            message = log.recv_msg()
+            if message is None:
+                break
+            kind = message.get_type()
+            if kind in ARDUPILOT:
+                held = {n: getattr(message, n, None) for n in (*ARDUPILOT[kind], *INSTANCE, "Status")}
+                row = {n: float(value) for n, value in held.items() if isinstance(value, int | float)}
+                found[instance(kind, row)].append({"TimeUS": float(message.TimeUS), **row})
+            elif kind == "PARM":
+                parameters[str(message.Name)] = float(message.Value)
+        log.close()
     return ardupilot_tables(found, parameters, path)
 
 
@@ -154,11 +148,7 @@ class _Counted(io.BytesIO):
 def read_px4(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known topic; needs pyulog."""
     module = needed("pyulog", "pyulog", "a PX4 log", path)
-    with contextlib.redirect_stdout(io.StringIO()):
-        try:
-            topics = module.ULog(_Counted(data), [*PX4_TOPICS, *PX4_RECEIVERS]).data_list
-        except Exception as error:  # whatever pyulog raises on damaged files
-            raise BadInput(f"not a PX4 log that can be read ({type(error).__name__})", file=path) from None
+    topics = module.ULog(_Counted(data), [*PX4_TOPICS, *PX4_RECEIVERS]).data_list
     return usable((_topic(path, topic) for topic in topics), path, "no message of the log can be used")
 
 

@@ -222,14 +222,9 @@ def read_bag(path: Path) -> list[RawTable]:
     """A table for every topic of a ROS 1 or ROS 2 bag with numbers; needs rosbags."""
     reading = needed("rosbags.highlevel", "rosbags", "a ROS bag", path)
     stores = needed("rosbags.typesys", "rosbags", "a ROS bag", path)
-    try:
-        store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
-        with reading.AnyReader([path], default_typestore=store) as bag:
-            tables = [_topic(bag, connection, path) for connection in bag.connections]
-    except BadInput:
-        raise
-    except Exception as error:  # whatever rosbags raises on damaged files
-        raise BadInput(f"not a ROS bag that can be read ({type(error).__name__})", file=path) from None
+    store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
+    with reading.AnyReader([path], default_typestore=store) as bag:
+        tables = [_topic(bag, connection, path) for connection in bag.connections]
     return [with_ros(table) for table in usable(tables, path, "no topic of the bag holds numbers")]
 
 
