@@ -12,6 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
+from .cell_texts import Texts
 from .gps_time import EPOCH_S, WEEK_S
 from .moments import days_since_1970, even_stamps, moment
 from .names import words
@@ -367,10 +368,14 @@ def _parsed(column: RawColumn, form: Form) -> np.ndarray:
     if column.texts is None:
         return np.full(len(column.values), np.nan)
     if form not in column.times:
-        even = even_stamps(column.texts) if form == "iso" else None
-        month_first = form == "month first"
-        column.times[form] = column.texts.mapped(partial(moment, month_first=month_first)) if even is None else even
+        column.times[form] = _moments(column.texts, form)
     return column.times[form]
+
+
+def _moments(texts: Texts, form: Form) -> np.ndarray:
+    """Dates with times as seconds since 1970 (N,); nan where a text is none."""
+    even = even_stamps(texts) if form == "iso" else None
+    return texts.mapped(partial(moment, month_first=form == "month first")) if even is None else even
 
 
 def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
