@@ -36,15 +36,11 @@ def over_short_gaps(values: np.ndarray) -> np.ndarray:
 def changes(record: Record, values: np.ndarray) -> np.ndarray:
     """Changes (M,) of a series over windows of WINDOW samples or more, nan where a sample between is missing."""
     window = max(1, min(max(WINDOW, record.n // 40), record.n // 10))
-    gaps = np.concatenate([[0], np.cumsum(~np.isfinite(values) | _after_gap(record))])
+    after_gap = np.concatenate([[False], np.diff(record.time_s) > 1.5 * record.dt])
+    gaps = np.concatenate([[0], np.cumsum(~np.isfinite(values) | after_gap)])
     with np.errstate(all="ignore"):
         change = values[window:] - values[:-window]
     return np.where(gaps[window + 1 :] == gaps[1 : record.n + 1 - window], change, np.nan)
-
-
-def _after_gap(record: Record) -> np.ndarray:
-    """(N,) whether rows are missing before a sample."""
-    return np.concatenate([[False], np.diff(record.time_s) > 1.5 * record.dt])
 
 
 def median_ratio(first: np.ndarray, second: np.ndarray) -> float | None:

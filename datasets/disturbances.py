@@ -29,7 +29,9 @@ consistent with every other. The helmsman steers by the low-frequency heading (a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -93,14 +95,12 @@ class Disturbance:
         if self.waves is not None:
             length(model)
 
-    def environment(
-        self, model: Model, time_s: np.ndarray, rng: np.random.Generator, heading_rad: np.ndarray | None = None
-    ) -> np.ndarray:
+    def environment(self, model: Model, time_s: np.ndarray, rng: np.random.Generator) -> np.ndarray:
         """Input of the environment kernels at ``time_s`` (N+1,): array (N+1, 7).
 
         Columns: current north, east; wind velocity north, east (m/s, towards); body-fixed force X, Y in N and
-        moment N in N m of the mean wave drift. ``heading_rad`` (N+1,) is the heading that the drift acts at
-        (default: zero, the initial course). Raises BadInput for a response model under wind or current.
+        moment N in N m of the mean wave drift on the initial course, heading zero. Raises BadInput for a response
+        model under wind or current.
         """
         self.check(model)
         key = key_of(rng)
@@ -110,7 +110,7 @@ class Disturbance:
         if self.wind is not None:
             out[:, 2:4] = wind_velocity(self.wind, time_s, stream(key, "gust"))
         if self.waves is not None and model.is_3dof:
-            out[:, 4:7] = self.drift(model, np.zeros(time_s.size) if heading_rad is None else heading_rad)
+            out[:, 4:7] = self.drift(model, np.zeros(time_s.size))
         return out
 
     def drift(self, model: Model, heading_rad: np.ndarray) -> np.ndarray:
@@ -316,15 +316,16 @@ def parse_disturbance(text: str) -> Disturbance:
     names = []
     for part in [] if text == "none" else text.split("+"):
         name, _, rest = part.partition(":")
-        if name not in READERS:
-            raise BadInput(f"unknown disturbance {part!r}", hint=f"expected none or {', '.join(FORMS.values())}")
-        slot, reader = READERS[name]
+        if name not in KINDS:
+            forms = ", ".join(form for _, form, _ in KINDS.values())
+            raise BadInput(f"unknown disturbance {part!r}", hint=f"expected none or {forms}")
+        slot, form, read = KINDS[name]
         if getattr(found, slot) is not None:
             raise BadInput(f"disturbance {text!r} holds {slot} twice")
         try:
-            value, canonical = reader(rest)
+            value, canonical = read(rest)
         except ValueError as error:
-            raise BadInput(f"disturbance {part!r}: {error}", hint=f"expected {FORMS[name]}") from None
+            raise BadInput(f"disturbance {part!r}: {error}", hint=f"expected {form}") from None
         found = replace(found, **{slot: value})
         names.append(f"{name}:{canonical}")
     return replace(found, text="+".join(names) or "none")
@@ -339,16 +340,13 @@ def _directed(rest: str) -> tuple[str, float, str]:
     return what, angle, plain(angle / DEGREE)
 
 
-def _read_wind(rest: str, gusting: bool = True) -> tuple[MeanWind, str]:
+def _read_flow(
+    rest: str, made_of: Callable[[float, float], MeanWind | SteadyCurrent]
+) -> tuple[MeanWind | SteadyCurrent, str]:
+    """What is made of speed, m/s, and direction, rad, and the canonical text of ``SPEED@DIRECTION``."""
     speed, angle, name = _directed(rest)
     value = positive(speed, {"m_s": 1.0}, "m_s")
-    return MeanWind(value, angle, gusting), f"{plain(value)}@{name}"
-
-
-def _read_current(rest: str) -> tuple[SteadyCurrent, str]:
-    speed, angle, name = _directed(rest)
-    value = positive(speed, {"m_s": 1.0}, "m_s")
-    return SteadyCurrent(value, angle), f"{plain(value)}@{name}"
+    return made_of(value, angle), f"{plain(value)}@{name}"
 
 
 def _read_waves(rest: str) -> tuple[Waves, str]:
@@ -358,15 +356,10 @@ def _read_waves(rest: str) -> tuple[Waves, str]:
     return Waves(hs, tp, angle), f"{plain(hs)}/{plain(tp)}@{name}"
 
 
-READERS = {
-    "wind": ("wind", _read_wind),
-    "steady-wind": ("wind", lambda rest: _read_wind(rest, gusting=False)),
-    "current": ("current", _read_current),
-    "waves": ("waves", _read_waves),
+KINDS = {
+    "wind": ("wind", "wind:SPEED@FROM (m/s, degrees)", lambda rest: _read_flow(rest, MeanWind)),
+    "steady-wind": ("wind", "steady-wind:SPEED@FROM", lambda rest: _read_flow(rest, partial(MeanWind, gusting=False))),
+    "current": ("current", "current:SPEED@TOWARDS", lambda rest: _read_flow(rest, SteadyCurrent)),
+    "waves": ("waves", "waves:HS/TP@FROM (m, s, degrees)", _read_waves),
 }
-FORMS = {
-    "wind": "wind:SPEED@FROM (m/s, degrees)",
-    "steady-wind": "steady-wind:SPEED@FROM",
-    "current": "current:SPEED@TOWARDS",
-    "waves": "waves:HS/TP@FROM (m, s, degrees)",
-}
+"""Name -> what of a `Disturbance` it is, its form, and the reader of what stands behind the colon."""

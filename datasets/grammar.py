@@ -28,7 +28,7 @@ def quantity(text: str, units: Mapping[str, float], default: str | None = None) 
     """
     match = _QUANTITY.fullmatch(text)
     if match is None:
-        raise ValueError(f"{text!r} is not a number{_with(units)}")
+        raise ValueError(f"{text!r} is not a number with the unit {' or '.join(units)}")
     unit = match.group(2) or default
     if unit is None:
         raise ValueError(f"{text!r} lacks its unit ({' or '.join(units)})")
@@ -67,7 +67,3 @@ def pair(text: str) -> tuple[str, str]:
 def plain(value: float) -> str:
     """Shortest text that keeps a number given by hand: ``20``, ``2.5``, ``0.27``."""
     return f"{value:.15g}"
-
-
-def _with(units: Mapping[str, float]) -> str:
-    return f" with the unit {' or '.join(units)}" if units else ""

@@ -76,65 +76,25 @@ INPUTS = ("rudder_command", "rudder", "propeller")
 """Channels that `only` always keeps: what a model is driven by."""
 SELECTIONS = ("only", "without")
 
-#: standard deviation per channel and level, in the units of the record's columns
-NOISE: dict[str, dict[str, float]] = {
-    "none": {},
-    "low": {
-        "rudder": 0.02 * DEGREE,
-        "propeller": 0.001,
-        "heading": 0.02 * DEGREE,
-        "yaw_rate": 0.01 * DEGREE,
-        "surge": 0.005,
-        "sway": 0.005,
-        "north": 0.1,
-        "east": 0.1,
-        "roll": 0.02 * DEGREE,
-        "roll_rate": 0.01 * DEGREE,
-        "wind_speed": 0.2,
-        "wind_direction": 1.0 * DEGREE,
-    },
-    "medium": {
-        "rudder": 0.05 * DEGREE,
-        "propeller": 0.005,
-        "heading": 0.1 * DEGREE,
-        "yaw_rate": 0.05 * DEGREE,
-        "surge": 0.02,
-        "sway": 0.02,
-        "north": 0.5,
-        "east": 0.5,
-        "roll": 0.1 * DEGREE,
-        "roll_rate": 0.05 * DEGREE,
-        "wind_speed": 0.5,
-        "wind_direction": 3.0 * DEGREE,
-    },
-    "high": {
-        "rudder": 0.2 * DEGREE,
-        "propeller": 0.02,
-        "heading": 0.5 * DEGREE,
-        "yaw_rate": 0.2 * DEGREE,
-        "surge": 0.1,
-        "sway": 0.1,
-        "north": 2.0,
-        "east": 2.0,
-        "roll": 0.5 * DEGREE,
-        "roll_rate": 0.2 * DEGREE,
-        "wind_speed": 1.0,
-        "wind_direction": 10.0 * DEGREE,
-    },
-    "gross": {
-        "rudder": 1.0 * DEGREE,
-        "propeller": 0.1,
-        "heading": 2.0 * DEGREE,
-        "yaw_rate": 1.0 * DEGREE,
-        "surge": 0.5,
-        "sway": 0.5,
-        "north": 10.0,
-        "east": 10.0,
-        "roll": 2.0 * DEGREE,
-        "roll_rate": 1.0 * DEGREE,
-        "wind_speed": 3.0,
-        "wind_direction": 30.0 * DEGREE,
-    },
+#: channel -> unit of the numbers behind it in that of the record's column, standard deviations at the levels
+_SD: dict[str, tuple[float, ...]] = {
+    "rudder": (DEGREE, 0.02, 0.05, 0.2, 1.0),
+    "propeller": (1.0, 0.001, 0.005, 0.02, 0.1),
+    "heading": (DEGREE, 0.02, 0.1, 0.5, 2.0),
+    "yaw_rate": (DEGREE, 0.01, 0.05, 0.2, 1.0),
+    "surge": (1.0, 0.005, 0.02, 0.1, 0.5),
+    "sway": (1.0, 0.005, 0.02, 0.1, 0.5),
+    "north": (1.0, 0.1, 0.5, 2.0, 10.0),
+    "east": (1.0, 0.1, 0.5, 2.0, 10.0),
+    "roll": (DEGREE, 0.02, 0.1, 0.5, 2.0),
+    "roll_rate": (DEGREE, 0.01, 0.05, 0.2, 1.0),
+    "wind_speed": (1.0, 0.2, 0.5, 1.0, 3.0),
+    "wind_direction": (DEGREE, 1.0, 3.0, 10.0, 30.0),
+}
+#: standard deviation per level and channel, in the units of the record's columns
+NOISE: dict[str, dict[str, float]] = {"none": {}} | {
+    level: {channel: unit * sds[place] for channel, (unit, *sds) in _SD.items()}
+    for place, level in enumerate(("low", "medium", "high", "gross"))
 }
 
 OUTLIER_SDS = 10.0
@@ -399,10 +359,6 @@ def _whole(text: str) -> int:
     return count
 
 
-def _quantum(text: str, channel: str, sd: float) -> dict[str, float]:
-    return {"quantum": positive(text, CHANNELS[channel][1])}
-
-
 def _delay(text: str, channel: str, sd: float) -> dict[str, float]:
     value = quantity(text, TIME)
     if value < 0.0:
@@ -417,7 +373,7 @@ OPTIONS: dict[str, Callable[[str, str, float], dict[str, float]]] = {
     "delay": _delay,
     "outliers": _outliers,
     "bursts": _bursts,
-    "quantum": _quantum,
+    "quantum": lambda text, channel, sd: {"quantum": positive(text, CHANNELS[channel][1])},
     "dropout": lambda text, channel, sd: {"dropout": share(text)},
     "gaps": _gaps,
     "period": lambda text, channel, sd: {"period_s": positive(text, TIME)},

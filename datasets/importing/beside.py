@@ -39,18 +39,10 @@ MOST_WORDS = 16
 
 def with_notes(columns: Sequence[RawColumn], notes: Sequence[str]) -> list[RawColumn]:
     """Columns with the lines above the header that begin with their name, or that list one unit a column."""
-    said: dict[int, list[str]] = {}
-    for note in notes:
-        if len(note.split()) > MOST_WORDS:
-            continue
-        for part in re.split(r"[;|]", note):
-            place = _named(columns, part)
-            if place is not None:
-                said.setdefault(place[0], []).append(place[1])
-    for note in notes:
-        for i, unit in _by_sentence(columns, note):
-            said.setdefault(i, []).append(unit)
-    return [replace(c, said=(*c.said, *said[i])) if i in said else c for i, c in enumerate(columns)]
+    parts = [part for note in notes if len(note.split()) <= MOST_WORDS for part in re.split(r"[;|]", note)]
+    named_parts = [place for part in parts if (place := _named(columns, part)) is not None]
+    said = [*named_parts, *(place for note in notes for place in _by_sentence(columns, note))]
+    return [replace(c, said=(*c.said, *(text for at, text in said if at == i))) for i, c in enumerate(columns)]
 
 
 def _by_sentence(columns: Sequence[RawColumn], note: str) -> list[tuple[int, str]]:
@@ -102,10 +94,8 @@ def with_minutes(columns: Sequence[RawColumn]) -> list[RawColumn]:
         if _place_in(whole, DEGREES) != _place_in(minutes, MINUTES) or not _place_in(minutes, MINUTES):
             continue
         degrees, rest = whole.numbers, minutes.numbers
-        if (
-            np.array_equal(degrees, np.round(degrees), equal_nan=True)
-            and 0.0 <= np.nanmin(rest) <= np.nanmax(rest) < 60
-        ):
+        in_full = np.array_equal(degrees, np.round(degrees), equal_nan=True)
+        if in_full and 0.0 <= np.nanmin(rest) <= np.nanmax(rest) < 60:
             sides = _hemispheres(out[i + 1], whole) if i + 1 < len(out) else None
             signed = degrees + np.copysign(rest / 60.0, degrees)
             out[i - 1] = replace(whole, values=signed if sides is None else sides * np.abs(signed))
@@ -135,9 +125,12 @@ def with_sides(columns: Sequence[RawColumn]) -> list[RawColumn]:
         before, letters = out[i - 1], out[i]
         if letters.texts is None or before.texts is None or letters.known or not _sides(letters.texts, before):
             continue
-        if not before.numeric or (before.numbers[np.isfinite(before.numbers)] < 0.0).any():
+        if not before.numeric or (before.finite < 0.0).any():
             continue
-        out[i - 1] = replace(before, values=_joined(before.texts, letters.texts))
+        # numbers with the letters beside them, nothing where there is no number
+        sides = np.where(letters.texts.among(GAPS), "", np.strings.upper(letters.texts.trimmed))
+        numbers = before.texts.trimmed
+        out[i - 1] = replace(before, values=Texts(np.where(numbers == "", "", numbers + " " + sides)))
         out[i] = replace(letters, known="not used", source=f"the side of column {before.name}")
     return out
 
@@ -178,13 +171,6 @@ def _sides(letters: Texts, before: RawColumn) -> bool:
     return may_be(letters[:FEW]) and may_be(kinds := letters.unique()) and not GAPS.issuperset(map(str.lower, kinds))
 
 
-def _joined(numbers: Texts, letters: Texts) -> Texts:
-    """Numbers with the letters beside them; nothing where there is no number."""
-    sides = np.where(letters.among(GAPS), "", np.strings.upper(letters.trimmed))
-    both = numbers.trimmed + " " + sides
-    return Texts(np.where(numbers.trimmed == "", "", both))
-
-
 # ------------------------------------------------------------------------------------------------ a file beside the log
 
 
@@ -209,8 +195,7 @@ def _as_record(table: RawTable, sidecar: Mapping[str, Any], name: str) -> RawTab
     if not all(column.name in ACCEPTED for column in table.columns):
         return table
     by, side = f"a record: its sidecar {name} lies beside it", str(sidecar.get("positive_rudder") or "")
-    columns = tuple(_as_channel(column, by, side) for column in table.columns)
-    return replace(table, columns=columns)
+    return table.told(lambda column: _as_channel(column, by, side))
 
 
 def _as_channel(column: RawColumn, by: str, side: str) -> RawColumn:
@@ -251,8 +236,7 @@ def _statement(key: str, value: str) -> str:
 
 
 def _with_statements(table: RawTable, said: Mapping[str, Sequence[str]], name: str) -> RawTable:
-    columns = tuple(
-        replace(c, said=(*c.said, *said[joined(c.name)])) if said.get(joined(c.name)) else c for c in table.columns
-    )
-    told = any(new is not old for new, old in zip(columns, table.columns, strict=True))
-    return replace(table, columns=columns, done=(*table.done, *((f"units and signs by {name}",) if told else ())))
+    if not any(said.get(joined(c.name)) for c in table.columns):
+        return table
+    done = f"units and signs by {name}"
+    return table.told(lambda c: replace(c, said=(*c.said, *said.get(joined(c.name), ()))), done)

@@ -222,10 +222,8 @@ class Relations:
     def headings(self) -> Iterator[tuple[str, Meaning]]:
         """Columns that may be the heading, in degrees or radians."""
         known = self.motion.of("heading")
-        if known:
-            yield from known
-            return
-        for name in self.motion.open():
+        yield from known
+        for name in self.motion.open() if not known else ():
             for unit in self._angle_units(name):
                 turn = float(np.ptp(self.motion.values[name])) * UNITS[unit].factor
                 if LEAST_TURN < turn < MOST_TURN:
@@ -233,9 +231,7 @@ class Relations:
 
     def _angle_units(self, name: str) -> Sequence[str]:
         period = self.motion.turns.get(name)
-        if period:
-            return ("deg",) if period > 100.0 else ("rad",)
-        return ANGLES
+        return ANGLES if not period else ("deg",) if period > 100.0 else ("rad",)
 
     def yaw_rates(self, heading: str, of: Meaning) -> Iterator[tuple[str, Meaning]]:
         """Columns whose integral is a heading."""
@@ -259,10 +255,8 @@ class Relations:
     def tracks(self, heading: str, of: Meaning) -> Iterator[VelocityColumns]:
         """Pairs of positions whose course goes with a heading."""
         psi = smooth(self.motion.si(heading, of), self.width)[self.coarse]
-        for meanings in self._pairs(heading):
-            found = self._track(psi, meanings)
-            if found is not None:
-                yield found
+        tracks = (self._track(psi, meanings) for meanings in self._pairs(heading))
+        yield from (track for track in tracks if track is not None)
 
     def _pairs(self, heading: str) -> Iterator[dict[str, Meaning]]:
         norths, easts = self.motion.of("north"), self.motion.of("east")
@@ -398,11 +392,6 @@ def _over_ground(able: Sequence[Meaning], best: Meaning) -> Meaning:
     return next((m for m in speeds if best.quantity == "surge" and best.worth - m.worth < HARDLY), best)
 
 
-def _beside(base: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Values (n,) less what an orthonormal base (n, k) explains."""
-    return values - base @ (base.T @ values)
-
-
 def _unit(values: np.ndarray) -> np.ndarray:
     """Values (n,) over their norm."""
     size = float(np.linalg.norm(values))
@@ -430,7 +419,8 @@ def _course_fit(north: np.ndarray, east: np.ndarray, psi: np.ndarray) -> tuple[f
     mean = complex(apart.mean())
     drift = np.angle(apart * np.conj(mean))
     if float(np.mean(drift**2)) < ANY_DIRECTION / 4.0:
-        drift = _beside(_unit(rate - rate.mean())[:, None], drift - drift.mean())
+        turning, drift = _unit(rate - rate.mean()), drift - drift.mean()
+        drift = drift - turning * float(turning @ drift)
     motion = min(max(float(np.var(psi[moving])), 1e-9), ANY_DIRECTION)
     return 1.0 - float(np.mean(drift**2)) / motion, abs(float(np.angle(mean)))
 
@@ -473,9 +463,8 @@ class Assignment:
         if not told & {"heading", "yaw_rate"} or told & {"latitude", "longitude", "course_over_ground"}:
             return []
         from_east = (True,) if "north" in told or "heading" not in told else (True, False)
-        return [
-            replace(self, meanings={name: _mirror(m, east) for name, m in self.meanings.items()}) for east in from_east
-        ]
+        turned = ({name: _mirror(m, east) for name, m in self.meanings.items()} for east in from_east)
+        return [replace(self, meanings=meanings) for meanings in turned]
 
     def contradicts(self, other: Assignment) -> bool:
         """Whether another assignment takes one column for something else, or another column for the same."""
@@ -519,7 +508,10 @@ def assignments(motion: EvenColumns) -> list[Assignment]:
     if not ranked or ranked[0].worth < LEAST_WORTH:
         return []
     first = ranked[0]
-    near = [made for made in ranked[1:] if first.contradicts(made) and _is_near(motion, made, first)]
+    # also that in the other unit, where no track tells it
+    told = {q for _, q, _ in first.main} & {"north", "latitude"} or motion.turns
+    least = first.worth - (NEAR if told else NEAR_UNIT)
+    near = [made for made in ranked[1:] if made.worth > least and first.contradicts(made)]
     return [replace(m, meanings={n: x for n, x in m.meanings.items() if n not in motion.known}) for m in (first, *near)]
 
 
@@ -536,12 +528,6 @@ def _without_heading(relations: Relations) -> list[Assignment]:
                 rate = Meaning("yaw_rate", unit, 1, f"it follows {helm[0]}")
                 found.append(Assignment({name: rate, **_with_order(motion, *helm, {name})}, helm[1].worth))
     return sorted(found, key=lambda made: -made.worth)
-
-
-def _is_near(motion: EvenColumns, made: Assignment, first: Assignment) -> bool:
-    """Whether an assignment is nearly as good as the first: also that in the other unit, where no track tells it."""
-    told = {q for _, q, _ in first.main} & {"north", "latitude"} or motion.turns
-    return made.worth > first.worth - (NEAR if told else NEAR_UNIT)
 
 
 def _completed(
@@ -599,9 +585,8 @@ def _body(meanings: dict[str, Meaning]) -> dict[str, Meaning]:
     side = next((name for name, m in meanings.items() if m.quantity == "sway"), None)
     if side is None:
         return meanings
-    ahead = [
-        n for n, m in meanings.items() if m.quantity in ("surge", "speed_over_ground") and m.unit == meanings[side].unit
-    ]
-    if not ahead:
+    forward = {n: m for n, m in meanings.items() if m.quantity in ("surge", "speed_over_ground")}
+    ahead = next((n for n, m in forward.items() if m.unit == meanings[side].unit), None)
+    if ahead is None:
         return {name: meaning for name, meaning in meanings.items() if name != side}
-    return {n: replace(m, quantity="surge") if n == ahead[0] else m for n, m in meanings.items()}
+    return meanings | {ahead: replace(meanings[ahead], quantity="surge")}

@@ -14,7 +14,7 @@ import numpy as np
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
 from .cell_texts import Texts
 from .gps_time import EPOCH_S, WEEK_S
-from .moments import even_stamps, moment
+from .moments import days_since_1970, even_stamps, moment
 from .names import words
 from .raw import RawColumn
 
@@ -27,19 +27,9 @@ Form = Literal[
 ]  # fmt: skip
 FORMS: tuple[Form, ...] = get_args(Form)
 DATED: tuple[Form, ...] = (
-    "iso",
-    "day first",
-    "month first",
-    "excel",
-    "datenum",
-    "epoch s",
-    "epoch ms",
-    "epoch us",
-    "epoch ns",
-    "date parts",
-    "gps week",
-    "gps s",
-)
+    "iso", "day first", "month first", "excel", "datenum", "epoch s", "epoch ms", "epoch us", "epoch ns", "date parts",
+    "gps week", "gps s",
+)  # fmt: skip
 """Forms that say the date: logs with these have a common time."""
 OF_WEEK: tuple[Form, ...] = ("seconds of week", "milliseconds of week")
 """Forms that count from the begin of a GPS week."""
@@ -234,11 +224,8 @@ def _by_step(steps: np.ndarray, span: float) -> TimeGuess | None:
         return None
     step = float(np.median(moved))
     forms: tuple[Form, ...] = ("seconds", "milliseconds", "minutes", "microseconds", "nanoseconds", "hours")
-    able: list[Form] = [
-        form
-        for form in forms
-        if SHORTEST_S <= SCALES[form][0] * step <= LONGEST_S and SCALES[form][0] * span >= LEAST_SPAN_S
-    ]
+    usual: list[Form] = [form for form in forms if SHORTEST_S <= SCALES[form][0] * step <= LONGEST_S]
+    able: list[Form] = [form for form in usual if SCALES[form][0] * span >= LEAST_SPAN_S]
     even: list[Form] = [form for form in able if _is_round(SCALES[form][0] * step)]
     found: tuple[Form, ...] = tuple(even or able)
     if found == ("seconds",) and step >= FEWEST_WHOLE and np.array_equal(moved, np.round(moved)):
@@ -264,11 +251,6 @@ def _is_hhmmss(known: np.ndarray) -> bool:
     sound = np.all((whole % 100 < 60) & (whole // 100 % 100 < 60))
     jumps = np.diff(known)
     return bool(sound and known.max() > 10000 and np.any((jumps > 40.0) & (jumps < 41.5)))
-
-
-def rows_as_seconds(count: int, step_s: float) -> np.ndarray:
-    """(N,) seconds of rows that are logged at a fixed step."""
-    return step_s * np.arange(count)
 
 
 def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
@@ -311,9 +293,7 @@ def _of_parts(parts: Sequence[np.ndarray]) -> np.ndarray:
     if len(parts) < 6:
         return _over_midnight(clock)
     known = np.isfinite(parts[0]) & np.isfinite(parts[1]) & np.isfinite(parts[2])
-    year, month, day = (np.where(known, part, 1.0).astype(np.int64) for part in parts[:3])
-    months = (12 * (year - 1970) + month - 1).astype("datetime64[M]")
-    days = months.astype("datetime64[D]").astype(np.int64) + day - 1
+    days = days_since_1970(*(np.where(known, part, 1.0).astype(np.int64) for part in parts[:3]))
     return np.where(known, DAY * days + clock, np.nan)
 
 
@@ -384,6 +364,7 @@ def _going_on(clock: np.ndarray, period: float) -> np.ndarray:
 
 
 def _parsed(column: RawColumn, form: Form) -> np.ndarray:
+    """Dates with times as seconds since 1970 (N,), computed once for each form; nan where a text is none."""
     if column.texts is None:
         return np.full(len(column.values), np.nan)
     if form not in column.times:
@@ -418,10 +399,8 @@ def spread(time: np.ndarray) -> tuple[np.ndarray, str]:
     out = np.interp(rows, inner, time[inner])
     out = np.where(rows < inner[0], time[inner[0]] - (inner[0] - rows) * slope, out)
     out = np.where(rows > inner[-1], time[inner[-1]] + (rows - inner[-1]) * slope, out)
-    return (
-        out,
-        f"{int(np.sum(steps == 0.0))} rows repeat the time of the row before: spread evenly, {slope:.4g} s apart",
-    )
+    repeated = int(np.sum(steps == 0.0))
+    return out, f"{repeated} rows repeat the time of the row before: spread evenly, {slope:.4g} s apart"
 
 
 def _as_even(time: np.ndarray, steps: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, str]:

@@ -66,7 +66,13 @@ def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[File
     clocks: dict[str, list[Stream]] = {}
     for stream in streams:
         clocks.setdefault(stream.clock, []).append(stream)
-    base = max(clocks, key=lambda name: _rank(clocks[name]))
+
+    def rank(name: str) -> tuple[bool, ...]:
+        own = clocks[name]
+        of_rudder = any("rudder" in stream.quantities for stream in own)
+        return any(stream.zoned for stream in own), any(stream.dated for stream in own), of_rudder
+
+    base = max(clocks, key=rank)
     out, done, faults = list(clocks[base]), [], []
     waiting = [own for name, own in clocks.items() if name != base]
     while waiting:
@@ -77,26 +83,20 @@ def align(streams: Sequence[Stream]) -> tuple[list[Stream], list[str], list[File
         out += [setting.of(stream, out[0].dated) for stream in own]
         waiting.remove(own)
         if setting.doubt:
-            faults.append(
-                FileFault(own[0].label, setting.told, "give clock_offset_s of this table in the map if it is wrong")
-            )
+            hint = "give clock_offset_s of this table in the map if it is wrong"
+            faults.append(FileFault(own[0].label, setting.told, hint))
         elif setting.told:
             done.append(f"{own[0].label}: {setting.told}")
     return out, done, faults, [_question(out, own) for own in waiting]
 
 
-def _rank(streams: Sequence[Stream]) -> tuple[bool, bool, bool]:
-    """How much the clock of streams is that of the record: the largest is."""
-    rudder = any("rudder" in stream.quantities for stream in streams)
-    return any(stream.zoned for stream in streams), any(stream.dated for stream in streams), rudder
-
-
 def _setting(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
     """What sets the clock of `own` to that of `base`; None where nothing tells it."""
-    given = next((stream.offset_s for stream in own if stream.offset_s is not None), None)
-    given = _of_base(base, own) if given is None else given
-    if given is not None:
-        return Setting(given, f"clock set {given:+g} s as the mapping says")
+    given = [stream.offset_s for stream in own if stream.offset_s is not None]
+    # what the map adds to the clock of the base is taken off the others, where it says nothing of them
+    given += [-stream.offset_s for stream in base if stream.offset_s is not None]
+    if given:
+        return Setting(given[0], f"clock set {given[0]:+g} s as the mapping says")
     shared = estimate_offset(base, own)
     if shared is not None:
         told = f"{shared.seconds:+.3f} s (standard error {shared.stderr:.2g} s, correlation {shared.correlation:.4f})"
@@ -110,11 +110,6 @@ def _setting(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
     if all(stream.dated for stream in (*base, *own)):
         return _dated(base, own)
     return _undated(base, own)
-
-
-def _of_base(base: Sequence[Stream], own: Sequence[Stream]) -> float | None:
-    """What the map adds to the clock of the base is taken off the others, where it says nothing of them."""
-    return next((-stream.offset_s for stream in base if stream.offset_s is not None), None) if own else None
 
 
 def _dated(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
@@ -147,9 +142,8 @@ def _stated(base: Sequence[Stream], own: Sequence[Stream], lag: Lag | None) -> S
         said = f"{told.told} best with its clock {told.seconds:+.1f} s, but both tables state their offset from UTC"
         return Setting(0.0, f"{said}: left as it is", True)
     if vague and lag is None:
-        return Setting(
-            0.0, f"GPS time is taken as such, {ahead:g} s ahead of UTC: nothing tells whether it is UTC", True
-        )
+        said = f"GPS time is taken as such, {ahead:g} s ahead of UTC: nothing tells whether it is UTC"
+        return Setting(0.0, said, True)
     return Setting(0.0, f"clock taken as that of {base[0].label}, both state their offset from UTC")
 
 
@@ -171,9 +165,8 @@ def _undated(base: Sequence[Stream], own: Sequence[Stream]) -> Setting | None:
     alike = not any(stream.dated for stream in (*base, *own)) and base[0].period_s == own[0].period_s
     late = min(base[0].time[0], own[0].time[0]) > STARTS_S and _overlap(base, own)
     if alike and (late or _same_ends(base[0], own[0])):
-        return Setting(
-            0.0, f"clock taken as that of {label}, whose times have the same size: nothing else tells it", True
-        )
+        said = f"clock taken as that of {label}, whose times have the same size: nothing else tells it"
+        return Setting(0.0, said, True)
     return None
 
 
@@ -235,12 +228,10 @@ def _question(base: Sequence[Stream], own: Sequence[Stream]) -> Question:
         texts = {float(f"{base[0].time[0] - own[0].time[0]:.12g}"): "that by which both tables begin together"}
         if base[0].dated == own[0].dated:
             texts |= {0.0: "none: both count from the same moment"}
-    why = "one of them states no offset from UTC" if dated else "no date"
-    text = (
-        f"By how much is the clock of {label} off that of {reference}? {why[:1].upper()}{why[1:]}, no channel is in "
-        "common, and the motion does not tell it."
-    )
+    why = "One of them states no offset from UTC" if dated else "No date"
+    said = f"{why}, no channel is in common, and the motion does not tell it."
+    text = f"By how much is the clock of {label} off that of {reference}? {said}"
     made = tuple(Answer(f"{seconds:.12g}", said, f"clock_offset_s: {seconds:.12g}") for seconds, said in texts.items())
     number = "seconds to add to its times: clock_offset_s: NUMBER"
-    table = label.removesuffix(f", run {own[0].run}")
+    table = own[0].table
     return Question(clock_question(table), "time", table, own[0].time_column, text, made, number)

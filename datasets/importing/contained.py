@@ -34,7 +34,8 @@ READERS = {
     "an ArduPilot log": read_ardupilot,
     "a ROS bag": lambda _, path: read_bag(path),
 }
-"""Kind of a file -> its reader, of the content and the path; a bag may be a folder."""
+"""Kind of a file -> its reader, of the content and the path; a bag may be a folder.  What their libraries raise on
+damaged files is told by `main`."""
 MOST_BYTES = 2 * 2**30
 """Memory that a reader may take."""
 LEAST_S, PER_MIB_S = 8.0, 4.0
@@ -43,6 +44,8 @@ WAIT = 8.0
 """How much longer than its CPU time a reader is waited for: other processes take theirs."""
 OUT_OF_MEMORY = 9
 EXPORT = "export it as CSV"
+SAVE_AGAIN = {"a workbook": "open it in the spreadsheet program and save it as xlsx again"}
+"""What to do about a damaged file of a kind, where it is not to export it."""
 _PLAIN = {
     ("pathlib", "PosixPath"), ("pathlib", "WindowsPath"), ("numpy", "ndarray"), ("numpy", "dtype"),
     *((f"numpy.{core}.{module}", name) for core in ("core", "_core")
@@ -115,7 +118,7 @@ def main(kind: str, path: str, seconds: str, most: str) -> int:
         return OUT_OF_MEMORY
     except Exception as error:  # whatever a library raises on damaged files
         said = f"not {kind} that can be read ({type(error).__name__})"
-        found = BadInput(said, file=Path(path), hint=f"is it whole? {EXPORT}")
+        found = BadInput(said, file=Path(path), hint=SAVE_AGAIN.get(kind, f"is it whole? {EXPORT}"))
     with told:
         pickle.dump(found, told)
     return 0

@@ -66,9 +66,19 @@ class Stream:
     run: int = 0
     """Number of the run, where the time of the table starts again; else 0."""
 
+    def at(self, rows: np.ndarray | slice) -> Stream:
+        """Some rows of the stream."""
+        own = {name: values[rows] for name, values in self.quantities.items()}
+        return replace(self, time=self.time[rows], quantities=own, kept=self.kept[rows])
+
     def on_clock(self, time: np.ndarray) -> np.ndarray:
         """Times (N,), s, of this clock before it was set, as they are after that."""
         return time + self.shift_s + self.rate * (time - self.middle_s)
+
+    @property
+    def table(self) -> str:
+        """Label of its table."""
+        return self.label.removesuffix(f", run {self.run}")
 
     @property
     def step(self) -> float:
@@ -96,20 +106,15 @@ def streams_of(table: RawTable, mapping: TableMap, times: TableTime) -> tuple[li
         return [], faults
     offset = mapping.clock_offset_s if mapping.clock_offset_s is not None else times.offset_s
     made = Stream(
-        table.label, table.clock or table.label, times.dated, time, quantities, np.arange(time.size), offset,
+        table.label, table.clock, times.dated, time, quantities, np.arange(time.size), offset,
         (f"{table.label}: {done}",) if done else (), zoned=times.zoned, period_s=times.period_s,
         gps=times.scale == "GPS", vague=times.vague,
         time_column=next(iter(mapping.time.columns), ""),
     )  # fmt: skip
-    streams = [_part(made, kept, run if len(parts) > 1 else 0) for run, kept in enumerate(parts, 1)]
+    streams = [made.at(kept) for kept in parts]
+    if len(parts) > 1:
+        streams = [replace(s, label=f"{s.label}, run {run}", run=run) for run, s in enumerate(streams, 1)]
     return streams, faults + [fault for s in streams for fault in _holes(table, s.time, s.kept)]
-
-
-def _part(stream: Stream, kept: np.ndarray, run: int) -> Stream:
-    """Some rows of a stream, as a run of a number where that is not 0."""
-    quantities = {name: values[kept] for name, values in stream.quantities.items()}
-    label = f"{stream.label}, run {run}" if run else stream.label
-    return replace(stream, label=label, time=stream.time[kept], quantities=quantities, kept=kept, run=run)
 
 
 def _holes(table: RawTable, time: np.ndarray, kept: np.ndarray) -> list[FileFault]:
@@ -146,14 +151,13 @@ def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[
         hint = "state the form in the mapping" if many else "left out"
         faults.append(FileFault(table.label, said, hint, _row(table, missing[0]), name, many))
     if known.size < 3:
-        said = f"{known.size} rows with a time"
-        return [known], [
-            *faults,
-            FileFault(table.label, said, "a log needs some minutes of them", column=name, fatal=True),
-        ]
+        said, hint = f"{known.size} rows with a time", "a log needs some minutes of them"
+        return [known], [*faults, FileFault(table.label, said, hint, column=name, fatal=True)]
     parts = _runs_of(time, known)
-    kept, late = zip(*(_rising(time, part) for part in parts), strict=True)
-    faults += _late_faults(table, time, np.concatenate(late), name)
+    rises = [np.diff(np.maximum.accumulate(time[part]), prepend=-np.inf) > 0.0 for part in parts]
+    kept = [part[own] for part, own in zip(parts, rises, strict=True)]
+    late = np.concatenate([part[~own] for part, own in zip(parts, rises, strict=True)])
+    faults += _late_faults(table, time, late, name)
     long = [part for part in kept if part.size >= MIN_SAMPLES]
     if len(parts) > 1 and long:
         said = f"time goes back here, and at {len(parts) - 2} later places: cut into {len(long)} runs of their own"
@@ -161,7 +165,7 @@ def _usable_rows(table: RawTable, time: np.ndarray, mapping: TableMap) -> tuple[
         short = sum(part.size for part in kept) - sum(part.size for part in long)
         hint = "a record each" + (f"; {short} rows in runs too short for one left out" if short else "")
         faults.append(FileFault(table.label, said, hint, _row(table, parts[1][0]), name))
-    return long if len(parts) > 1 and long else list(kept), faults
+    return long if len(parts) > 1 and long else kept, faults
 
 
 def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
@@ -179,13 +183,6 @@ def _runs_of(time: np.ndarray, known: np.ndarray) -> list[np.ndarray]:
             return [*parts, rest]
         parts, rest = [*parts, rest[: cuts[0]]], rest[cuts[0] :]
     return [known]
-
-
-def _rising(time: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """(rows with times above all before, the others)."""
-    highest = np.maximum.accumulate(time[rows])
-    rises = np.concatenate([[True], time[rows][1:] > highest[:-1]])
-    return rows[rises], rows[~rises]
 
 
 def _late_faults(table: RawTable, time: np.ndarray, late: np.ndarray, name: str | None) -> list[FileFault]:

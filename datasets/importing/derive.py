@@ -9,6 +9,7 @@ import numpy as np
 
 from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
+from .evidence import mean_direction
 from .geodesy import headings_of_track, on_plane
 from .report import FileFault
 
@@ -48,12 +49,19 @@ class Channels:
 
     def __init__(self, label: str, time: np.ndarray, quantities: dict[str, np.ndarray]) -> None:
         self.label, self.time, self.q = label, time, quantities
-        self.found: dict[str, np.ndarray] = {DIRECT[k]: v for k, v in quantities.items() if k in DIRECT}
-        self.sources: dict[str, tuple[str, ...]] = {DIRECT[k]: (k,) for k in quantities if k in DIRECT}
+        self.found: dict[str, np.ndarray] = {}
+        self.sources: dict[str, tuple[str, ...]] = {}
         self.steps: list[str] = []
         self.faults: list[FileFault] = []
         self.facts: dict[str, Any] = {}
         self.variation: float | None = None
+        for quantity in (name for name in quantities if name in DIRECT):
+            self.add((quantity,), **{DIRECT[quantity]: quantities[quantity]})
+
+    def add(self, sources: tuple[str, ...], **channels: np.ndarray) -> None:
+        """Add channels (N,) that are made of quantities."""
+        self.found |= channels
+        self.sources |= dict.fromkeys(channels, sources)
 
     def warn(self, message: str, hint: str = "") -> None:
         """Add a fault that does not end the import."""
@@ -69,23 +77,21 @@ def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], vari
     _heading(made, variation_deg)
     _positions(made)
     _velocities(made)
-    _propellers(made)
-    _alone(made)
+    found = made.found
+    if set(TWIN) <= found.keys() and not set(RUDDERS) & found.keys():
+        made.add(("thrust_port", "thrust_starboard"), **{RUDDERS[1]: found[TWIN[0]] - found[TWIN[1]]})
+        made.steps.append("steering command: port less starboard thrust, N; there is no rudder")
+    for name, other in PARTNERS.items():
+        if name in quantities and other not in quantities:
+            made.warn(f"{name.replace('_', ' ')} without {other.replace('_', ' ')}: it makes no channel of the record")
     _check_track(made)
     return made
-
-
-def _alone(made: Channels) -> None:
-    for name, other in PARTNERS.items():
-        if name in made.q and other not in made.q:
-            made.warn(f"{name.replace('_', ' ')} without {other.replace('_', ' ')}: it makes no channel of the record")
 
 
 def _heading(made: Channels, variation_deg: float | None) -> None:
     q = made.q
     if "heading" in q:
-        made.found["heading_rad"] = q["heading"]
-        made.sources["heading_rad"] = ("heading",)
+        made.add(("heading",), heading_rad=q["heading"])
         return
     if "heading_magnetic" not in q:
         return
@@ -95,18 +101,17 @@ def _heading(made: Channels, variation_deg: float | None) -> None:
     deviation = q.get("magnetic_deviation", np.zeros(made.time.size))
     known = np.isfinite(deviation)  # of each heading another one
     correction = size + np.where(known, deviation, deviation[known].mean() if known.any() else 0.0)
-    made.found["heading_rad"] = q["heading_magnetic"] + correction
-    made.sources["heading_rad"] = ("heading_magnetic", "magnetic_variation", "magnetic_deviation")
-    made.steps.append(
-        f"heading: magnetic heading {math.degrees(float(correction.mean())):+.3g} deg of variation, deviation"
-    )
+    sources = ("heading_magnetic", "magnetic_variation", "magnetic_deviation")
+    made.add(sources, heading_rad=q["heading_magnetic"] + correction)
+    degrees = math.degrees(float(correction.mean()))
+    made.steps.append(f"heading: magnetic heading {degrees:+.3g} deg of variation, deviation")
 
 
 def _positions(made: Channels) -> None:
     q = made.q
     if "north" in q and "east" in q:
-        made.found |= {"north_m": q["north"], "east_m": q["east"]}
-        made.sources |= {"north_m": ("north",), "east_m": ("east",)}
+        made.add(("north",), north_m=q["north"])
+        made.add(("east",), east_m=q["east"])
         return
     if "latitude" not in q or "longitude" not in q:
         return
@@ -118,8 +123,7 @@ def _positions(made: Channels) -> None:
         return
     latitude, longitude = (np.where(nothing, np.nan, q[name]) for name in ("latitude", "longitude"))
     north, east, plane = on_plane(latitude, longitude)
-    made.found |= {"north_m": north, "east_m": east}
-    made.sources |= dict.fromkeys(("north_m", "east_m"), ("latitude", "longitude"))
+    made.add(("latitude", "longitude"), north_m=north, east_m=east)
     origin = math.degrees(plane.latitude_rad), math.degrees(plane.longitude_rad)
     made.facts["origin_deg"] = [round(value, 8) for value in origin]
     made.steps.append(
@@ -131,8 +135,9 @@ def _positions(made: Channels) -> None:
 def _velocities(made: Channels) -> None:
     q, heading = made.q, made.found.get("heading_rad")
     if "surge" in q:
-        made.found |= {"surge_m_s": q["surge"]} | ({"sway_m_s": q["sway"]} if "sway" in q else {})
-        made.sources |= {"surge_m_s": ("surge",), "sway_m_s": ("sway",)}
+        for name in ("surge", "sway"):
+            if name in q:
+                made.add((name,), **{f"{name}_m_s": q[name]})
         return
     if "velocity_north" in q and "velocity_east" in q:
         parts, told = (q["velocity_north"], q["velocity_east"]), "velocities to north and east"
@@ -149,8 +154,8 @@ def _velocities(made: Channels) -> None:
     if heading is None:
         made.warn(f"{told} without a heading: surge and sway cannot be told apart", "kept aside")
         return
-    made.found["surge_m_s"], made.found["sway_m_s"] = body_velocities(*parts, heading)
-    made.sources |= dict.fromkeys(("surge_m_s", "sway_m_s"), (*of, *made.sources["heading_rad"]))
+    surge, sway = body_velocities(*parts, heading)
+    made.add((*of, *made.sources["heading_rad"]), surge_m_s=surge, sway_m_s=sway)
     made.steps.append(f"surge, sway: {told}, turned by the heading; at the receiver's antenna")
 
 
@@ -166,27 +171,17 @@ def _check_track(made: Channels) -> None:
     if known.sum() < 20 or np.ptp(np.unwrap(course[known])) < 0.3:
         return
     heading, course = found["heading_rad"][known], course[known]
-    straight, drift = _agreement(course - heading)
-    mirrored, turn = _agreement(course + heading)
+    straight, drift = mean_direction(course - heading)
+    mirrored, turn = mean_direction(course + heading)
     if mirrored > straight + 0.05 and mirrored > 0.9:
         quarter = abs(abs(turn) - math.pi / 2.0) < 0.35
         hint = "give the heading sign -1 in the mapping" + (", and exchange north and east" if quarter else "")
         hint += "; mathematical angles count from east to north"
-        made.faults.append(
-            FileFault(made.label, "the heading turns against the track", hint, column="heading", fatal=True)
-        )
+        said = "the heading turns against the track"
+        made.faults.append(FileFault(made.label, said, hint, column="heading", fatal=True))
     elif straight > 0.9 and abs(drift) > 0.35:
         said = f"the ship moves {math.degrees(drift):+.0f} deg from its heading on average"
         made.warn(said, "check the zero of the heading, and which of north and east is which")
-
-
-def _propellers(made: Channels) -> None:
-    """The steering command of two propellers where there is no rudder."""
-    found = made.found
-    if set(TWIN) <= found.keys() and not set(RUDDERS) & found.keys():
-        found[RUDDERS[1]] = found[TWIN[0]] - found[TWIN[1]]
-        made.sources[RUDDERS[1]] = ("thrust_port", "thrust_starboard")
-        made.steps.append("steering command: port less starboard thrust, N; there is no rudder")
 
 
 def _usual_speed(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> float:
@@ -194,9 +189,3 @@ def _usual_speed(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> float
         speed = np.hypot(np.gradient(north, time), np.gradient(east, time))
     known = speed[np.isfinite(speed)]
     return float(np.median(known)) if known.size else 0.0
-
-
-def _agreement(angle: np.ndarray) -> tuple[float, float]:
-    """(length of the mean direction between 0 and 1, mean angle) of angles (N,)."""
-    mean = np.exp(1j * angle).mean()
-    return float(abs(mean)), float(np.angle(mean))

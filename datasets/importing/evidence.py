@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..geometry import unwrapped
+from ..geometry import body_velocities, unwrapped
 from ..grammar import DEGREE
 from ..signals import integral
 from .units import LogUnit
@@ -85,13 +85,30 @@ def rate_ratio(angle: ClockSeries, rate: ClockSeries) -> float | None:
     return _ratio(change, summed)
 
 
+def cosine(a: np.ndarray, b: np.ndarray) -> float:
+    """The product of two series (N,) over their sizes; 0 where one is zero throughout."""
+    power = math.sqrt(float(a @ a) * float(b @ b))
+    return float(a @ b) / power if power > 0.0 else 0.0
+
+
+def correlation(a: np.ndarray, b: np.ndarray) -> float:
+    """Correlation of two series (N,); 0 where one is constant."""
+    return cosine(a - a.mean(), b - b.mean())
+
+
+def mean_direction(angle: np.ndarray) -> tuple[float, float]:
+    """(length of the mean direction between 0 and 1, mean angle) of angles (N,)."""
+    mean = np.exp(1j * angle).mean()
+    return float(abs(mean)), float(np.angle(mean))
+
+
 def _ratio(wanted: np.ndarray, given: np.ndarray) -> float | None:
     """wanted over given, by their powers; None where they do not correlate."""
     power, other = float(given @ given), float(wanted @ wanted)
     if not (power > 0.0 and other > 0.0 and math.isfinite(power) and math.isfinite(other)):
         return None
-    correlation = float(wanted @ given) / math.sqrt(power * other)
-    return math.copysign(math.sqrt(other / power), correlation) if abs(correlation) > AGREEING else None
+    alike = cosine(wanted, given)
+    return math.copysign(math.sqrt(other / power), alike) if abs(alike) > AGREEING else None
 
 
 def slope(first: ClockSeries, second: ClockSeries) -> float | None:
@@ -119,7 +136,7 @@ def follows(first: ClockSeries, second: ClockSeries, longest_s: float = 20.0) ->
         step *= count
         a, b = (x[: x.size // count * count].reshape(-1, count).mean(axis=1) for x in (a, b))
     lags = range(int(min(a.size // 2, longest_s / step)) + 1)
-    found = [_correlation(a[lag:], b[: b.size - lag]) for lag in lags]
+    found = [correlation(a[lag:], b[: b.size - lag]) for lag in lags]
     best = max(found, key=abs)
     return (1 if best > 0.0 else -1) if abs(best) > FOLLOWING else None
 
@@ -136,12 +153,6 @@ def liveliest(
     first = int(np.argmax(moved[MOST_SAMPLES:] - moved[:-MOST_SAMPLES]))
     part = slice(first, first + MOST_SAMPLES)
     return time[part], a[part], b[part]
-
-
-def _correlation(a: np.ndarray, b: np.ndarray) -> float:
-    a, b = a - a.mean(), b - b.mean()
-    power = math.sqrt(float(a @ a) * float(b @ b))
-    return float(a @ b) / power if power > 0.0 else 0.0
 
 
 def as_of_one_clock(series: ClockSeries, other: ClockSeries) -> ClockSeries:
@@ -194,48 +205,41 @@ def track_velocity(north: ClockSeries, east: ClockSeries) -> tuple[ClockSeries, 
     span = time[2 * width :] - time[: -2 * width]
     middle = time[width:-width]
     north_speed, east_speed = (n[2 * width :] - n[: -2 * width]) / span, (e[2 * width :] - e[: -2 * width]) / span
-    one = ClockSeries(middle, north_speed, north.clock, north.dated)
-    return one, ClockSeries(middle, east_speed, north.clock, north.dated)
+    return replace(north, time=middle, values=north_speed), replace(north, time=middle, values=east_speed)
 
 
 def sense(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[str, float] | None:
     """How a heading, rad, turns with the course of velocities to north and east: ('with', mean of course - heading) or
     ('against', mean of course + heading); None where the course hardly changes or nothing agrees."""
-    first = together(heading, north, angle_first=True)
-    second = together(heading, east, angle_first=True)
-    if first is None or second is None:
+    shared = _beside_heading(heading, north, east)
+    if shared is None:
         return None
-    _, psi, vn = first
-    ve = second[2]
-    if vn.size != ve.size:
-        return None
+    _, psi, vn, ve = shared
     speed = np.hypot(vn, ve)
     moving = speed > 0.3 * np.quantile(speed, 0.8)
     course, psi = np.arctan2(ve, vn)[moving], psi[moving]
     if course.size < FEWEST or np.ptp(np.unwrap(course)) < LEAST_TURN_RAD or np.ptp(psi) < LEAST_TURN_RAD / 3.0:
         return None
-    with_, offset = _agreement(course - psi)
-    against, total = _agreement(course + psi)
+    with_, offset = mean_direction(course - psi)
+    against, total = mean_direction(course + psi)
     if max(with_, against) < AGREEING or abs(with_ - against) < 0.03:
         return None
     return ("with", offset) if with_ > against else ("against", total)
 
 
-def _agreement(angle: np.ndarray) -> tuple[float, float]:
-    mean = np.exp(1j * angle).mean()
-    return float(abs(mean)), float(np.angle(mean))
+def _beside_heading(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[np.ndarray, ...] | None:
+    """(times, heading, velocities to north and east) at the times that all have; None where these are too few."""
+    first, second = (together(heading, velocity, angle_first=True) for velocity in (north, east))
+    if first is None or second is None or first[1].size != second[1].size:
+        return None
+    return *first, second[2]
 
 
 def body(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[ClockSeries, ClockSeries] | None:
     """Velocities forward and to starboard of velocities over ground and a heading, rad."""
-    first = together(heading, north, angle_first=True)
-    second = together(heading, east, angle_first=True)
-    if first is None or second is None or first[1].size != second[1].size:
+    shared = _beside_heading(heading, north, east)
+    if shared is None:
         return None
-    time, psi, vn = first
-    ve = second[2]
-    forward, starboard = vn * np.cos(psi) + ve * np.sin(psi), -vn * np.sin(psi) + ve * np.cos(psi)
-    return (
-        ClockSeries(time, forward, heading.clock, heading.dated),
-        ClockSeries(time, starboard, heading.clock, heading.dated),
-    )
+    time, psi, *over_ground = shared
+    forward, starboard = body_velocities(*over_ground, psi)
+    return replace(heading, time=time, values=forward), replace(heading, time=time, values=starboard)

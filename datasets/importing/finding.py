@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .units import LogUnit, candidates
 
+Option: TypeAlias = tuple[str, str, Mapping[str, object]]
+"""An answer about a column: key, text, changes of the map's line."""
 LEVELS: tuple[Sure, ...] = ("stated", "other channel", "physics", "guess")
 AS_RECORD = "as the record's positive rudder"
 WITH_SIDE = ("rudder", "rudder_command")
@@ -73,11 +76,6 @@ class ColumnFinding:
         return self.may_be[0] if len(self.may_be) == 1 else None
 
     @property
-    def known(self) -> bool:
-        """Whether quantity, unit and sign are known."""
-        return self.quantity is not None and self.unit is not None and self.signed and not self.questions
-
-    @property
     def dimension(self) -> str:
         """Dimension of the first quantity that it may be."""
         return quantities()[self.may_be[0]].dimension
@@ -97,10 +95,6 @@ class ColumnFinding:
     def unused(self, why: str) -> ColumnFinding:
         """The finding of a column that is not used."""
         return replace(self, may_be=(), unit=None, why=(why,), sure="stated", questions=(), signed=False)
-
-    def asking(self, question: Question) -> ColumnFinding:
-        """The finding with one more question."""
-        return replace(self, questions=(*self.questions, question), sure="guess")
 
     @property
     def convention(self) -> str:
@@ -125,7 +119,7 @@ def either_side(angles: np.ndarray) -> np.ndarray:
 
 def is_full_circle(finding: ColumnFinding) -> bool:
     """Whether angles go from zero to a full turn, in degrees or radians, and lie at both ends of it."""
-    known = finding.column.numbers[np.isfinite(finding.column.numbers)]
+    known = finding.column.finite
     turn = 360.0 if known.size and known.max() > 7.0 else 2.0 * np.pi
     return bool(
         known.size and known.min() >= 0.0 and 0.9 * turn < known.max() <= turn and np.mean(known < turn / 4.0) > 0.02
@@ -153,20 +147,29 @@ def line_of(finding: ColumnFinding, **changes: object) -> str:
     return flow(entry)
 
 
-def not_used(finding: ColumnFinding) -> Answer:
-    """The answer that a column is not used."""
-    return Answer(NOT_USED, "do not use this column", line_of(finding, to=NOT_USED))
+def _asking(
+    finding: ColumnFinding,
+    about: About,
+    text: str,
+    answers: Sequence[tuple[str, str, Mapping[str, object]]],
+    **more: str,
+) -> ColumnFinding:
+    """The finding with a question of some answers, and that the column is not used."""
+    every = (*answers, (NOT_USED, "do not use this column", {"to": NOT_USED}))
+    made = tuple(Answer(key, said, line_of(finding, **changes)) for key, said, changes in every)
+    place = finding.table.label, finding.column.name
+    question = Question(identifier(finding, about), about, *place, text, made, **more)
+    return replace(finding, questions=(*finding.questions, question), sure="guess")
+
+
+def _without(finding: ColumnFinding) -> str:
+    return NOT_USED if finding.quantity in OPTIONAL else ""
 
 
 def ask_unit(finding: ColumnFinding, text: str, units: Sequence[LogUnit] | None = None) -> ColumnFinding:
     """The finding with a question for its unit."""
-    units = units or candidates(finding.dimension)
-    answers = [Answer(unit.name, unit.name, line_of(finding, unit=unit.name)) for unit in units]
-    question = Question(
-        identifier(finding, "unit"), "unit", finding.table.label, finding.column.name, text,
-        (*answers, not_used(finding)), without=NOT_USED if finding.quantity in OPTIONAL else "",
-    )  # fmt: skip
-    return finding.asking(question)
+    answers = [(unit.name, unit.name, {"unit": unit.name}) for unit in units or candidates(finding.dimension)]
+    return _asking(finding, "unit", text, answers, without=_without(finding))
 
 
 def ask_scale(
@@ -174,51 +177,28 @@ def ask_scale(
 ) -> ColumnFinding:
     """The finding with a question for the size of a number: answers and numbers are units for `per` of the column above
     the number `zero`."""
-    scales: list[dict[str, object]] = [{"factor": size / per} for size in usual]
-    scales = [s | ({"offset": -zero * size / per} if zero else {}) for s, size in zip(scales, usual, strict=True)]
     answers = [
-        Answer(f"{size:g}", f"{size:g} {unit}", line_of(finding, unit=unit, **scale))
-        for size, scale in zip(usual, scales, strict=True)
-    ]
-    question = Question(
-        identifier(finding, "unit"), "unit", finding.table.label, finding.column.name, text,
-        (*answers, not_used(finding)), number,
-    )  # fmt: skip
-    return finding.asking(question)
+        (f"{size:g}", f"{size:g} {unit}",
+         {"unit": unit, "factor": size / per} | ({"offset": -zero * size / per} if zero else {}))
+        for size in usual
+    ]  # fmt: skip
+    return _asking(finding, "unit", text, answers, number=number)
 
 
-def ask_sign(
-    finding: ColumnFinding, text: str, answers: Sequence[tuple[str, str, Mapping[str, object]]]
-) -> ColumnFinding:
-    """The finding with a question for its sign: (key, text, changes of the map's line) each."""
-    made = [Answer(key, said, line_of(finding, **changes)) for key, said, changes in answers]
-    question = Question(
-        identifier(finding, "sign"), "sign", finding.table.label, finding.column.name, text, (*made, not_used(finding)),
-        without=NOT_USED if finding.quantity in OPTIONAL else "",
-    )  # fmt: skip
-    return finding.asking(question)
+def ask_sign(finding: ColumnFinding, text: str, answers: Sequence[Option]) -> ColumnFinding:
+    """The finding with a question for its sign."""
+    return _asking(finding, "sign", text, answers, without=_without(finding))
 
 
 def ask_numbers(finding: ColumnFinding) -> ColumnFinding:
     """The finding with the question whether the commas of its numbers stand for thousands or for decimals."""
     first = next(iter(finding.column.first(1)), "")
     text = f"{finding.column.name!r}: does the comma of {first} stand for thousands or for decimals?"
-    made = [
-        Answer("thousands", "for thousands", line_of(finding)),
-        Answer("decimals", "for decimals", line_of(finding, factor=1e-3 * finding.factor)),
-    ]
-    question = Question(
-        identifier(finding, "numbers"), "numbers", finding.table.label, finding.column.name, text,
-        (*made, not_used(finding)),
-    )  # fmt: skip
-    return finding.asking(question)
+    decimals = {"factor": 1e-3 * finding.factor}
+    answers = [("thousands", "for thousands", {}), ("decimals", "for decimals", decimals)]
+    return _asking(finding, "numbers", text, answers)
 
 
 def ask_quantity(finding: ColumnFinding, text: str, may_be: Sequence[str]) -> ColumnFinding:
     """The finding with a question for its quantity."""
-    made = [Answer(name, name.replace("_", " "), line_of(finding, to=name)) for name in may_be]
-    question = Question(
-        identifier(finding, "quantity"), "quantity", finding.table.label, finding.column.name, text,
-        (*made, not_used(finding)),
-    )  # fmt: skip
-    return finding.asking(question)
+    return _asking(finding, "quantity", text, [(name, name.replace("_", " "), {"to": name}) for name in may_be])

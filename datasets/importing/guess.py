@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Callable, Sequence
 from collections.abc import Mapping as Dict
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from ...models.data_file import yaml_of
 from ...models.errors import BadInput
 from ..io import MIN_SAMPLES
 from ..record import Side, is_side
 from . import meanings, no_rudder, open_units, propellers, roles, shared_questions, signs_told, units_told
-from .draft import NOT_USED, Answer, Question
+from .draft import NOT_USED
 from .evidence import nearest, rate_ratio, size_ratio
 from .finding import ColumnFinding, ask_quantity, ask_sign, ask_unit, identifier
 from .log import RawLog, speeds
@@ -23,9 +21,9 @@ from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose
 from .quantities import NOT_USED_AS, quantities
 from .raw import RawTable
-from .reading import goes_ahead, stated
+from .reading import UNSIGNED, stated
 from .times import TableTime, find_time
-from .units import UNITS, candidates, unit_of
+from .units import candidates, unit_of
 
 PASSES = 3
 """How often channels are compared: one that is told may tell the next."""
@@ -44,45 +42,42 @@ CONFLICT = (0.7, 1.4)
 
 def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> RawLog:
     """The findings of all columns, as far as the log, the map and the answers tell them."""
-    log = RawLog([], {})
-    answers = shared_questions.for_equal_headers(tables, answers)
+    log = RawLog([], {}, shared_questions.for_equal_headers(tables, answers))
     for table in tables:
         entry = entry_of(table, mapping)
-        mapped = mapping is not None
-        log.times[table.label] = find_time(table, entry.time if entry else None, answers)
+        log.times[table.label] = time = find_time(table, entry.time if entry else None, log.answers)
         given = _given(table, entry, mapping)
-        times = log.times[table.label].columns
-        log.findings += [
-            stated(table, column, given.get(column.name), mapped)
-            for column in table.columns
-            if column.name not in times
-        ]
+        own = (column for column in table.columns if column.name not in time.columns)
+        log.findings += [stated(table, column, given.get(column.name), mapping is not None) for column in own]
     _without_notes(log, tables)
-    answers = shared_questions.for_equal_doubts(log.findings, answers)
-    log.findings = [_answered(_asked_before(found, answers), answers) for found in log.findings]
-    _chosen(log, answers)
+    log.answers = shared_questions.for_equal_doubts(log.findings, log.answers)
+    for i, found in enumerate(log.findings):
+        vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in log.answers
+        # what an answer tells of other columns is told at once
+        log.findings[i] = log.answered(ask_quantity(found, "", found.may_be) if vague else found)
+    _chosen(log)
     for _ in range(PASSES):
-        _each(log, answers, lambda f: meanings.settle(log, f))
+        log.each(meanings.settle)
         _settle_times(log)  # by units that the file states, before channels tell others
-        _each(log, answers, lambda f: units_told.by_channel(log, f))
-        _each(log, answers, lambda f: units_told.by_physics(log, f))
-        _each(log, answers, lambda f: signs_told.by_channel(log, f))
-    roles.settle(log, answers, _answered)
-    propellers.settle(log, answers)
-    propose(log, tables, answers)
-    _each(log, answers, lambda f: signs_told.by_channel(log, f))
-    _each(log, answers, lambda f: _as_rudder(log, f))
-    _each(log, answers, _not_through_water)
-    _each(log, answers, lambda f: _perhaps_magnetic(log, f))
-    _each(log, answers, lambda f: _not_magnetic(log, f))
-    meanings.without_twins(log, answers, _answered)
-    _each(log, answers, lambda f: _checked(log, f))
-    open_units.propose(log, tables, answers)
-    _each(log, answers, lambda f: signs_told.by_channel(log, f))
-    _each(log, answers, lambda f: meanings.ask(log, f) if len(f.may_be) > 1 and not f.questions else f)
-    _each(log, answers, lambda f: _ask_unit(log, f) if f.quantity and f.unit is None and not f.questions else f)
+        log.each(units_told.by_channel)
+        log.each(units_told.by_physics)
+        log.each(signs_told.by_channel)
+    roles.settle(log)
+    propellers.settle(log)
+    propose(log, tables)
+    log.each(signs_told.by_channel)
+    log.each(_as_rudder)
+    log.each(_not_through_water)
+    log.each(_perhaps_magnetic)
+    log.each(_not_magnetic)
+    meanings.without_twins(log)
+    log.each(_checked)
+    open_units.propose(log, tables)
+    log.each(signs_told.by_channel)
+    log.each(meanings.ask)
+    log.each(_ask_unit)
     for _ in range(2):  # the answer for one column's sign tells another's
-        _each(log, answers, lambda f: _ask_sign(log, f))
+        log.each(_ask_sign)
     return log
 
 
@@ -92,13 +87,6 @@ def _without_notes(log: RawLog, tables: Sequence[RawTable]) -> None:
     if len(notes) < len(tables):
         why = f"a table of less than {MIN_SAMPLES} rows without a time"
         log.findings = [f.unused(why) if f.table.label in notes and not f.bounded else f for f in log.findings]
-
-
-def _asked_before(found: ColumnFinding, answers: Dict[str, str]) -> ColumnFinding:
-    """The finding with the question for its quantity where that has its answer: what that tells of other columns is
-    told at once."""
-    vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in answers
-    return ask_quantity(found, "", found.may_be) if vague else found
 
 
 def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> dict[str, ColumnMap]:
@@ -111,33 +99,26 @@ def _given(table: RawTable, entry: TableMap | None, mapping: Mapping | None) -> 
     return {column.column: column for column in entry.columns if column.column not in other} if entry else {}
 
 
-def _chosen(log: RawLog, answers: Dict[str, str]) -> None:
+def _chosen(log: RawLog) -> None:
     """Columns that an answer makes the rudder, or what tells the turning."""
     for key in ("rudder", "turning"):
-        label, _, quantity = answers.get(key, "").rpartition("/")
+        label, _, quantity = log.answers.get(key, "").rpartition("/")
         for i, found in enumerate(log.findings):
             if quantity and label == f"{found.table.label}/{found.column.name}":
-                signed = quantity in meanings.unsigned()
                 unit = unit_of(found.column.unit, quantities()[quantity].dimension)
                 foreign = found.column.unit if unit is None else ""
                 foreign = foreign or ("us" if quantity == "rudder" and no_rudder.is_pulse(found.column.numbers) else "")
                 log.findings[i] = replace(
-                    found,
-                    may_be=(quantity,),
-                    unit=unit,
-                    signed=signed,
-                    why=("as answered",),
-                    bounded=("quantity",),
-                    foreign=foreign,
-                    questions=(),
-                )
+                    found, may_be=(quantity,), unit=unit, signed=quantity in UNSIGNED, why=("as answered",),
+                    bounded=("quantity",), foreign=foreign, questions=(),
+                )  # fmt: skip
 
 
 def stated_side(log: RawLog) -> Side | None:
     """The side of a positive rudder that a file states."""
-    sides = {f.side for name in ("rudder_command", "rudder") for f in log.findings if f.quantity == name and f.side}
-    rudder = {f.side for f in log.findings if f.quantity == "rudder" and f.side}
-    side = next(iter(rudder or sides), "") if len(rudder or sides) == 1 else ""
+    stated = ({f.side for f in log.findings if f.quantity == name and f.side} for name in ("rudder", "rudder_command"))
+    sides = next((own for own in stated if own), set())
+    side = sides.pop() if len(sides) == 1 else ""
     return side if is_side(side) else None
 
 
@@ -152,21 +133,12 @@ def _as_rudder(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     return signs_told.command_sign(log, found)
 
 
-def _each(log: RawLog, answers: Dict[str, str], step: Callable[[ColumnFinding], ColumnFinding]) -> None:
-    """One step for every finding that is used; a question that has its answer is settled."""
-    for i, found in enumerate(log.findings):
-        if found.may_be:
-            log.findings[i] = _answered(step(found), answers)
-
-
 def entry_of(table: RawTable, mapping: Mapping | None) -> TableMap | None:
     """The entry of a map whose columns the table has."""
     if mapping is None:
         return None
     fitting = [entry for entry in mapping.tables if not missing(table, entry)]
-    named = [entry for entry in fitting if entry.file == table.file and entry.sheet == table.sheet]
-    near = [entry for entry in fitting if entry.file == table.file or entry.sheet == table.sheet]
-    return next(iter([*named, *near, *fitting]), None)
+    return max(fitting, key=lambda e: (e.file == table.file) + (e.sheet == table.sheet), default=None)
 
 
 def missing(table: RawTable, entry: TableMap) -> list[str]:
@@ -176,64 +148,10 @@ def missing(table: RawTable, entry: TableMap) -> list[str]:
     return [name for name in (*entry.time.columns, *used) if table.column(name) is None]
 
 
-# ------------------------------------------------------------------------------------------------ answers
-
-
-def _answered(found: ColumnFinding, answers: Dict[str, str]) -> ColumnFinding:
-    """The finding with what its questions' answers say."""
-    for question in found.questions:
-        key = answers.get(question.id)
-        if key is None:
-            continue
-        found = _with_answer(
-            replace(found, questions=tuple(q for q in found.questions if q is not question)), question, key
-        )
-    return found
-
-
-def _with_answer(found: ColumnFinding, question: Question, key: str) -> ColumnFinding:
-    answer = question.answer(key) or _as_number(question, key)
-    if answer is None:
-        known = ", ".join(answer.key for answer in question.answers)
-        raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {known}")
-    entry = ColumnMap.model_validate(yaml_of(answer.line.encode(), "answer")[0][0])
-    if entry.to == NOT_USED:
-        return found.unused("not used, as answered")
-    base = replace(found, sure="stated", why=(*found.why, "as answered"), bounded=(*found.bounded, question.about))
-    if question.about == "unit":
-        unit = UNITS.get(str(entry.unit))
-        return replace(base, unit=unit, factor=entry.factor, offset=entry.offset, foreign="")
-    if question.about == "numbers":
-        return replace(base, factor=entry.factor)
-    if question.about == "sign":
-        return replace(base, signed=True, sign=1 if entry.sign == "?" else entry.sign, offset=entry.offset)
-    may_be = (entry.to,)
-    same = quantities()[entry.to].dimension == base.dimension
-    chosen = replace(base, may_be=may_be, unit=base.unit if same else None)
-    signed = base.signed if len(found.may_be) == 1 else entry.to in meanings.unsigned() or goes_ahead(chosen)
-    return replace(chosen, signed=signed)
-
-
-def _as_number(question: Question, key: str) -> Answer | None:
-    """The answer that a number is: the first one with a factor, as much larger."""
-    try:
-        size = float(key)
-    except ValueError:
-        return None
-    scaled = next((a for a in question.answers if "factor:" in a.line or question.number), None)
-    if not question.number or scaled is None or not size:
-        return None
-    made = next((a for a in question.answers if a.key.replace(".", "", 1).isdigit()), scaled)
-    entry = yaml_of(made.line.encode(), "answer")[0][0]
-    entry["factor"] = entry.get("factor", 1.0) * size / float(made.key)
-    entry["offset"] = entry.get("offset", 0.0) * size / float(made.key)
-    return Answer(key, f"{size:g}", f"- {json.dumps(entry)}")
-
-
 # ------------------------------------------------------------------------------------------------ checks
 
 
-def _not_through_water(found: ColumnFinding) -> ColumnFinding:
+def _not_through_water(_: RawLog, found: ColumnFinding) -> ColumnFinding:
     if found.quantity in NOT_USED_AS and "quantity" not in found.bounded:
         return found.unused(NOT_USED_AS[str(found.quantity)])
     return found
@@ -268,11 +186,9 @@ def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if "unit" not in found.bounded:
         if units_told.impossible(found):
             size = f"values up to {units_told.size_of(found):.4g} {found.unit.name}"
-            able = [
-                u for u in candidates(found.dimension) if not units_told.impossible(replace(found, unit=u, factor=1.0))
-            ]
             text = f"{found.column.name!r}: {size} cannot be. What is its unit?"
-            return ask_unit(replace(found, factor=1.0), text, able or None)
+            opened = replace(found, factor=1.0)
+            return ask_unit(opened, text, units_told.possible(opened))
         wrong = _contradicted(log, found)
         if wrong is not None:
             return wrong
@@ -281,15 +197,10 @@ def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if found.quantity == "heading" and found.signed and "sign" not in found.bounded:
         against = signs_told.against_track(log, found)
         if against:
-            return _ask_against(log, found, against)
+            asked = signs_told.ask(log, replace(found, signed=False, sign=1, offset=0.0))
+            text = f"Which way does {found.column.name!r} count? {against}."
+            return replace(asked, questions=(replace(asked.questions[-1], text=text),))
     return found
-
-
-def _ask_against(log: RawLog, found: ColumnFinding, against: str) -> ColumnFinding:
-    opened = signs_told.as_open(found)
-    asked = signs_told.ask(log, opened)
-    question = replace(asked.questions[-1], text=f"Which way does {found.column.name!r} count? {against}.")
-    return replace(asked, questions=(question,))
 
 
 def _turning_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -301,14 +212,9 @@ def _turning_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         if ratio is not None and ratio > 0.0:
             return found
         if ratio is not None:
-            name, own = other.column.name, found.convention
-            text = (
-                f"{found.column.name!r} is said to be {own}, and {name!r} says the opposite: which way is it positive?"
-            )
-            answers: list[tuple[str, str, dict[str, object]]] = [
-                ("starboard", "positive to starboard", {"sign": 1}),
-                ("port", "positive to port", {"sign": -1}),
-            ]
+            said = f"is said to be {found.convention}, and {other.column.name!r} says the opposite"
+            answers = [(*side, {"sign": sign}) for side, sign in zip(signs_told.TO_SIDES, (1, -1), strict=True)]
+            text = f"{found.column.name!r} {said}: which way is it positive?"
             return ask_sign(replace(found, signed=False), text, answers)
     return found
 
@@ -327,16 +233,17 @@ def _contradicted(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
         if near is None and found.column.known:  # the format states the unit, and no other one agrees
             return None
         units = [*([near] if near else []), found.unit]
-        text = (
-            f"{found.column.name!r} says {found.unit.name}, but {name} is {ratio:.3g} times as fast: what is its unit?"
-        )
+        said = f"says {found.unit.name}, but {name} is {ratio:.3g} times as fast"
+        text = f"{found.column.name!r} {said}: what is its unit?"
         return ask_unit(replace(found, factor=1.0), text, tuple(dict.fromkeys(units)))
     return None
 
 
 def _ask_unit(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    """The finding with the question for its unit; unused where nothing would be done with the answer."""
-    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    """The finding with the question for its unit, if it is open; unused where nothing would be done with the answer."""
+    if found.quantity is None or found.unit is not None or found.questions:
+        return found
+    known = found.column.finite
     if known.size and np.ptp(known) == 0.0 and known[0] == 0.0 and found.quantity not in RUDDERS_AND_TURNING:
         return found.unused("0 in every row")
     if found.quantity == "propeller_thrust":
@@ -376,13 +283,11 @@ def _fits(log: RawLog, label: str, time: TableTime) -> bool:
     log.times[label] = time
     log.forget_times(label)
     own = [f for f in log.findings if f.table.label == label and f.unit is not None and f.sure == "stated"]
-    rates = [f for f in own if f.quantity == "yaw_rate"]
-    angles = [f for f in own if f.quantity == "heading"]
-    for rate in rates:
-        for angle in angles:
-            one, two = log.series(angle), log.series(rate)
-            ratio = rate_ratio(one, two) if one and two else None
-            return ratio is not None and CONFLICT[0] < abs(ratio) < CONFLICT[1]
+    angle, rate = (next((f for f in own if f.quantity == name), None) for name in ("heading", "yaw_rate"))
+    if angle is not None and rate is not None:
+        one, two = log.series(angle), log.series(rate)
+        ratio = rate_ratio(one, two) if one and two else None
+        return ratio is not None and CONFLICT[0] < abs(ratio) < CONFLICT[1]
     for name, track in speeds(list(log.tracks())):
         for speed in (f for f in own if f.quantity in units_told.SPEEDS):
             series = log.series(speed)

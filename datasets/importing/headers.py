@@ -96,11 +96,10 @@ def read_header(name: str, unit: str = "") -> ColumnHeader:
     alone = REFERENCE.sub(" ", rest)
     if _means(alone, "heading", "heading_magnetic", "course_over_ground"):
         rest, pieces = alone, [REFERENCE.sub(" ", piece).strip() for piece in pieces]
-        true = [TRUE.fullmatch(piece) for piece in pieces]
-        pieces = [piece if match is None else match[1] or "" for piece, match in zip(pieces, true, strict=True)]
-        magnetic = [MAGNETIC.fullmatch(piece) for piece in pieces]
-        pieces = [piece if match is None else match[1] or "" for piece, match in zip(pieces, magnetic, strict=True)]
-        rest = f"{rest} mag" if any(magnetic) and "mag" not in words(rest) else rest
+        pieces = [(match[1] or "") if (match := TRUE.fullmatch(piece)) else piece for piece in pieces]
+        magnetic = any(map(MAGNETIC.fullmatch, pieces))
+        pieces = [(match[1] or "") if (match := MAGNETIC.fullmatch(piece)) else piece for piece in pieces]
+        rest = f"{rest} mag" if magnetic and "mag" not in words(rest) else rest
     units = tuple(piece for piece in pieces if piece and says_unit(piece))
     other = [piece for piece in pieces if piece and not says_unit(piece)]
     sized = [text for text in units if _sized(text)]
@@ -214,22 +213,18 @@ def sign_stated(text: str) -> tuple[str, tuple[int, int]]:
             negative = sign == "-" or sign.rstrip(".") in word_list("negative")
             raised = RAISED.match(plain, match.end("side"))
             stop = max(match.end(), raised.end() if raised else 0)
-            return (_other(side) if negative != bool(raised) else side), (match.start(), stop)
+            other = "port" if side == "starboard" else "starboard"
+            return (other if negative != bool(raised) else side), (match.start(), stop)
     turning = re.search(r"(?<![a-z])(ccw|counter-?clockwise|anti-?clockwise|cw|clockwise)(?![a-z])", plain)
     if turning:
         return ("starboard" if turning[1] in ("cw", "clockwise") else "port"), turning.span()
     return "", (0, 0)
 
 
-def _other(side: str) -> str:
-    return "port" if side == "starboard" else "starboard"
-
-
 def _same_length(text: str) -> str:
     """The text in lower case and without accents, every letter at its place."""
     latin = (letter if letter > "\u2fff" else unicodedata.normalize("NFD", letter)[0] for letter in text)
-    letters = (letter.lower() for letter in latin)
-    return "".join(letter if letter != "ø" else "o" for letter in letters)
+    return "".join(letter.lower() for letter in latin).replace("ø", "o")
 
 
 def _sign(name: str, unit: str) -> tuple[str, str, str]:

@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -17,7 +16,7 @@ from ...models.errors import BadInput
 from ..columns import RUDDERS, TWIN
 from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
-from ..record import Record, RecordMeta, Side
+from ..record import Record, RecordMeta, Side, is_side
 from ..rudder_sign import rudder_sign_doubt, steering_side
 from . import no_rudder, proposal, scales, shared_questions, vessels
 from .clock import FORMS, seconds, spread
@@ -33,7 +32,7 @@ from .merge import Merged, merge
 from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .reading import WITHOUT_NAME
-from .report import FileFault, ImportFault, ImportReport, channel_sources, refuse_fatal, span
+from .report import FileFault, ImportFault, ImportReport, channel_sources, refuse_fatal
 from .result import Aside, Import
 from .sources import read_raw
 from .times import TableTime
@@ -141,27 +140,27 @@ def _imported(
     rows, draft = drafted.columns, drafted.mapping
     faults = list(drafted.faults)
     said = _options(mapping, options, answers)
-    streams: list[tuple[Stream, RawTable]] = []
+    streams: list[Stream] = []
     used = draft.tables if draft is not None else ()
     for table in tables:
-        entry = next((e for e in used if (e.file, e.sheet) == (table.file, table.sheet)), None)
-        if entry is None or entry.time.form == "?" or not uses(entry):
-            continue
-        made, found = streams_of(table, entry, log.times[table.label])
-        faults += found
-        streams += [(stream, table) for stream in made]
-    placed = on_dates([stream for stream, _ in streams])
-    streams = [(stream, table) for stream, (_, table) in zip(placed, streams, strict=True)]
-    faults += _too_short([stream for stream, _ in streams])
-    short = any(fault.fatal for fault in faults)
-    refuse_fatal(faults, rows, draft, () if short else drafted.questions)
-    if not streams:
+        entry = next((e for e in used if e.label == table.label), None)
+        if entry is not None and entry.time.form != "?" and uses(entry):
+            made, found = streams_of(table, entry, log.times[table.label])
+            faults += found
+            streams += made
+    streams = on_dates(streams)
+    longest = max(streams, key=lambda stream: stream.time.size, default=None)
+    if longest is not None and longest.time.size < MIN_SAMPLES:
+        few = f"{longest.time.size} samples"
+        faults.append(FileFault(longest.label, few, f"a record needs {MIN_SAMPLES}", fatal=True))
+    refuse_fatal(faults, rows, draft, () if any(fault.fatal for fault in faults) else drafted.questions)
+    if longest is None:
         empty = FileFault(tables[0].label, "no row has a time and a value", "check the column of the time", fatal=True)
         refuse_fatal([*faults, empty], rows, draft)
     steps = [f"{table.label}: {', '.join(table.done)}" for table in tables if table.done]
     records, aside, questions, sources = [], {}, [], []
-    sorted_out = runs([stream for stream, _ in streams])
-    faults += _without_use(tables, placed, [stream for _, run in sorted_out for stream in run], used)
+    sorted_out = runs(streams)
+    faults += _without_use(tables, streams, [stream for _, run in sorted_out for stream in run], used)
     for name, run in sorted_out:
         merged, found, open_clocks = merge(run, said.step_s)
         faults += found
@@ -172,12 +171,13 @@ def _imported(
         steps += done
         faults += found
         questions += asked
-        records += [record] if record is not None else []
-        parts = {label for stream in merged.streams for label in (stream.label, *stream.parts)}
-        own = [row for row in rows if row.table in parts]
-        sources += channel_sources(name, list(record.channels), made_of, own) if record is not None else []
-        aside |= _aside(merged, streams, used)
-    if any(stream.run for stream in placed):
+        if record is not None:
+            records.append(record)
+            parts = {label for stream in merged.streams for label in (stream.label, *stream.parts)}
+            own = [row for row in rows if row.table in parts]
+            sources += channel_sources(name, list(record.channels), made_of, own)
+        aside |= _aside(merged, streams, tables, used)
+    if any(stream.run for stream in streams):
         records, questions = _same_side(records, questions)
     asked = tuple(dict.fromkeys(questions))
     refuse_fatal(faults, _with_questions(rows, asked) if asked else rows, draft, asked)
@@ -219,14 +219,6 @@ def _without_use(
     ]
 
 
-def _too_short(streams: Sequence[Stream]) -> list[FileFault]:
-    """Why no record can be made, where all tables are shorter than one."""
-    if not streams or max(stream.time.size for stream in streams) >= MIN_SAMPLES:
-        return []
-    longest = max(streams, key=lambda stream: stream.time.size)
-    return [FileFault(longest.label, f"{longest.time.size} samples", f"a record needs {MIN_SAMPLES}", fatal=True)]
-
-
 def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
     """The tables of all files; what is wrong with files is told of all at once."""
     tables, faults = [], []
@@ -250,19 +242,15 @@ def read_all(paths: Sequence[str | os.PathLike[str]]) -> list[RawTable]:
 
 def _options(mapping: Mapping | None, given: ImportOptions, answers: Dict[str, str]) -> ImportOptions:
     """The options, those of the mapping where the user says nothing, and what was answered."""
-    side = given.positive_rudder or (mapping.positive_rudder if mapping else None) or answers.get(RUDDER_SIDE)
     variation = given.variation_deg
     if variation is None and VARIATION in answers:
         variation = float(answers[VARIATION])
-    given = replace(given, positive_rudder=side if side in ("port", "starboard") else None, variation_deg=variation)
-    if mapping is None:
-        return given
-    return replace(
-        given,
-        vessel=given.vessel or mapping.vessel,
-        step_s=given.step_s or mapping.step_s,
-        variation_deg=mapping.magnetic_variation_deg if given.variation_deg is None else given.variation_deg,
-    )
+    if mapping is not None:
+        variation = mapping.magnetic_variation_deg if variation is None else variation
+        side = given.positive_rudder or mapping.positive_rudder
+        given = ImportOptions(given.vessel or mapping.vessel, side, given.step_s or mapping.step_s)
+    side = given.positive_rudder or answers.get(RUDDER_SIDE)
+    return replace(given, positive_rudder=side if is_side(side) else None, variation_deg=variation)
 
 
 # ------------------------------------------------------------------------------------------------ columns
@@ -271,29 +259,26 @@ def _options(mapping: Mapping | None, given: ImportOptions, answers: Dict[str, s
 def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: RawLog, answers: Dict[str, str]) -> Drafted:
     """A row a column, the questions, and a map with all of it."""
     rows = [row for table in tables for row in _rows(table, log)]
-    timed = [time.question for time in log.times.values() if time.question is not None]
     used = {f.table.label for f in log.findings if f.may_be}
-    timed = [question for question in timed if question.table in used]
-    questions = [
-        *timed,
-        *log.proposals,
-        *(question for f in _first(log, answers) for question in f.questions),
-    ]
+    timed = [time.question for time in log.times.values() if time.question is not None and time.question.table in used]
+    questions = [*timed, *log.proposals, *(question for f in _first(log, answers) for question in f.questions)]
     faults = [_mismatch(table, mapping) for table in tables if mapping and entry_of(table, mapping) is None]
     entries = tuple(_entry(table, mapping, log) for table in tables if table.label in used)
     idle = [table for table in tables if table.label not in used and not faults and _in_map(table, entries)]
     entries += tuple(_entry(table, mapping, log) for table in idle)
     if entries and mapping:  # the map of a log need not name its tables without a column that is used
-        faults = [fault for fault in faults if fault.fatal or _is_named(fault.table, mapping)]
+        labels = {entry.label for entry in mapping.tables}
+        faults = [fault for fault in faults if fault.fatal or fault.table in labels]
     questions += no_rudder.questions(tables, log, mapping, answers) if not faults else []
     questions = shared_questions.once(tables, questions)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]
-    made = Mapping(tables=entries) if entries else None
-    if made is not None and mapping is not None:
-        made = mapping.model_copy(update={"tables": entries})
+    made = (mapping or Mapping(tables=entries)) if entries else None
     if made is not None:
-        made = made.model_copy(update=_answered_whole(answers))
+        said = {"rows_of": answers.get(vessels.VESSEL), "scale": answers.get(scales.SCALE)}
+        said["rudder"] = no_rudder.NONE if answers.get(no_rudder.RUDDER) == no_rudder.NONE else None
+        known = {key: value for key, value in said.items() if value is not None}
+        made = made.model_copy(update={"tables": entries, **known})
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
 
 
@@ -311,21 +296,10 @@ def _first(log: RawLog, answers: Dict[str, str]) -> Iterator[ColumnFinding]:
             yield found
 
 
-def _answered_whole(answers: Dict[str, str]) -> dict[str, str]:
-    """Keys of a mapping that answers about the whole log stand for."""
-    said = {"rows_of": answers.get(vessels.VESSEL), "scale": answers.get(scales.SCALE)}
-    none = {"rudder": no_rudder.NONE} if answers.get(no_rudder.RUDDER) == no_rudder.NONE else {}
-    return {key: value for key, value in said.items() if value is not None} | none
-
-
 def _in_map(table: RawTable, entries: Sequence[TableMap]) -> bool:
     """Whether a map names a table of which no column is used: a whole file, or one that the entry of another fits."""
     whole = all(entry.file != table.file for entry in entries)
     return bool(entries) and (whole or not all(missing(table, entry) for entry in entries))
-
-
-def _is_named(label: str, mapping: Mapping) -> bool:
-    return any(entry.label == label for entry in mapping.tables)
 
 
 def _with_questions(rows: Sequence[DraftColumn], questions: Sequence[Question]) -> tuple[DraftColumn, ...]:
@@ -346,13 +320,15 @@ def _mismatch(table: RawTable, mapping: Mapping) -> FileFault:
 
 def _entry(table: RawTable, mapping: Mapping | None, log: RawLog) -> TableMap:
     """The entry of a table in a map: every column of it."""
-    given = entry_of(table, mapping)
-    own = [f for f in log.findings if f.table is table]
+    given, time = entry_of(table, mapping), log.times[table.label]
     offset = given.clock_offset_s if given is not None else None
-    offset = log.times[table.label].offset_s if offset is None else offset
-    time = log.times[table.label].map()
-    columns = tuple(_column_map(f) for f in own)
-    return TableMap(file=table.file, sheet=table.sheet, time=time, clock_offset_s=offset, columns=columns)
+    return TableMap(
+        file=table.file,
+        sheet=table.sheet,
+        time=time.map(),
+        clock_offset_s=time.offset_s if offset is None else offset,
+        columns=tuple(_column_map(f) for f in log.findings if f.table is table),
+    )
 
 
 def _column_map(found: ColumnFinding) -> ColumnMap:
@@ -375,16 +351,12 @@ def _opened(mapping: Mapping | None, time: bool) -> Mapping | None:
     """The map of a draft with '?' at all columns, and at the times unless they are kept: they depend on an answer."""
     if mapping is None:
         return None
-    tables = tuple(
-        TableMap(
-            file=entry.file,
-            sheet=entry.sheet,
-            time=entry.time if time else TimeMap(form="?"),
-            columns=tuple(ColumnMap(column=column.column, to="?") for column in entry.columns),
-        )
-        for entry in mapping.tables
-    )
-    return mapping.model_copy(update={"tables": tables})
+    tables = []
+    for entry in mapping.tables:
+        columns = tuple(ColumnMap(column=column.column, to="?") for column in entry.columns)
+        opened = {"time": entry.time if time else TimeMap(form="?"), "columns": columns, "clock_offset_s": None}
+        tables.append(entry.model_copy(update=opened))
+    return mapping.model_copy(update={"tables": tuple(tables)})
 
 
 def _rows(table: RawTable, log: RawLog) -> list[DraftColumn]:
@@ -397,11 +369,15 @@ def _rows(table: RawTable, log: RawLog) -> list[DraftColumn]:
 
 def _time_row(table: RawTable, column: RawColumn, time: TableTime) -> DraftColumn:
     asked = (time.question,) if time.question is not None else ()
-    values = span(column.numbers)
     why = time.why if time.zoned else f"{time.why}; the zone is not stated"
-    return DraftColumn(
-        table.label, column.name, TIME, time.form or "", "", why, time.sure, asked, *values, column.first()
-    )
+    place = table.label, column.name
+    return DraftColumn(*place, TIME, time.form or "", "", why, time.sure, asked, *_span(column), column.first())
+
+
+def _span(column: RawColumn) -> tuple[float, float]:
+    """Smallest and largest number; nan where there is none."""
+    known = column.finite
+    return (float(known.min()), float(known.max())) if known.size else (float("nan"), float("nan"))
 
 
 def _row(found: ColumnFinding) -> DraftColumn:
@@ -409,11 +385,9 @@ def _row(found: ColumnFinding) -> DraftColumn:
     quantity = found.may_be[0] if 0 < len(found.may_be) < len(quantities()) else NOT_USED
     unit = found.unit.name if found.unit is not None else column.unit if not found.may_be else ""
     unit = f"{found.factor:g} {unit}" if found.factor != 1.0 else unit
-    why = "; ".join(dict.fromkeys(found.why))
-    values = span(column.numbers)
     return DraftColumn(
-        found.table.label, column.name, quantity, unit, found.convention, why, found.sure, found.questions, *values,
-        column.first(),
+        found.table.label, column.name, quantity, unit, found.convention, "; ".join(dict.fromkeys(found.why)),
+        found.sure, found.questions, *_span(column), column.first(),
     )  # fmt: skip
 
 
@@ -441,7 +415,7 @@ def _heads(streams: Sequence[Stream]) -> list[Stream]:
 
 def _run_name(stream: Stream) -> str:
     number = f"-run{stream.run}" if stream.run else ""
-    file, _, sheet = stream.label.removesuffix(f", run {stream.run}").partition(" [")
+    file, _, sheet = stream.table.partition(" [")
     stem, sheet = Path(file).stem, sheet.rstrip("]").replace(" ", "_").replace("/", "_")
     return f"{stem}-{sheet}{number}" if sheet else f"{stem}{number}"
 
@@ -459,12 +433,14 @@ def _joined(streams: Sequence[Stream]) -> list[Stream]:
         if before is None:
             out.append(stream)
             continue
-        quantities = {k: np.concatenate([v, stream.quantities[k]]) for k, v in before.quantities.items()}
-        time, kept = np.concatenate([before.time, stream.time]), np.concatenate([before.kept, stream.kept])
-        done = (*before.done, *stream.done, f"{stream.label}: goes on with {before.label}, joined")
-        parts = (*before.parts, stream.label)
-        joined = replace(before, time=time, quantities=quantities, kept=kept, done=done, parts=parts)
-        out[out.index(before)] = joined
+        out[out.index(before)] = replace(
+            before,
+            time=np.concatenate([before.time, stream.time]),
+            quantities={k: np.concatenate([v, stream.quantities[k]]) for k, v in before.quantities.items()},
+            kept=np.concatenate([before.kept, stream.kept]),
+            done=(*before.done, *stream.done, f"{stream.label}: goes on with {before.label}, joined"),
+            parts=(*before.parts, stream.label),
+        )
     return out
 
 
@@ -563,22 +539,18 @@ def _signed(
         return record, [f"{record.name}: positive rudder to {stated}, as the file states"], [], []
     if told is not None and not stated:
         record = replace(record, meta=replace(record.meta, positive_rudder=told[0]))
-        return (
-            record,
-            [f"{record.name}: positive rudder turns the ship to {told[0]} (confidence {told[1]:.0%})"],
-            [],
-            [],
-        )
+        said = f"{record.name}: positive rudder turns the ship to {told[0]} (confidence {told[1]:.0%})"
+        return record, [said], [], []
     known = record.rudder()[np.isfinite(record.rudder())]
     if not known.size or np.ptp(known) == 0.0:
         hint = "give --positive-rudder port or starboard"
         return record, [], [FileFault(record.name, "the yaw response does not tell the rudder's sign", hint)], []
-    text = "To which side does a positive rudder turn the ship? " + (
-        f"The file says to {stated}, and the yaw response the other side."
-        if stated
-        else "The yaw response does not tell."
-    )
-    return record, [], [], [_side_question(log, text, told[0] if told else "starboard")]
+    why = f"The file says to {stated}, and the yaw response the other side." if stated else ""
+    text = f"To which side does a positive rudder turn the ship? {why or 'The yaw response does not tell.'}"
+    sides = sorted(("starboard", "port"), key=lambda side: side != (told[0] if told else "starboard"))
+    answers = tuple(Answer(side, f"to {side}", f"positive_rudder: {side}") for side in sides)
+    place = _place(log, "rudder", "rudder_command")
+    return record, [], [], [Question(RUDDER_SIDE, "rudder side", *place, text, answers)]
 
 
 def _twin(record: Record, told: tuple[Side, float] | None) -> tuple[list[str], list[FileFault]]:
@@ -591,27 +563,19 @@ def _twin(record: Record, told: tuple[Side, float] | None) -> tuple[list[str], l
     return [], [FileFault(record.name, "the ship turns against its two propellers", hint, column=TWIN[0])]
 
 
-def _side_question(log: RawLog, text: str, first: str) -> Question:
-    sides = sorted(("starboard", "port"), key=lambda side: side != first)
-    answers = tuple(Answer(side, f"to {side}", f"positive_rudder: {side}") for side in sides)
-    return Question(RUDDER_SIDE, "rudder side", *_place(log, "rudder", "rudder_command"), text, answers)
-
-
-def _aside(merged: Merged, tables: Sequence[tuple[Stream, RawTable]], used: Sequence[TableMap]) -> Aside:
+def _aside(merged: Merged, streams: Sequence[Stream], tables: Sequence[RawTable], used: Sequence[TableMap]) -> Aside:
     """Columns of the run's tables that are no channel, over the record's time; not where the time alone is left."""
     out: Aside = {}
+    own = {table.label: table for table in tables}
     channels = {c.column for table in used for c in table.columns if c.to != NOT_USED}
     times = {name for table in used for name in table.time.columns}
     for run in merged.streams:
-        for stream, table in tables:
-            if stream.label != run.label and stream.label not in run.parts:
-                continue
-            rest = [column for column in table.columns if column.name not in channels]
+        for stream in (s for s in streams if s.label in (run.label, *run.parts)):
+            rest = [column for column in own[stream.table].columns if column.name not in channels]
             if any(column.name not in times for column in rest):
                 time = run.on_clock(stream.time) - merged.time[0]
-                own: dict[str, Any] = {c.name: c.at(stream.kept) for c in rest}
-                out[stream.label] = {"time_s": time, **own}
-    for _, table in tables:
+                out[stream.label] = {"time_s": time, **{c.name: c.at(stream.kept) for c in rest}}
+    for table in (own[stream.table] for stream in streams):
         if table.faults:
             lines, wrong, texts = map(list, zip(*table.faults, strict=True))
             out[f"{table.label}, lines left out"] = {"line": lines, "what is wrong": wrong, "text": texts}

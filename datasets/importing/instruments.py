@@ -12,7 +12,7 @@ import numpy as np
 from .cells import GAPS
 from .clock import guess_form
 from .names import is_date, is_time, joined, part_of_time, words
-from .raw import RawColumn, RawTable
+from .raw import RawColumn, RawTable, faults_once
 
 TALKERS = frozenset(map(joined, ("talker", "source", "sensor", "device", "instrument", "sender", "geber", "talker id")))
 NAMES = frozenset(map(joined, ("parameter", "signal", "channel", "variable", "tag", "quantity", "measurement", "item",
@@ -82,14 +82,11 @@ def _by_filling(table: RawTable) -> list[RawTable]:
         return [table]
     out = []
     for mask, places in zip(filled, groups.values(), strict=True):
-        rows = np.flatnonzero(mask)
         own = [table.columns[i] for i in sorted((*shared, *places))]
         names = ", ".join(table.columns[i].name for i in places)[:60]
-        columns = tuple(replace(c, values=c.at(rows)) for c in own)
         done = (*table.done, f"{names}: filled in rows of their own")
-        faults = table.faults if not out else ()
-        out.append(replace(table, columns=columns, rows=table.rows[rows], sheet=names, done=done, faults=faults))
-    return out
+        out.append(table.at(np.flatnonzero(mask), own, sheet=names, done=done))
+    return faults_once(out)
 
 
 def _texts(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:
@@ -128,13 +125,10 @@ def _by_time(table: RawTable) -> list[RawTable]:
     if len(blocks) < 2 or places[0] != 0 or min(map(len, blocks)) < 2 or not _apart([b[0] for b in blocks], blocks):
         return [table]
     out = []
-    for own in blocks:
-        rows = np.flatnonzero(~np.isnan(own[0].numbers))
-        columns = tuple(replace(c, values=c.at(rows)) for c in own)
-        done = (*table.done, f"timed by its own column {own[0].name}")
-        faults = table.faults if not out else ()
-        out.append(replace(table, columns=columns, rows=table.rows[rows], sheet=own[0].name, done=done, faults=faults))
-    return out
+    for time, *others in blocks:
+        done = (*table.done, f"timed by its own column {time.name}")
+        out.append(table.at(np.flatnonzero(~np.isnan(time.numbers)), (time, *others), sheet=time.name, done=done))
+    return faults_once(out)
 
 
 def _rises(column: RawColumn) -> bool:
@@ -178,16 +172,11 @@ def _parts(table: RawTable, talker: RawColumn) -> list[RawTable]:
     assert talker.texts is not None
     kinds, codes = talker.texts.coded()
     for number, kind in enumerate(kinds):
-        rows = np.flatnonzero(codes == number)
-        columns = [replace(c, values=c.at(rows)) for c in table.columns if c is not talker]
-        filled = tuple(c for c in columns if c.first(1))
+        part = table.at(np.flatnonzero(codes == number), (c for c in table.columns if c is not talker), sheet=kind)
+        filled = tuple(c for c in part.columns if c.first(1))
         if len(filled) > 1:
-            out.append(
-                replace(
-                    table, columns=filled, rows=table.rows[rows], sheet=kind, faults=table.faults if not out else ()
-                )
-            )
-    return out or [table]
+            out.append(replace(part, columns=filled))
+    return faults_once(out) or [table]
 
 
 def _long(table: RawTable, name: RawColumn, value: RawColumn) -> list[RawTable]:
@@ -202,20 +191,10 @@ def _long(table: RawTable, name: RawColumn, value: RawColumn) -> list[RawTable]:
         if len(rows) < 3 or not key[0]:
             continue
         said = unit.text(int(rows[0])) if unit is not None else ""
-        columns = [replace(c, values=c.at(rows)) for c in times]
         short = last_part(key[0]) if "/" in key[0] else ""
-        columns.append(replace(value, name=key[0], unit=said or value.unit, values=value.at(rows), called=short))
-        sheet = " ".join(part for part in (*key[1:], key[0]) if part)
-        out.append(
-            replace(
-                table,
-                columns=tuple(columns),
-                rows=table.rows[rows],
-                sheet=sheet,
-                faults=table.faults if not out else (),
-            )
-        )
-    return out or [table]
+        own = replace(value, name=key[0], unit=said or value.unit, called=short)
+        out.append(table.at(rows, (*times, own), sheet=" ".join(part for part in (*key[1:], key[0]) if part)))
+    return faults_once(out) or [table]
 
 
 def _one(table: RawTable, wanted: frozenset[str]) -> RawColumn | None:

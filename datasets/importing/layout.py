@@ -51,26 +51,21 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Header:
-    """Names and units (k) of the columns, their names without those of groups, what was done, and the other lines above
-    the data."""
+class Layout:
+    """The index of the first line of data; names and units (k) of the columns, their names without those of groups,
+    what was done, and the other lines above the data.
 
+    width : number of cells of a row;  joined : (first, number) of cells that are one column.
+    """
+
+    start: int
+    width: int
     names: tuple[str, ...]
     units: tuple[str, ...]
     below: tuple[str, ...]
     done: tuple[str, ...]
     notes: tuple[str, ...]
     joined: tuple[int, int] | None = None
-    """(first, number) of cells that are one column."""
-
-
-@dataclass(frozen=True)
-class Layout:
-    """The header, the index of the first line of data, and the number of columns."""
-
-    header: Header
-    start: int
-    width: int
 
 
 def is_value(cell: str) -> bool:
@@ -104,8 +99,8 @@ def find_layout(lines: Sequence[Line]) -> Layout | None:
     if start is None:
         return None
     head = [line for line in lines[:start] if any(cell.strip() for cell in line.cells)]
-    header = _header(head, [line for line in lines[start:] if not line.comment], width)
-    return Layout(header, start, width)
+    body = [line.cells for line in lines[start:] if not line.comment and len(line.cells) == width]
+    return _below(head, body[:SAMPLE], start, width)
 
 
 def _first_of_data(lines: Sequence[Line], width: int) -> int | None:
@@ -116,9 +111,9 @@ def _first_of_data(lines: Sequence[Line], width: int) -> int | None:
     return first if first is not None else next((i for i, own in zip(filled, data, strict=True) if own), None)
 
 
-def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
-    """The header from the lines above the data."""
-    rows = [line.cells for line in body if len(line.cells) == width][:SAMPLE]
+def _below(head: Sequence[Line], rows: Sequence[Sequence[str]], start: int, cells: int) -> Layout:
+    """The layout of rows of so many cells, below the lines of a head."""
+    width = cells
     near = _near(head, rows, width)
     done = []
     units = [""] * width
@@ -151,10 +146,8 @@ def _header(head: Sequence[Line], body: Sequence[Line], width: int) -> Header:
     told = zip(split, units, differ, strict=True)
     units = ["" if other else own or unit for (_, own), unit, other in told]
     texts = distinct([name or f"column {i + 1}" for i, (name, _) in enumerate(split)])
-    return Header(
-        tuple(texts), tuple(units), tuple(below), tuple(done),
-        tuple(" ".join(line.cells).strip() for line in above), joined,
-    )  # fmt: skip
+    notes = tuple(" ".join(line.cells).strip() for line in above)
+    return Layout(start, cells, tuple(texts), tuple(units), tuple(below), tuple(done), notes, joined)
 
 
 def _near(head: Sequence[Line], rows: Sequence[Sequence[str]], width: int) -> list[Line]:
@@ -292,8 +285,8 @@ def table_of(
     lines: Iterable[Line],
     sample: Sequence[Line],
     file: str,
-    sheet: str,
-    done: Sequence[str],
+    sheet: str = "",
+    done: Sequence[str] = (),
     plain: PlainRows | None = None,
 ) -> RawTable | None:
     """The raw table of lines of cells; None where they hold no data.
@@ -304,31 +297,74 @@ def table_of(
     if layout is None:
         return None
     start = sample[layout.start].number
-    rows = plain(layout, start) if plain is not None else None
-    if rows is None:
-        rows = _rows(lines, layout, start, file)
-    cells = _joined(rows.columns, layout.header.joined)
-    style, header = table_style([texts[:STYLE_SAMPLE] for texts in cells]), layout.header
+    rows = (plain(layout, start) if plain is not None else None) or _rows(lines, layout, start, file)
+    cells = _joined(rows.columns, layout.joined)
+    style = table_style([texts[:STYLE_SAMPLE] for texts in cells])
     columns = [
         RawColumn(name, unit, texts, below=below, style=style)
-        for name, unit, below, texts in zip(header.names, header.units, header.below, cells, strict=True)
+        for name, unit, below, texts in zip(layout.names, layout.units, layout.below, cells, strict=True)
         if not (name.startswith("column ") and texts.unique() in ([], [""]))
     ]
     columns = with_minutes(with_places(list(map(with_plain_stamps, columns))))
-    columns = with_halves(with_sides(with_notes(columns, header.notes)))
-    said = (*done, *header.done, *rows.done)
-    return RawTable(file, tuple(columns), rows.numbers, sheet, file, header.notes, said, rows.faults)
+    columns = with_halves(with_sides(with_notes(columns, layout.notes)))
+    said = (*done, *layout.done, *rows.done)
+    return RawTable(file, tuple(columns), rows.numbers, sheet, notes=layout.notes, done=said, faults=rows.faults)
 
 
 def _rows(lines: Iterable[Line], layout: Layout, start: int, file: str) -> DataRows:
-    """The rows of data, line by line."""
-    body = _Body(layout, file)
+    """The rows of data, line by line, put away as columns some thousands at a time.
+
+    Raises
+    ------
+    BadInput : a line is a header with other names or units than the first one.
+    """
+    faults: list[Rejected] = []
+    left_out = Counter[str]()
+    numbers: list[int] = []
+    stored: list[list[Any]] = [[] for _ in range(layout.width)]
+    kept: list[tuple[str, ...]] = []
+
+    def store() -> None:
+        for own, cells in zip(stored, zip(*kept, strict=True), strict=True):
+            own.append(Texts(cells).array)
+        kept.clear()
+
     for line in lines:
-        if line.number >= start:
-            body.add(line)
-    body.store()
-    numbers = np.concatenate([np.zeros(0, dtype=int), *body.numbers])
-    return DataRows(body.columns(), numbers, tuple(body.faults), tuple(body.done()))
+        if line.number < start or not any(cell.strip() for cell in line.cells):
+            continue
+        if line.comment:
+            left_out["comment lines between the data"] += 1
+        elif len(line.cells) != layout.width:
+            faults.append(of_other_width(line, layout.width))
+        elif is_header_again(line.cells, layout):
+            _check_again(line, layout, file)
+            left_out["repeated header lines"] += 1
+        else:
+            numbers.append(line.number)
+            kept.append(line.cells)
+            if len(kept) == CHUNK:
+                store()
+    if kept:
+        store()
+    columns = []
+    while stored:  # each is given away as its column is made
+        own = stored.pop(0)
+        columns.append(Texts(np.concatenate(own) if own else []))
+    done = tuple(f"{count} {what} left out" for what, count in sorted(left_out.items()))
+    return DataRows(columns, np.array(numbers, dtype=int), tuple(faults), done)
+
+
+def _check_again(line: Line, layout: Layout, file: str) -> None:
+    """Refuse a repeated header (or row of units) that names the columns or their units in another way."""
+    split = [name_and_unit(cell) for cell in line.cells]
+    known = [{re.sub(r" \(\d+\)$", "", n), below, ""} for n, below in zip(layout.names, layout.below, strict=True)]
+    same = [name in own for (name, _), own in zip(split, known, strict=True)]
+    if not _names_again(line.cells, layout):  # a row of units
+        split, same = [("", cell.strip().strip("[]()")) for cell in line.cells], [True]
+    units = [not own or tidy(own) == tidy(unit) for (_, own), unit in zip(split, layout.units, strict=True)]
+    if not (all(same) and all(units)):
+        said = f"a second header, with other columns or units: {','.join(line.cells)}"
+        raise BadInput(said, file=file, row=line.number, hint="cut the file in two there")
 
 
 def of_other_width(line: Line, width: int) -> Rejected:
@@ -345,74 +381,6 @@ def _joined(columns: list[Texts], joined: tuple[int, int] | None) -> list[Texts]
     return [*columns[:start], one, *columns[stop:]]
 
 
-class _Body:
-    """The rows of data of a table, stored column by column, and what is left out."""
-
-    def __init__(self, layout: Layout, file: str) -> None:
-        self.layout, self.file = layout, file
-        self.faults: list[Rejected] = []
-        self.numbers: list[np.ndarray] = []
-        self._kept: list[Line] = []
-        self._stored: list[list[Any]] = [[] for _ in range(layout.width)]
-        self._comments = self._headers = 0
-
-    def add(self, line: Line) -> None:
-        """Keep a line, or count it among what is left out.
-
-        Raises
-        ------
-        BadInput : the line is a header with other names or units than the first one.
-        """
-        cells, width = line.cells, self.layout.width
-        if not any(cells) or not any(cell.strip() for cell in cells):
-            return
-        if line.comment:
-            self._comments += 1
-        elif len(cells) != width:
-            self.faults.append(of_other_width(line, width))
-        elif is_header_again(cells, self.layout):
-            self._check_again(line)
-            self._headers += 1
-        else:
-            self._kept.append(line)
-            if len(self._kept) == CHUNK:
-                self.store()
-
-    def _check_again(self, line: Line) -> None:
-        """Refuse a repeated header (or row of units) that names the columns or their units in another way."""
-        header = self.layout.header
-        split = [name_and_unit(cell) for cell in line.cells]
-        known = [{re.sub(r" \(\d+\)$", "", n), below, ""} for n, below in zip(header.names, header.below, strict=True)]
-        same = [name in own for (name, _), own in zip(split, known, strict=True)]
-        if not _names_again(line.cells, self.layout):  # a row of units
-            split, same = [("", cell.strip().strip("[]()")) for cell in line.cells], [True]
-        units = [not own or tidy(own) == tidy(unit) for (_, own), unit in zip(split, header.units, strict=True)]
-        if not (all(same) and all(units)):
-            said = f"a second header, with other columns or units: {','.join(line.cells)}"
-            raise BadInput(said, file=self.file, row=line.number, hint="cut the file in two there")
-
-    def store(self) -> None:
-        """Put the kept lines away as columns."""
-        if self._kept:
-            self.numbers.append(np.array([line.number for line in self._kept], dtype=int))
-            for stored, cells in zip(self._stored, zip(*(line.cells for line in self._kept), strict=True), strict=True):
-                stored.append(Texts(cells).array)
-        self._kept = []
-
-    def columns(self) -> list[Texts]:
-        """The columns; what was stored is given away."""
-        made = []
-        for stored in self._stored:
-            made.append(Texts(np.concatenate(stored) if stored else []))
-            stored.clear()
-        return made
-
-    def done(self) -> list[str]:
-        """What was left out without harm."""
-        done = [f"{self._comments} comment lines between the data left out"] if self._comments else []
-        return done + ([f"{self._headers} repeated header lines left out"] if self._headers else [])
-
-
 def is_header_again(cells: Sequence[str], layout: Layout) -> bool:
     """Whether a row among the data names the columns, or their units, once more; none with a number does."""
     if any(map(PLAIN.fullmatch, cells)) or any(map(is_number, cells)):
@@ -423,4 +391,4 @@ def is_header_again(cells: Sequence[str], layout: Layout) -> bool:
 def _names_again(cells: Sequence[str], layout: Layout) -> bool:
     """Whether more than half of the cells name columns of the table, in any order."""
     names = [name_and_unit(cell)[0] for cell in cells]
-    return sum(name in layout.header.names for name in names) > 0.5 * layout.width
+    return sum(name in layout.names for name in names) > 0.5 * layout.width

@@ -1,30 +1,54 @@
-"""The findings of all tables of a log, with their times: what one column can be compared with."""
+"""The findings of all tables of a log, with their times: what one column can be compared with, and the answers to the
+questions about them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+import json
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...models.data_file import yaml_of
+from ...models.errors import BadInput
 from ..geometry import unwrapped
-from .draft import Question
+from .draft import NOT_USED, Answer, Question
 from .evidence import ClockSeries, together, track_velocity
 from .finding import ColumnFinding
 from .geodesy import on_plane
+from .mapping import ColumnMap
+from .quantities import quantities
+from .reading import UNSIGNED, goes_ahead
 from .times import TableTime
-from .units import LogUnit
+from .units import UNITS, LogUnit
 
 
 @dataclass
 class RawLog:
-    """Findings of all columns, the times of their tables by label, and what is asked of columns of a table together."""
+    """Findings of all columns, the times of their tables by label, the keys of answers by question, and what is asked
+    of columns of a table together."""
 
     findings: list[ColumnFinding]
     times: dict[str, TableTime]
+    answers: Mapping[str, str]
     proposals: list[Question] = field(default_factory=list)
     _seconds: dict[str, np.ndarray | None] = field(default_factory=dict)
     _velocities: dict[tuple[object, ...], tuple[ClockSeries, ClockSeries] | None] = field(default_factory=dict)
+
+    def answered(self, found: ColumnFinding) -> ColumnFinding:
+        """A finding with what the answers to its questions say."""
+        for question in found.questions:
+            key = self.answers.get(question.id)
+            if key is not None:
+                rest = tuple(q for q in found.questions if q is not question)
+                found = _with_answer(replace(found, questions=rest), question, key)
+        return found
+
+    def each(self, step: Callable[[RawLog, ColumnFinding], ColumnFinding]) -> None:
+        """Take a step for every finding that is used; a question that has its answer is settled."""
+        for i, found in enumerate(self.findings):
+            if found.may_be:
+                self.findings[i] = self.answered(step(self, found))
 
     def seconds(self, finding: ColumnFinding) -> np.ndarray | None:
         """(N,) times of the finding's table, s; None where no time is known."""
@@ -44,8 +68,7 @@ class RawLog:
         if time is None:
             return None
         values = finding.column.numbers if raw else finding.values(unit)
-        clock = finding.table.clock or finding.table.label
-        return ClockSeries(time, values, clock, self.times[finding.table.label].dated)
+        return ClockSeries(time, values, finding.table.clock, self.times[finding.table.label].dated)
 
     def all(self, *wanted: str, signed: bool = True) -> Iterator[tuple[ColumnFinding, ClockSeries]]:
         """Findings of quantities whose unit (and sign) is known, with their series."""
@@ -61,16 +84,17 @@ class RawLog:
 
     def tracks(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         """(name, velocity to north, velocity to east) of all positions and velocities over ground that are known."""
-        yield from self._pairs("velocity_north", "velocity_east")
-        for (first, north), (second, east) in self.beside("latitude", "longitude"):
-            velocity = self._velocity_of_degrees(first, second, north, east)
-            if velocity is not None:
-                yield f"{first.column.name}, {second.column.name}", *velocity
-        for (first, north), (second, east) in self.beside("north", "east"):
-            velocity = track_velocity(north, east)
-            if velocity is not None:
-                yield f"{first.column.name}, {second.column.name}", *velocity
-        yield from self._courses()
+        kinds: dict[tuple[str, str], Callable[..., tuple[ClockSeries, ClockSeries] | None]] = {
+            ("velocity_north", "velocity_east"): lambda _, __, north, east: (north, east),
+            ("latitude", "longitude"): self._velocity_of_degrees,
+            ("north", "east"): lambda _, __, north, east: track_velocity(north, east),
+            ("speed_over_ground", "course_over_ground"): lambda _, __, speed, course: _along_course(speed, course),
+        }
+        for kind, velocity_of in kinds.items():
+            for (first, one), (second, other) in self.beside(*kind):
+                velocity = velocity_of(first, second, one, other)
+                if velocity is not None:
+                    yield f"{first.column.name}, {second.column.name}", *velocity
 
     def axes(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
         """(name, velocity along the first axis, along the second) of positions in a plane of which it is open which one
@@ -96,22 +120,9 @@ class RawLog:
                 self._velocities[key] = None
             else:
                 north, east, _ = on_plane(*shared[1:])
-                parts = (ClockSeries(shared[0], x, latitude.clock, latitude.dated) for x in (north, east))
+                parts = (replace(latitude, time=shared[0], values=x) for x in (north, east))
                 self._velocities[key] = track_velocity(*parts)
         return self._velocities[key]
-
-    def _pairs(self, one: str, other: str) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
-        for (first, north), (second, east) in self.beside(one, other):
-            yield f"{first.column.name}, {second.column.name}", north, east
-
-    def _courses(self) -> Iterator[tuple[str, ClockSeries, ClockSeries]]:
-        for (first, speed), (second, course) in self.beside("speed_over_ground", "course_over_ground"):
-            shared = together(speed, course, angle_second=True)
-            if shared is not None:
-                time, size, angle = shared
-                parts = (size * np.cos(angle), size * np.sin(angle))
-                north, east = (ClockSeries(time, part, speed.clock, speed.dated) for part in parts)
-                yield f"{first.column.name}, {second.column.name}", north, east
 
     def beside(
         self, one: str, other: str
@@ -136,9 +147,58 @@ class RawLog:
                 yield name, ClockSeries(time, unwrapped(course), north.clock, north.dated)
 
 
+def _along_course(speed: ClockSeries, course: ClockSeries) -> tuple[ClockSeries, ClockSeries] | None:
+    """Velocities to north and east of a speed and a course, rad."""
+    shared = together(speed, course, angle_second=True)
+    if shared is None:
+        return None
+    time, size, angle = shared
+    north, east = (replace(speed, time=time, values=size * part(angle)) for part in (np.cos, np.sin))
+    return north, east
+
+
 def speeds(tracks: Sequence[tuple[str, ClockSeries, ClockSeries]]) -> Iterator[tuple[str, ClockSeries]]:
     """(name, speed over ground, m/s) of tracks."""
     for name, north, east in tracks:
         shared = together(north, east)
         if shared is not None:
             yield name, ClockSeries(shared[0], np.hypot(shared[1], shared[2]), north.clock, north.dated)
+
+
+def _with_answer(found: ColumnFinding, question: Question, key: str) -> ColumnFinding:
+    answer = question.answer(key) or _as_number(question, key)
+    if answer is None:
+        known = ", ".join(answer.key for answer in question.answers)
+        raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {known}")
+    entry = ColumnMap.model_validate(yaml_of(answer.line.encode(), "answer")[0][0])
+    if entry.to == NOT_USED:
+        return found.unused("not used, as answered")
+    base = replace(found, sure="stated", why=(*found.why, "as answered"), bounded=(*found.bounded, question.about))
+    if question.about == "unit":
+        unit = UNITS.get(str(entry.unit))
+        return replace(base, unit=unit, factor=entry.factor, offset=entry.offset, foreign="")
+    if question.about == "numbers":
+        return replace(base, factor=entry.factor)
+    if question.about == "sign":
+        return replace(base, signed=True, sign=1 if entry.sign == "?" else entry.sign, offset=entry.offset)
+    may_be = (entry.to,)
+    same = quantities()[entry.to].dimension == base.dimension
+    chosen = replace(base, may_be=may_be, unit=base.unit if same else None)
+    signed = base.signed if len(found.may_be) == 1 else entry.to in UNSIGNED or goes_ahead(chosen)
+    return replace(chosen, signed=signed)
+
+
+def _as_number(question: Question, key: str) -> Answer | None:
+    """The answer that a number is: the first one with a factor, as much larger."""
+    try:
+        size = float(key)
+    except ValueError:
+        return None
+    scaled = next((a for a in question.answers if "factor:" in a.line or question.number), None)
+    if not question.number or scaled is None or not size:
+        return None
+    made = next((a for a in question.answers if a.key.replace(".", "", 1).isdigit()), scaled)
+    entry = yaml_of(made.line.encode(), "answer")[0][0]
+    entry["factor"] = entry.get("factor", 1.0) * size / float(made.key)
+    entry["offset"] = entry.get("offset", 0.0) * size / float(made.key)
+    return Answer(key, f"{size:g}", f"- {json.dumps(entry)}")

@@ -185,12 +185,10 @@ def mapping_text(mapping: Mapping, columns: Sequence[DraftColumn] = ()) -> str:
     content: dict[str, Any] = mapping.model_dump(mode="json", exclude_none=True, exclude={"tables"})
     lines = [f"{key}: {scalar(value)}" for key, value in content.items()]
     if mapping.positive_rudder is None:
-        lines.append(
-            "# positive_rudder: port  # the side to which a positive rudder turns the ship, where nothing tells it"
-        )
+        why = "the side to which a positive rudder turns the ship, where nothing tells it"
+        lines.append(f"# positive_rudder: port  # {why}")
     for question in dict.fromkeys(q for row in columns for q in row.questions if _of_whole(q)):
-        lines.append(f"# ASKED: {one_line(question.text)}")
-        lines += [f"#   {one_line(answer.text)}: {one_line(answer.line)}" for answer in question.answers]
+        lines += _comments([question])
     lines.append("tables:")
     for table in mapping.tables:
         lines += _table_lines(table, told)
@@ -203,39 +201,37 @@ def _of_whole(question: Question) -> bool:
 
 
 def _table_lines(table: TableMap, told: Dict[tuple[str, str], DraftColumn]) -> list[str]:
-    label = f"{table.file} [{table.sheet}]" if table.sheet else table.file
     time = table.time.model_dump(mode="json", exclude_none=True)
     first = {"file": table.file} | ({"sheet": table.sheet} if table.sheet else {})
     lines = [f"  {'-' if i == 0 else ' '} {key}: {scalar(value)}" for i, (key, value) in enumerate(first.items())]
     listed = ", ".join(str(scalar(name)) for name in time.pop("columns"))
     rest = "".join(f", {key}: {scalar(value)}" for key, value in time.items())
-    timed = (told.get((label, name)) for name in table.time.columns)
+    timed = (told.get((table.label, name)) for name in table.time.columns)
     lines += [f"    {line}" for row in timed if row is not None for line in _asked_lines(row)]
     lines.append(f"    time: {{columns: [{listed}]{rest}}}")
     if table.clock_offset_s is not None:
         lines.append(f"    clock_offset_s: {scalar(table.clock_offset_s)}")
     lines.append("    columns:" + ("" if table.columns else " []"))
     for column in table.columns:
-        row = told.get((label, column.column))
+        row = told.get((table.label, column.column))
         lines += [f"      {line}" for line in _asked_lines(row)] if row is not None else []
         why = f"  # {one_line(row.why)}" if row is not None else ""
-        lines.append(f"      {flow(_entry(column))}{why}")
+        unused = {"unit", "sign", "factor", "offset"} if column.to == NOT_USED else None
+        entry = column.model_dump(mode="json", exclude_none=True, exclude_defaults=True, exclude=unused)
+        lines.append(f"      {flow(entry)}{why}")
     return lines
 
 
 def _asked_lines(row: DraftColumn) -> list[str]:
     """Comments with the questions of a column and their answers."""
-    own = [question for question in row.questions if not _of_whole(question)]
-    lines = [f"# ASKED: {one_line(question.text)}" for question in own]
-    answers = [answer for question in own for answer in question.answers]
+    return _comments([question for question in row.questions if not _of_whole(question)])
+
+
+def _comments(questions: Sequence[Question]) -> list[str]:
+    """Comments with questions, and then with their answers."""
+    lines = [f"# ASKED: {one_line(question.text)}" for question in questions]
+    answers = [answer for question in questions for answer in question.answers]
     return lines + [f"#   {one_line(answer.text)}: {one_line(answer.line)}" for answer in answers]
-
-
-def _entry(column: ColumnMap) -> dict[str, object]:
-    plain = column.model_dump(mode="json", exclude_none=True)
-    usual = {"sign": 1, "factor": 1.0, "offset": 0.0}
-    kept = {key: value for key, value in plain.items() if usual.get(key) != value}
-    return {"column": column.column, "to": column.to} if column.to == NOT_USED else kept
 
 
 def one_line(text: str) -> str:
@@ -250,10 +246,6 @@ def flow(entry: Dict[str, object]) -> str:
 
 def scalar(value: object) -> str:
     """A value in YAML's flow style; texts in quotes where they need them."""
-    if isinstance(value, str):
-        return (
-            value
-            if PLAIN.fullmatch(value) and value.lower() not in WORDS_OF_YAML
-            else json.dumps(value, ensure_ascii=not value.isprintable())
-        )
+    if isinstance(value, str) and not (PLAIN.fullmatch(value) and value.lower() not in WORDS_OF_YAML):
+        return json.dumps(value, ensure_ascii=not value.isprintable())
     return f"{value:.12g}" if isinstance(value, float) else str(value)

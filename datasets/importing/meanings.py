@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
-from collections.abc import Mapping as Dict
 from dataclasses import replace
 
 import numpy as np
@@ -14,7 +12,18 @@ from ..signals import integral
 from . import units_told
 from .by_motion import smooth, straight
 from .draft import NOT_USED, Answer, Question, Sure
-from .evidence import LEAST_TURN_RAD, ClockSeries, body, sense, size_ratio, slope, together, track_velocity
+from .evidence import (
+    LEAST_TURN_RAD,
+    ClockSeries,
+    body,
+    correlation,
+    cosine,
+    sense,
+    size_ratio,
+    slope,
+    together,
+    track_velocity,
+)
 from .finding import WITH_SIDE, ColumnFinding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
 from .log import RawLog, speeds
@@ -43,11 +52,6 @@ SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
 
-def unsigned() -> frozenset[str]:
-    """Quantities whose sign their name states."""
-    return UNSIGNED | {"heading"}
-
-
 def settle(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the quantity that other columns tell; unchanged where they do not."""
     if len(found.may_be) < 2 or found.questions:
@@ -66,7 +70,7 @@ def settle(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 
 
 def _decided(found: ColumnFinding, quantity: str, why: str, sure: Sure = "other channel") -> ColumnFinding:
-    return found.told(sure, why, may_be=(quantity,), signed=quantity in unsigned())
+    return found.told(sure, why, may_be=(quantity,), signed=quantity in UNSIGNED)
 
 
 def _speed(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -121,7 +125,7 @@ def _of_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     quantity = f"velocity_{axis.quantity}"
     for name, north, east in log.tracks():
         shared = together(north if axis.quantity == "north" else east, series)
-        if quantity in found.may_be and shared is not None and np.corrcoef(shared[1], shared[2])[0, 1] > LIKELY:
+        if quantity in found.may_be and shared is not None and correlation(*shared[1:]) > LIKELY:
             return _decided(found, quantity, f"along the axis of column {axis.column.name}, and goes with {name}")
     return None
 
@@ -144,16 +148,10 @@ def _of_ship(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     course = np.unwrap(np.arctan2(aside[2], ahead[2]))
     psi = smooth(ahead[1], ahead[1].size // 60)
     rate = np.gradient(psi, ahead[0])
-    along, *over_ground = (_left(drift, rate) for drift in (course, course - psi, course + psi))
+    along, *over_ground = (1.0 - correlation(drift, rate) ** 2 for drift in (course, course - psi, course + psi))
     if float(np.mean(np.cos(course))) > AHEAD and along < DRIFT and along < min(over_ground) / 2.0:
         return found.told("other channel", OF_SHIP, may_be=(own,), signed=own == "surge")
     return found
-
-
-def _left(drift: np.ndarray, rate: np.ndarray) -> float:
-    """Share of the variance of a drift angle (N,) that a yaw rate (N,) does not explain."""
-    power = float(np.var(drift)) * float(np.var(rate))
-    return 1.0 - float(np.mean((drift - drift.mean()) * (rate - rate.mean()))) ** 2 / power if power > 0.0 else 1.0
 
 
 def _course(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -189,9 +187,7 @@ def _turned_by(log: RawLog, found: ColumnFinding) -> float:
         if shared is None:
             continue
         time, turned, turning = shared
-        summed, own = straight(time, integral(turning, time)), straight(time, turned)
-        power, other = float(summed @ summed), float(own @ own)
-        return float(own @ summed) ** 2 / (power * other) if power > 0.0 and other > 0.0 else 0.0
+        return cosine(straight(time, turned), straight(time, integral(turning, time))) ** 2
     return 0.0
 
 
@@ -213,7 +209,7 @@ def _track_along(log: RawLog, found: ColumnFinding, left: float) -> str:
 def _gyro(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     if _turned_by(log, found) > TURNED:
         return _decided(found, "heading", "it is the integral of the yaw rate")
-    numbers = found.column.numbers[np.isfinite(found.column.numbers)]
+    numbers = found.column.finite
     if numbers.size and numbers.min() >= 0.0 and numbers.max() > 100.0:
         return _decided(
             found, "heading", f"values from {numbers.min():.4g} to {numbers.max():.4g}: a heading", "physics"
@@ -279,7 +275,7 @@ def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the question for its quantity, as one that waits for the answer to another one, or as the answer
     to that tells it."""
     told = settle(log, found)
-    if len(told.may_be) == 1:
+    if len(told.may_be) == 1 or told.questions:
         return told
     axis = _open_axis(log, found)
     if axis is not None and {*found.may_be} & {"velocity_north", "velocity_east"}:
@@ -299,17 +295,15 @@ def _open_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
 # ------------------------------------------------------------------------------------------------ twins
 
 
-def without_twins(
-    log: RawLog, answers: Dict[str, str], answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding]
-) -> None:
+def without_twins(log: RawLog) -> None:
     """Of columns of one file for the same quantity one is used: the others agree with it, or it is asked."""
     groups: dict[tuple[str, str], list[int]] = {}
     for i, found in enumerate(log.findings):
         if found.may_be and len(found.may_be) == 1:
-            groups.setdefault((found.table.clock or found.table.label, found.may_be[0]), []).append(i)
+            groups.setdefault((found.table.clock, found.may_be[0]), []).append(i)
     for (_, quantity), places in groups.items():
         if len(places) > 1 and quantity in quantities():
-            _one_of(log, sorted(places, key=lambda i: _rank(log.findings[i])), answers, answered)
+            _one_of(log, sorted(places, key=lambda i: _rank(log.findings[i])))
 
 
 def _rank(found: ColumnFinding) -> tuple[int, int, int]:
@@ -318,7 +312,7 @@ def _rank(found: ColumnFinding) -> tuple[int, int, int]:
     return chosen, len(found.questions), -int(np.isfinite(found.column.numbers).sum())
 
 
-def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: Callable) -> None:
+def _one_of(log: RawLog, places: list[int]) -> None:
     first, *others = places
     for i in others:
         found, used = log.findings[i], log.findings[first]
@@ -337,9 +331,7 @@ def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: C
         elif found.questions and not used.questions:
             log.findings[i] = found.unused(f"{used.may_be[0].replace('_', ' ')} is column {used.column.name}")
         else:
-            asked = _which(used, found, told[1] if told else "")
-            settled = answered(asked, answers)
-            log.findings[i] = settled
+            log.findings[i] = settled = log.answered(_which(used, found, told[1] if told else ""))
             if settled.may_be and not settled.questions:
                 log.findings[first] = used.unused(f"{found.column.name} is used, as answered")
                 first = i
@@ -347,7 +339,7 @@ def _one_of(log: RawLog, places: list[int], answers: Dict[str, str], answered: C
 
 def _stuck(used: ColumnFinding, found: ColumnFinding) -> ColumnFinding | None:
     """The one of two columns that shows one number in every row, where the other varies; None else."""
-    known = [f.column.numbers[np.isfinite(f.column.numbers)] for f in (used, found)]
+    known = [f.column.finite for f in (used, found)]
     if used.quantity in ("latitude", "longitude"):  # whole degrees beside minutes
         return None
     still = [bool(numbers.size) and float(np.ptp(numbers)) == 0.0 for numbers in known]

@@ -47,9 +47,15 @@ def merge(
     of the slowest of them, or with `step_s`: faster ones are averaged over a step, the others interpolated linearly,
     not over gaps of more than three of their steps.
     """
+    faults: list[FileFault] = []
     sorted_out = [_after_clock_was_set(stream) for stream in streams]
-    if wrong := [fault for stream in sorted_out if (fault := _time_fault(stream)) is not None]:
-        return None, wrong, []
+    for stream in sorted_out:
+        wrong = time_fault(stream.time if not stream.dated else stream.time - stream.time[0])
+        if wrong is not None:
+            hint = f"{wrong.hint}; --map can state the form"
+            faults.append(FileFault(stream.label, wrong.message, hint, fatal=True))
+    if faults:
+        return None, faults, []
     aligned, done, faults, asked = align(sorted_out)
     if asked:
         return None, faults, asked
@@ -58,30 +64,29 @@ def merge(
     same = all(np.array_equal(stream.time, aligned[0].time) for stream in aligned)
     if same and step_s is None:
         return Merged(aligned[0].time, _together(aligned), dated, tuple(done), tuple(aligned)), faults, []
-    if (many := _samples(aligned, step_s)) > MOST_SAMPLES:
-        said = f"a step of {_step(aligned, step_s):.3g} s gives {many:.3g} samples"
+    leading = [stream for stream in aligned if not set(stream.quantities) <= SLOW_MATTERS] or aligned
+    step = step_s or float(f"{max(stream.step for stream in leading):.4g}")
+    start, stop = max(stream.time[0] for stream in leading), min(stream.time[-1] for stream in leading)
+    count = max(0.0, (stop - start) / step + 1e-6) + 1.0
+    if count > MOST_SAMPLES:
+        said = f"a step of {step:.3g} s gives {count:.3g} samples"
         return None, [*faults, FileFault(aligned[0].label, said, "give a longer --step", fatal=True)], []
-    grid, step = _grid(aligned, step_s)
+    grid = start + step * np.arange(int(count))
     if grid.size < 3:
-        said = "the loggers have no time in common: " + ", ".join(_extent(stream) for stream in aligned)
+        extents = (f"{stream.label} {stream.time[0]:.3f} to {stream.time[-1]:.3f} s" for stream in aligned)
+        said = f"the loggers have no time in common: {', '.join(extents)}"
         hint = "give the files of one run, or clock_offset_s in the mapping"
         return None, [*faults, FileFault(aligned[0].label, said, hint, fatal=True)], []
-    faults += [fault for stream in aligned if (fault := _outside(stream, grid)) is not None]
     placed = []
     for stream in aligned:
+        count = int(np.sum((stream.time < grid[0] - stream.step) | (stream.time > grid[-1] + stream.step)))
+        if count > OUTSIDE * stream.time.size:
+            said = f"{count} of {stream.time.size} rows lie outside of the {np.ptp(grid):.4g} s that all tables cover"
+            faults.append(FileFault(stream.label, said, "left out; import the file alone to keep them"))
         values, told = _resampled(stream, grid, step)
         placed.append(replace(stream, time=grid, quantities=values))
         done.append(told)
     return Merged(grid, _together(placed), dated, tuple(done), tuple(aligned)), faults, []
-
-
-def _outside(stream: Stream, grid: np.ndarray) -> FileFault | None:
-    """How many rows of a stream lie outside of the time that all cover, where these are many."""
-    count = int(np.sum((stream.time < grid[0] - stream.step) | (stream.time > grid[-1] + stream.step)))
-    if count <= OUTSIDE * stream.time.size:
-        return None
-    said = f"{count} of {stream.time.size} rows lie outside of the {np.ptp(grid):.4g} s that all tables cover"
-    return FileFault(stream.label, said, "left out; import the file alone to keep them")
 
 
 def _together(streams: Sequence[Stream]) -> dict[str, np.ndarray]:
@@ -92,10 +97,6 @@ def _together(streams: Sequence[Stream]) -> dict[str, np.ndarray]:
             if name not in out or np.isfinite(values).sum() > np.isfinite(out[name]).sum():
                 out[name] = values
     return out
-
-
-def _extent(stream: Stream) -> str:
-    return f"{stream.label} {stream.time[0]:.3f} to {stream.time[-1]:.3f} s"
 
 
 # ------------------------------------------------------------------------------------------------ clocks
@@ -109,42 +110,10 @@ def _after_clock_was_set(stream: Stream) -> Stream:
         return stream
     years = (stream.time[first] - stream.time[first - 1]) / YEAR_S
     told = f"{stream.label}: {first} samples before its clock was set, {years:.3g} years earlier, left out"
-    quantities = {name: values[first:] for name, values in stream.quantities.items()}
-    kept, done = stream.kept[first:], (*stream.done, told)
-    return replace(stream, time=stream.time[first:], quantities=quantities, kept=kept, done=done)
-
-
-def _time_fault(stream: Stream) -> FileFault | None:
-    """Why the times of a stream cannot be those of a run."""
-    wrong = time_fault(stream.time if not stream.dated else stream.time - stream.time[0])
-    if wrong is None:
-        return None
-    return FileFault(stream.label, wrong.message, f"{wrong.hint}; --map can state the form", fatal=True)
+    return replace(stream.at(slice(first, None)), done=(*stream.done, told))
 
 
 # ------------------------------------------------------------------------------------------------ samples
-
-
-def _grid(streams: Sequence[Stream], step_s: float | None) -> tuple[np.ndarray, float]:
-    """Times that all streams cover, in steps of the slowest."""
-    step, start = _step(streams, step_s), max(stream.time[0] for stream in _leading(streams))
-    return start + step * np.arange(int(_samples(streams, step_s))), step
-
-
-def _samples(streams: Sequence[Stream], step_s: float | None) -> float:
-    """Number of times of the grid."""
-    start = max(stream.time[0] for stream in _leading(streams))
-    stop = min(stream.time[-1] for stream in _leading(streams))
-    return max(0.0, (stop - start) / _step(streams, step_s) + 1e-6) + 1.0
-
-
-def _step(streams: Sequence[Stream], step_s: float | None) -> float:
-    return step_s or float(f"{max(stream.step for stream in _leading(streams)):.4g}")
-
-
-def _leading(streams: Sequence[Stream]) -> list[Stream]:
-    """The streams that set the time step."""
-    return [stream for stream in streams if not set(stream.quantities) <= SLOW_MATTERS] or list(streams)
 
 
 def _resampled(stream: Stream, grid: np.ndarray, step: float) -> tuple[dict[str, np.ndarray], str]:

@@ -98,6 +98,12 @@ def _whole(digits: np.ndarray) -> np.ndarray:
     return found
 
 
+def days_since_1970(year: np.ndarray, month: np.ndarray, day: np.ndarray) -> np.ndarray:
+    """Days (N,) since 1970 of whole numbers (N,)."""
+    months = (12 * (year - 1970) + month - 1).astype(np.int64).astype("datetime64[M]")
+    return months.astype("datetime64[D]").astype(np.int64) + day - 1
+
+
 def _epoch(parts: list[np.ndarray], nanoseconds: np.ndarray) -> np.ndarray | None:
     """Seconds since 1970 (N,) of year, month, day, hour, minute and second; None where they are no moment, or one of
     other centuries."""
@@ -106,9 +112,8 @@ def _epoch(parts: list[np.ndarray], nanoseconds: np.ndarray) -> np.ndarray | Non
         return None
     if (hour > 23).any() or (minute > 59).any() or (second > 59).any():
         return None
-    first = (12 * (year - 1970) + month - 1).astype("datetime64[M]")
-    days = first.astype("datetime64[D]").astype(np.int64) + day - 1
-    if (day > 28).any() and (days.astype("datetime64[D]").astype("datetime64[M]") != first).any():
+    days = days_since_1970(year, month, day)
+    if (day > 28).any() and (days.astype("datetime64[D]").astype("datetime64[M]").astype(int) % 12 != month - 1).any():
         return None
     return 86400 * days + 3600 * hour + 60 * minute + second + nanoseconds / 1e9
 

@@ -16,13 +16,12 @@ from typing import TypeAlias
 import numpy as np
 
 from ..geometry import unwrapped
-from ..signals import integral, lagged
+from ..signals import lagged
 from ..yaw_response import yaw_response
 from .convert import Stream
 from .geodesy import on_plane
+from .offsets import Curve, known, turning
 
-Curve: TypeAlias = tuple[np.ndarray, np.ndarray]
-"""Times (N,), s, and values (N,)."""
 Left: TypeAlias = Callable[[Curve, Curve, float], float]
 """Share of a series that another one leaves whose clock has an offset; nan where they have too little in common."""
 POINTS, FINE = 300, 0.25
@@ -107,27 +106,21 @@ class _LoggedAngles:
     @classmethod
     def of(cls, streams: Sequence[Stream]) -> _LoggedAngles:
         track = next((made for s in streams if (made := _course(s))[0] is not None), (None, None, 0.0))
-        heading, rudder = (next((c for s in streams if (c := made(s))), None) for made in (_heading, _rudder))
+        heading, rudder = (
+            next((c for s in streams if (c := made(s)) is not None and c[0].size >= FEWEST), None)
+            for made in (turning, _rudder)
+        )
         return cls(*track[:2], heading, rudder, track[2])
 
 
 def _known(time: np.ndarray, values: np.ndarray) -> Curve | None:
-    known = np.isfinite(values) & np.isfinite(time)
-    return (time[known], values[known]) if known.sum() >= FEWEST else None
-
-
-def _heading(stream: Stream) -> Curve | None:
-    q = stream.quantities
-    for name in ("heading", "heading_magnetic"):
-        if name in q:
-            return _known(stream.time, unwrapped(q[name]))
-    rate = _known(stream.time, q["yaw_rate"]) if "yaw_rate" in q else None
-    return (rate[0], integral(rate[1], rate[0])) if rate is not None else None
+    curve = known(time, values)
+    return curve if curve[0].size >= FEWEST else None
 
 
 def _rudder(stream: Stream) -> Curve | None:
     values = stream.quantities.get("rudder", stream.quantities.get("rudder_command"))
-    return None if values is None else _known(stream.time, values)
+    return None if values is None else known(stream.time, values)
 
 
 def _course(stream: Stream) -> tuple[Curve | None, Curve | None, float]:

@@ -113,7 +113,7 @@ def _time_runs(rows: Sequence[Sequence[str]]) -> list[tuple[int, int, bool]]:
             while dated and stop < len(columns) and _is_mark(columns[stop]):
                 stop += 1
             found.append((i, stop - i, False))
-        elif _is_week(one) and _is_second_of_week(two):
+        elif _all(WEEK_CELL, one) and len(set(one)) <= 2 and _is_second_of_week(two):
             found.append((i, 2, True))
     return found
 
@@ -126,10 +126,6 @@ def _is_mark(cells: Sequence[str]) -> bool:
     """Whether cells are all AM or PM, or one and the same zone."""
     halves = {cell.replace(".", "").upper() for cell in cells} <= {"AM", "PM"}
     return _all(BEHIND_CLOCK, cells) and (halves or len(set(cells)) == 1)
-
-
-def _is_week(cells: Sequence[str]) -> bool:
-    return _all(WEEK_CELL, cells) and len(set(cells)) <= 2
 
 
 def _is_second_of_week(cells: Sequence[str]) -> bool:

@@ -4,22 +4,12 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import accumulate
 
-from .quantities import (
-    date_names,
-    other_motions,
-    quantities,
-    side_words,
-    time_names,
-    time_parts,
-    vague_names,
-    week_names,
-    word_list,
-)
+from .quantities import name_list, quantities, side_words, time_parts, vague_names, word_list
 
 LETTERS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
@@ -75,7 +65,7 @@ def _segments(text: str) -> list[str]:
 @cache
 def _han() -> frozenset[str]:
     lists = (word_list("command"), word_list("not_measured"), word_list("harmless"), *side_words().values())
-    names = {name for q in quantities().values() for name in q.names} | set(vague_names()) | set(time_names())
+    names = {name for q in quantities().values() for name in q.names} | set(vague_names()) | set(name_list("time"))
     return frozenset(word for word in names.union(*lists) if re.match(f"[{HAN}]", word))
 
 
@@ -86,7 +76,7 @@ def named(parts: tuple[str, ...]) -> Named:
         return Named(whole, why="name")
     parts = _spelled(parts)
     told = "".join(part for part in parts if part not in word_list("harmless"))
-    if "".join(parts) in _other_motions() or told in _other_motions():
+    if {"".join(parts), told} & _listed("other_motions"):
         return Named(why="vertical, or pitch: no quantity of a record")
     command, found = set(parts) & word_list("command"), [p for p in parts if p not in word_list("command")]
     refused = set(found) & word_list("not_measured")
@@ -125,11 +115,6 @@ def _spelled(parts: tuple[str, ...]) -> tuple[str, ...]:
     """The words of a name, `pos n` and `pos e` in full: without their space they are other words."""
     full = {("pos", "n"): ("position", "north"), ("pos", "e"): ("position", "east")}
     return full.get(parts[:2], parts[:2]) + parts[2:]
-
-
-@cache
-def _other_motions() -> frozenset[str]:
-    return frozenset(map(joined, other_motions()))
 
 
 def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...], list[str]]:
@@ -188,18 +173,18 @@ def joined(name: str) -> str:
 def is_time(name: str) -> bool:
     """Whether a name is that of the time, or of one of several: `time 2 slow rate`."""
     parts = words(name)
-    numbered = len(parts) > 2 and parts[0] in _times() and parts[1].isdigit()
-    return numbered or _is_one(name, _times())
+    numbered = len(parts) > 2 and parts[0] in _listed("time") and parts[1].isdigit()
+    return numbered or _is_one(name, "time")
 
 
 def is_date(name: str) -> bool:
     """Whether a name is that of a date."""
-    return _is_one(name, _dates())
+    return _is_one(name, "date")
 
 
 def is_week(name: str) -> bool:
     """Whether a name is that of the number of a GPS week."""
-    return joined(name) in map(joined, week_names())
+    return joined(name) in _listed("week")
 
 
 def part_of_time(name: str) -> str:
@@ -209,21 +194,15 @@ def part_of_time(name: str) -> str:
     return next((part for part, names in time_parts().items() if own in map(joined, names)), "")
 
 
-def _is_one(name: str, known: frozenset[str]) -> bool:
+def _is_one(name: str, kind: str) -> bool:
+    """Whether a name is one of a list, as a whole, or all but its last one or two words or its first: `time [s]`, `gps
+    time`."""
     parts = words(name)
-    return any("".join(parts[i:j]) in known for i, j in _trimmed(len(parts)))
-
-
-def _trimmed(count: int) -> Iterable[tuple[int, int]]:
-    """The whole, and all but the last one or two words or the first: `time [s]`, `gps time`."""
-    return ((i, j) for i, j in ((0, count), (0, count - 1), (1, count), (0, count - 2)) if j > i)
+    tried = (parts, parts[:-1], parts[1:], parts[:-2])
+    return any("".join(own) in _listed(kind) for own in tried if own)
 
 
 @cache
-def _times() -> frozenset[str]:
-    return frozenset(map(joined, time_names()))
-
-
-@cache
-def _dates() -> frozenset[str]:
-    return frozenset(map(joined, date_names()))
+def _listed(kind: str) -> frozenset[str]:
+    """The names of a list (`name_list`) without what separates their words."""
+    return frozenset(map(joined, name_list(kind)))

@@ -6,7 +6,6 @@ import datetime
 import re
 from array import array
 from collections import Counter
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import reduce
 from pathlib import Path
@@ -18,7 +17,7 @@ from ...models.errors import BadInput
 from .moments import time_in
 from .nmea_fields import KINDS, Read, is_void
 from .nmea_makers import LOGS, MAKERS, NOVATEL, maker_kind, maker_message, novatel_kind, novatel_message, novatel_sound
-from .raw import RawColumn, RawTable, Rejected
+from .raw import RawColumn, RawTable, Rejected, with_faults
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
 SUM = re.compile(r"[$!]([^*]*)\*([0-9A-Fa-f]{2})")
@@ -136,9 +135,8 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     skipped = ", ".join(f"{kind} ({n})" for kind, n in others.most_common())
     notes = ("NMEA 0183", done, *((f"sentences not used: {skipped}",) if skipped else ()))
     tables = [_table(path, name, group, times) for name, group in found.groups.items() if KINDS[group.kind]]
-    total = len(found.clocks) + len(found.faults) + others.total()
-    faults = tuple(found.faults)
-    return [replace(tables[0], faults=faults, done=(*tables[0].done, *notes), lines=total), *tables[1:]]
+    tables[0] = replace(tables[0], done=(*tables[0].done, *notes))
+    return with_faults(tables, found.faults, len(found.clocks) + len(found.faults) + others.total())
 
 
 def _line_numbers(found: Sentences) -> bool:
@@ -151,8 +149,11 @@ def _line_numbers(found: Sentences) -> bool:
 def _parsed(text: str) -> Sentences:
     """Sentences, lines that hold no sound one, and kinds that are not used; of AIS only the checksums are read."""
     out = Sentences()
-    checked = _novatel_checked(text)
-    for number, line in _lines(text):
+    # a program that rewrites NovAtel's logs may leave wrong checksums in all
+    checked = any(novatel_sound(found[0]) for found in NOVATEL.finditer(text))
+    for number, match in enumerate(re.finditer(r"[^\r\n]*(?:\r\n|\r|\n|$)", text), start=1):  # no copy of the text
+        if not (line := match[0].strip()):
+            continue
         found = _sentence(line)
         if found is None:
             out.faults += [(number, "no NMEA sentence", line)] if not line.lstrip().startswith("#") else []
@@ -168,18 +169,6 @@ def _parsed(text: str) -> Sentences:
         else:
             out.add(number, stamp, kind, sentence[1:3], message)
     return out
-
-
-def _novatel_checked(text: str) -> bool:
-    """Whether some checksum of NovAtel's logs is right; a program that rewrites them may leave wrong ones in all."""
-    return any(novatel_sound(found[0]) for found in NOVATEL.finditer(text))
-
-
-def _lines(text: str) -> Iterator[tuple[int, str]]:
-    """(number, line) of lines that are not blank, without a copy of the text."""
-    for number, match in enumerate(re.finditer(r"[^\r\n]*(?:\r\n|\r|\n|$)", text), start=1):
-        if line := match[0].strip():
-            yield number, line
 
 
 def _kind(sentence: str) -> str:
@@ -207,16 +196,7 @@ def _message(sentence: str) -> Any:
         if (kind := _kind(sentence)) in MAKERS:
             return maker_message(kind, body)
         return NMEAReader.parse(f"${body}*00\r\n".encode(), validate=0)
-    except (
-        NMEAMessageError,
-        NMEAParseError,
-        NMEATypeError,
-        ValueError,
-        TypeError,
-        IndexError,
-        KeyError,
-        AttributeError,
-    ):
+    except (NMEAMessageError, NMEAParseError, NMEATypeError, ValueError, TypeError, LookupError, AttributeError):
         return None
 
 
@@ -258,9 +238,7 @@ def _stamps(found: Sentences, path: Path) -> tuple[np.ndarray, np.ndarray]:
         value[k] = day + seconds
     dated = value > DATED
     index, value = (index[dated], value[dated]) if dated.any() else (index, value)
-    new = (
-        np.concatenate([[True], np.diff(np.maximum.accumulate(value)) > 0.0]) if value.size else np.zeros(0, dtype=bool)
-    )
+    new = np.diff(np.maximum.accumulate(value), prepend=-np.inf) > 0.0
     if new.sum() < 2:
         hint = "log RMC or GGA as well, or put a time stamp before every sentence"
         raise BadInput("the sentences have no time", file=path, hint=hint)
@@ -286,9 +264,8 @@ def _times(found: Sentences, path: Path) -> np.ndarray:
 
 
 def _table(path: Path, name: str, group: SentenceGroup, times: np.ndarray | None) -> RawTable:
-    by = f"{'NovAtel' if group.kind in LOGS else 'NMEA 0183'} states it: {group.kind}" + (
-        "" if name == group.kind else f" of talker {group.talker}"
-    )
+    talker = "" if name == group.kind else f" of talker {group.talker}"
+    by = f"{'NovAtel' if group.kind in LOGS else 'NMEA 0183'} states it: {group.kind}{talker}"
     values: Any = tuple(group.stamps) if times is None else times[np.array(group.places)]
     columns = [RawColumn("time", "", values, "" if times is None else "time", by)]
     for entry, series in zip(KINDS[group.kind], group.numbers, strict=True):
@@ -296,8 +273,7 @@ def _table(path: Path, name: str, group: SentenceGroup, times: np.ndarray | None
         if np.isfinite(numbers).any():
             side = "starboard" if entry.quantity == "rudder" else ""
             columns.append(RawColumn(entry.name, entry.unit, numbers, entry.quantity, by, side=side))
-    done = (f"{len(group.lines)} sentences {name}",)
-    return RawTable(path.name, tuple(columns), np.array(group.lines), name, path.name, done=done)
+    return RawTable.of(path, columns, f"{len(group.lines)} sentences {name}", name, group.lines)
 
 
 def _number(read: Read, message: Any) -> float:

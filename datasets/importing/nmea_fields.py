@@ -2,23 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
-from .nmea_makers import LOGS, MAKERS
-
-Read = Callable[[Any], Any]
-
-
-@dataclass(frozen=True)
-class Field:
-    """A column of a sentence: its name, the quantity that it is ('' : the name tells), unit, and how it is read."""
-
-    name: str
-    quantity: str
-    unit: str
-    read: Read
+from .nmea_makers import LOGS, MAKERS, Field, Read
 
 
 def _plain(name: str) -> Read:
@@ -44,13 +30,13 @@ def _revolutions(source: str) -> Read:
     return lambda m: m.rpm if m.source == source and m.status in ("A", "") else None
 
 
-def _wind(name: str) -> Read:
-    return lambda m: getattr(m, name) if m.reference == "T" and m.status in ("A", "") else None
+def _is_true_wind(m: Any) -> bool:
+    return m.reference == "T" and m.status in ("A", "")
 
 
 def _wind_speed(m: Any) -> Any:
     factor = {"N": 1852.0 / 3600.0, "K": 1.0 / 3.6, "M": 1.0}.get(m.speedu)
-    return None if m.reference != "T" or m.status not in ("A", "") or factor is None else float(m.speed) * factor
+    return float(m.speed) * factor if _is_true_wind(m) and factor is not None else None
 
 
 def _ordered(m: Any) -> Any:
@@ -124,7 +110,7 @@ KINDS: dict[str, tuple[Field, ...]] = {
     ),
     "MWV": (
         Field("true wind speed", "wind_speed", "m/s", _wind_speed),
-        Field("true wind angle from the bow", NOT, "deg", _wind("angle")),
+        Field("true wind angle from the bow", NOT, "deg", lambda m: m.angle if _is_true_wind(m) else None),
     ),
     "PASHR": (Field("true heading", "heading", "deg", _plain("trueHdg")), Field("roll", "", "deg", _plain("roll"))),
     "ROR": (
@@ -135,7 +121,7 @@ KINDS: dict[str, tuple[Field, ...]] = {
     "HTD": (Field("rudder order", "rudder_command", "deg", _ordered),),
     "XDR": (Field("rudder", "", "deg", _transducer("rud")), Field("roll", "", "deg", _transducer("roll"))),
     "ZDA": (),
-    **{kind: tuple(Field(*entry) for entry in entries) for kind, entries in (MAKERS | LOGS).items()},
+    **MAKERS, **LOGS,
 }  # fmt: skip
 """Sentence -> its columns.  The standard states units and signs: turns, rudder and sway positive to starboard."""
 

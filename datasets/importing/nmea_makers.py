@@ -6,7 +6,8 @@ import datetime
 import re
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple
 
 from .gps_time import start_of_week, utc_of_gps
 
@@ -28,9 +29,16 @@ class SentenceParts:
     date: datetime.date | None = None
 
 
-Read = Callable[[SentenceParts], object]
-Entry = tuple[str, str, str, Read]
-"""Name, quantity ('not used' or one), unit, and how it is read."""
+Read = Callable[[Any], Any]
+
+
+class Field(NamedTuple):
+    """A column of a sentence: its name, the quantity that it is ('' : the name tells), unit, and how it is read."""
+
+    name: str
+    quantity: str
+    unit: str
+    read: Read
 
 
 def number(place: int) -> Read:
@@ -48,53 +56,60 @@ def lettered(place: int, negative: str) -> Read:
     return read
 
 
-def _attitude(heading: int, roll: int) -> tuple[Entry, ...]:
-    return ("true heading", "heading", "deg", number(heading)), ("roll", "roll", "deg", number(roll))
+def _heading(place: int) -> tuple[Field, ...]:
+    return (Field("true heading", "heading", "deg", number(place)),)
 
 
-def _position(latitude: int) -> tuple[Entry, ...]:
-    return (("latitude", "latitude", "deg", number(latitude)), ("longitude", "longitude", "deg", number(latitude + 1)))
+def _attitude(heading: int, roll: int) -> tuple[Field, ...]:
+    return *_heading(heading), Field("roll", "roll", "deg", number(roll))
 
 
-def _velocity(north: int) -> tuple[Entry, ...]:
+def _position(latitude: int) -> tuple[Field, ...]:
     return (
-        ("velocity north", "velocity_north", "m/s", number(north)),
-        ("velocity east", "velocity_east", "m/s", number(north + 1)),
+        Field("latitude", "latitude", "deg", number(latitude)),
+        Field("longitude", "longitude", "deg", number(latitude + 1)),
     )
 
 
-MAKERS: dict[str, tuple[Entry, ...]] = {
+def _velocity(north: int) -> tuple[Field, ...]:
+    return (
+        Field("velocity north", "velocity_north", "m/s", number(north)),
+        Field("velocity east", "velocity_east", "m/s", number(north + 1)),
+    )
+
+
+MAKERS: dict[str, tuple[Field, ...]] = {
     # iXblue: Octans, Phins.  Roll T: port side up, B: port side down.
-    "PHTRO": (("roll", "roll", "deg", lettered(2, "B")),),
-    "PHSPD": (("surge speed", "surge", "m/s", number(0)), ("sway speed", "not used", "m/s", number(1))),
+    "PHTRO": (Field("roll", "roll", "deg", lettered(2, "B")),),
+    "PHSPD": (Field("surge speed", "surge", "m/s", number(0)), Field("sway speed", "not used", "m/s", number(1))),
     "PIXSEPOSITI": _position(0),
     "PIXSESPEED_": (
-        ("velocity east", "velocity_east", "m/s", number(0)),
-        ("velocity north", "velocity_north", "m/s", number(1)),
+        Field("velocity east", "velocity_east", "m/s", number(0)),
+        Field("velocity north", "velocity_north", "m/s", number(1)),
     ),
     "PSXN23": _attitude(2, 0),  # Kongsberg Seatex: roll positive with port up
-    "PFECGPatt": (("true heading", "heading", "deg", number(0)),),  # Furuno
-    "PRDID": (("true heading", "heading", "deg", number(2)),),  # RDI: pitch, roll, heading
-    "PSATHPR": (("true heading", "heading", "deg", number(1)),),  # Hemisphere: time, heading, pitch, roll
-    "PTNLAVR": (("true heading", "heading", "deg", number(1)),),  # Trimble: time, yaw, Yaw, tilt
+    "PFECGPatt": _heading(0),  # Furuno
+    "PRDID": _heading(2),  # RDI: pitch, roll, heading
+    "PSATHPR": _heading(1),  # Hemisphere: time, heading, pitch, roll
+    "PTNLAVR": _heading(1),  # Trimble: time, yaw, Yaw, tilt
 }
 """Address, with the kind of those that have several -> its entries."""
 _INS = (*_position(2), *_velocity(5), *_attitude(10, 8))
 _FIX, _TRACK = _position(2), (
-    ("speed over ground", "speed_over_ground", "m/s", number(4)),
-    ("course over ground", "course_over_ground", "deg", number(5)),
+    Field("speed over ground", "speed_over_ground", "m/s", number(4)),
+    Field("course over ground", "course_over_ground", "deg", number(5)),
 )  # fmt: skip
-_ANTENNAS = (("true heading", "heading", "deg", number(3)),)
-LOGS: dict[str, tuple[Entry, ...]] = {
+_ANTENNAS = _heading(3)
+LOGS: dict[str, tuple[Field, ...]] = {
     "INSPVA": _INS, "INSPVAS": _INS, "INSPVAX": (*_position(2), *_velocity(6), *_attitude(11, 9)),
     "INSATT": _attitude(4, 2), "INSATTS": _attitude(4, 2), "INSATTX": _attitude(4, 2),
     "INSVEL": _velocity(2), "INSVELS": _velocity(2), "INSVELX": _velocity(2),
     "INSPOS": _position(2), "INSPOSS": _position(2), "INSPOSX": _position(2),
-    "INSSPD": (("course over ground", "course_over_ground", "deg", number(2)),
-               ("speed over ground", "speed_over_ground", "m/s", number(3))),
+    "INSSPD": (Field("course over ground", "course_over_ground", "deg", number(2)),
+               Field("speed over ground", "speed_over_ground", "m/s", number(3))),
     **dict.fromkeys(("BESTPOS", "BESTGNSSPOS", "GPSPOS", "RTKPOS", "PSRPOS", "PPPPOS", "BESTNAV"), _FIX),
     **dict.fromkeys(("BESTVEL", "BESTGNSSVEL", "GPSVEL", "RTKVEL", "PSRVEL", "PPPVEL"), _TRACK),
-    "BESTUTM": (("northing", "north", "m", number(4)), ("easting", "east", "m", number(5))),
+    "BESTUTM": (Field("northing", "north", "m", number(4)), Field("easting", "east", "m", number(5))),
     **dict.fromkeys(("HEADING", "HEADING2", "DUALANTENNAHEADING", "UNIHEADING"), _ANTENNAS),
 }  # fmt: skip
 """Log of NovAtel without the A at its end -> its entries.  Azimuths count clockwise, roll to starboard."""
@@ -130,16 +145,12 @@ def novatel_message(sentence: str) -> SentenceParts | None:
     except (ValueError, IndexError):
         return None
     timed = 0.0 < week < 5000.0 and 0.0 <= seconds <= 604800.0 and header[4:5] != ["UNKNOWN"]
-    moment = (
-        datetime.datetime.fromtimestamp(float(utc_of_gps(start_of_week(week) + seconds)), datetime.UTC)
-        if timed
-        else None
-    )
     lost = any(cell in NO_SOLUTION for cell in (*cells[:2], *cells[-1:]))
-    day = moment.date() if moment else None
-    return SentenceParts(
-        "lost" if lost else novatel_kind(sentence), tuple(cells), moment.time() if moment else None, day
-    )
+    parts = SentenceParts("lost" if lost else novatel_kind(sentence), tuple(cells))
+    if not timed:
+        return parts
+    moment = datetime.datetime.fromtimestamp(float(utc_of_gps(start_of_week(week) + seconds)), datetime.UTC)
+    return replace(parts, time=moment.time(), date=moment.date())
 
 
 def novatel_kind(sentence: str) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping as Dict
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,7 +16,6 @@ from .finding import WITH_SIDE, ColumnFinding
 from .log import RawLog
 from .mapping import Mapping, flow
 from .names import named, words
-from .quantities import quantities
 from .raw import RawTable
 from .units import unit_of
 
@@ -43,61 +43,47 @@ def questions(
     may_be = {quantity for f in log.findings for quantity in f.may_be}
     asked = []
     opened = any(question.id == PROPELLERS for f in log.findings for question in f.questions)
-    if is_unsteered(may_be) and not opened and not _said(mapping, answers) and (able := rudders(log)):
-        asked.append(_which_rudder(tables, able))
-    turning = {"heading", "heading_magnetic", "yaw_rate", "latitude", "north"}
-    if not may_be & turning:
+    none = answers.get(RUDDER) == NONE or (mapping is not None and mapping.rudder == NONE)
+    if is_unsteered(may_be) and not opened and not none and (able := _rudders(log)):
+        asked.append(_which_rudder(able))
+    if not may_be & {"heading", "heading_magnetic", "yaw_rate", "latitude", "north"}:
         asked.append(_which_turning(tables, log))
     return asked
 
 
 def is_unsteered(quantities_of_log: set[str]) -> bool:
     """Whether none of the quantities is what a ship is steered by."""
-    return not quantities_of_log & {"rudder", "rudder_command"} and not quantities_of_log >= {
-        "thrust_port",
-        "thrust_starboard",
-    }
+    return not quantities_of_log & set(WITH_SIDE) and not quantities_of_log >= {"thrust_port", "thrust_starboard"}
 
 
-def _said(mapping: Mapping | None, answers: Dict[str, str]) -> bool:
-    return answers.get(RUDDER) == NONE or (mapping is not None and mapping.rudder == NONE)
-
-
-def rudders(log: RawLog) -> list[ColumnFinding]:
+def _rudders(log: RawLog) -> list[ColumnFinding]:
     """Columns that could be the rudder: called so and not read, or without a known name, as large as a rudder, and the
-    yaw rate answers them, where there is one."""
-    turning = turnings(log)
+    yaw rate answers them, where there is one: that of a sensor, a heading, or a track."""
+    angles = [s for _, s in log.all("heading", "heading_magnetic", signed=False)] or [s for _, s in log.turns()]
+    turning = [series for _, series in log.all("yaw_rate", signed=False)] or list(map(_derivative, angles))
     return [f for f in log.findings if _is_called(f) or (_is_servo_like(f) and _answered_by(log, f, turning))]
 
 
 def _is_refused(found: ColumnFinding) -> bool:
     """Whether the name of a column says that it is something else: then only what answers it tells."""
-    return not set(found.why) & set(NAMELESS)
+    return set(found.why).isdisjoint(NAMELESS)
 
 
 def _is_called(found: ColumnFinding) -> bool:
     """Whether an unused column that varies is called a rudder."""
     column = found.column
     called = set(named(words(column.called or column.name)).may_be) & set(WITH_SIDE)
-    known = column.numbers[np.isfinite(column.numbers)]
+    known = column.finite
     own = not column.known and not set(found.why) & set(DECIDED)
     return bool(called) and own and not found.may_be and column.numeric and float(np.ptp(known)) > 0.0
-
-
-def turnings(log: RawLog) -> list[ClockSeries]:
-    """Yaw rates, rad/s, of all columns that tell them: of a yaw rate, a heading, a track."""
-    rates = [series for _, series in log.all("yaw_rate", signed=False)]
-    angles = [s for _, s in log.all("heading", "heading_magnetic", signed=False)] or [s for _, s in log.turns()]
-    return rates or [_derivative(series) for series in angles]
 
 
 def _derivative(angle: ClockSeries) -> ClockSeries:
     known = np.isfinite(angle.values) & np.isfinite(angle.time)
     time, values = angle.time[known], np.unwrap(angle.values[known])
-    rises = np.concatenate([[True], np.diff(time) > 0.0]) if time.size else known[:0]
+    rises = np.diff(time, prepend=-np.inf) > 0.0
     time, values = time[rises], values[rises]
-    rate = np.gradient(values, time) if time.size > 1 else np.zeros(time.size)
-    return ClockSeries(time, rate, angle.clock, angle.dated)
+    return replace(angle, time=time, values=np.gradient(values, time) if time.size > 1 else np.zeros(time.size))
 
 
 def _is_servo_like(found: ColumnFinding) -> bool:
@@ -109,8 +95,8 @@ def _is_servo_like(found: ColumnFinding) -> bool:
         return False
     if column.unit and unit_of(column.unit) is not None and unit_of(column.unit, "angle") is None:
         return False
-    known = column.numbers[np.isfinite(column.numbers)]
-    low, high = (float(x) for x in np.quantile(known, [0.01, 0.99]))
+    known = column.finite
+    low, high = np.quantile(known, [0.01, 0.99]).tolist()
     if low == high or np.unique(known).size < 3:
         return False
     either_side = low < 0.0 < high and -low < 10.0 * high and high < -10.0 * low
@@ -120,7 +106,7 @@ def _is_servo_like(found: ColumnFinding) -> bool:
 def is_pulse(numbers: np.ndarray) -> bool:
     """Whether numbers (N,) may be the pulses of a servo, in us, to both sides of its middle."""
     known = numbers[np.isfinite(numbers)]
-    low, high = (float(x) for x in np.quantile(known, [0.01, 0.99])) if known.size else (0.0, 0.0)
+    low, high = np.quantile(known, [0.01, 0.99]).tolist() if known.size else (0.0, 0.0)
     return PULSE_US[0] <= low < 1500.0 < high <= PULSE_US[1]
 
 
@@ -143,7 +129,7 @@ def response(steering: ClockSeries, rate: ClockSeries) -> float | None:
     return told.share * told.gain if told is not None and told.is_sure(SIGN_SHARE) else 0.0
 
 
-def _which_rudder(tables: Sequence[RawTable], able: Sequence[ColumnFinding]) -> Question:
+def _which_rudder(able: Sequence[ColumnFinding]) -> Question:
     listed = ", ".join(f.column.name for f in able)
     answers = tuple(_as(f, RUDDER) for f in able)
     none = Answer(NONE, "there is no rudder in this log: sensors can be checked, no model identified", "rudder: none")
@@ -153,7 +139,7 @@ def _which_rudder(tables: Sequence[RawTable], able: Sequence[ColumnFinding]) -> 
 
 
 def _which_turning(tables: Sequence[RawTable], log: RawLog) -> Question:
-    able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.numbers[np.isfinite(f.column.numbers)]) > 0]
+    able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.finite) > 0]
     answers = tuple(_as(f, quantity) for f in able for quantity in ("heading", "yaw_rate"))
     names = ", ".join(column.name for table in tables for column in table.columns)
     text = f"No column is known to be the heading or the yaw rate: which one is it? Columns: {names}."
@@ -161,7 +147,6 @@ def _which_turning(tables: Sequence[RawTable], log: RawLog) -> Question:
 
 
 def _as(found: ColumnFinding, quantity: str) -> Answer:
-    assert quantity in quantities()
     line = flow({"column": found.column.name, "to": quantity, "unit": "?"})
     text = f"{found.column.name} is the {quantity.replace('_', ' ')}"
     return Answer(f"{found.table.label}/{found.column.name}/{quantity}", text, line)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
@@ -12,7 +13,10 @@ from ...models.linear_algebra import lstsq
 from ..geometry import unwrapped
 from ..signals import integral
 from .convert import Stream
+from .evidence import correlation
 
+Curve: TypeAlias = tuple[np.ndarray, np.ndarray]
+"""Times (N,), s, and values (N,)."""
 NEAR_S = 120.0
 """Offset that is searched between clocks that both show the date."""
 AGREEING = 0.9
@@ -56,34 +60,42 @@ def estimate_offset(first: Sequence[Stream], second: Sequence[Stream]) -> Offset
     return min(sure, key=lambda offset: offset.stderr) if sure else None
 
 
-def _series(streams: Sequence[Stream]) -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Name -> (times, values) of what can be compared; turning is compared as heading."""
-    out: dict[str, tuple[np.ndarray, np.ndarray]] = {}
+def _series(streams: Sequence[Stream]) -> dict[str, Curve]:
+    """What can be compared, by name; turning is compared as heading."""
+    out: dict[str, Curve] = {}
     for stream in streams:
         q = stream.quantities
-        for name in ("heading", "heading_magnetic"):
+        if (turn := turning(stream)) is not None:
+            out.setdefault("turn", turn)
+        for name in ("north", "east", "roll", "rudder"):
             if name in q:
-                out.setdefault("turn", _known(stream.time, unwrapped(q[name])))
-        if "yaw_rate" in q:
-            time, rate = _known(stream.time, q["yaw_rate"])
-            turned = integral(rate, time)
-            out.setdefault("turn", (time, turned))
-        for name, source in (("speed", "speed_over_ground"), ("north", "north"), ("east", "east"), ("roll", "roll")):
-            if source in q:
-                out.setdefault(name, _known(stream.time, q[source]))
-        if "surge" in q and "sway" in q:
-            out.setdefault("speed", _known(stream.time, np.hypot(q["surge"], q["sway"])))
-        if "rudder" in q:
-            out.setdefault("rudder", _known(stream.time, q["rudder"]))
+                out.setdefault(name, known(stream.time, q[name]))
+        if "speed_over_ground" in q:
+            out.setdefault("speed", known(stream.time, q["speed_over_ground"]))
+        elif "surge" in q and "sway" in q:
+            out.setdefault("speed", known(stream.time, np.hypot(q["surge"], q["sway"])))
     return {name: pair for name, pair in out.items() if pair[0].size >= FEWEST}
 
 
-def _known(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    known = np.isfinite(values)
-    return time[known], values[known]
+def turning(stream: Stream) -> Curve | None:
+    """The heading of a stream without jumps, by its sensor or the integral of the yaw rate; None without any."""
+    q = stream.quantities
+    heading = q.get("heading", q.get("heading_magnetic"))
+    if heading is not None:
+        return known(stream.time, unwrapped(heading))
+    if "yaw_rate" not in q:
+        return None
+    time, rate = known(stream.time, q["yaw_rate"])
+    return time, integral(rate, time)
 
 
-def _between(first: tuple, second: tuple, dated: bool, name: str) -> Offset | None:
+def known(time: np.ndarray, values: np.ndarray) -> Curve:
+    """The times and values (K,) of those (N,) that are known."""
+    sound = np.isfinite(values) & np.isfinite(time)
+    return time[sound], values[sound]
+
+
+def _between(first: Curve, second: Curve, dated: bool, name: str) -> Offset | None:
     (t1, x1), (t2, x2) = first, second
     step = max(float(np.median(np.diff(t1))), float(np.median(np.diff(t2))))
     shortest = min(t1[-1] - t1[0], t2[-1] - t2[0])
@@ -121,10 +133,7 @@ def _correlation(t1: np.ndarray, x1: np.ndarray, t2: np.ndarray, x2: np.ndarray,
         return -1.0
     width = max(1, grid.size // 100)
     a, b = np.interp(grid, t1, x1), np.interp(grid, t2, x2)
-    a, b = a[width:] - a[:-width], b[width:] - b[:-width]
-    a, b = a - a.mean(), b - b.mean()
-    power = math.sqrt(float(a @ a) * float(b @ b))
-    return float(a @ b) / power if power > 0.0 else -1.0
+    return correlation(a[width:] - a[:-width], b[width:] - b[:-width])
 
 
 def _refined(t1, x1, t2, x2, lag: float, step: float, name: str) -> Offset | None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -30,23 +30,22 @@ MOST_RPS = 15.0
 """Largest number of a propeller's revolutions a second."""
 
 
-def propose(log: RawLog, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
+def propose(log: RawLog, tables: Sequence[RawTable]) -> None:
     """Take the likely units of the columns of each table that have none, with one question for all of them; none where
     it is answered that they are not right, or only one is open."""
     for table in tables:
         places = [i for i, found in enumerate(log.findings) if found.table is table and is_open(found)]
         identifier = f"{table.label}/{len(places)} units"  # with more columns another question
-        if len(places) < 2 or answers.get(identifier) == NONE:
+        if len(places) < 2 or log.answers.get(identifier) == NONE:
             continue
         before = list(log.findings)
         _take_likely(log, table, places)
         likely = {i: log.findings[i] for i in places if log.findings[i].unit is not None}
         question = _question(identifier, list(likely.values()))
-        sure = key_of(question, answers) is not None
-        log.findings = [
-            _meant(found, likely[i].unit, likely[i].factor, sure) if i in likely else found
-            for i, found in enumerate(before)
-        ]
+        sure = key_of(question, log.answers) is not None
+        log.findings = before
+        for i, found in likely.items():
+            log.findings[i] = _meant(before[i], found, sure)
         if not sure:
             log.proposals.append(question)
 
@@ -56,32 +55,25 @@ def is_open(found: ColumnFinding) -> bool:
     angles is in another measure, which is asked alone."""
     dimensions = {quantities()[quantity].dimension for quantity in found.may_be}
     told = found.unit is not None or found.foreign or found.unread or found.questions
-    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    known = found.column.finite
     beyond = bool(set(found.may_be) & set(WITH_SIDE)) and units_told.size_of(found) > units_told.LARGEST_RUDDER_DEG
     return len(dimensions) == 1 and not (told or beyond) and dimensions != {"force"} and bool(np.any(known))
 
 
 def _take_likely(log: RawLog, table: RawTable, places: Sequence[int]) -> None:
     """Put the likely units into a log: lengths in metres, then what these and other columns tell, then by size."""
-    for ready in (("length",), ("angle",), ("angular rate",), ("speed",), ("rotation",)):
+    for dimension in ("length", "angle", "angular rate", "speed", "rotation"):
         for i in places:
             found = log.findings[i]
-            if (
-                found.unit is None
-                and found.dimension in ready
-                and (found.quantity != "rudder_command" or _last(log, i))
-            ):
+            # the unit of a rudder that is open tells that of its order
+            rudders = [f for f in log.findings if f.table is table and f.quantity == "rudder" and f.unit is None]
+            waits = found.quantity == "rudder_command" and bool(rudders)
+            if found.unit is None and found.dimension == dimension and not waits:
                 log.findings[i] = replace(found, unit=_by_size(log, table, found))
         for _ in range(PASSES):
             for i, found in enumerate(log.findings):
                 if found.table is table and found.may_be:
                     log.findings[i] = units_told.by_channel(log, meanings.settle(log, found))
-
-
-def _last(log: RawLog, place: int) -> bool:
-    """Whether no rudder of the same table is open, whose unit tells that of its order."""
-    own = log.findings[place]
-    return not any(f.table is own.table and f.quantity == "rudder" and f.unit is None for f in log.findings)
 
 
 def _by_size(log: RawLog, table: RawTable, found: ColumnFinding) -> LogUnit:
@@ -103,9 +95,8 @@ def _in_radians(log: RawLog, table: RawTable) -> bool:
     """Whether all angles of a table are in radians, or may be."""
     angles = [f for f in log.findings if f.table is table and f.may_be and f.may_be[0] in ANGLES]
     stated = {f.unit.name for f in angles if f.unit is not None}
-    small = all(
-        units_told.size_of(f) <= 1.02 * units_told.LARGEST_RAD.get(f.may_be[0], units_told.FULL_TURN) for f in angles
-    )
+    most = [1.02 * units_told.LARGEST_RAD.get(f.may_be[0], units_told.FULL_TURN) for f in angles]
+    small = all(units_told.size_of(f) <= largest for f, largest in zip(angles, most, strict=True))
     return stated == {"rad"} or (not stated and small)
 
 
@@ -119,17 +110,17 @@ def _is_fast(log: RawLog, table: RawTable, found: ColumnFinding) -> bool:
     return moved > units_told.FASTEST_M_S * lasts
 
 
-def _meant(found: ColumnFinding, unit: LogUnit | None, factor: float, sure: bool) -> ColumnFinding:
+def _meant(found: ColumnFinding, likely: ColumnFinding, sure: bool) -> ColumnFinding:
     """The finding of a column with its likely unit."""
     why = "as answered" if sure else "its unit is likely, by its size and how the columns move together"
     return replace(
-        found, unit=unit, factor=factor, sure="stated" if sure else "guess", why=(*found.why, why),
+        found, unit=likely.unit, factor=likely.factor, sure="stated" if sure else "guess", why=(*found.why, why),
         bounded=(*found.bounded, "unit"),
     )  # fmt: skip
 
 
 def _question(identifier: str, likely: Sequence[ColumnFinding]) -> Question:
-    told = ", ".join(f"{f.column.name} is {_kind(f)} [{_unit(f)}]" for f in likely)
+    told = ", ".join(f"{f.column.name} is {_said(f)}" for f in likely)
     text = f"The file does not state these units. By size and how the columns move together {told}. Is this right?"
     answers = (
         Answer(YES, "yes, all of it", "nothing more: the draft says it"),
@@ -139,10 +130,8 @@ def _question(identifier: str, likely: Sequence[ColumnFinding]) -> Question:
     return Question(identifier, "columns", first.table.label, first.column.name, text, answers)
 
 
-def _kind(found: ColumnFinding) -> str:
-    return " or ".join(quantity.replace("_", " ") for quantity in found.may_be)
-
-
-def _unit(found: ColumnFinding) -> str:
+def _said(found: ColumnFinding) -> str:
+    """What a column may be, and its unit."""
     assert found.unit is not None
-    return found.unit.name if found.factor == 1.0 else f"{found.factor:g} {found.unit.name}"
+    unit = found.unit.name if found.factor == 1.0 else f"{found.factor:g} {found.unit.name}"
+    return f"{' or '.join(quantity.replace('_', ' ') for quantity in found.may_be)} [{unit}]"

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
 from itertools import combinations
 
@@ -38,32 +37,28 @@ class _Pair:
     signed: bool
 
 
-def settle(log: RawLog, answers: Dict[str, str]) -> None:
+def settle(log: RawLog) -> None:
     """Make two columns the thrusts to port and starboard where a craft has no rudder, or ask which ones they are."""
     if not is_unsteered({quantity for f in log.findings for quantity in f.may_be}):
         return
     pairs = list(_pairs(log))
-    if PROPELLERS in answers:
-        _as_answered(log, pairs, answers[PROPELLERS])
+    if PROPELLERS in log.answers:
+        _as_answered(log, pairs, log.answers[PROPELLERS])
         return
     if not pairs:
         return
     best = max(pairs, key=lambda pair: (pair.sided, abs(pair.share or 0.0)))
     against = best.sided and best.signed and best.share is not None and best.share < 0.0
     agrees = best.signed and best.share is not None and best.share > 0.0
-    if best.sided and (agrees or (_in_newtons(log, best) and not against)):
+    both = (log.findings[best.port], log.findings[best.starboard])
+    in_newtons = all(unit_of(f.column.unit, "force") or _named_force(f) for f in both)
+    if best.sided and (agrees or (in_newtons and not against)):
         why = "the names state the side" + (", and the yaw rate answers their difference" if agrees else "")
         _use(log, best.port, best.starboard, why)
     else:
-        found = log.findings[best.port]
-        log.findings[best.port] = replace(found, why=(*found.why, "a propeller?")).asking(
-            _question(log, pairs, against)
-        )
-
-
-def _in_newtons(log: RawLog, pair: _Pair) -> bool:
-    both = (log.findings[pair.port], log.findings[pair.starboard])
-    return all(unit_of(f.column.unit, "force") or _named_force(f) for f in both)
+        found, question = log.findings[best.port], _question(log, pairs, against)
+        why, questions = (*found.why, "a propeller?"), (*found.questions, question)
+        log.findings[best.port] = replace(found, why=why, questions=questions, sure="guess")
 
 
 def _named_force(found: ColumnFinding) -> bool:
@@ -84,7 +79,8 @@ def _pairs(log: RawLog) -> Iterator[_Pair]:
                 continue
             i, j = own[columns[ports[0]].name], own[columns[starboards[0]].name]
             pair = _pair(log, i, j, sided=True)
-            if _drives(key[0]) or (pair.share and _opposed(log, i, j)):
+            drives = {re.sub(r"\d+$", "", word) for word in key[0]} & word_list("actuators")
+            if drives or (pair.share and _opposed(log, i, j)):
                 done |= {i, j}
                 yield pair
         rest = [i for i in own.values() if i not in done]
@@ -95,15 +91,11 @@ def _pairs(log: RawLog) -> Iterator[_Pair]:
 def _may_drive(found: ColumnFinding) -> bool:
     """Whether a column is not used for its name, or is a thrust or revolutions of one of several propellers."""
     column = found.column
-    known = column.numbers[np.isfinite(column.numbers)]
+    known = column.finite
     free = not found.may_be and not column.known and "the map says so" not in found.why
     driven = bool(found.may_be) and set(found.may_be) <= {"propeller", "propeller_thrust", PORT, STARBOARD}
     mapped = "quantity" in found.bounded
     return (free or driven) and not mapped and column.numeric and known.size > 0 and float(np.ptp(known)) > 0.0
-
-
-def _drives(others: frozenset[str]) -> bool:
-    return bool({re.sub(r"\d+$", "", word) for word in others} & word_list("actuators"))
 
 
 def _numbered(log: RawLog, places: list[int]) -> Iterator[_Pair]:
@@ -155,7 +147,7 @@ def _use(log: RawLog, port: int, starboard: int, why: str) -> None:
 
 def _offset(found: ColumnFinding) -> float:
     """What is added to a servo's pulse, which is 1500 us at rest."""
-    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    known = found.column.finite
     pulse = PULSE_US[0] <= known.min() and known.max() <= PULSE_US[1] and known.max() > 1000.0
     return -NEUTRAL_US if pulse else 0.0
 

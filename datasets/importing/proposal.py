@@ -45,24 +45,21 @@ TELL_SENSE = {"heading", "yaw_rate", "sway", "north", "east", "velocity_north", 
 """Quantities of which one that is known tells to which side the others are positive."""
 
 
-def propose(log: RawLog, tables: Sequence[RawTable], answers: Mapping[str, str]) -> None:
+def propose(log: RawLog, tables: Sequence[RawTable]) -> None:
     """Take the columns that no name tells for what they are by their motion, with a question for each table that says
     all of it; those of an answer surely.  Where none is right one more question says which column is wrong: the others
     are taken, and nothing is where several are wrong.
 
     A single column is left to the question which one is the rudder.
     """
-    missing = [wanted for wanted in NEEDED if not any(set(f.may_be) & set(wanted) for f in _named(log))]
+    told = {quantity for f in log.findings if not _is_open(f) for quantity in f.may_be}
+    missing = any(told.isdisjoint(wanted) for wanted in NEEDED)
     for table in tables:
         own = [f for f in log.findings if f.table is table]
         able = [f for f in own if _is_open(f)]
         nameless = bool(able) and len(able) == sum(f.column.numeric for f in own)
         if len(able) > 1 and (nameless or missing):
-            _propose(log, table, able, answers)
-
-
-def _named(log: RawLog) -> Iterator[ColumnFinding]:
-    return (f for f in log.findings if not _is_open(f))
+            _propose(log, table, able)
 
 
 def _is_open(found: ColumnFinding) -> bool:
@@ -72,16 +69,16 @@ def _is_open(found: ColumnFinding) -> bool:
     return unknown and not found.bounded and bool(np.isfinite(numbers).sum() > 1)
 
 
-def _propose(log: RawLog, table: RawTable, able: Sequence[ColumnFinding], answers: Mapping[str, str]) -> None:
-    wrong = answers.get(_id_of_wrong(table))
+def _propose(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> None:
+    wrong = log.answers.get(_id_of_wrong(table))
     made = _proposals(log, table, able) if len(able) <= MOST_COLUMNS and wrong != SEVERAL else []
     if not made:
         return
     question = _question(table, able, made)
-    key = said = key_of(question, answers)
+    key = said = key_of(question, log.answers)
     if key == NONE:
         question, known = _question_of_wrong(table, made[0]), wrong in {f.column.name for f in able}
-        said = key_of(question, answers) if known or not table.column(wrong or "") else wrong
+        said = key_of(question, log.answers) if known or not table.column(wrong or "") else wrong
         able = [f for f in able if f.column.name != wrong]
     if not said:
         log.proposals.append(question)
@@ -93,7 +90,8 @@ def key_of(question: Question, answers: Mapping[str, str]) -> str | None:
     """The key that was answered; BadInput where it is none of the question's."""
     key = answers.get(question.id)
     if key is not None and question.answer(key) is None:
-        raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {_keys(question)}")
+        keys = ", ".join(answer.key for answer in question.answers)
+        raise BadInput(f"{key!r} is no answer to {question.id!r}", hint=f"give one of: {keys}")
     return key
 
 
@@ -117,10 +115,6 @@ def question_of(label: str) -> str:
 def _id_of_wrong(table: RawTable) -> str:
     """Id of the question which column is not what it is proposed to be."""
     return f"{table.label}/wrong column"
-
-
-def _keys(question: Question) -> str:
-    return ", ".join(answer.key for answer in question.answers)
 
 
 def _meant(found: ColumnFinding, meaning: Meaning | None, sure: bool) -> ColumnFinding:
@@ -193,11 +187,7 @@ def _known(log: RawLog, table: RawTable, time: np.ndarray) -> tuple[dict[str, np
             known[found.column.name] = Meaning(str(found.quantity), unit, 1, "")
     for (_, latitude), (_, longitude) in log.beside("latitude", "longitude"):
         shared = together(latitude, longitude)
-        if (
-            shared is not None
-            and np.abs(shared[1]).max() <= np.pi / 2.0
-            and latitude.clock in (table.clock, table.label)
-        ):
+        if shared is not None and np.abs(shared[1]).max() <= np.pi / 2.0 and latitude.clock == table.clock:
             north, east, _ = on_plane(shared[1], shared[2])
             for name, column in (("north", north), ("east", east)):
                 values[f" {name}"] = np.interp(time, shared[0], column)

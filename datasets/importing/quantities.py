@@ -54,22 +54,10 @@ def vague_names() -> dict[str, tuple[str, ...]]:
     return {name: tuple(entry["may_be"]) for entry in _words()["vague"] for name in _names(entry["names"])}
 
 
-@cache
-def time_names() -> tuple[str, ...]:
-    """Names of a time."""
-    return _names(_words()["time"])
-
-
-@cache
-def date_names() -> tuple[str, ...]:
-    """Names of a date."""
-    return _names(_words()["date"])
-
-
-@cache
-def week_names() -> tuple[str, ...]:
-    """Names of the number of a GPS week."""
-    return _names(_words()["week"])
+def name_list(kind: str) -> tuple[str, ...]:
+    """The names of a list: time, date, week (the number of a GPS week), and other_motions, which are none of a
+    record's."""
+    return _names(_words()[kind])
 
 
 @cache
@@ -79,14 +67,9 @@ def time_parts() -> dict[str, tuple[str, ...]]:
 
 
 @cache
-def other_motions() -> tuple[str, ...]:
-    """Names of motions along a vertical axis and about the transverse one, which are none of a record's."""
-    return _names(_words()["other_motions"])
-
-
-@cache
 def word_list(kind: str) -> frozenset[str]:
-    """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative."""
+    """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative, and mathematical,
+    which are of a heading and do not state which way it counts."""
     return frozenset(_words()[kind].split())
 
 
@@ -94,9 +77,3 @@ def word_list(kind: str) -> frozenset[str]:
 def side_words() -> dict[str, frozenset[str]]:
     """Side -> words for it."""
     return {side: frozenset(text.split()) for side, text in _words()["sides"].items()}
-
-
-@cache
-def mathematical_words() -> frozenset[str]:
-    """Words for a heading that do not state which way it counts."""
-    return word_list("mathematical")

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any, TypeAlias
 
 import numpy as np
 
+from ...models.errors import BadInput
 from .cell_texts import Texts
 from .cells import GAPS, Decorated, Style, decorated, missing_value, numbers_of
 
@@ -75,6 +77,11 @@ class RawColumn:
     def lettered(self) -> Decorated | None:
         """What letters in the cells state; None where there are none."""
         return self.cells if self.cells.unit or self.cells.positive else None
+
+    @property
+    def finite(self) -> np.ndarray:
+        """(K,) the numbers that are known."""
+        return self.numbers[np.isfinite(self.numbers)]
 
     @cached_property
     def bad(self) -> np.ndarray:
@@ -143,6 +150,19 @@ class RawTable:
     faults: tuple[Rejected, ...] = ()
     lines: int = 0
 
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        columns: Sequence[RawColumn],
+        done: str,
+        sheet: str = "",
+        rows: Sequence[int] | np.ndarray | None = None,
+    ) -> RawTable:
+        """A table of a file and how it was read; its rows are counted from 1 where no lines of the file are given."""
+        lines = np.arange(1, len(columns[0].values) + 1) if rows is None else np.asarray(rows)
+        return cls(path.name, tuple(columns), lines, sheet, done=(done,))
+
     @property
     def label(self) -> str:
         """File and sheet."""
@@ -156,3 +176,30 @@ class RawTable:
     def column(self, name: str) -> RawColumn | None:
         """The column of that name, if there is one."""
         return next((column for column in self.columns if column.name == name), None)
+
+    def at(self, rows: np.ndarray, columns: Iterable[RawColumn] | None = None, **changes: Any) -> RawTable:
+        """Some rows of the table, of all its columns or of some of them, with changes of its other facts."""
+        own = tuple(replace(c, values=c.at(rows)) for c in (self.columns if columns is None else columns))
+        return replace(self, columns=own, rows=self.rows[rows], **changes)
+
+    def told(self, told_of: Callable[[RawColumn], RawColumn], *done: str) -> RawTable:
+        """The table with what is told of its columns, and what was done."""
+        return replace(self, columns=tuple(map(told_of, self.columns)), done=(*self.done, *done))
+
+
+def faults_once(parts: Sequence[RawTable]) -> list[RawTable]:
+    """The tables that a table was cut into: the first one alone has its faults."""
+    return [*parts[:1], *(replace(part, faults=()) for part in parts[1:])]
+
+
+def usable(tables: Iterable[RawTable | None], path: Path, nothing: str, hint: str = "") -> list[RawTable]:
+    """The tables of a file; BadInput, which says `nothing`, where there is none."""
+    found = [table for table in tables if table is not None]
+    if not found:
+        raise BadInput(nothing, file=path, hint=hint)
+    return found
+
+
+def with_faults(tables: Sequence[RawTable], faults: Sequence[Rejected], lines: int = 0) -> list[RawTable]:
+    """The tables of a file, of which the first one has the lines that were left out, of so many in all."""
+    return [replace(tables[0], faults=tuple(faults), lines=lines), *tables[1:]]

@@ -15,7 +15,7 @@ from .finding import WITH_SIDE, ColumnFinding, ask_numbers, ask_quantity, ask_sc
 from .headers import PERCENT, ColumnHeader, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
 from .names import Named, named, words
-from .quantities import RATE_OF, mathematical_words, quantities, vague_names
+from .quantities import RATE_OF, quantities, vague_names, word_list
 from .raw import RawColumn, RawTable
 from .units import UNITS, LogUnit, tidy, unit_of
 
@@ -38,7 +38,7 @@ PULSES = ("us", "µs", "pwm")
 UNSIGNED = frozenset(
     {"propeller", "propeller_thrust", "speed_over_ground", "speed_through_water", "wind_speed", "wind_direction",
      "latitude", "longitude", "north", "east", "velocity_north", "velocity_east", "course_over_ground", "rudder",
-     "heading_magnetic"}
+     "heading", "heading_magnetic"}
 )  # fmt: skip
 """Quantities without a sign, or whose name states it; a rudder's is that of the record's positive rudder."""
 
@@ -245,7 +245,7 @@ def _with_foreign(found: ColumnFinding, text: str) -> ColumnFinding:
 def ask_foreign(found: ColumnFinding) -> ColumnFinding:
     """The finding of a rudder in a unit that is no angle, with the question for its scale."""
     text = found.foreign
-    numbers = np.abs(found.column.numbers[np.isfinite(found.column.numbers)])
+    numbers = np.abs(found.column.finite)
     if text.lower() in PULSES and not numbers.max(initial=0.0) > 1.05:
         said = f"{found.column.name!r} is a share of the largest angle, -1 to 1: how many degrees are 1?"
         return ask_scale(found, said, "degrees at 1", "deg", (35.0, 45.0, 30.0), 1.0)
@@ -299,7 +299,7 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
     if as_in_a_record(found):
         return found.told("stated", "the name is that of a record's column", signed=True)
     compass = quantity in ("heading", "heading_magnetic", "course_over_ground")
-    mathematical = mathematical_words() & set(read_header(_called(found.table, found.column)).words)
+    mathematical = word_list("mathematical") & set(read_header(_called(found.table, found.column)).words)
     from_east = EAST.search(" ".join((_called(found.table, found.column), *found.column.said)))
     in_radians = found.unit is not None and found.unit.name != "deg"
     if quantity == "heading" and (mathematical or from_east or in_radians):
@@ -309,7 +309,7 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
         return found.told("stated", "positive to starboard stated", signed=True)
     if compass and positive == "port":
         return found.told("stated", "positive to port stated", signed=True, sign=-1)
-    return replace(found, signed=quantity in UNSIGNED or quantity == "heading" or goes_ahead(found))
+    return replace(found, signed=quantity in UNSIGNED or goes_ahead(found))
 
 
 def as_in_a_record(found: ColumnFinding) -> bool:

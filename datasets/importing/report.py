@@ -7,8 +7,6 @@ from collections.abc import Mapping as Dict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from ...models.errors import BadInput
 from .draft import DraftColumn, Sure
 from .finding import LEVELS
@@ -92,12 +90,6 @@ def refuse_fatal(
         raise ImportFault(found, columns, draft, questions)
 
 
-def span(numbers: np.ndarray) -> tuple[float, float]:
-    """Smallest and largest finite number; nan where there is none."""
-    known = numbers[np.isfinite(numbers)]
-    return (float(known.min()), float(known.max())) if known.size else (float("nan"), float("nan"))
-
-
 # ---- Of every channel of a record: from which columns it is, and whether they are stated, told or assumed.
 
 TOLD: dict[Sure, str] = {
@@ -124,11 +116,10 @@ def channel_sources(
 
     sources : channel -> quantities that it is made of.  columns : of the tables of the record.
     """
-    own = {channel: [c for c in columns if c.quantity in sources.get(channel, ())] for channel in channels}
-    return [_source(record, channel, found) for channel, found in own.items()]
-
-
-def _source(record: str, channel: str, columns: Sequence[DraftColumn]) -> ChannelSource:
-    least = max((c.sure for c in columns), key=LEVELS.index, default="guess")
-    why = "; ".join(dict.fromkeys(f"{c.column}: {c.why}" for c in columns))
-    return ChannelSource(record, channel, tuple(c.column for c in columns), TOLD[least], why)
+    out = []
+    for channel in channels:
+        own = [c for c in columns if c.quantity in sources.get(channel, ())]
+        least = max((c.sure for c in own), key=LEVELS.index, default="guess")
+        why = "; ".join(dict.fromkeys(f"{c.column}: {c.why}" for c in own))
+        out.append(ChannelSource(record, channel, tuple(c.column for c in own), TOLD[least], why))
+    return out

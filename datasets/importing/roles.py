@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from collections.abc import Mapping as Dict
 from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
 
-from .evidence import FEWEST, ClockSeries, known, liveliest, together
+from .evidence import FEWEST, ClockSeries, correlation, cosine, known, liveliest, together
 from .finding import WITH_SIDE, ColumnFinding, ask_quantity
 from .log import RawLog
 from .names import words
@@ -32,9 +30,7 @@ STEPPED, SLEWED = 0.8, 0.4
 """Share of all movement in single steps: of an order above the first, of a rudder below the second."""
 
 
-def settle(
-    log: RawLog, answers: Dict[str, str], answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding]
-) -> None:
+def settle(log: RawLog) -> None:
     """Make the earlier of two rudders the order and the later one the rudder; ask where a name says the opposite."""
     able = [i for i, found in enumerate(log.findings) if _may_steer(found)]
     for i, j in combinations(able, 2):
@@ -44,7 +40,7 @@ def settle(
         lead = leader(log, one, two)
         if lead:
             first, then = (i, j) if lead > 0 else (j, i)
-            _assign(log, first, then, answers, answered)
+            _assign(log, first, then)
 
 
 def _may_steer(found: ColumnFinding) -> bool:
@@ -52,20 +48,14 @@ def _may_steer(found: ColumnFinding) -> bool:
     return rudder and not set(words(found.column.name)) & SMOOTHED
 
 
-def _assign(
-    log: RawLog,
-    first: int,
-    then: int,
-    answers: Dict[str, str],
-    answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding],
-) -> None:
+def _assign(log: RawLog, first: int, then: int) -> None:
     order, rudder = log.findings[first], log.findings[then]
     if order.may_be == rudder.may_be == (ORDER,):  # an order and what limits it
         return
     if "quantity" in (*order.bounded, *rudder.bounded):
         return
     if rudder.may_be == (ORDER,) and order.may_be != (ORDER,):
-        log.findings[first], log.findings[then] = _asked(order, rudder, answers, answered)
+        log.findings[first], log.findings[then] = _asked(log, order, rudder)
         return
     log.findings[first] = _as(order, ORDER, f"the order: column {rudder.column.name} follows it")
     log.findings[then] = _as(rudder, RUDDER, f"the answer: it follows column {order.column.name}")
@@ -81,18 +71,13 @@ def _as(found: ColumnFinding, quantity: str, why: str) -> ColumnFinding:
     return found.told("other channel", why, may_be=(quantity,), signed=quantity == RUDDER)
 
 
-def _asked(
-    order: ColumnFinding,
-    rudder: ColumnFinding,
-    answers: Dict[str, str],
-    answered: Callable[[ColumnFinding, Dict[str, str]], ColumnFinding],
-) -> tuple[ColumnFinding, ColumnFinding]:
+def _asked(log: RawLog, order: ColumnFinding, rudder: ColumnFinding) -> tuple[ColumnFinding, ColumnFinding]:
     """An earlier and a later column whose names say the opposite, with the question which one is the order."""
     text = (
         f"{rudder.column.name!r} is called an order, and it follows {order.column.name!r}: is it the rudder, "
         f"and {order.column.name!r} the order?"
     )
-    settled = answered(ask_quantity(rudder, text, (RUDDER, ORDER)), answers)
+    settled = log.answered(ask_quantity(rudder, text, (RUDDER, ORDER)))
     if settled.questions or not settled.may_be:
         return order, settled
     other = ORDER if settled.quantity == RUDDER else RUDDER
@@ -136,23 +121,18 @@ def _best_gain(a: np.ndarray, b: np.ndarray, most: int) -> tuple[float, int]:
     """(gain of the second over the first, samples by which it is later) where they correlate best; (0, 0) where they do
     not."""
     most = min(most, a.size // 3)
-    found = {lag: _correlation(a, b, lag) for lag in range(-most, most + 1)}
+    found = {
+        lag: correlation(a[max(-lag, 0) : a.size - max(lag, 0)], b[max(lag, 0) : b.size - max(-lag, 0)])
+        for lag in range(-most, most + 1)
+    }
     lag = max(found, key=lambda k: abs(found[k]))
     return (float(np.sign(found[lag]) * np.std(b) / np.std(a)), lag) if abs(found[lag]) > ALIKE else (0.0, 0)
 
 
-def _correlation(a: np.ndarray, b: np.ndarray, lag: int) -> float:
-    x, y = (a[: a.size - lag], b[lag:]) if lag >= 0 else (a[-lag:], b[: b.size + lag])
-    power = float(np.std(x) * np.std(y))
-    return float(np.mean((x - x.mean()) * (y - y.mean()))) / power if power > 0.0 else 0.0
-
-
 def _servo(order: np.ndarray, rudder: np.ndarray) -> float:
     """Correlation of a rudder's movement with what was left to the order before it."""
-    left, moved = (order - rudder)[:-1], np.diff(rudder)
-    left = left - np.median(left)
-    power = float(left @ left) * float(moved @ moved)
-    return float(left @ moved) / power**0.5 if power > 0.0 else 0.0
+    left = (order - rudder)[:-1]
+    return cosine(left - np.median(left), np.diff(rudder))
 
 
 def steps(first: ClockSeries, second: ClockSeries) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Sequence
 from collections.abc import Mapping as Dict
 from dataclasses import dataclass, replace
 from itertools import combinations
@@ -49,31 +49,34 @@ NEAR = 0.03
 
 @dataclass(frozen=True)
 class TwoScales:
-    """The scale, columns of the model and of the ship by name with what they are called without the mark, and of which
-    scale the time is that bears no mark ('' where that is not told)."""
+    """The scale, columns of the model and of the ship by name with what they are called without the mark, and those of
+    one quantity."""
 
     size: float
     model: Dict[str, str]
     ship: Dict[str, str]
     pairs: tuple[tuple[str, str], ...]
 
+    def of(self, scale: str) -> tuple[Dict[str, str], Dict[str, str]]:
+        """The columns of a scale, and those of the other one."""
+        return (self.model, self.ship) if scale == MODEL else (self.ship, self.model)
+
 
 def of_one_scale(
     tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]
 ) -> tuple[list[RawTable], Question | None]:
     """The tables with the columns of one scale, as the map or the answer says; and the question which one, if open."""
-    two = {table.label: found for table in tables if (found := find_scales(table)) is not None}
+    two = {table.label: found for table in tables if (found := _by_marks(table) or _by_factors(table)) is not None}
     wanted = answers.get(SCALE) or (mapping.scale if mapping is not None else None)
     question = _which(tables, two) if two and wanted is None else None
     return [_of(t, two[t.label], wanted or MODEL) if t.label in two else t for t in tables], question
 
 
-def find_scales(table: RawTable) -> TwoScales | None:
-    """The two scales of a table; None where its columns are of one."""
-    return next((found for marks in MARKS if (found := _by_names(table, *marks)) is not None), _by_factors(table))
-
-
 # ------------------------------------------------------------------------------------------------ by names
+
+
+def _by_marks(table: RawTable) -> TwoScales | None:
+    return next((found for marks in MARKS if (found := _by_names(table, *marks)) is not None), None)
 
 
 def _by_names(table: RawTable, model: set[str], ship: set[str]) -> TwoScales | None:
@@ -81,14 +84,15 @@ def _by_names(table: RawTable, model: set[str], ship: set[str]) -> TwoScales | N
     other = {c.name: base for c in table.columns if (base := _without(c.name, ship)) is not None}
     own = {name: base for name, base in own.items() if name not in other}
     pairs = tuple((one, two) for one, a in own.items() for two, b in other.items() if a == b and a)
-    sizes = [size for one, two in pairs if (size := _scale(table, one, two, own[one])) is not None]
+    columns = {column.name: column for column in table.columns}
+    tried = [_size(columns[one], columns[two], _dimension(columns[one], own[one])) for one, two in pairs]
+    sizes = [size for size in tried if LEAST < size < LARGEST]
     letters = len(model) == 1
     if len(sizes) < (2 if letters else 1) or not _agree(sizes):
         return None
     if letters:
-        own, other = (
-            {name: base for name, base in side.items() if any(name in p for p in pairs)} for side in (own, other)
-        )
+        paired = {name for pair in pairs for name in pair}
+        own, other = ({name: side[name] for name in side if name in paired} for side in (own, other))
     return TwoScales(float(np.median(sizes)), own, other, pairs)
 
 
@@ -100,20 +104,11 @@ def _without(name: str, marks: set[str]) -> str | None:
     return " ".join(part for part in parts if part not in marks | BESIDE)
 
 
-def _scale(table: RawTable, one: str, two: str, base: str) -> float | None:
-    """The scale that a column of the model and one of the ship tell; None where they tell none."""
-    first, second = table.column(one), table.column(two)
-    ratio = _factor(first, second) if first is not None and second is not None else None
-    exponent = _exponent(first, base) if first is not None else None
-    if ratio is None or not exponent or not ratio > 0.0:
-        return None
-    size = ratio ** (1.0 / exponent)
-    return size if LEAST < size < LARGEST else None
-
-
-def _exponent(column: RawColumn, base: str) -> float | None:
-    dimension = _dimension(column, base)
-    return EXPONENTS.get(dimension) if dimension else None
+def _size(one: RawColumn, two: RawColumn, dimension: str) -> float:
+    """The scale of a column of the ship and one of the model, by their constant factor; 1 where they tell none."""
+    exponent = EXPONENTS.get(dimension)
+    ratio = _factor(one, two) if exponent else None
+    return ratio ** (1.0 / exponent) if ratio is not None and ratio > 0.0 and exponent else 1.0
 
 
 def _dimension(column: RawColumn, base: str) -> str:
@@ -124,14 +119,14 @@ def _dimension(column: RawColumn, base: str) -> str:
     may_be = next((found for n in range(len(parts), 0, -1) if (found := named(parts[:n]).may_be)), ())
     known = {quantities()[quantity].dimension for quantity in may_be}
     unit = unit_of(column.unit) if column.unit else None
-    return next(iter(known)) if len(known) == 1 else unit.dimension if unit is not None else ""
+    return known.pop() if len(known) == 1 else unit.dimension if unit is not None else ""
 
 
 def _factor(first: RawColumn, second: RawColumn) -> float | None:
     """The constant by which the second column is larger, both in their stated units; None where there is none."""
     if not (first.numeric and second.numeric):
         return None
-    a, b = first.numbers * _unit_factor(first), second.numbers * _unit_factor(second)
+    a, b = first.numbers * _unit_factor(first, 1.0), second.numbers * _unit_factor(second, 1.0)
     known = np.isfinite(a) & np.isfinite(b)
     a, b = a[known], b[known]
     power = float(a @ a)
@@ -142,9 +137,10 @@ def _factor(first: RawColumn, second: RawColumn) -> float | None:
     return ratio if apart <= NEAR * float(np.quantile(np.abs(b - np.median(b)), 0.95)) + 1e-12 else None
 
 
-def _unit_factor(column: RawColumn) -> float:
+def _unit_factor(column: RawColumn, usual: float) -> float:
+    """The factor of the unit that a column states, or else the usual one."""
     unit = unit_of(column.unit) if column.unit else None
-    return unit.factor if unit is not None else 1.0
+    return unit.factor if unit is not None else usual
 
 
 def _agree(sizes: Sequence[float]) -> bool:
@@ -163,9 +159,7 @@ def _by_factors(table: RawTable) -> TwoScales | None:
     found: list[tuple[float, str, str, str]] = []
     for (one, first), (two, second) in combinations(told, 2):
         if first == second and _same_name(one, two):
-            exponent = EXPONENTS[first]
-            ratio = _factor(one, two)
-            size = ratio ** (1.0 / exponent) if ratio is not None and ratio > 0.0 else 1.0
+            size = _size(one, two, first)
             model, ship = (one, two) if size > 1.0 else (two, one)
             size = max(size, 1.0 / size)
             found += [(size, first, model.name, ship.name)] if LEAST < size < LARGEST else []
@@ -190,38 +184,32 @@ def _same_name(one: RawColumn, two: RawColumn) -> bool:
 
 def _of(table: RawTable, two: TwoScales, wanted: str) -> RawTable:
     """A table without the columns of the other scale, and with the time of the one that is wanted."""
-    used, other = (two.model, two.ship) if wanted == MODEL else (two.ship, two.model)
+    used, other = two.of(wanted)
     said = f"of the {SHIP if wanted == MODEL else MODEL}: the scale 1 : {two.size:.4g} of the {wanted} is wanted"
-    columns = [
-        replace(c, known=NOT_USED, source=said) if c.name in other else replace(c, called=used.get(c.name, c.called))
-        for c in table.columns
-    ]
-    told = (f"columns of a {wanted} are used, of two scales 1 : {two.size:.4g}",)
-    columns, more = _with_time(table, columns, two, wanted)
-    return replace(table, columns=tuple(columns), done=(*table.done, *told, *more))
+
+    def told(c: RawColumn) -> RawColumn:
+        if c.name in other:
+            return replace(c, known=NOT_USED, source=said)
+        return replace(c, called=used.get(c.name, c.called))
+
+    done = f"columns of a {wanted} are used, of two scales 1 : {two.size:.4g}"
+    return _with_time(table, table.told(told, done), two, wanted)
 
 
-def _with_time(
-    table: RawTable, columns: Sequence[RawColumn], two: TwoScales, wanted: str
-) -> tuple[list[RawColumn], tuple[str, ...]]:
-    """The columns with a time of the scale that is wanted, and what was done to it."""
-    used, other = (two.model, two.ship) if wanted == MODEL else (two.ship, two.model)
+def _with_time(table: RawTable, chosen: RawTable, two: TwoScales, wanted: str) -> RawTable:
+    """The table of one scale with a time of it; `table`: that of both scales."""
+    used, other = two.of(wanted)
     times = [c for c in table.columns if is_time(used.get(c.name) or other.get(c.name) or c.name) and c.numeric]
-    own = [c for c in times if c.name in used]
-    foreign = next((c for c in times if c.name in other), None)
-    if own or not times:
-        return list(columns), ()
+    if not times or any(c.name in used for c in times):
+        return chosen
     common = next((c for c in times if c.name not in other), None)
     if common is not None and _scale_of_time(table, two) in ("", wanted):
-        return list(columns), ()
-    moved = common or foreign
-    assert moved is not None
+        return chosen
+    base = common or times[0]
     factor = math.sqrt(two.size) if wanted == SHIP else 1.0 / math.sqrt(two.size)
-    base = next(c for c in table.columns if c.name == moved.name)
-    called = other.get(base.name, "")
-    made = replace(base, values=base.numbers * factor, called=called)
-    told = f"{base.name} is a time of the {SHIP if wanted == MODEL else MODEL}: times {factor:.4g}"
-    return [made if c.name == base.name else c for c in columns], (told,)
+    made = replace(base, values=base.numbers * factor, called=other.get(base.name, ""))
+    done = f"{base.name} is a time of the {SHIP if wanted == MODEL else MODEL}: times {factor:.4g}"
+    return chosen.told(lambda c: made if c.name == base.name else c, done)
 
 
 def _scale_of_time(table: RawTable, two: TwoScales) -> str:
@@ -232,24 +220,15 @@ def _scale_of_time(table: RawTable, two: TwoScales) -> str:
     angle = next((c for c in table.columns if named(words(c.name)).may_be[:1] == ("heading",)), None)
     if seconds is None or angle is None:
         return ""
-    heading = ClockSeries(seconds[0], angle.numbers * _or(angle, math.radians(1.0)), "", False)
-    for scale, rate in _rates(table, two):
-        ratio = rate_ratio(heading, ClockSeries(seconds[0], rate.numbers * _or(rate, math.radians(1.0)), "", False))
+    rates = [c for c in table.columns if c.name in marked and _dimension(c, marked[c.name]) == "angular rate"]
+    heading, *series = (
+        ClockSeries(seconds[0], c.numbers * _unit_factor(c, math.radians(1.0)), "", False) for c in (angle, *rates)
+    )
+    for rate, own in zip(rates, series, strict=True):
+        ratio = rate_ratio(heading, own)
         if ratio is not None and abs(math.log(abs(ratio))) < 0.25 * math.log(two.size):
-            return scale
+            return MODEL if rate.name in two.model else SHIP
     return ""
-
-
-def _rates(table: RawTable, two: TwoScales) -> Iterator[tuple[str, RawColumn]]:
-    for scale, names in ((MODEL, two.model), (SHIP, two.ship)):
-        for name, base in names.items():
-            column = table.column(name)
-            if column is not None and _dimension(column, base) == "angular rate":
-                yield scale, column
-
-
-def _or(column: RawColumn, usual: float) -> float:
-    return _unit_factor(column) if column.unit and unit_of(column.unit) else usual
 
 
 def _which(tables: Iterable[RawTable], two: Dict[str, TwoScales]) -> Question:

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .evidence import as_of_one_clock, body, follows, rate_ratio, sense, slope, together
+from .evidence import as_of_one_clock, body, cosine, follows, rate_ratio, sense, slope, together
 from .finding import ColumnFinding, ask_sign
 from .log import RawLog
 from .reading import frame_stated
@@ -19,6 +19,15 @@ STRENGTHS = (0.3, 3.0)
 OUTWARD = 0.7
 """Correlation of a sway and a yaw rate from which on the drift is outward."""
 QUARTER = math.pi / 2.0
+TO_SIDES = ("starboard", "positive to starboard"), ("port", "positive to port")
+_DOWN = ("starboard", "positive starboard down"), ("port", "positive port down")
+_TO_EAST = ("east", "positive to east"), ("west", "positive to west")
+WAYS = {
+    "surge": (("forward", "positive forward"), ("astern", "positive astern")),
+    "rudder_command": (("same", "as the rudder angle"), ("opposite", "against the rudder angle")),
+    "magnetic_variation": _TO_EAST, "magnetic_deviation": _TO_EAST, "roll": _DOWN, "roll_rate": _DOWN,
+}  # fmt: skip
+"""Quantity -> key and text of the answers for the record's sign and for the other one; `TO_SIDES` of all others."""
 
 
 def by_channel(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -43,20 +52,17 @@ def _heading(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         told = sense(series, north, east)
         if told is not None:
             return _with_sense(found, told, f"agrees with {name}")
-    others = ((f, s) for f, s in log.all("heading") if f is not found)
-    for other, rate in (*log.all("yaw_rate"), *()):
-        ratio = rate_ratio(series, rate)
-        if ratio is not None and "stated" in " ".join(other.why):
-            return found.told(
-                "other channel", f"turns with {other.column.name}", signed=True, sign=1 if ratio > 0 else -1
-            )
-    for other, heading in others:
-        ratio = slope(heading, series)
+    stated = [(f, rate_ratio(series, s)) for f, s in log.all("yaw_rate") if "stated" in " ".join(f.why)]
+    others = ((f, slope(s, series)) for f, s in log.all("heading") if f is not found)
+    for other, ratio in (*stated, *others):
         if ratio is not None:
-            return found.told(
-                "other channel", f"turns with {other.column.name}", signed=True, sign=1 if ratio > 0 else -1
-            )
+            return _as_ratio(found, ratio, f"turns with {other.column.name}")
     return found
+
+
+def _as_ratio(found: ColumnFinding, ratio: float, why: str) -> ColumnFinding:
+    """The finding with the sign of its ratio to another channel."""
+    return found.told("other channel", why, signed=True, sign=1 if ratio > 0.0 else -1)
 
 
 def _with_sense(found: ColumnFinding, told: tuple[str, float], why: str) -> ColumnFinding:
@@ -82,8 +88,7 @@ def _yaw_rate(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     for name, angle in sorted(turns, key=lambda turn: turn[1].clock != series.clock):
         ratio = rate_ratio(angle, series)
         if ratio is not None:
-            turned = "" if ratio > 0.0 else "turned round: "
-            return found.told("other channel", f"{turned}agrees with {name}", signed=True, sign=1 if ratio > 0 else -1)
+            return _as_ratio(found, ratio, f"{'' if ratio > 0.0 else 'turned round: '}agrees with {name}")
     return found
 
 
@@ -92,8 +97,7 @@ def _roll_rate(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     for other, roll in log.all("roll"):
         ratio = rate_ratio(roll, series) if series is not None else None
         if ratio is not None:
-            why = f"agrees with column {other.column.name}"
-            return found.told("other channel", why, signed=True, sign=1 if ratio > 0 else -1)
+            return _as_ratio(found, ratio, f"agrees with column {other.column.name}")
     return found
 
 
@@ -109,12 +113,11 @@ def _along(log: RawLog, found: ColumnFinding) -> ColumnFinding:
                 continue
             ratio = slope(parts[0] if found.quantity == "surge" else parts[1], series)
             if ratio is not None and STRENGTHS[0] < abs(ratio) < STRENGTHS[1]:
-                why = f"agrees with {name} and the heading"
-                return found.told("other channel", why, signed=True, sign=1 if ratio > 0 else -1)
+                return _as_ratio(found, ratio, f"agrees with {name} and the heading")
     rate = _turned_outward(log, found) if found.quantity == "sway" else None
     if rate is not None and rate.signed:
         why = f"to the side to which column {rate.column.name} is positive: the ship drifts outward"
-        return found.told("other channel", why, signed=True, sign=rate.sign)
+        return _as_ratio(found, rate.sign, why)
     return found
 
 
@@ -126,14 +129,9 @@ def _turned_outward(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
     for rate in rates:
         series = log.series(rate, raw=True)
         shared = together(sway, series) if sway is not None and series is not None else None
-        if shared is not None and found.sign == 1 and _correlated(shared[1], shared[2]) < -OUTWARD:
+        if shared is not None and found.sign == 1 and cosine(shared[1], shared[2]) < -OUTWARD:
             return rate
     return None
-
-
-def _correlated(one: np.ndarray, other: np.ndarray) -> float:
-    power = math.sqrt(float(one @ one) * float(other @ other))
-    return float(one @ other) / power if power > 0.0 else 0.0
 
 
 def command_sign(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -145,9 +143,7 @@ def command_sign(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     told = follows(as_of_one_clock(other[1], series), series) if series is not None else None
     if told is None:
         return found
-    turned = "" if told > 0 else "turned round: "
-    why = f"{turned}column {other[0].column.name} follows it"
-    return found.told("other channel", why, signed=True, sign=told)
+    return _as_ratio(found, told, f"{'' if told > 0 else 'turned round: '}column {other[0].column.name} follows it")
 
 
 # ------------------------------------------------------------------------------------------------ questions
@@ -186,20 +182,14 @@ def ask(log: RawLog, found: ColumnFinding) -> ColumnFinding:
             ("counterclockwise from east", "counterclockwise from east (ENU)", {"offset": quarter, "sign": -1}),
             ("counterclockwise from north", "counterclockwise from north", {"sign": -1}),
         ])  # fmt: skip
-    if found.quantity == "surge":
-        answers = [("forward", "positive forward", {}), ("astern", "positive astern", {"sign": -1})]
-        return ask_sign(found, f"Which way is {name!r} positive?", answers)
-    if found.quantity in ("magnetic_variation", "magnetic_deviation"):
-        answers = [("east", "positive to east", {}), ("west", "positive to west", {"sign": -1})]
-        return ask_sign(found, f"Which way is {name!r} positive?", answers)
-    if found.quantity == "rudder_command":
-        answers = [("same", "as the rudder angle", {}), ("opposite", "against the rudder angle", {"sign": -1})]
-        return ask_sign(found, f"Which way is {name!r} positive? The rudder does not follow it clearly.", answers)
-    said = {"roll": ("starboard down", "port down"), "roll_rate": ("starboard down", "port down")}
-    one, other = said.get(str(found.quantity), ("to starboard", "to port"))
-    answers = [("starboard", f"positive {one}", {}), ("port", f"positive {other}", {"sign": -1})]
-    text = f"Which way is {name!r} ({str(found.quantity).replace('_', ' ')}) positive? No other channel tells it."
-    return ask_sign(found, text, answers)
+    quantity = str(found.quantity)
+    (key, said), (other, against) = WAYS.get(quantity, TO_SIDES)
+    text = f"Which way is {name!r} positive?"
+    if quantity == "rudder_command":
+        text += " The rudder does not follow it clearly."
+    elif quantity not in WAYS or quantity.startswith("roll"):
+        text = f"Which way is {name!r} ({quantity.replace('_', ' ')}) positive? No other channel tells it."
+    return ask_sign(found, text, [(key, said, {}), (other, against, {"sign": -1})])
 
 
 def against_track(log: RawLog, found: ColumnFinding) -> str:
@@ -216,8 +206,3 @@ def against_track(log: RawLog, found: ColumnFinding) -> str:
         if abs(told[1]) > 1.0:
             return f"{name} lead {math.degrees(told[1]):+.0f} deg away from it"
     return ""
-
-
-def as_open(found: ColumnFinding) -> ColumnFinding:
-    """The finding with its sign open again."""
-    return replace(found, signed=False, sign=1, offset=0.0)

@@ -17,7 +17,7 @@ from .contained import read_contained
 from .formats.autopilot_texts import looks_like_dataflash, looks_like_mavlink_text, read_dataflash, read_mavlink_text
 from .formats.autopilots import with_px4
 from .formats.expedition import looks_like_expedition, read_expedition
-from .formats.gpx import looks_like_gpx, looks_like_tcx, read_gpx, read_tcx
+from .formats.gpx import looks_like_track, read_track
 from .formats.hypack import looks_like_hypack, read_hypack
 from .formats.influx import looks_like_influx, looks_like_line_protocol, read_influx, read_line_protocol
 from .formats.json_records import looks_like_json, read_json
@@ -42,8 +42,7 @@ from .text import LONGEST, MOST_COLUMNS, decoded, read_text
 from .times import find_time
 
 TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]], ...] = (
-    (looks_like_gpx, read_gpx),
-    (looks_like_tcx, read_tcx),
+    (looks_like_track, read_track),
     (looks_like_expedition, read_expedition),
     (looks_like_n2k, read_n2k),
     (looks_like_mavlink_text, read_mavlink_text),
@@ -67,6 +66,7 @@ REFUSED = {
 }
 BINARY = {
     b"PK": "a workbook",
+    b"MATLAB 7.3": "an HDF5 file",
     b"MATLAB": "a MAT file",
     b"CDF\x01": "a netCDF file",
     b"CDF\x02": "a netCDF file",
@@ -133,15 +133,12 @@ def _content(path: Path) -> bytes:
 
 def _oldest_first(table: RawTable) -> RawTable:
     """A table whose newest row stands first, turned round."""
-    rows = np.arange(min(table.n, HEAD))
-    head = replace(table, columns=tuple(replace(c, values=c.at(rows)) for c in table.columns), rows=table.rows[rows])
-    time = find_time(head, None, {}).seconds(head) if rows.size > 2 else None
+    head = table.at(np.arange(min(table.n, HEAD)))
+    time = find_time(head, None, {}).seconds(head) if head.n > 2 else None
     if time is None or not np.mean(np.diff(time[0]) < 0.0) > 0.9:
         return table
-    back = np.arange(table.n)[::-1]
-    columns = tuple(replace(c, values=c.at(back)) for c in table.columns)
     done = (*table.done, "the newest row stands first: turned round")
-    return replace(table, columns=columns, rows=table.rows[back], done=done)
+    return table.at(np.arange(table.n)[::-1], done=done)
 
 
 def _tables(data: bytes, path: Path) -> list[RawTable]:

@@ -6,7 +6,7 @@ import csv
 import itertools
 import re
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 
 from ...models.errors import BadInput
@@ -53,9 +53,7 @@ def _unstated(data: bytes) -> str:
     """The likely encoding of text that is not UTF-8, by charset-normalizer from the lines that are not ASCII."""
     from charset_normalizer import from_bytes
 
-    if (
-        not set(data.translate(None, ASCII)) - SIGNS
-    ):  # few lines of one sign, behind which a letter of a script may seem to stand
+    if set(data.translate(None, ASCII)) <= SIGNS:  # behind one sign a letter of a script may seem to stand
         return "cp1252"
     lines = [line for line in data[:1_000_000].splitlines() if not line.isascii()][:50]
     best = from_bytes(b"\n".join(line[:2000] for line in lines)).best()
@@ -68,6 +66,11 @@ def _unmarked(head: bytes) -> str | None:
     if len(head) > 20 and odd > 0.4 * len(head) / 2 and even == 0:
         return "utf-16-le"
     return "utf-16-be" if len(head) > 20 and even > 0.4 * len(head) / 2 and odd == 0 else None
+
+
+def usual_width(widths: Iterable[int]) -> int:
+    """The commonest number of cells."""
+    return Counter(widths).most_common(1)[0][0]
 
 
 def read_text(text: str, encoding: str, path: Path) -> RawTable:
@@ -84,9 +87,12 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
         raise BadInput("the file is empty", file=path)
     plain = [line for _, line in sample if not COMMENT.match(line)]
     _refuse_two_commas(plain[: 2 * SAMPLE], path)
-    tidy = with_exponents(text, plain[:SAMPLE])
-    separator = find_separator([EXPONENT.sub("E", line) for line in plain[: 2 * SAMPLE]])
-    tidy = with_spaces(tidy, plain[:SAMPLE]) if separator == " " else tidy
+    # exponents that Fortran writes with D, and numbers that touch
+    tidy = EXPONENT.sub("E", text) if any(map(EXPONENT.search, plain[:SAMPLE])) else text
+    body = [EXPONENT.sub("E", line) for line in plain[: 2 * SAMPLE]][-SAMPLE:]
+    separator = max(SEPARATORS, key=lambda separator: _score(body, separator))
+    if separator == " " and any(map(TOUCHING.search, plain[:SAMPLE])):
+        tidy = TOUCHING.sub(r"\1 ", tidy)
     if tidy is not text:
         text, sample = tidy, [(number, _bounded(number, line, path)) for number, line in _sample(tidy)]
     rows = [_line(number, line, separator) for number, line in sample]
@@ -105,12 +111,11 @@ def read_text(text: str, encoding: str, path: Path) -> RawTable:
 
 def _with_names(rows: list[Line], sample: Sequence[tuple[int, str]]) -> list[Line]:
     """Rows that are separated by spaces, header lines among them cut into names with spaces."""
-    body = [line for row, (_, line) in zip(rows, sample, strict=True) if not row.comment and is_data(row.cells)][
-        -SAMPLE:
-    ]
+    pairs = zip(rows, sample, strict=True)
+    body = [line for row, (_, line) in pairs if not row.comment and is_data(row.cells)][-SAMPLE:]
     if not body:
         return rows
-    width, ends = Counter(len(line.split()) for line in body).most_common(1)[0][0], column_ends(body)
+    width, ends = usual_width(len(line.split()) for line in body), column_ends(body)
     out = list(rows)
     for i, (row, (_, line)) in enumerate(zip(rows, sample, strict=True)):
         if is_data(row.cells) and not row.comment:
@@ -174,12 +179,6 @@ def _bounded(number: int, line: str, path: Path) -> str:
     return line
 
 
-def find_separator(lines: Sequence[str]) -> str:
-    """The separator that cuts most lines into equally many cells that are values."""
-    scores = {separator: _score(lines[-SAMPLE:], separator) for separator in SEPARATORS}
-    return max(scores, key=lambda separator: scores[separator])
-
-
 def _score(lines: Sequence[str], separator: str) -> float:
     """Share of the lines with the commonest number of cells, times the share of their cells that are values."""
     rows = [_cells(line, separator) for line in lines]
@@ -215,7 +214,7 @@ def _width_without_trailing(lines: Sequence[Line]) -> int | None:
     plain = [line for line in lines if not line.comment and len(line.cells) > 2]
     if not plain or sum(not line.cells[-1].strip() for line in plain) < 0.9 * len(plain):
         return None
-    width = Counter(len(line.cells) for line in plain).most_common(1)[0][0]
+    width = usual_width(len(line.cells) for line in plain)
     return None if any(line.cells[-1].strip() for line in plain if len(line.cells) == width) else width
 
 
@@ -231,15 +230,12 @@ def _refuse_two_commas(lines: Sequence[str], path: Path) -> None:
     body = lines[-SAMPLE:]
     header = next((line for line in lines if re.search(r"[A-Za-z]{2}", line)), "")
     width = header.count(",") + 1
-    if (
-        width > 1
-        and ";" not in header
-        and sum(bool(UNQUOTED.fullmatch(line.strip())) for line in body) > 0.5 * len(body)
-    ):
-        counts = Counter(line.count(",") + 1 for line in body)
-        if counts.most_common(1)[0][0] > width:
-            hint = "export it with semicolons or tabs between the columns, or with decimal points"
-            raise BadInput("decimal commas cannot be told from the commas between columns", file=path, hint=hint)
+    numbers = sum(UNQUOTED.fullmatch(line.strip()) is not None for line in body)
+    if width < 2 or ";" in header or numbers <= 0.5 * len(body):
+        return
+    if usual_width(line.count(",") + 1 for line in body) > width:
+        hint = "export it with semicolons or tabs between the columns, or with decimal points"
+        raise BadInput("decimal commas cannot be told from the commas between columns", file=path, hint=hint)
 
 
 # ---- Text in columns of fixed width, as Fortran writes it: exponents with D, numbers that touch, names with spaces.
@@ -252,18 +248,6 @@ TOKEN = re.compile(r"\S+")
 QUOTED = re.compile(r'"[^"]*"')
 ALIGNED = 0.4
 """Share of the lines in which a number ends where the others of its column do; those that were cut apart are longer."""
-
-
-def with_exponents(text: str, sample: Sequence[str]) -> str:
-    """The text with E for the exponents that Fortran writes with D, where the sample has some."""
-    if not any(EXPONENT.search(line) for line in sample):
-        return text
-    return EXPONENT.sub("E", text)
-
-
-def with_spaces(text: str, sample: Sequence[str]) -> str:
-    """The text, separated by spaces, with a space between numbers that touch, where the sample has some."""
-    return TOUCHING.sub(r"\1 ", text) if any(TOUCHING.search(line) for line in sample) else text
 
 
 def column_ends(lines: Sequence[str]) -> list[int] | None:
@@ -292,9 +276,7 @@ def header_cells(line: str, width: int, ends: Sequence[int] | None) -> tuple[str
     wide = re.split(r"\s{2,}|\t", plain)
     if len(wide) == width:
         return tuple(wide)
-    if ends is None or any(
-        line[end - 1 : end + 1].strip() and len(line[end - 1 : end + 1].split()[0]) > 1 for end in ends
-    ):
+    if ends is None or any(re.match(r"\S\S", line[end - 1 : end + 1]) for end in ends):
         return None
     starts = [0, *ends[:-1]]
     cells = [line[a:b].strip() for a, b in zip(starts, [*ends[:-1], len(line)], strict=True)]

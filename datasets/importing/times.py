@@ -13,20 +13,7 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ...models.number_texts import number_of
-from .clock import (
-    COUNTED,
-    DATED,
-    OF_DAY,
-    OF_WEEK,
-    SCALES,
-    UNITS_OF_TIME,
-    Form,
-    TimeGuess,
-    guess_form,
-    rows_as_seconds,
-    seconds,
-    spread,
-)
+from .clock import COUNTED, DATED, OF_DAY, OF_WEEK, SCALES, UNITS_OF_TIME, Form, TimeGuess, guess_form, seconds, spread
 from .draft import Answer, Question, Sure
 from .gps_time import WEEK_S, leap_seconds, start_of_week, utc_of_gps, week_stated
 from .headers import BRACKETS
@@ -41,6 +28,11 @@ GPS_TIME = frozenset({"gpst", "tow", "itow", "sow"})
 """Words that state GPS time, in which a clock is ahead of UTC by the leap seconds."""
 SCALE_STATED = re.compile(
     r"\btime[ _-]?(?:system|scale|reference|base|standard)\b[^\n\w]{0,10}(gps|utc)\b", re.IGNORECASE
+)
+RATE_STATED = re.compile(r"(sampl|rate|freq|takt|abtast)\w*[^\d\n]{0,20}([\d.]+)\s*(hz|samples/s)", re.IGNORECASE)
+STEP_STATED = re.compile(
+    r"\b(dt|delta t|time ?step|sampling interval|sample time|abtastzeit)\b[^\d\n]{0,12}([\d.]+)\s*(s|sec|ms)\b",
+    re.IGNORECASE,
 )
 NEAR_S = 1.5
 """Seconds within which two times of a table are the same."""
@@ -90,7 +82,7 @@ class TableTime:
         if used is None:
             return None
         if used == "rows":
-            return rows_as_seconds(table.n, self.step_s or 1.0), ""
+            return (self.step_s or 1.0) * np.arange(table.n), ""
         time, done = spread(seconds([c for name in self.columns if (c := table.column(name))], used))
         if used in OF_WEEK and self.week is not None:
             time = time + start_of_week(self.week)
@@ -207,7 +199,7 @@ def _weeks(table: RawTable) -> TableTime | None:
     place = table.columns.index(week)
     near = sorted(range(len(table.columns)), key=lambda i: (i < place, abs(i - place)))
     for column in (table.columns[i] for i in near):
-        known = column.numbers[np.isfinite(column.numbers)] if column.numeric and is_time(column.name) else np.zeros(0)
+        known = column.finite if column.numeric and is_time(column.name) else np.zeros(0)
         rising = known.size > 1 and np.mean(np.diff(known) >= 0.0) > 0.95
         if column is not week and rising and known.min() >= 0.0 and known.max() < 1e3 * WEEK_S:
             names = (week.name, column.name)
@@ -224,7 +216,7 @@ def _whole(numbers: np.ndarray) -> bool:
 
 def _of_gps(table: RawTable, column: RawColumn, guess: TimeGuess) -> TimeGuess:
     """The form of a number that counts GPS time, as its name or a date above the table tells; else as guessed."""
-    numbers = column.numbers[np.isfinite(column.numbers)] if column.numeric else np.zeros(0)
+    numbers = column.finite if column.numeric else np.zeros(0)
     if not numbers.size or guess.forms[0] not in (*COUNTED, "epoch s"):
         return guess
     name, low, high = set(words(column.name)), float(numbers.min()), float(numbers.max())
@@ -241,9 +233,8 @@ def _of_gps(table: RawTable, column: RawColumn, guess: TimeGuess) -> TimeGuess:
     if size * high >= WEEK_S or not (called or (by_name and late) or dated):
         return guess
     why = "its name says so" if by_name else "the date above the table lies on that day of the week"
-    return TimeGuess(
-        ("milliseconds of week" if thousand else "seconds of week",), f"GPS seconds of the week: {why}", True
-    )
+    form: Form = "milliseconds of week" if thousand else "seconds of week"
+    return TimeGuess((form,), f"GPS seconds of the week: {why}", True)
 
 
 def _first(place: int, column: RawColumn, guess: TimeGuess) -> bool:
@@ -265,15 +256,8 @@ def _unit(column: RawColumn) -> str:
     known = {text for texts in UNITS_OF_TIME.values() for text in texts}
     if len(words(name)) > 1 and last[0] in known:
         return last[0]
-    return next(
-        (
-            text
-            for text in (*(said.lower() for said in column.said), *words(name))
-            if text in ("usec", "msec", "nsec", "us", "ms", "ns", "nanosec", "seconds", "millis", "sec", *known)
-            and len(text) > 1
-        ),
-        "",
-    )
+    texts = (*(said.lower() for said in column.said), *words(name))
+    return next((text for text in texts if text in known and len(text) > 1), "")
 
 
 def _with_date(table: RawTable, column: RawColumn, guess: TimeGuess) -> tuple[tuple[str, ...], TimeGuess]:
@@ -297,13 +281,9 @@ def _asked(table: RawTable, names: tuple[str, ...], guess: TimeGuess) -> TableTi
     if len(guess.forms) == 1:
         return TableTime(names, guess.forms[0], guess.forms[0], None, sure, guess.reason)
     text = f"What is the form of the time in {', '.join(names)}? {guess.reason}; the file does not say it."
-    question = _form_question(table, names, guess.forms, text)
+    made = tuple(Answer(form, MEANINGS.get(form, form), _time_line(names, form)) for form in guess.forms)
+    question = Question(f"{table.label}/time", "time", table.label, names[-1], text, made)
     return TableTime(names, None, guess.forms[0], None, "guess", guess.reason, "", question, guess.forms)
-
-
-def _form_question(table: RawTable, names: tuple[str, ...], forms: tuple[Form, ...], text: str) -> Question:
-    made = tuple(Answer(form, MEANINGS.get(form, form), _time_line(names, form)) for form in forms)
-    return Question(f"{table.label}/time", "time", table.label, names[-1], text, made)
 
 
 def _time_line(names: tuple[str, ...], form: str) -> str:
@@ -313,19 +293,13 @@ def _time_line(names: tuple[str, ...], form: str) -> str:
 
 def _rivals(table: RawTable) -> list[RawColumn]:
     """Columns that are called times and do not last equally long: those of the model and of the ship, for example."""
-    called = [
-        c for c in table.columns if c.known == "" and c.numeric and is_time(c.name) and np.isfinite(c.numbers).any()
-    ]
-    lasts: list[tuple[RawColumn, float]] = []
-    for column in called:
+    spans: dict[str, float] = {}
+    for column in (c for c in table.columns if c.known == "" and c.numeric and is_time(c.name) and c.finite.size):
         guess = guess_form(column, _unit(column))
         if guess is not None and guess.stated and guess.forms[0] in COUNTED:
-            lasts.append(
-                (column, SCALES[guess.forms[0]][0] * float(np.ptp(column.numbers[np.isfinite(column.numbers)])))
-            )
-    spans = [span for _, span in lasts]
-    differ = len(spans) > 1 and max(spans) > (1.0 + AS_LONG) * min(spans)
-    return [column for column, _ in lasts] if differ else []
+            spans[column.name] = SCALES[guess.forms[0]][0] * float(np.ptp(column.finite))
+    differ = len(spans) > 1 and max(spans.values()) > (1.0 + AS_LONG) * min(spans.values())
+    return [column for column in table.columns if column.name in spans] if differ else []
 
 
 def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColumn] = ()) -> TableTime:
@@ -337,14 +311,12 @@ def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColum
     with suppress(ValueError):
         if (typed := number_of(key)) > 0.0:
             return TableTime((), "rows", "rows", typed, "stated", "as answered")
-    able = list(rivals) or [
-        c for c in table.columns if c.numeric and len(c.numbers) > 1 and np.mean(np.diff(c.numbers) > 0.0) > 0.95
-    ]
+    numeric = [c for c in table.columns if c.numeric and len(c.numbers) > 1]
+    guesses = {
+        c.name: guess_form(c, _unit(c)) for c in rivals or numeric if rivals or np.mean(np.diff(c.numbers) > 0.0) > 0.95
+    }
     pairs: dict[str, tuple[str, Form]] = {
-        f"{column.name}: {form}": (column.name, form)
-        for column in able
-        if (guess := guess_form(column, _unit(column))) is not None
-        for form in guess.forms
+        f"{name}: {form}": (name, form) for name, guess in guesses.items() if guess is not None for form in guess.forms
     }
     if key in pairs:
         name, form = pairs[key]
@@ -362,14 +334,10 @@ def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColum
 
 def step_stated(note: str) -> float | None:
     """The time step that a line states: `sampling rate 10 Hz`, `dt = 0.1 s`."""
-    rate = re.search(r"(sampl|rate|freq|takt|abtast)\w*[^\d\n]{0,20}([\d.]+)\s*(hz|samples/s)", note, re.IGNORECASE)
+    rate = RATE_STATED.search(note)
     if rate and float(rate[2]) > 0.0:
         return 1.0 / float(rate[2])
-    step = re.search(
-        r"\b(dt|delta t|time ?step|sampling interval|sample time|abtastzeit)\b[^\d\n]{0,12}([\d.]+)\s*(s|sec|ms)\b",
-        note,
-        re.IGNORECASE,
-    )
+    step = STEP_STATED.search(note)
     if step and float(step[2]) > 0.0:
         return float(step[2]) * (1e-3 if step[3].lower() == "ms" else 1.0)
     return None
@@ -390,9 +358,8 @@ def _with_scale(time: TableTime, table: RawTable) -> TableTime:
 
 def _scale_beside(time: TableTime, table: RawTable) -> Scale:
     """UTC or GPS, as seconds of the GPS week in another column of a table with dates tell it."""
-    week = next(
-        (c for c in table.columns if c.numeric and GPS_TIME & set(words(c.name)) and c.name not in time.columns), None
-    )
+    others = (c for c in table.columns if c.numeric and c.name not in time.columns)
+    week = next((c for c in others if GPS_TIME & set(words(c.name))), None)
     own = time.seconds(table) if week is not None and time.dated else None
     if own is None or week is None or not np.isfinite(own[0]).any():
         return ""

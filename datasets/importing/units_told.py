@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Iterable
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
-from .evidence import ClockSeries, nearest, rate_ratio, size_ratio, slope, together
+from .evidence import ClockSeries, nearest, rate_ratio, size_ratio, slope, together, track_velocity
 from .finding import EITHER_SIDE, ColumnFinding, ask_scale, ask_unit, is_full_circle
 from .log import RawLog, speeds
 from .quantities import quantities
@@ -80,7 +80,8 @@ def _by_course(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFin
     if found.quantity not in ("course_over_ground", "heading"):
         return None
     courses: list[tuple[str, tuple[ClockSeries, ...]]] = [(name, (course,)) for name, course in log.turns()]
-    courses += [(name, (course, _mirrored(course))) for name, course in log.turns(log.axes())]
+    for name, course in log.turns(log.axes()):  # which may be exchanged
+        courses.append((name, (course, replace(course, values=math.pi / 2.0 - course.values))))
     for name, senses in courses:
         fits: dict[str, float] = {}
         for course, unit in itertools.product(senses, (UNITS["deg"], UNITS["rad"])):
@@ -117,11 +118,6 @@ def _by_turns(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFind
     return None
 
 
-def _mirrored(course: ClockSeries) -> ClockSeries:
-    """The course of a track whose axes are exchanged."""
-    return replace(course, values=math.pi / 2.0 - course.values)
-
-
 def copy_factor(one: ClockSeries, other: ClockSeries) -> float | None:
     """What the second series is to be multiplied by to be the first; None where it is no copy."""
     shared = together(one, other)
@@ -133,72 +129,48 @@ def copy_factor(one: ClockSeries, other: ClockSeries) -> float | None:
     return factor if factor and float(np.abs(a - factor * b).max()) < COPY * size else None
 
 
-def sizes(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> Iterable[tuple[str, float]]:
+def sizes(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> Iterator[tuple[str, float]]:
     """(name of another channel, SI units for one of the column's numbers)."""
+    return ((name, abs(size)) for name, size in _ratios(log, found, raw) if size)
+
+
+def _ratios(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> Iterator[tuple[str, float | None]]:
+    """(name of another channel, its ratio to the column's numbers); None where they do not go together."""
     quantity = str(found.quantity)
+
+    def columns(*wanted: str) -> Iterator[tuple[str, ClockSeries]]:
+        return ((f"column {f.column.name}", series) for f, series in log.all(*wanted, signed=False))
+
     if quantity == "yaw_rate":
-        yield from _turning(log, raw)
+        yield from ((name, rate_ratio(angle, raw)) for name, angle in columns("heading", "heading_magnetic"))
+        yield from ((f"the turning of {name}", rate_ratio(course, raw)) for name, course in log.turns())
     elif quantity == "roll_rate":
-        yield from _named(((f, rate_ratio(s, raw)) for f, s in log.all("roll", signed=False)))
+        yield from ((name, rate_ratio(roll, raw)) for name, roll in columns("roll"))
     elif quantity in ("heading", "heading_magnetic", "course_over_ground", "roll"):
-        rates = "roll_rate" if quantity == "roll" else "yaw_rate"
-        found_ = ((f, rate_ratio(raw, s)) for f, s in log.all(rates, signed=False))
-        yield from ((name, 1.0 / size) for name, size in _named(found_))
+        for name, rate in columns("roll_rate" if quantity == "roll" else "yaw_rate"):
+            size = rate_ratio(raw, rate)
+            yield name, size and 1.0 / size
     elif quantity in ("rudder", "rudder_command"):
         other = "rudder_command" if quantity == "rudder" else "rudder"
-        yield from _named((f, slope(s, raw)) for f, s in log.all(other, signed=False))
+        yield from ((name, slope(angle, raw)) for name, angle in columns(other))
     elif quantity in SPEEDS:
-        yield from _moving(log, raw)
+        for name, speed in speeds([*log.tracks(), *log.axes()]):
+            yield f"the speed of {name}", size_ratio(speed, raw)
+        yield from ((name, size_ratio(speed, raw)) for name, speed in columns(*SPEEDS))
     elif quantity in ("velocity_north", "velocity_east"):
         for name, north, east in log.tracks():
-            size = slope(north if quantity == "velocity_north" else east, raw)
-            yield from [(name, abs(size))] if size else []
-    elif quantity in ("north", "east"):
-        yield from _along(log, found)
+            yield name, slope(north if quantity == "velocity_north" else east, raw)
+    elif quantity in ("north", "east") and (track := _track_speed(log, found)) is not None:
+        yield from ((name, size_ratio(speed, track)) for name, speed in columns("speed_over_ground", "surge"))
 
 
-def _named(found: Iterable[tuple[ColumnFinding, float | None]]) -> Iterable[tuple[str, float]]:
-    return ((f"column {f.column.name}", abs(size)) for f, size in found if size)
-
-
-def _turning(log: RawLog, raw: ClockSeries) -> Iterable[tuple[str, float]]:
-    yield from _named((f, rate_ratio(s, raw)) for f, s in log.all("heading", "heading_magnetic", signed=False))
-    for name, course in log.turns():
-        size = rate_ratio(course, raw)
-        if size:
-            yield f"the turning of {name}", abs(size)
-
-
-def _moving(log: RawLog, raw: ClockSeries) -> Iterable[tuple[str, float]]:
-    for name, speed in speeds([*log.tracks(), *log.axes()]):
-        size = size_ratio(speed, raw)
-        if size:
-            yield f"the speed of {name}", abs(size)
-    for other, series in log.all(*SPEEDS, signed=False):
-        size = size_ratio(series, raw)
-        if size:
-            yield f"column {other.column.name}", abs(size)
-
-
-def _along(log: RawLog, found: ColumnFinding) -> Iterable[tuple[str, float]]:
-    """Of a position in a plane: the speed of both positions, in their unit, against a speed over ground."""
-    from .evidence import track_velocity
-
+def _track_speed(log: RawLog, found: ColumnFinding) -> ClockSeries | None:
+    """The speed of a position in a plane and of the other one of its table, in their unit."""
     other = "east" if found.quantity == "north" else "north"
     pair = next((f for f in log.findings if f.quantity == other and f.table is found.table), None)
-    if pair is None:
-        return
-    one, two = log.series(found, raw=True), log.series(pair, raw=True)
+    one, two = (log.series(f, raw=True) if f is not None else None for f in (found, pair))
     velocity = track_velocity(one, two) if one is not None and two is not None else None
-    if velocity is None:
-        return
-    raw = next((speed for _, speed in speeds([("", *velocity)])), None)
-    if raw is None:
-        return
-    for speed, series in log.all("speed_over_ground", "surge", signed=False):
-        size = size_ratio(series, raw)
-        if size:
-            yield f"column {speed.column.name}", abs(size)
+    return next((speed for _, speed in speeds([("", *velocity)])), None) if velocity is not None else None
 
 
 def _rudder_scale(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> ColumnFinding:
@@ -262,7 +234,7 @@ def _possible(log: RawLog, found: ColumnFinding) -> tuple[LogUnit | None, str]:
 
 def _goes_on(found: ColumnFinding) -> bool:
     """Whether a direction never jumps back by a turn: in radians it may be beyond one."""
-    known = found.column.numbers[np.isfinite(found.column.numbers)]
+    known = found.column.finite
     return quantities()[str(found.quantity)].wraps and bool(np.abs(np.diff(known)).max(initial=0.0) < math.pi)
 
 
@@ -280,7 +252,7 @@ def _names_angle(found: ColumnFinding) -> bool:
 
 def _of_position(log: RawLog, found: ColumnFinding, size: float, told: str) -> tuple[LogUnit | None, str]:
     least = 90.0 if found.quantity == "latitude" else 180.0
-    numbers = found.column.numbers[np.isfinite(found.column.numbers)]
+    numbers = found.column.finite
     if least * 1.0001 < size <= 100.0 * least and np.all(np.abs(numbers) % 100.0 < 60.0):
         return UNITS["deg min"], f"{told} degrees and minutes (ddmm.mmm)"
     if 1e6 < size <= least * 1e7 and np.all(numbers == np.round(numbers)):
@@ -320,6 +292,12 @@ def impossible(found: ColumnFinding) -> bool:
     return size > most.get(found.dimension, math.inf)
 
 
+def possible(found: ColumnFinding) -> list[LogUnit] | None:
+    """The units in which the numbers can be; None where they can be in none."""
+    able = [unit for unit in candidates(found.dimension) if not impossible(replace(found, unit=unit))]
+    return able or None
+
+
 # ------------------------------------------------------------------------------------------------ questions
 
 
@@ -332,18 +310,15 @@ def ask(found: ColumnFinding) -> ColumnFinding:
     text += f" {found.unread!r} is no unit that is known." if found.unread else ""
     if found.quantity in ("rudder", "rudder_command") and size <= 110.0:
         return _ask_rudder(found, text, size)
-    able = [unit for unit in candidates(found.dimension) if not impossible(replace(found, unit=unit))]
-    return ask_unit(found, text, able or None)
+    return ask_unit(found, text, possible(found))
 
 
 def _ask_rudder(found: ColumnFinding, text: str, size: float) -> ColumnFinding:
     """Degrees or radians, or a share of the largest angle: per cent, or -1 to 1."""
-    able = [u for u in candidates("angle") if not impossible(replace(found, unit=u))]
     full = 1.0 if size <= 1.05 else 100.0
-    asked = ask_unit(found, text, able)
-    scaled = ask_scale(found, text, "", "deg", (35.0,), full)
-    question = asked.questions[-1]
-    share = replace(scaled.questions[-1].answers[0], key="35", text=f"a share of 35 deg, {full:g} is the whole")
-    answers = (*question.answers[:-1], share, question.answers[-1])
     number = f"degrees at {full:g}, where it is a share of the largest angle"
-    return replace(asked, questions=(*found.questions, replace(question, answers=answers, number=number)))
+    scaled = ask_scale(found, text, number, "deg", (35.0,), full)
+    *units, unused = ask_unit(found, text, possible(found)).questions[-1].answers
+    share = replace(scaled.questions[-1].answers[0], text=f"a share of 35 deg, {full:g} is the whole")
+    question = replace(scaled.questions[-1], answers=(*units, share, unused))
+    return replace(scaled, questions=(*found.questions, question))

@@ -61,9 +61,8 @@ def of_one_vessel(
     """
     groups = {table.label: found for table in tables if (found := _groups(table)) is not None}
     names = list(dict.fromkeys(name for found in groups.values() for name in found.rows))
-    wanted = answers.get(VESSEL) or (
-        str(mapping.rows_of) if mapping is not None and mapping.rows_of is not None else None
-    )
+    mapped = mapping.rows_of if mapping is not None else None
+    wanted = answers.get(VESSEL) or (str(mapped) if mapped is not None else None)
     if wanted is not None and names and wanted not in names:
         raise BadInput(f"{wanted!r} is no vessel of the log", hint=f"give one of: {', '.join(names[:MOST_SHOWN])}")
     question = _which(tables, groups, names) if len(names) > 1 and wanted is None else None
@@ -92,12 +91,9 @@ def _rows_of(column: RawColumn) -> dict[str, np.ndarray]:
         return {}
     order = np.argsort(-counts, kind="stable")
     sorted_rows = np.split(np.argsort(place, kind="stable"), np.cumsum(counts)[:-1])
-    named_rows = {_key(values[i]): sorted_rows[i] for i in order}
-    return {name: np.sort(rows) for name, rows in named_rows.items() if name not in ("", "nan", "0", "IMO0000000")}
-
-
-def _key(value: object) -> str:
-    return f"{value:.12g}" if isinstance(value, float | np.floating) else str(value)
+    texts = [f"{value:.12g}" if isinstance(value, float) else str(value) for value in values.tolist()]
+    unknown = ("", "nan", "0", "IMO0000000")
+    return {texts[i]: np.sort(sorted_rows[i]) for i in order if texts[i] not in unknown}
 
 
 def _tells(table: RawTable, rows: Dict[str, np.ndarray]) -> bool:
@@ -106,9 +102,11 @@ def _tells(table: RawTable, rows: Dict[str, np.ndarray]) -> bool:
     if len(large) < 2 or sum(own.size for own in large) < 0.9 * table.n:
         return False
     stays = sum(own.size - 1 for own in large) / max(1, table.n - 1)
-    kept = [_at(table, own) for own in large]
+    kept = [table.at(own) for own in large]
     filled = {frozenset(c.name for c in t.columns if np.isfinite(c.numbers).any()) for t in kept}
-    return stays > 0.5 and len(filled) == 1 and all(_has_track(t) for t in kept) and _tells_time(table, large)
+    may_be = [{quantity for column in t.columns for quantity in _may_be(column)} for t in kept]
+    tracked = all(own & {"latitude", "north", "heading", "yaw_rate"} for own in may_be)
+    return stays > 0.5 and len(filled) == 1 and tracked and _tells_time(table, large)
 
 
 def _tells_time(table: RawTable, groups: Sequence[np.ndarray]) -> bool:
@@ -120,16 +118,12 @@ def _tells_time(table: RawTable, groups: Sequence[np.ndarray]) -> bool:
     return time is not None and bool((np.diff(time[0]) < 0.0).any())
 
 
-def _has_track(table: RawTable) -> bool:
-    may_be = {quantity for column in table.columns for quantity in _may_be(column)}
-    return bool(may_be & {"latitude", "north", "heading", "yaw_rate"})
-
-
 def _may_be(column: RawColumn) -> tuple[str, ...]:
     return (column.known,) if column.known else named(words(column.name)).may_be
 
 
 def _with_rows(table: RawTable, groups: _Groups | None, wanted: str | None) -> RawTable:
+    """The table with the rows of the vessel that is wanted, none where it has none."""
     if groups is None:
         return table
     name = wanted if wanted in groups.rows else ""
@@ -137,13 +131,7 @@ def _with_rows(table: RawTable, groups: _Groups | None, wanted: str | None) -> R
     if rows.size == table.n:
         return table
     told = f"{rows.size} of {table.n} rows are of {groups.column.name} {name}; those of others are left out"
-    return replace(_at(table, rows), done=(*table.done, told))
-
-
-def _at(table: RawTable, rows: np.ndarray) -> RawTable:
-    """Some rows of a table."""
-    columns = tuple(replace(column, values=column.at(rows)) for column in table.columns)
-    return replace(table, columns=columns, rows=table.rows[rows])
+    return table.at(rows, done=(*table.done, told))
 
 
 def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequence[str]) -> Question:
@@ -163,7 +151,7 @@ def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequen
 
 def _known_cells(table: RawTable, groups: _Groups, name: str) -> int:
     """How many cells of a vessel's rows tell something of its motion."""
-    own = _without_unknown(_at(table, groups.rows[name])) if name in groups.rows else None
+    own = _without_unknown(table.at(groups.rows[name])) if name in groups.rows else None
     told = [c for c in own.columns if c.numeric and np.nanmax(c.numbers) > np.nanmin(c.numbers)] if own else []
     return sum(int(np.isfinite(column.numbers).sum()) for column in told)
 
@@ -185,30 +173,26 @@ def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -
 def _without_unknown(table: RawTable) -> RawTable:
     """A table with gaps where AIS says 'not available'; of other tables headings of 511 deg among those to 360."""
     ais = any("mmsi" in words(column.name) for column in table.columns)
-    table = _with_units(table) if ais else table
+    table = table.told(_with_unit_of_ais, "of AIS: speeds in knots, angles in degrees") if ais else table
     unknown = {column.name: places for column in table.columns if (places := _unknown(column, ais)).any()}
     if not unknown:
         return table
-    columns = tuple(_with_gaps(c, unknown[c.name]) if c.name in unknown else c for c in table.columns)
-    told = tuple(
-        f"{name}: {int(k.sum())} cells say 'not available' (AIS), taken as gaps" for name, k in unknown.items()
-    )
-    return replace(table, columns=columns, done=(*table.done, *told))
+    told = (f"{name}: {int(k.sum())} cells say 'not available' (AIS), taken as gaps" for name, k in unknown.items())
+
+    def with_gaps(c: RawColumn) -> RawColumn:
+        return replace(c, values=np.where(unknown[c.name], np.nan, c.cells.numbers)) if c.name in unknown else c
+
+    return table.told(with_gaps, *told)
 
 
-def _with_units(table: RawTable) -> RawTable:
-    """A table of AIS with the units that its messages have, where its file states none."""
-    known = {column.name: _unit_of_ais(column) for column in table.columns if not column.unit and not column.known}
-    columns = tuple(replace(c, unit=known[c.name]) if known.get(c.name) else c for c in table.columns)
-    return replace(table, columns=columns, done=(*table.done, "of AIS: speeds in knots, angles in degrees"))
-
-
-def _unit_of_ais(column: RawColumn) -> str:
+def _with_unit_of_ais(column: RawColumn) -> RawColumn:
+    """A column of a table of AIS with the unit that the messages have, where the file states none."""
     may_be = _may_be(column)
-    stated = read_header(column.name, "").units
+    if column.unit or column.known or read_header(column.name, "").units:
+        return column
     if "speed_over_ground" in may_be and column.numeric and not np.any(np.nan_to_num(column.numbers) % 1.0):
-        return ""  # whole numbers: knots, or tenths of them as the messages hold
-    return next((unit for quantity, unit in UNITS_OF_AIS.items() if quantity in may_be and not stated), "")
+        return column  # whole numbers: knots, or tenths of them as the messages hold
+    return replace(column, unit=next((unit for quantity, unit in UNITS_OF_AIS.items() if quantity in may_be), ""))
 
 
 def _unknown(column: RawColumn, ais: bool) -> np.ndarray:
@@ -220,7 +204,3 @@ def _unknown(column: RawColumn, ais: bool) -> np.ndarray:
     unknown = np.isin(np.round(cells, 3), UNKNOWN[wanted])
     rest = cells[~unknown & np.isfinite(cells)]
     return unknown if ais or (rest.size and 6.3 < np.abs(rest).max() <= 360.0) else np.zeros(1, dtype=bool)
-
-
-def _with_gaps(column: RawColumn, unknown: np.ndarray) -> RawColumn:
-    return replace(column, values=np.where(unknown, np.nan, column.cells.numbers))

@@ -13,11 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from ...models.errors import BadInput
 from .formats.hdf import hdf_content, netcdf_content
 from .layout import Line, table_of
 from .moments import moment
-from .raw import RawColumn, RawTable
+from .raw import RawColumn, RawTable, usable
 from .several_tables import blocks_of
 
 SINCE = re.compile(r"(?P<unit>[a-z]+) since (?P<start>\d.*)", re.IGNORECASE)
@@ -30,29 +29,19 @@ UNIT_FIELDS = ("units", "unit", "einheiten")
 
 
 def read_excel(data: bytes, path: Path) -> list[RawTable]:
-    """A table for every sheet that holds data; BadInput where none does or the workbook is damaged."""
+    """A table for every sheet that holds data; BadInput where none does."""
     import openpyxl
 
-    try:
-        book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
-        sheets = {sheet.title: _lines(sheet) for sheet in book.worksheets}
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever openpyxl raises on damaged workbooks
-        hint = "open it in the spreadsheet program and save it as xlsx again"
-        raise BadInput(f"not a workbook that can be read ({type(error).__name__})", file=path, hint=hint) from None
+    book = openpyxl.load_workbook(io.BytesIO(data), read_only=True, data_only=True)
+    sheets = {sheet.title: _lines(sheet) for sheet in book.worksheets}
     blocks = [(name, block) for name, lines in sheets.items() for block in (blocks_of(lines) if lines else ())]
-    tables = [(name, table_of(block, block, path.name, name, ())) for name, block in blocks]
+    tables = [(name, table_of(block, block, path.name, name)) for name, block in blocks]
     empty = [name for name, table in tables if table is None]
-    found = [table for _, table in tables if table is not None]
-    if not found:
-        raise BadInput("no sheet holds rows of numbers", file=path, hint=f"sheets: {', '.join(sheets)}")
-    note = (f"sheet {', '.join(empty)}: no rows of numbers, not used",) if empty else ()
-    return [_with_note(table, note if i == 0 else ()) for i, table in enumerate(found)]
-
-
-def _with_note(table: RawTable, note: tuple[str, ...]) -> RawTable:
-    return replace(table, done=(*note, *table.done))
+    found = usable([t for _, t in tables], path, "no sheet holds rows of numbers", f"sheets: {', '.join(sheets)}")
+    if empty:
+        note = f"sheet {', '.join(empty)}: no rows of numbers, not used"
+        found[0] = replace(found[0], done=(note, *found[0].done))
+    return found
 
 
 def _lines(sheet: Any) -> list[Line]:
@@ -84,18 +73,13 @@ def read_mat(data: bytes, path: Path) -> list[RawTable]:
 
     if data.startswith((b"MATLAB 7.3", b"\x89HDF")):
         return _tables_of(*hdf_content(data, path), path)
-    try:
-        content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever SciPy raises on damaged files
-        raise BadInput(f"not a MAT file that can be read ({type(error).__name__})", file=path) from None
+    content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
     return _tables_of({k: v for k, v in content.items() if not k.startswith("__")}, {}, path)
 
 
 def read_netcdf(data: bytes, path: Path) -> list[RawTable]:
     """The series of a classic netCDF file: one table for every length of arrays."""
-    return _tables_of(*netcdf_content(data, path), path)
+    return _tables_of(*netcdf_content(data), path)
 
 
 def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) -> list[RawTable]:
@@ -105,10 +89,8 @@ def _tables_of(content: Mapping[str, Any], units: dict[str, str], path: Path) ->
     _collect(content, "", groups, told)
     units = _units_by_path(groups, told) | units
     tables = [_mat_table(path, where, group, units) for (where, _), group in groups.items() if len(group) > 1]
-    if not tables:
-        hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
-        raise BadInput("no numeric arrays of equal length found", file=path, hint=hint)
-    return tables
+    hint = "series must be numeric arrays of equal length; timeseries objects cannot be read outside MATLAB"
+    return usable(tables, path, "no numeric arrays of equal length found", hint)
 
 
 def _units_by_path(groups: Mapping[tuple[str, int], Any], told: Mapping[str, Mapping[str, str]]) -> dict[str, str]:
@@ -188,10 +170,7 @@ def _mat_table(path: Path, where: str, group: Mapping[str, np.ndarray], units: M
     columns = tuple(
         _column(name, units.get(f"{where}.{name}".strip("."), ""), values) for name, values in group.items()
     )
-    size = columns[0].numbers.size
-    return RawTable(
-        path.name, columns, np.arange(1, size + 1), where, path.name, done=(f"{len(columns)} arrays of {size}",)
-    )
+    return RawTable.of(path, columns, f"{len(columns)} arrays of {columns[0].numbers.size}", where)
 
 
 def _column(name: str, unit: str, values: np.ndarray) -> RawColumn:

@@ -1,10 +1,9 @@
-"""Measured sets, one file each."""
+"""Measured sets, one file for each ship."""
 
 from .base import Dataset
 from .blueboat import BLUEBOAT
 from .esso_osaka import ESSO_OSAKA
-from .kvlcc2_hsva import KVLCC2_HSVA
-from .kvlcc2_marin import KVLCC2_MARIN
+from .kvlcc2 import KVLCC2_HSVA, KVLCC2_MARIN
 
 DATASETS: dict[str, Dataset] = {
     "kvlcc2-hsva": KVLCC2_HSVA,

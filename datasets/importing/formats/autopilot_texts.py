@@ -11,16 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..cells import PLAIN
-from ..raw import RawTable, Rejected
-from .autopilots import ARDUPILOT, message_table, with_steering
-from .object_tables import tables_or_refusal
+from ..raw import RawTable, Rejected, usable, with_faults
+from .autopilots import ARDUPILOT, ardupilot_tables, instance, seconds
+from .object_tables import number_of, tables_of_rows
 
 FORMAT = re.compile(r"FMT,\s*\d+,\s*\d+,\s*(?P<kind>\w{1,4}),\s*(?P<format>\w+)?,\s*(?P<names>.*)")
-INSTANCE = ("I", "C")
-"""Fields that number the sensor or the filter core of a message."""
 
 
 def looks_like_dataflash(text: str) -> bool:
@@ -50,15 +47,8 @@ def read_dataflash(text: str, path: Path) -> list[RawTable]:
         if row is None:
             faults.append((number, f"not the fields of {kind}", line))
         else:
-            rows[_instance(kind, row)].append(row)
-    made = [_table(path, kind, own) for kind, own in rows.items() if len(own) > 2]
-    tables = [table for table in made if table is not None]
-    if not tables:
-        raise BadInput("no message of the log can be used", file=path, hint=f"read are {', '.join(ARDUPILOT)}")
-    first = tables[0]
-    head = RawTable(first.file, first.columns, first.rows, first.sheet, first.clock, done=first.done,
-                    faults=tuple(faults), lines=count)  # fmt: skip
-    return with_steering([head, *tables[1:]], parameters)
+            rows[instance(kind, row)].append(row)
+    return with_faults(ardupilot_tables(rows, parameters, path), faults, count)
 
 
 def _parameter(cells: list[str]) -> dict[str, float]:
@@ -71,28 +61,8 @@ def _row(names: list[str], cells: list[str]) -> dict[str, float] | None:
     """Field -> number of a message; None where it has other fields or no time."""
     if len(cells) != len(names):
         return None
-    row = {}
-    for name, cell in zip(names, cells, strict=True):
-        try:
-            row[name] = float(cell)
-        except ValueError:
-            row[name] = float("nan")
-    return row if np.isfinite(_seconds(row)) else None
-
-
-def _seconds(row: dict[str, float]) -> float:
-    return 1e-6 * row["TimeUS"] if "TimeUS" in row else 1e-3 * row.get("TimeMS", float("nan"))
-
-
-def _instance(kind: str, row: dict[str, float]) -> str:
-    number = next((row[name] for name in INSTANCE if name in row), 0.0)
-    return f"{kind} {number:g}" if number else kind
-
-
-def _table(path: Path, kind: str, own: list[dict[str, float]]) -> RawTable | None:
-    names = dict.fromkeys(name for row in own for name in row)  # a log may state a message anew
-    values = {name: np.array([row.get(name, np.nan) for row in own]) for name in names}
-    return message_table(path, kind, np.array([_seconds(row) for row in own]), values)
+    row = {name: number_of(cell) for name, cell in zip(names, cells, strict=True)}
+    return row if np.isfinite(seconds(row)) else None
 
 
 # ---- MAVLink messages, one a line: as mavlogdump prints them, a stamp, the name of the message, its fields in
@@ -118,7 +88,7 @@ def looks_like_mavlink_text(text: str) -> bool:
 
 def read_mavlink_text(text: str, path: Path) -> list[RawTable]:
     """A table for every kind of message; BadInput where none holds numbers."""
-    return tables_or_refusal(list(_rows(text)), path, "message")
+    return usable(tables_of_rows(list(_rows(text)), path), path, "no message with numbers found")
 
 
 def _rows(text: str) -> Iterator[tuple[int, dict[str, Any]]]:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import contextlib
 import io
 import re
 from collections import defaultdict
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ....models.errors import BadInput
-from ..raw import RawColumn, RawTable
+from ..raw import RawColumn, RawTable, usable
 from .extras import as_file, needed
 from .ros import yaw_and_roll
 
@@ -41,10 +39,18 @@ PX4: dict[str, Fields] = {
     "actuator_servos": {f"control[{i}]": (f"servo {i}", "", "") for i in range(4)},
 }  # fmt: skip
 """Message -> field -> (name, quantity that the format states, unit): SI or degrees, NED, forward-right-down."""
+INSTANCE = ("I", "C")
+"""Fields that number the sensor or the filter core of a message."""
 FUNCTION = re.compile(r"SERVO(?P<output>\d{1,2})_FUNCTION")
 STEERING = {21.0: "rudder", 26.0: "rudder"}
 """Function of an ArduPilot's output -> what the column of it is called: rudder, and ground steering."""
 PX4_TOPICS = (*PX4, "vehicle_attitude")
+PX4_RECEIVERS = ("vehicle_gps_position", "sensor_gps")
+PX4_RECEIVER: Fields = {
+    "lat": ("latitude", "latitude", "1e-7 deg"), "lon": ("longitude", "longitude", "1e-7 deg"),
+    "latitude_deg": ("latitude", "latitude", "deg"), "longitude_deg": ("longitude", "longitude", "deg"),
+}  # fmt: skip
+"""Fields of their topics; positions of older logs are whole numbers of 1e-7 degrees."""
 MOST = 5_000_000
 READS_A_BYTE = 10
 """A sound log needs less than one: two for a message, which has three bytes or more, in each of two passes."""
@@ -55,39 +61,61 @@ FIX = 3.0
 def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known kind of message; needs pymavlink."""
     module = needed("pymavlink.DFReader", "pymavlink", "an ArduPilot log", path)
-    found: dict[str, list[tuple[float, Any]]] = defaultdict(list)
+    found: dict[str, list[dict[str, float]]] = defaultdict(list)
     parameters: dict[str, float] = {}
-    with (
-        as_file(data, ".bin") as name,
-        contextlib.redirect_stdout(io.StringIO()),
-        contextlib.redirect_stderr(io.StringIO()),
-    ):
-        try:
-            log = _advancing(module.DFReader_binary)(name, zero_time_base=False)
-            for _ in range(MOST):
-                message = log.recv_msg()
-                if message is None:
-                    break
-                if message.get_type() in ARDUPILOT:
-                    found[_instance(message)].append((message.TimeUS * 1e-6, message))
-                elif message.get_type() == "PARM":
-                    parameters[str(message.Name)] = float(message.Value)
-            log.close()
-        except Exception as error:  # whatever pymavlink raises on damaged files
-            raise BadInput(f"not an ArduPilot log that can be read ({type(error).__name__})", file=path) from None
-    tables = [_messages(path, kind, own) for kind, own in found.items() if len(own) > 2]
-    return with_steering(_some([table for table in tables if table is not None], path), parameters)
+    with as_file(data, ".bin") as name:
+        log = _advancing(module.DFReader_binary)(name, zero_time_base=False)
+        for _ in range(MOST):
+            message = log.recv_msg()
+            if message is None:
+                break
+            kind = message.get_type()
+            if kind in ARDUPILOT:
+                held = {n: getattr(message, n, None) for n in (*ARDUPILOT[kind], *INSTANCE, "Status")}
+                row = {n: float(value) for n, value in held.items() if isinstance(value, int | float)}
+                found[instance(kind, row)].append({"TimeUS": float(message.TimeUS), **row})
+            elif kind == "PARM":
+                parameters[str(message.Name)] = float(message.Value)
+        log.close()
+    return ardupilot_tables(found, parameters, path)
 
 
-def with_steering(tables: list[RawTable], parameters: Mapping[str, float]) -> list[RawTable]:
-    """Tables of an ArduPilot whose outputs that steer, by its parameters SERVOn_FUNCTION, are called so."""
-    found = {f"output {match['output']}": STEERING[value] for name, value in parameters.items()
+def ardupilot_tables(
+    found: Mapping[str, Sequence[Mapping[str, float]]], parameters: Mapping[str, float], path: Path
+) -> list[RawTable]:
+    """A table for every known kind of message; outputs that steer, by the parameters SERVOn_FUNCTION, are called so.
+
+    found : kind of message, as `instance` has it -> field -> number, of each message.
+
+    Raises
+    ------
+    BadInput : no field of the messages is known.
+    """
+    tables = (_ardupilot_table(path, kind, own) for kind, own in found.items() if len(own) > 2)
+    steer = {f"output {match['output']}": STEERING[value] for name, value in parameters.items()
              if (match := FUNCTION.fullmatch(name)) and value in STEERING}  # fmt: skip
-    if not found:
-        return tables
-    return [
-        replace(t, columns=tuple(replace(c, called=found.get(c.name, c.called)) for c in t.columns)) for t in tables
-    ]
+    made = usable(tables, path, "no message of the log can be used", f"read are {', '.join(ARDUPILOT)}")
+    return [table.told(lambda c: replace(c, called=steer.get(c.name, c.called))) for table in made]
+
+
+def _ardupilot_table(path: Path, kind: str, own: Sequence[Mapping[str, float]]) -> RawTable | None:
+    names = dict.fromkeys(name for row in own for name in row)  # a log may state a message anew
+    values = {name: np.array([row.get(name, np.nan) for row in own]) for name in names}
+    times = np.array([seconds(row) for row in own])
+    if kind.startswith("GPS"):
+        values = _with_fix(values, values.get("Status", np.full(times.size, FIX)))
+    return _table(path, kind, times, values, ARDUPILOT[kind.split(" ")[0]], "ArduPilot's log states it")
+
+
+def instance(kind: str, row: Mapping[str, float]) -> str:
+    """The kind of a message, with a number behind it for the second and later sensors."""
+    number = next((row[name] for name in INSTANCE if name in row), 0.0)
+    return f"{kind} {number:g}" if number else kind
+
+
+def seconds(row: Mapping[str, float]) -> float:
+    """Time of a message, s since boot."""
+    return 1e-6 * row["TimeUS"] if "TimeUS" in row else 1e-3 * row.get("TimeMS", float("nan"))
 
 
 def _advancing(reader: Any) -> Any:
@@ -101,32 +129,6 @@ def _advancing(reader: Any) -> Any:
             return message
 
     return Advancing
-
-
-def _messages(path: Path, kind: str, own: list[tuple[float, Any]]) -> RawTable | None:
-    names = (*ARDUPILOT[kind.split(" ")[0]], "Status")
-    values = {
-        name: np.array([float(getattr(message, name, np.nan)) for _, message in own])
-        for name in names
-        if any(hasattr(message, name) for _, message in own)
-    }
-    return message_table(path, kind, np.array([time for time, _ in own]), values)
-
-
-def message_table(path: Path, kind: str, times: np.ndarray, values: dict[str, np.ndarray]) -> RawTable | None:
-    """The table of the messages of a kind of ArduPilot; None where no field of them is known.
-
-    kind : name of the message, with a number behind it for the second and later sensors.  times : (N,) s since boot.
-    values : field -> (N,).
-    """
-    if kind.startswith("GPS"):
-        values = _with_fix(values, values.get("Status", np.full(times.size, FIX)))
-    return _table(path, kind, times, values, ARDUPILOT[kind.split(" ")[0]], "ArduPilot's log states it")
-
-
-def _instance(message: Any) -> str:
-    number = next((getattr(message, name) for name in ("I", "C") if isinstance(getattr(message, name, None), int)), 0)
-    return message.get_type() + (f" {number}" if number else "")
 
 
 class _Counted(io.BytesIO):
@@ -146,14 +148,8 @@ class _Counted(io.BytesIO):
 def read_px4(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known topic; needs pyulog."""
     module = needed("pyulog", "pyulog", "a PX4 log", path)
-    wanted = [*PX4, "vehicle_attitude", "vehicle_gps_position", "sensor_gps"]
-    with contextlib.redirect_stdout(io.StringIO()):
-        try:
-            topics = module.ULog(_Counted(data), wanted).data_list
-        except Exception as error:  # whatever pyulog raises on damaged files
-            raise BadInput(f"not a PX4 log that can be read ({type(error).__name__})", file=path) from None
-    tables = [table for topic in topics if (table := _topic(path, topic)) is not None]
-    return _some(tables, path)
+    topics = module.ULog(_Counted(data), [*PX4_TOPICS, *PX4_RECEIVERS]).data_list
+    return usable((_topic(path, topic) for topic in topics), path, "no message of the log can be used")
 
 
 def _topic(path: Path, topic: Any) -> RawTable | None:
@@ -164,8 +160,9 @@ def _topic(path: Path, topic: Any) -> RawTable | None:
         yaw, roll = yaw_and_roll(*(values[f"q[{i}]"] for i in range(4)))
         fields = {"yaw": ("heading", "heading", "rad"), "roll": ("roll", "roll", "rad")}
         return _table(path, name, times, {"yaw": yaw, "roll": roll}, fields, by)
-    if topic.name in ("vehicle_gps_position", "sensor_gps"):
-        return _gps(path, name, times, values, by)
+    if topic.name in PX4_RECEIVERS:
+        values = _with_fix(values, values.get("fix_type", np.full(times.size, FIX)))
+        return _table(path, name, times, values, PX4_RECEIVER, by)
     return _table(path, name, times, values, PX4.get(topic.name, {}), by)
 
 
@@ -175,23 +172,15 @@ def with_px4(table: RawTable) -> RawTable:
     stamp = table.column("timestamp")
     if topic is None or stamp is None:
         return table
-    fields, by = PX4.get(topic, {}), "PX4's log states it"
-    columns = [replace(stamp, unit="us", known="time", source=by) if c is stamp else c for c in table.columns]
-    columns = [
-        replace(c, known=fields[c.name][1], unit=fields[c.name][2], source=by) if c.name in fields else c
-        for c in columns
-    ]
-    columns = [replace(c, said=(*c.said, "clockwise from north (NED)")) if c.called == "yaw" else c for c in columns]
-    return replace(table, columns=tuple(columns), done=(*table.done, f"PX4, topic {topic}"))
+    fields = PX4.get(topic, {}) | {stamp.name: ("", "time", "us")}
 
+    def told(c: RawColumn) -> RawColumn:
+        if c.name in fields:
+            _, quantity, unit = fields[c.name]
+            return replace(c, known=quantity, unit=unit, source="PX4's log states it")
+        return replace(c, said=(*c.said, "clockwise from north (NED)")) if c.called == "yaw" else c
 
-def _gps(path: Path, name: str, times: np.ndarray, values: dict[str, np.ndarray], by: str) -> RawTable | None:
-    """Positions of older logs are whole numbers of 1e-7 degrees."""
-    fields: Fields = {
-        "lat": ("latitude", "latitude", "1e-7 deg"), "lon": ("longitude", "longitude", "1e-7 deg"),
-        "latitude_deg": ("latitude", "latitude", "deg"), "longitude_deg": ("longitude", "longitude", "deg"),
-    }  # fmt: skip
-    return _table(path, name, times, _with_fix(values, values.get("fix_type", np.full(times.size, FIX))), fields, by)
+    return table.told(told, f"PX4, topic {topic}")
 
 
 def _with_fix(values: dict[str, np.ndarray], fix: np.ndarray) -> dict[str, np.ndarray]:
@@ -206,15 +195,4 @@ def _table(
     for field, (name, quantity, unit) in fields.items():
         if field in values and np.isfinite(values[field]).any():
             columns.append(RawColumn(name, unit, values[field], quantity, by))
-    rows = np.arange(1, times.size + 1)
-    return (
-        RawTable(path.name, tuple(columns), rows, kind, path.name, done=(f"{times.size} messages {kind}",))
-        if len(columns) > 1
-        else None
-    )
-
-
-def _some(tables: list[RawTable], path: Path) -> list[RawTable]:
-    if not tables:
-        raise BadInput("no message of the log can be used", file=path)
-    return tables
+    return RawTable.of(path, columns, f"{times.size} messages {kind}", kind) if len(columns) > 1 else None

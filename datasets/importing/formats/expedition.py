@@ -10,7 +10,7 @@ import numpy as np
 
 from ....models.errors import BadInput
 from ..layout import distinct
-from ..raw import RawColumn, RawTable, Rejected
+from ..raw import RawColumn, RawTable, Rejected, with_faults
 
 KNOTS = ("bsp", "aws", "tws", "sog")
 DEGREES = ("awa", "twa", "twd", "cog", "hdg", "heel", "trim", "rudder", "lat", "lon", "leeway")
@@ -45,8 +45,7 @@ def read_expedition(text: str, path: Path) -> list[RawTable]:
         raise BadInput("no rows with a time and a channel", file=path)
     names = zip(used, distinct([named[place] for place in used]), strict=True)
     columns = [_column(name, np.array([row.get(place, np.nan) for _, row in rows])) for place, name in names]
-    at = np.array([number for number, _ in rows])
-    return [RawTable(path.name, tuple(columns), at, "", path.name, done=("Expedition",), faults=tuple(faults))]
+    return with_faults([RawTable.of(path, columns, "Expedition", rows=[number for number, _ in rows])], faults)
 
 
 def _row(cells: list[str]) -> dict[str, float] | None:

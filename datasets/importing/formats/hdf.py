@@ -21,17 +21,12 @@ def hdf_content(data: bytes, path: Path) -> tuple[dict[str, Any], dict[str, str]
 
     Raises
     ------
-    BadInput : h5py is missing, or the file is damaged.
+    BadInput : h5py is missing, or the file has too many groups.
     """
     h5py = needed("h5py", "h5py", "an HDF5 file (MAT version 7.3)", path)
     units: dict[str, str] = {}
-    try:
-        with h5py.File(io.BytesIO(data), "r") as file:
-            return _group(h5py, file, "", units, [0]), units
-    except BadInput:
-        raise
-    except Exception as error:  # whatever h5py raises on damaged files
-        raise BadInput(f"not an HDF5 file that can be read ({type(error).__name__})", file=path) from None
+    with h5py.File(io.BytesIO(data), "r") as file:
+        return _group(h5py, file, "", units, [0]), units
 
 
 def _group(h5py: Any, group: Any, where: str, units: dict[str, str], count: list[int]) -> dict[str, Any]:
@@ -87,25 +82,15 @@ def text_of(value: Any) -> str:
 # ---- Classic netCDF files, read by SciPy; those of version 4 are HDF5 files.
 
 
-def netcdf_content(data: bytes, path: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """(arrays of a file, name of an array -> its unit).
-
-    Raises
-    ------
-    BadInput : the file is damaged.
-    """
+def netcdf_content(data: bytes) -> tuple[dict[str, Any], dict[str, str]]:
+    """(arrays of a file, name of an array -> its unit)."""
     from scipy.io import netcdf_file
 
     content: dict[str, Any] = {}
     units: dict[str, str] = {}
-    try:
-        with netcdf_file(io.BytesIO(data), "r", mmap=False) as file:
-            for name, variable in file.variables.items():
-                stated = vars(variable)["_attributes"]
-                content[name] = unpacked(np.array(variable[:]) if variable.shape else np.array(variable.data), stated)
-                units[name] = next((text for key in UNIT_ATTRIBUTES if (text := text_of(stated.get(key)))), "")
-    except MemoryError:
-        raise
-    except Exception as error:  # whatever SciPy raises on damaged files
-        raise BadInput(f"not a netCDF file that can be read ({type(error).__name__})", file=path) from None
+    with netcdf_file(io.BytesIO(data), "r", mmap=False) as file:
+        for name, variable in file.variables.items():
+            stated = vars(variable)["_attributes"]
+            content[name] = unpacked(np.array(variable[:]) if variable.shape else np.array(variable.data), stated)
+            units[name] = next((text for key in UNIT_ATTRIBUTES if (text := text_of(stated.get(key)))), "")
     return content, {name: unit for name, unit in units.items() if unit}

@@ -10,9 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ....models.errors import BadInput
 from ..moments import without_zone
-from ..raw import RawColumn, RawTable, Rejected
+from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
 
 DEVICE = re.compile(r'DEV\s+(?P<number>\d+)\s+\d+\s+"(?P<name>[^"]*)"')
 BEGIN = re.compile(r"TND\s+(?P<hour>\d+):(?P<minute>\d+):(?P<second>\d+)\s+(?P<month>\d+)/(?P<day>\d+)/(?P<year>\d{4})")
@@ -54,13 +53,8 @@ def read_hypack(text: str, path: Path) -> list[RawTable]:
         else:
             rows[kind, cells[0]].append((number, numbers))
     tables = [_table(path, key, own, devices, begin) for key, own in rows.items() if len(own) > 2]
-    if not tables:
-        hint = f"read are {', '.join((*RECORDS, *READINGS))}"
-        raise BadInput("no record of the file can be used", file=path, hint=hint)
-    first = tables[0]
-    head = RawTable(first.file, first.columns, first.rows, first.sheet, first.clock, done=first.done,
-                    faults=tuple(faults), lines=count)  # fmt: skip
-    return [head, *tables[1:]]
+    hint = f"read are {', '.join((*RECORDS, *READINGS))}"
+    return with_faults(usable(tables, path, "no record of the file can be used", hint), faults, count)
 
 
 def _numbers(cells: list[str]) -> list[float] | None:
@@ -84,8 +78,7 @@ def _table(path: Path, key: tuple[str, str], own: list, devices: dict[str, str],
             columns.append(RawColumn(called, unit, np.array([n[1 + place] for _, n in own]), quantity, source))
     else:
         columns.append(RawColumn(name or kind, "", np.array([numbers[1] for _, numbers in own])))
-    rows = np.array([line for line, _ in own])
-    return RawTable(path.name, tuple(columns), rows, f"{kind} {device}", path.name, done=(f"{len(own)} records",))
+    return RawTable.of(path, columns, f"{len(own)} records", f"{kind} {device}", [line for line, _ in own])
 
 
 def _day(begin: re.Match | None) -> float | None:

@@ -6,19 +6,16 @@ import csv
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
-from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..cell_texts import Texts
 from ..instruments import UNITS
 from ..names import joined
-from ..raw import RawColumn, RawTable, Rejected
-from .object_tables import tables_or_refusal
+from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
+from .object_tables import tables_of_rows
 
 ANNOTATION = re.compile(r"#(datatype|group|default)\b", re.IGNORECASE)
 TIME, FIELD, VALUE, MEASUREMENT = "_time", "_field", "_value", "_measurement"
@@ -48,9 +45,8 @@ def read_influx(text: str, path: Path) -> list[RawTable]:
     """A table for every series; BadInput where no block has times and values."""
     faults: list[Rejected] = []
     found = [table for block in _blocks(text, faults) for table in _tables(block, path)]
-    if not found:
-        raise BadInput("no block with times and values", file=path, hint="export it with a header, as annotated CSV")
-    return [replace(found[0], faults=tuple(faults)), *found[1:]]
+    hint = "export it with a header, as annotated CSV"
+    return with_faults(usable(found, path, "no block with times and values", hint), faults)
 
 
 def _blocks(text: str, faults: list[Rejected]) -> list[Block]:
@@ -79,12 +75,11 @@ def _tables(block: Block, path: Path) -> Iterator[RawTable]:
     if VALUE in names and FIELD in names:
         yield from _long(block, path)
         return
-    rows = np.array([number for number, _ in block.rows])
     columns = [(name, [cells[i] for _, cells in block.rows]) for i, name in enumerate(names) if name not in OWN]
     made = [RawColumn(name, "", Texts(cells)) for name, cells in columns if any(cells)]
     if made:
         times = _times([cells[names.index(TIME)] for _, cells in block.rows])
-        yield RawTable(path.name, (times, *made), rows, "", path.name, done=("InfluxDB",))
+        yield RawTable.of(path, (times, *made), "InfluxDB", rows=[number for number, _ in block.rows])
 
 
 def _long(block: Block, path: Path) -> Iterator[RawTable]:
@@ -103,9 +98,8 @@ def _long(block: Block, path: Path) -> Iterator[RawTable]:
         called = measurement if name.lower() in GENERIC and measurement else name
         sheet = " ".join(dict.fromkeys(part for part in (measurement, name, *(values[k] for k in several)) if part))
         column = RawColumn(called, unit, Texts([cells[place[VALUE]] for _, cells in own]))
-        rows = np.array([number for number, _ in own])
         times = _times([cells[place[TIME]] for _, cells in own])
-        yield RawTable(path.name, (times, column), rows, sheet, path.name, done=(f"{len(own)} values",))
+        yield RawTable.of(path, (times, column), f"{len(own)} values", sheet, [number for number, _ in own])
 
 
 def _times(cells: Sequence[str]) -> RawColumn:
@@ -128,7 +122,7 @@ def looks_like_line_protocol(text: str) -> bool:
 
 def read_line_protocol(text: str, path: Path) -> list[RawTable]:
     """A table for every measurement and set of tags; BadInput where no field holds numbers."""
-    return tables_or_refusal(list(_protocol_rows(text)), path, "measurement")
+    return usable(tables_of_rows(list(_protocol_rows(text)), path), path, "no measurement with numbers found")
 
 
 def _protocol_rows(text: str) -> Iterator[tuple[int, dict[str, Any]]]:

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from ....models.errors import BadInput
 from ..moments import time_in
 from ..names import is_time
-from ..raw import RawTable, Rejected
+from ..raw import RawTable, Rejected, usable, with_faults
 from .object_tables import DEEPEST, FEWEST, MOST_ITEMS, MOST_KEYS, Row, content_of, number_of, tables_of_rows
 from .signalk import is_delta, tables_of_deltas
 
@@ -42,14 +43,10 @@ def read_json(text: str, path: Path) -> list[RawTable]:
     found = list(_objects(text, path, faults))
     deltas = [(line, obj) for line, obj in found if is_delta(obj)]
     tables = tables_of_deltas(deltas, path) if len(deltas) > 0.5 * len(found) else tables_of_rows(_senml(found), path)
-    if not tables:
-        hint = "a log is an object a line with a time, names and numbers"
-        raise BadInput("no JSON objects with a time and numbers found", file=path, hint=hint)
-    first = tables[0]
-    lines = len(found) + len(faults)
-    head = RawTable(first.file, first.columns, first.rows, first.sheet, first.clock, done=("JSON", *first.done),
-                    faults=tuple(faults), lines=lines)  # fmt: skip
-    return [head, *tables[1:]]
+    hint = "a log is an object a line with a time, names and numbers"
+    tables = usable(tables, path, "no JSON objects with a time and numbers found", hint)
+    tables[0] = replace(tables[0], done=("JSON", *tables[0].done))
+    return with_faults(tables, faults, len(found) + len(faults))
 
 
 def _split(line: str) -> tuple[str, dict[str, Any]] | None:

@@ -8,11 +8,10 @@ from pathlib import Path
 
 import numpy as np
 
-from ....models.errors import BadInput
 from ..cell_texts import Texts
 from ..cells import Style
 from ..layout import distinct, name_and_unit
-from ..raw import RawColumn, RawTable
+from ..raw import RawColumn, RawTable, usable
 
 END = "***End_of_Header***"
 SINCE_1904 = -2082844800.0
@@ -47,9 +46,7 @@ def read_labview(text: str, path: Path) -> list[RawTable]:
     style: Style = "comma" if head.get("Decimal_Separator", ["."])[:1] == [","] else "point"
     named = [(f"segment {i + 1}" if len(segments) > 1 else "", segment) for i, segment in enumerate(segments)]
     tables = [table for sheet, segment in named for table in _tables(segment, head, style, path, sheet)]
-    if not tables:
-        raise BadInput("no segment of the LabVIEW file holds rows of numbers", file=path, hint="export it as CSV")
-    return tables
+    return usable(tables, path, "no segment of the LabVIEW file holds rows of numbers", "export it as CSV")
 
 
 def _segments(lines: Sequence[str], separator: str) -> tuple[dict[str, list[str]], list[LabViewSegment]]:
@@ -105,9 +102,8 @@ def _tables(
         made = _columns([(names[i], units.get(i, ""), texts[i]) for i in group], style)
         part = sheet if len(groups) == 1 else f"{sheet} {made[0].name if made else ''}".strip()
         if made:
-            done = ("LabVIEW measurement file",)
             columns = (*(replace(column, style=style) for column in time), *made)
-            out.append(RawTable(path.name, columns, rows, part, path.name, done=done))
+            out.append(RawTable.of(path, columns, "LabVIEW measurement file", part, rows))
     return out
 
 

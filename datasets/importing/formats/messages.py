@@ -10,7 +10,8 @@ import numpy as np
 
 from ..headers import scaled_unit
 from ..instruments import last_part
-from ..raw import RawColumn, RawTable
+from ..moments import days_since_1970
+from ..raw import RawColumn, RawTable, faults_once
 from .autopilots import ARDUPILOT
 
 Fields = dict[str, tuple[str, str]]
@@ -61,15 +62,13 @@ def with_messages(table: RawTable) -> list[RawTable]:
         return _by_message(table, matches)
     if table.sheet in MAVLINK:
         by, fields = f"MAVLink states it: {table.sheet}", MAVLINK[table.sheet]
-        columns = tuple(_stated(c, fields, last_part(c.name), by) for c in table.columns)
-        return [replace(table, columns=columns)]
+        return [table.told(lambda c: _stated(c, fields, last_part(c.name), by))]
     names = {column.name for column in table.columns}
-    if "iTOW" in names and len(names & set(UBLOX)) > 3:
-        columns = tuple(_stated(c, UBLOX, c.name, "u-blox states it: NAV-PVT") for c in table.columns)
-        if made := _moments(table):
-            columns = (made, *(column for column in columns if column.name not in DATE))
-        return [replace(table, columns=columns, done=(*table.done, "units of u-blox NAV-PVT"))]
-    return [table]
+    if "iTOW" not in names or len(names & set(UBLOX)) <= 3:
+        return [table]
+    told = table.told(lambda c: _stated(c, UBLOX, c.name, "u-blox states it: NAV-PVT"), "units of u-blox NAV-PVT")
+    made = _moments(table)
+    return [replace(told, columns=(made, *(c for c in told.columns if c.name not in DATE))) if made else told]
 
 
 def _moments(table: RawTable) -> RawColumn | None:
@@ -79,9 +78,7 @@ def _moments(table: RawTable) -> RawColumn | None:
     if len(parts) < len(found) or not all(np.isfinite(part).all() and np.abs(part).max() < 2e9 for part in parts):
         return None
     year, month, day, hour, minute, second, nano = parts
-    months = (12.0 * (year - 1970.0) + month - 1.0).astype(np.int64).astype("datetime64[M]")
-    days = months.astype("datetime64[D]").astype(np.int64) + day - 1.0
-    seconds = 86400.0 * days + 3600.0 * hour + 60.0 * minute + second + 1e-9 * nano
+    seconds = 86400.0 * days_since_1970(year, month, day) + 3600.0 * hour + 60.0 * minute + second + 1e-9 * nano
     return RawColumn("UTC", "s", seconds, "time", "u-blox states it: NAV-PVT")
 
 
@@ -93,30 +90,23 @@ def _by_message(table: RawTable, matches: list[re.Match[str] | None]) -> list[Ra
     out = []
     for kind in kinds:
         own = [(column, match["field"]) for column, match in pairs if match is not None and match["message"] == kind]
-        filled = np.any([np.isfinite(column.numbers) for column, _ in own], axis=0)
-        rows = np.flatnonzero(filled)
+        rows = np.flatnonzero(np.any([np.isfinite(column.numbers) for column, _ in own], axis=0))
         if rows.size < 3:
             continue
         by = f"{'ArduPilot' if kind in ARDUPILOT else 'MAVLink'} states it: {kind}"
-        told = [_stated(c, _fields(kind), field, by) for c, field in own if field not in CLOCKS or not shared]
-        columns = tuple(replace(c, values=c.at(rows)) for c in (*shared, *told))
+        of_log = {name: (quantity, unit) for name, (_, quantity, unit) in ARDUPILOT.get(kind, {}).items()}
+        fields = MAVLINK.get(kind, of_log)
+        told = [_stated(c, fields, field, by) for c, field in own if field not in CLOCKS or not shared]
         done = (*table.done, f"{rows.size} messages {kind}")
-        faults = table.faults if not out else ()
-        out.append(replace(table, columns=columns, rows=table.rows[rows], sheet=kind, done=done, faults=faults))
-    return out or [table]
-
-
-def _fields(kind: str) -> Fields:
-    """The fields of a message of MAVLink, or of a log of ArduPilot."""
-    own = {name: (quantity, unit) for name, (_, quantity, unit) in ARDUPILOT.get(kind, {}).items()}
-    return MAVLINK.get(kind, own)
+        out.append(table.at(rows, (*shared, *told), sheet=kind, done=done))
+    return faults_once(out) or [table]
 
 
 def _stated(column: RawColumn, fields: Mapping[str, tuple[str, str]], field: str, by: str) -> RawColumn:
     """A column with the quantity and unit of its field, unless its header states another unit or its numbers do."""
     quantity, unit = fields.get(field, ("", ""))
     column = replace(column, called=field) if field != column.name else column
-    known = column.numbers[np.isfinite(column.numbers)]
+    known = column.finite
     if not unit or not known.size or (column.unit and scaled_unit(column.unit) != scaled_unit(unit)):
         return column
     whole = np.array_equal(known, np.round(known)) and np.abs(known).max() <= WHOLE.get(unit, np.inf)

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
-from ..raw import RawColumn, RawTable
+from ..raw import RawColumn, RawTable, usable
 
 LINE = re.compile(rf"(?P<time>-?\d+\.\d+)\s+(?P<name>[A-Za-z]\w{{1,80}})\s+(?P<source>\S+)\s+(?P<value>{DECIMAL})\s*$")
 START = re.compile(r"LOGSTART\s+(\d+\.?\d*)")
@@ -46,14 +45,12 @@ def read_alog(text: str, path: Path) -> list[RawTable]:
         if match is not None:
             series[match["name"]].append((number, since + float(match["time"]), float(match["value"])))
     tables = [_table(path, name, own, bool(start)) for name, own in series.items() if len(own) > 2]
-    if not tables:
-        raise BadInput("no variable of the MOOS log holds numbers", file=path)
-    return tables
+    return usable(tables, path, "no variable of the MOOS log holds numbers")
 
 
 def _table(path: Path, name: str, own: list[tuple[int, float, float]], dated: bool) -> RawTable:
     quantity, unit = KNOWN.get(name, ("", "deg" if any(word in name for word in ANGLES) else ""))
-    time = RawColumn("time", "s", np.array([moment for _, moment, _ in own]), "time" if dated else "", BY)
-    column = RawColumn(name, unit, np.array([value for *_, value in own]), quantity, BY if unit else "")
-    rows = np.array([number for number, *_ in own])
-    return RawTable(path.name, (time, column), rows, name, path.name, done=(f"{len(own)} values",))
+    lines, times, values = zip(*own, strict=True)
+    time = RawColumn("time", "s", np.array(times), "time" if dated else "", BY)
+    column = RawColumn(name, unit, np.array(values), quantity, BY if unit else "")
+    return RawTable.of(path, (time, column), f"{len(own)} values", name, lines)

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ....models.errors import BadInput
-from ..raw import RawColumn, RawTable, Rejected
+from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
 from .extras import needed
+from .object_tables import number_of
 
 CANDUMP = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-F]{8}(#|\s+\[\d\])")
 SPACED = re.compile(r"\s*(\(\d+\.\d+\))\s+(\S+)\s+([0-9A-F]{8})\s+\[\d\]\s+((?:[0-9A-F]{2}\s*)+)$")
@@ -68,22 +68,9 @@ def read_n2k(text: str, path: Path) -> list[RawTable]:
         groups[pgn, source, _instance(fields)].append((line, time, fields))
     degrees = json_lines and '"units":"si"' not in text[:400].replace(" ", "")
     dated = not any(YDVR.match(line) for line in text.splitlines()[:20])
-    tables = [t for key, own in groups.items() if (t := _table(path, key, own, degrees, dated)) is not None]
-    if not tables:
-        raise BadInput("no message of NMEA 2000 that can be used", file=path)
-    total = len(messages) + len(faults)
-    first = tables[0]
-    made = RawTable(
-        first.file,
-        first.columns,
-        first.rows,
-        first.sheet,
-        first.clock,
-        done=first.done,
-        faults=tuple(faults),
-        lines=total,
-    )
-    return [made, *tables[1:]]
+    made = (_table(path, key, own, degrees, dated) for key, own in groups.items())
+    tables = usable(made, path, "no message of NMEA 2000 that can be used")
+    return with_faults(tables, faults, len(messages) + len(faults))
 
 
 def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, dict[str, Any]]], list[Rejected]]:
@@ -158,13 +145,10 @@ def _table(path: Path, key: tuple[int, int, str], own: list, degrees: bool, date
         if np.isfinite(numbers).any():
             unit = IN_DEGREES.get(unit, unit) if degrees else unit
             columns += _columns(name, quantity, unit, numbers, [fields for *_, fields in own], by)
-    rows = np.array([line for line, _, _ in own])
+    if len(columns) < 2:
+        return None
     sheet = f"{pgn} of {source}" + (f", instance {instance}" if instance else "")
-    return (
-        RawTable(path.name, tuple(columns), rows, sheet, path.name, done=(f"{len(own)} messages",))
-        if len(columns) > 1
-        else None
-    )
+    return RawTable.of(path, columns, f"{len(own)} messages", sheet, [line for line, *_ in own])
 
 
 def _columns(name: str, quantity: str, unit: str, numbers: np.ndarray, fields: list, by: str) -> list[RawColumn]:
@@ -188,9 +172,4 @@ def _reference(value: Any) -> str:
 
 
 def _number(value: Any) -> float:
-    if not isinstance(value, int | float) or isinstance(value, bool):
-        return float("nan")
-    try:
-        return float(value)
-    except OverflowError:  # a whole number of hundreds of digits
-        return float("nan")
+    return number_of(value if isinstance(value, int | float) and not isinstance(value, bool) else None)

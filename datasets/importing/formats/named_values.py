@@ -10,8 +10,8 @@ from typing import Any
 from ....models.number_texts import DECIMAL
 from ..moments import time_in
 from ..names import is_time
-from ..raw import RawTable
-from .object_tables import Row, tables_or_refusal
+from ..raw import RawTable, usable
+from .object_tables import Row, tables_of_rows
 
 PAIR = re.compile(r'(?<![^\s,;|])([^\W\d][\w.\-/]*)\s?[=:]\s?("[^"]*"|[^\s,;|"]+)(?=[\s,;|]|$)')
 NUMBER = re.compile(DECIMAL)
@@ -38,7 +38,7 @@ def _names(line: str) -> list[tuple[str, str]]:
 
 def read_named_values(text: str, path: Path) -> list[RawTable]:
     """The tables of a log of named values: one for each kind of line; BadInput where none holds numbers."""
-    return tables_or_refusal(list(_rows(text)), path, "line of named values")
+    return usable(tables_of_rows(list(_rows(text)), path), path, "no line of named values with numbers found")
 
 
 def _rows(text: str) -> Iterator[Row]:

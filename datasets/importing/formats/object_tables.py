@@ -53,14 +53,6 @@ def tables_of_rows(found: Sequence[Row], path: Path) -> list[RawTable]:
     return [table for table in tables if table is not None]
 
 
-def tables_or_refusal(found: Sequence[Row], path: Path, what: str) -> list[RawTable]:
-    """The tables of rows of one kind of file; BadInput where none holds numbers, `what` being what a row is."""
-    tables = tables_of_rows(found, path)
-    if not tables:
-        raise BadInput(f"no {what} with numbers found", file=path)
-    return tables
-
-
 def _by_keys(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Rows by what they hold besides a time, where different objects share nothing but it."""
     groups: dict[frozenset[str], list[Row]] = defaultdict(list)
@@ -127,8 +119,7 @@ def _table(own: Sequence[Row], told: tuple[str, str], sheet: str, path: Path) ->
         return None
     names = distinct([column.name for column in columns])
     columns = [replace(column, name=name) for column, name in zip(columns, names, strict=True)]
-    rows = np.array([line for line, _ in own])
-    return RawTable(path.name, tuple(columns), rows, sheet, path.name, done=(f"{len(own)} objects",))
+    return RawTable.of(path, columns, f"{len(own)} objects", sheet, [line for line, _ in own])
 
 
 def _column(

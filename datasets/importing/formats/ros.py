@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ....models.errors import BadInput
-from ..raw import RawColumn, RawTable
+from ..raw import RawColumn, RawTable, usable
 from .extras import needed
 
 QUATERNION = re.compile(
@@ -222,18 +222,10 @@ def read_bag(path: Path) -> list[RawTable]:
     """A table for every topic of a ROS 1 or ROS 2 bag with numbers; needs rosbags."""
     reading = needed("rosbags.highlevel", "rosbags", "a ROS bag", path)
     stores = needed("rosbags.typesys", "rosbags", "a ROS bag", path)
-    try:
-        store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
-        with reading.AnyReader([path], default_typestore=store) as bag:
-            tables = [_topic(bag, connection, path) for connection in bag.connections]
-    except BadInput:
-        raise
-    except Exception as error:  # whatever rosbags raises on damaged files
-        raise BadInput(f"not a ROS bag that can be read ({type(error).__name__})", file=path) from None
-    found = [with_ros(table) for table in tables if table is not None]
-    if not found:
-        raise BadInput("no topic of the bag holds numbers", file=path)
-    return found
+    store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
+    with reading.AnyReader([path], default_typestore=store) as bag:
+        tables = [_topic(bag, connection, path) for connection in bag.connections]
+    return [with_ros(table) for table in usable(tables, path, "no topic of the bag holds numbers")]
 
 
 def _topic(bag: Any, connection: Any, path: Path) -> RawTable | None:
@@ -250,25 +242,16 @@ def _topic(bag: Any, connection: Any, path: Path) -> RawTable | None:
     if len(rows) < 3:
         return None
     names = list(rows[0])
-    columns = [
-        RawColumn("time of the bag", "s", np.array(stamps), "" if _has_stamp(names) else "time", "the bag's clock")
-    ]
+    known = "" if any(map(SECONDS.fullmatch, names)) else "time"
+    columns = [RawColumn("time of the bag", "s", np.array(stamps), known, "the bag's clock")]
     for name in names:
         values = [row.get(name) for row in rows]
         if all(isinstance(value, str) for value in values):
-            columns.append(RawColumn(name, "", tuple(map(str, values))))
+            cells: Any = tuple(values)
         else:
-            columns.append(
-                RawColumn(name, "", np.array([np.nan if isinstance(v, str) or v is None else float(v) for v in values]))
-            )
-    done = (f"{len(rows)} messages {connection.msgtype}",)
-    return RawTable(
-        path.name, tuple(columns), np.arange(1, len(rows) + 1), connection.topic.strip("/"), path.name, done=done
-    )
-
-
-def _has_stamp(names: Sequence[str]) -> bool:
-    return any(SECONDS.fullmatch(name) for name in names)
+            cells = np.array([np.nan if isinstance(v, str) or v is None else float(v) for v in values])
+        columns.append(RawColumn(name, "", cells))
+    return RawTable.of(path, columns, f"{len(rows)} messages {connection.msgtype}", connection.topic.strip("/"))
 
 
 def _flat(message: Any, prefix: str = "", depth: int = 0) -> list[tuple[str, Any]]:

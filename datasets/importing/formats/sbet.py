@@ -53,8 +53,7 @@ def read_sbet(data: bytes, path: Path) -> list[RawTable]:
             *velocity,
         )
     ]  # fmt: skip
-    done = (f"SBET, {len(rows)} rows",)
-    return [RawTable(path.name, tuple(columns), np.arange(1, len(rows) + 1), "", path.name, done=done)]
+    return [RawTable.of(path, columns, f"SBET, {len(rows)} rows")]
 
 
 def _velocity(rows: np.ndarray, heading: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
@@ -84,8 +83,7 @@ def with_pospac(table: RawTable) -> RawTable:
     """A table of that program: its axes are forward, right, down."""
     if not any(POSPAC_TITLE in note for note in table.notes):
         return table
-    columns = (
-        replace(c, said=(*c.said, "positive to starboard")) if c.name.strip().lower() == "roll" else c
-        for c in table.columns
+    return table.told(
+        lambda c: replace(c, said=(*c.said, "positive to starboard")) if c.name.strip().lower() == "roll" else c,
+        f"{POSPAC_TITLE}: axes forward, right, down",
     )
-    return replace(table, columns=tuple(columns), done=(*table.done, f"{POSPAC_TITLE}: axes forward, right, down"))

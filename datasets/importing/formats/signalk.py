@@ -14,8 +14,8 @@ import numpy as np
 from ..raw import RawColumn, RawTable
 from .object_tables import FEWEST, Row
 
-RUDDER = "starboard"
-"""Side of a positive rudder angle."""
+BY, RUDDER = "Signal K states it", "starboard"
+"""Who states it, and the side of a positive rudder angle."""
 PATHS: dict[str, tuple[str, str]] = {
     "navigation.headingTrue": ("heading", "rad"),
     "navigation.headingMagnetic": ("heading_magnetic", "rad"),
@@ -52,17 +52,12 @@ def values_of(message: dict[str, Any], stamp: str) -> Iterator[tuple[str, str, s
     """(time, source, path, number) of the values of a delta; the time of one that states none is `stamp`."""
     for update in message["updates"]:
         time = str(update.get("timestamp") or stamp)
-        source = str(update.get("$source") or _source(update.get("source")))
+        stated = update.get("source") if isinstance(update.get("source"), dict) else {}
+        label = ".".join(str(stated[key]) for key in ("label", "src", "talker") if key in stated)
+        source = str(update.get("$source") or label)
         for entry in update["values"]:
             if isinstance(entry, dict):
                 yield from ((time, source, *one) for one in _numbers(str(entry.get("path", "")), entry.get("value")))
-
-
-def _source(source: Any) -> str:
-    label = (
-        [str(source[key]) for key in ("label", "src", "talker") if key in source] if isinstance(source, dict) else []
-    )
-    return ".".join(label)
 
 
 def _numbers(path: str, value: Any) -> Iterator[tuple[str, float]]:
@@ -76,10 +71,8 @@ def _numbers(path: str, value: Any) -> Iterator[tuple[str, float]]:
 
 def with_signal_k(table: RawTable) -> RawTable:
     """A table whose columns that are named by paths have the units and signs of Signal K, unless they have others."""
-    columns = tuple(_told(column) for column in table.columns)
-    if all(one is other for one, other in zip(columns, table.columns, strict=True)):
-        return table
-    return replace(table, columns=columns, done=(*table.done, "names and units of Signal K"))
+    told = table.told(_told, "names and units of Signal K")
+    return told if told.columns != table.columns else table
 
 
 def _told(column: RawColumn) -> RawColumn:
@@ -90,7 +83,7 @@ def _told(column: RawColumn) -> RawColumn:
     if np.nanmax(np.abs(column.numbers)) > MOST[unit]:
         return column
     side = RUDDER if quantity.startswith("rudder") else ""
-    return replace(column, unit=unit, known=quantity, source=f"Signal K states it: {path}", side=side)
+    return replace(column, unit=unit, known=quantity, source=f"{BY}: {path}", side=side)
 
 
 def tables_of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
@@ -104,11 +97,9 @@ def tables_of_deltas(deltas: Sequence[Row], path: Path) -> list[RawTable]:
     for (source, name), own in series.items():
         if len(own) < FEWEST or not name:
             continue
-        times = RawColumn("time", "", tuple(time for _, time, _ in own), "", "Signal K states it: UTC")
-        column = RawColumn(
-            name, "", np.array([number for *_, number in own]), source=f"source {source}" if source else ""
-        )
+        lines, times, numbers = zip(*own, strict=True)
+        time = RawColumn("time", "", times, "", f"{BY}: UTC")
+        column = RawColumn(name, "", np.array(numbers), source=f"source {source}" if source else "")
         sheet = f"{source} {name}".strip() if several else name
-        rows = np.array([line for line, *_ in own])
-        tables.append(RawTable(path.name, (times, column), rows, sheet, path.name, done=(f"{len(own)} values",)))
+        tables.append(RawTable.of(path, (time, column), f"{len(own)} values", sheet, lines))
     return tables

@@ -10,7 +10,7 @@ import numpy as np
 from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 from ..layout import distinct
-from ..raw import RawColumn, RawTable, Rejected
+from ..raw import RawColumn, RawTable, Rejected, with_faults
 
 SEPARATORS = ",;\t"
 NUMBER = re.compile(DECIMAL)
@@ -27,7 +27,8 @@ def looks_transposed(text: str) -> bool:
         cells = _cells(first[:HEAD], separator)[: -1 if len(first) > HEAD else None]
         below = _cells(rest.partition("\n")[0], separator)[:FEWEST_TIMES]
         if len(cells) > FEWEST_TIMES and _are_times(cells[1:]) and len(below) > 2:
-            return not any(map(NUMBER.fullmatch, (cells[0], below[0]))) and _numeric(below[1:])
+            named = not any(map(NUMBER.fullmatch, (cells[0], below[0])))
+            return named and all(not cell or NUMBER.fullmatch(cell) for cell in below[1:])
     return False
 
 
@@ -45,15 +46,12 @@ def _are_times(cells: list[str]) -> bool:
     return bool(np.all(np.diff(times) > 0.0)) and not np.array_equal(times - times[0], np.arange(times.size))
 
 
-def _numeric(cells: list[str]) -> bool:
-    return all(not cell or NUMBER.fullmatch(cell) for cell in cells)
-
-
 def read_transposed(text: str, path: Path) -> list[RawTable]:
     """The table, turned round: a column for every row; BadInput where no row has a number for every time."""
     lines = [line for line in text.lstrip("\ufeff").splitlines() if line.strip()]
     separator = max(SEPARATORS, key=lines[0].count)
-    head, faults = _cells(lines[0], separator), []
+    head = _cells(lines[0], separator)
+    faults: list[Rejected] = []
     series: list[tuple[str, np.ndarray]] = []
     for number, line in enumerate(lines[1:], start=2):
         name, *cells = _cells(line, separator)
@@ -66,6 +64,5 @@ def read_transposed(text: str, path: Path) -> list[RawTable]:
     names = distinct([name or "channel" for name, _ in series])
     columns = [RawColumn("time", "", tuple(head[1:]))]
     columns += [RawColumn(name, "", values) for name, (_, values) in zip(names, series, strict=True)]
-    rejected: tuple[Rejected, ...] = tuple(faults)
-    done = ("a row for every channel and a column for every time: turned round",)
-    return [RawTable(path.name, tuple(columns), np.arange(2, len(head) + 1), "", path.name, done=done, faults=rejected)]
+    done = "a row for every channel and a column for every time: turned round"
+    return with_faults([RawTable.of(path, columns, done, rows=np.arange(2, len(head) + 1))], faults)
