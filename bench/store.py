@@ -13,7 +13,9 @@ import os
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import ConfigDict, Field
 
 from ..models.data_file import load
 from ..models.errors import BadInput
@@ -28,6 +30,7 @@ from ..models.folders import (
 )
 from ..models.plain import plain
 from ..models.temporary import leftovers, remove_leftovers
+from ..models.yaml_file import Count, FileContent, Text, checked, needs
 from .journal import RUNS, lock, open_journal, read_runs, sealed, unsealed
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, RunKind, Tables
@@ -39,6 +42,50 @@ if TYPE_CHECKING:
 MANIFEST = "environment.json"
 TIMING = "timing.json"
 """Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
+
+
+# ---- What `environment.json` holds, as far as anything is read from it.
+
+WholeNumber = Annotated[int, Field(strict=True, ge=0), needs("a whole number of at least 0")]
+
+
+class _Selected(FileContent):
+    """What of the suite was asked for; see `kinds.base.RunSelection`."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    suite: Text = "quick"
+    methods: tuple[Text, ...] | None = None
+    vessels: tuple[Text, ...] | None = None
+    seeds: Count | None = None
+    seed: WholeNumber | None = None
+
+
+class MergedFile(FileContent):
+    """Results that were merged: digest of their journal, how many runs were added, how many of them were computed again
+    with which seed of the sample, and which runs of the sample could not be."""
+
+    journal: Text
+    added: WholeNumber
+    recomputed: WholeNumber
+    seed: WholeNumber
+    not_computable: tuple[Text, ...] = ()
+
+
+class ManifestFile(FileContent):
+    """Keys that reports and `--resume` read; the others say with what the run was made."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    suite: Text
+    version: Text
+    planned: WholeNumber
+    kind: Text = "identification"
+    title: Text = ""
+    selection: _Selected = _Selected()
+    seeds: Text = ""
+    packages: dict[str, Any] | None = None
+    merged: tuple[MergedFile, ...] = ()
 
 
 def stored_kind(manifest: Mapping[str, Any]) -> Kind:
@@ -139,9 +186,6 @@ def read_manifest(directory: Path, *kinds: str) -> dict[str, Any]:
 
     kinds : of what may have been run; none: a suite of any kind.
     """
-    from ..models.yaml_file import checked
-    from .manifest_file import ManifestFile
-
     path = directory / MANIFEST
     if not check_regular(path):
         raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing")

@@ -144,6 +144,7 @@ def written(
     names = f"{states} {inputs} {coefficients} {constants} {' '.join([*(helpers or ()), *(public or ())])} rho"
     known = {symbol.name: symbol for symbol in symbols(names)}
     functions = {name: getattr(primitives, name) for name in ("absv", "sgn", "step", "atan2v")}
+    functions["Float"] = lambda digits: sp.Float(float(digits))  # a double, whatever the number of digits
 
     def read(texts: Iterable[str]) -> list[sp.Expr]:
         return [sp.sympify(text, locals=known | functions) for text in texts]

@@ -23,8 +23,7 @@ from .exam_file import GROUP
 from .folder import Exam
 from .key import SCHEMA
 from .motion import SCORED, Motion, opening, predicted_or_none
-from .submission import FILE
-from .submission_file import SaidRegime
+from .submission import FILE, SaidRegime
 
 if TYPE_CHECKING:
     from ...checks.result import Size

@@ -24,10 +24,9 @@ from ...models.temporary import temporary_folder
 from ...models.yaml_file import checked
 from ..suites import load_suite
 from .exam_file import Manifest, WorldFiles, cause_list, group_list, read_file
-from .key import SCHEMA, digest, read_key, world_key
-from .key_file import Key
+from .key import SCHEMA, Key, digest, read_key, world_key
 from .motion import logged, opening, without_motion
-from .submission_file import submission_schema
+from .submission import submission_schema
 from .worlds import World, draw
 
 MANIFEST, CAUSES, SUBMISSION_SCHEMA, MODEL = "exam.json", "causes.json", "submission.schema.json", "model.json"

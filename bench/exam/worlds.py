@@ -15,8 +15,7 @@ from ..faults.effects.sensors import SensorKind
 from ..faults.frames import Frames
 from ..faults.ships import sister_numbers
 from ..kinds.base import RunSelection, Suite
-from ..kinds.diagnosis.bases import EXACT, UNSTATED
-from ..kinds.diagnosis.bugs import bug_of, numbers_of, with_numbers
+from ..kinds.diagnosis.bases import EXACT, UNSTATED, bug_of, numbers_of, with_numbers
 from ..kinds.diagnosis.execute import base_of, injected_of, right_names
 from ..kinds.diagnosis.plan import ONE_BUG, ORACLE, REGIME, CaseSpec, plan, stratified
 

@@ -1,7 +1,7 @@
 """The problems of an identification suite as HDF5 files, for programs that identify models of any kind.
 
     DIR/README.md              what there is, in words
-    DIR/problems.json          each problem: its files, columns, steps and true parameters (`problems_file`)
+    DIR/problems.json          each problem: its files, columns, steps and true parameters (`specs`)
     DIR/NAME/train/*.hdf5      training records: a dataset a channel, and attributes
     DIR/NAME/test/*.hdf5       held-out records
 

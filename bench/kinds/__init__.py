@@ -1,6 +1,6 @@
 """Kinds of suites: one folder each, found by its name.
 
-A folder holds `kind.py` with a subclass of `base.Kind` named `KIND`, and `suite.py` with the models of its suite files.
+A folder holds `kind.py` with a `base.Kind` named `KIND`, and `suite.py` with the models of its suite files.
 """
 
 from __future__ import annotations

@@ -600,8 +600,8 @@ def _own_motion(definition: Definition, motion: str) -> sp.Symbol:
 
 
 def _by_curve(name: str, axis: Axis, curve: str) -> Extension:
-    """The sum of a_k cos(k pi s), k = 1, 2, ..., of s = (x - first)/span, 0 to 1 and constant beyond, of the place x, or
-    in the prime system of x = v', r' or the rudder angle."""
+    """The sum of a_k cos(k pi s), k = 1, 2, ..., of s = (x - first)/span, 0 to 1 and constant beyond; x is the place,
+    or in the prime system v', r' or the rudder angle."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         *sizes, first, span = parameters

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...execution import attempt, guarded, measured_cost
-from .bases import EXACT, base_model
-from .bugs import bug_of
+from .bases import EXACT, base_model, bug_of
 from .judge import KNOWN, description, detectable, gain, judge, judge_names, size_rows, truth_errors
 from .localisation import healthy_bias, regime_scores
 from .plan import ORACLE, PLANTED, CaseSpec

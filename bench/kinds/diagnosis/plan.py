@@ -16,8 +16,7 @@ from ....models.errors import BadInput
 from ....models.plain import EXACT_BELOW
 from ....models.suggestions import suggestion
 from ..base import limited
-from .bases import EXACT, carried
-from .bugs import BUGS
+from .bases import BUGS, EXACT, carried
 
 if TYPE_CHECKING:
     from ..base import RunSelection, Suite
