@@ -139,8 +139,7 @@ def behaves(vessel: str, factors: tuple[tuple[str, float], ...]) -> bool:
 
 def _extremes(case: FaultCase) -> tuple[float, float]:
     """Largest yaw rate, rad/s, and smallest surge velocity, m/s, of the runs of a case without effects."""
-    case = case.completed()
     frames = Frames.draw(case, np.random.default_rng(0))
-    runs = [frames.run(case, (), i, None).states for i in range(len(case.train))]
+    runs = [frames.run((), i).states for i in range(len(frames.case.train))]
     turn, speed = max(np.abs(run[:, 2]).max() for run in runs), min(run[:, 0].min() for run in runs)
     return (float(turn), float(speed)) if np.isfinite([turn, speed]).all() else (np.inf, -np.inf)
