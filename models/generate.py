@@ -172,9 +172,9 @@ class _Printer(PythonCodePrinter):
         return self._call("step", expr)
 
 
-def _emit(assignments: Iterable[Assignment], indent: int = 4, prefix: str = "") -> list[str]:
+def _emit(assignments: Iterable[Assignment]) -> list[str]:
     """Assignment lines with common subexpressions bound once, each just before its first use."""
-    return _lines(_bound(assignments), indent, prefix)
+    return _lines(_bound(assignments))
 
 
 def _lines(assignments: Iterable[Assignment], indent: int = 4, prefix: str = "") -> list[str]:

@@ -145,7 +145,8 @@ def closed_loops(
         np.column_stack([setting_of(control) for control in steered]),
         model.states.index("psi"), model.states.index("r"), _work(kernels, len(kernels.INPUTS)), states, order, rudder,
     )  # fmt: skip
-    return Runs(_by_run(states, lanes)[:runs], order.T[:runs], rudder.T[:runs])
+    by_run = states.reshape(samples, -1, lanes).transpose(2, 0, 1)
+    return Runs(by_run[:runs], order.T[:runs], rudder.T[:runs])
 
 
 def _one_by_one(
@@ -187,11 +188,6 @@ def _aligned(size: int) -> Array:
     room = np.empty(size + LINE // 8 - 1)
     first = -room.ctypes.data % LINE // 8
     return room[first : first + size]
-
-
-def _by_run(block: Array, lanes: int) -> Array:
-    """A view (W, N+1, n) of what a driver has filled."""
-    return block.reshape(len(block), -1, lanes).transpose(2, 0, 1)
 
 
 def _spread(values: ArrayLike, runs: int) -> Array:

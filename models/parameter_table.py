@@ -80,13 +80,12 @@ def read_table(path: Path) -> list[_Entry]:
     from .yaml_file import read_yaml
 
     content = read_yaml(path, "a table of parameters")
-    return [_of_key(str(name), entry, path) for name, entry in content.items() if name != "comment"]
-
-
-def _of_key(name: str, entry: object, path: Path) -> _Entry:
-    """A number, or a mapping with value and unit, of a YAML or JSON table."""
-    fields = entry if isinstance(entry, dict) else {"value": entry}
-    return _Entry(name, _number(fields.get("value"), path, None, name), str(fields.get("unit", "")))
+    entries = {str(name): entry for name, entry in content.items() if name != "comment"}
+    fields = {name: entry if isinstance(entry, dict) else {"value": entry} for name, entry in entries.items()}
+    return [
+        _Entry(name, _number(own.get("value"), path, None, name), str(own.get("unit", "")))
+        for name, own in fields.items()
+    ]
 
 
 def _of_csv(path: Path) -> list[_Entry]:

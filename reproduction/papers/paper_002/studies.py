@@ -84,16 +84,6 @@ def found(estimate: Estimate | None, model: Model) -> dict[str, float]:
 Map = Callable[[Mapping[str, float]], dict[str, float]]
 
 
-def first_order(rng: np.random.Generator, *, index: int) -> StudyResult:
-    """Table I and Figure 1."""
-    return _table("response-1", printed_first, rng)
-
-
-def second_order(rng: np.random.Generator, *, index: int) -> StudyResult:
-    """Table II and Figure 2."""
-    return _table("response-2", printed_second, rng)
-
-
 def printed_first(p: Mapping[str, float]) -> dict[str, float]:
     """Eq 4 as printed: T = (1 - a1)/dt is 1/T, and alpha = -a2 T/dt, K = b1 T/dt take it over."""
     return {"T": 1.0 / p["T"], "K": p["K"] / p["T"] ** 2, "alpha": p["alpha"] / p["T"] ** 2}
@@ -104,7 +94,13 @@ def printed_second(p: Mapping[str, float]) -> dict[str, float]:
     return {**p, "alpha": p["alpha"] * STEP_S**2}
 
 
-def _table(name: str, printed: Map, rng: np.random.Generator) -> StudyResult:
+FORMS = {"first_order": ("response-1", printed_first), "second_order": ("response-2", printed_second)}
+"""Table I with Figure 1, and Table II with Figure 2."""
+
+
+def in_noise(order: str, rng: np.random.Generator, *, index: int) -> StudyResult:
+    """The table of an order."""
+    name, printed = FORMS[order]
     return table(name, printed, zigzag(name, NOISE_SD * rng.normal(size=round(DURATION_S / STEP_S))))
 
 
@@ -242,8 +238,6 @@ def _corrected(record: Record, model: Model, share: float) -> float:
 
 # ---------------------------------------------------------------------------------------- over what is not printed
 
-FORMS = {"first_order": ("response-1", printed_first), "second_order": ("response-2", printed_second)}
-
 
 def over_range(order: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """Run `index` of the search of an order; its noise belongs to the point, not to the seed."""
@@ -344,8 +338,7 @@ def _course(estimate: Estimate) -> dict[str, np.ndarray]:
 
 
 STUDIES = {
-    "first_order": PaperStudy(first_order, seeds=120),
-    "second_order": PaperStudy(second_order, seeds=120),
+    **{order: PaperStudy(partial(in_noise, order), seeds=120) for order in FORMS},
     "noise_free": PaperStudy(noise_free),
     "noise": PaperStudy(noise, seeds=8, drawn=8),
     "arithmetic": PaperStudy(arithmetic),
