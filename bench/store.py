@@ -12,6 +12,7 @@ import json
 import os
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
+from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -118,7 +119,7 @@ class Store:
         make_folder(directory)
         with locked(directory):
             check_vacant(directory)
-            write_atomic(directory / MANIFEST, _json(manifest, indent=1).encode() + b"\n")
+            _write_manifest(directory, manifest)
             return cls(directory, manifest, kind)
 
     @classmethod
@@ -135,7 +136,8 @@ class Store:
     @property
     def runs(self) -> list[dict[str, Any]]:
         """The stored runs in the order of their result rows."""
-        return sorted(self._runs.values(), key=lambda run: _order(run["row"], self.kind.tables.keys))
+        order = itemgetter(*self.kind.tables.keys)
+        return sorted(self._runs.values(), key=lambda run: order(run["row"]))
 
     def append(self, run: Mapping[str, Any]) -> None:
         """Keep one finished run, `{"key", "row", "parameters"}`, at once; its `trace`, if any, in a file of its own."""
@@ -165,7 +167,7 @@ class Store:
         """Let the manifest plan at least so many runs, and say what of them comes from elsewhere."""
         self.manifest["planned"] = max(planned, self.manifest["planned"])
         self.manifest["merged"] = [*self.manifest.get("merged", ()), merged]
-        write_atomic(self.directory / MANIFEST, _json(self.manifest, indent=1).encode() + b"\n")
+        _write_manifest(self.directory, self.manifest)
 
     def write_tables(self) -> None:
         """Write the Parquet tables, each by one atomic replacement."""
@@ -250,17 +252,13 @@ def locked(directory: Path) -> Generator[None]:
         os.close(file)
 
 
-def _json(value: Any, indent: int | None = None) -> str:
-    return json.dumps(plain(value), indent=indent, allow_nan=False, ensure_ascii=False)
+def _write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
+    text = json.dumps(plain(manifest), indent=1, allow_nan=False, ensure_ascii=False)
+    write_atomic(directory / MANIFEST, text.encode() + b"\n")
 
 
 def _sorted(rows: Iterable[Mapping[str, Any]], columns: Mapping[str, str], keys: Iterable[str]) -> list[dict[str, Any]]:
-    keys = list(keys)
-    return sorted(({name: row.get(name) for name in columns} for row in rows), key=lambda row: _order(row, keys))
-
-
-def _order(row: Mapping[str, Any], keys: Iterable[str]) -> list[Any]:
-    return [row[key] for key in keys]
+    return sorted(({name: row.get(name) for name in columns} for row in rows), key=itemgetter(*keys))
 
 
 def _table(columns: Mapping[str, str], rows: list[dict[str, Any]]):

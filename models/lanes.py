@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import lane_drivers
 from .errors import BadInput
 from .instruments import linkage
+from .kernels import Kernels
 from .model import Model
+from .regimes import Regime
 from .simulate import (
     KINDS,
     ClosedLoop,
@@ -29,10 +31,6 @@ from .simulate import (
     substeps,
     variant,
 )
-
-if TYPE_CHECKING:
-    from .kernels import Kernels
-    from .regimes import Regime
 
 Array = NDArray[np.float64]
 LINE = 64
@@ -69,8 +67,6 @@ def open_loops(
         acceleration from outside.
     inside : coefficients in a regime of each run, whose time is that from the first sample.
     """
-    from . import lane_drivers
-
     u, start, sets = _runs(inputs, 3), _runs(x0, 2), _runs(coefficients, 2)
     lanes, count, samples = width(model), substeps(model, dt), u.shape[1]
     kernels, whole = variant(model, u.shape[2], model.theta)
@@ -117,8 +113,6 @@ def closed_loops(
     ------
     BadInput : more runs than a block holds, or no windage data in wind.
     """
-    from . import lane_drivers
-
     runs, lanes, samples = len(controls), width(model), len(controls[0].reference)
     if runs > lanes:
         raise BadInput(f"{runs} runs in a block of {lanes}")

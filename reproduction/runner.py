@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,15 +14,14 @@ from ..bench.environment import code_version, environment
 from ..bench.execution import guarded, measured_cost
 from ..bench.journal import read_runs
 from ..bench.kinds.base import TIMES, RunKind, Tables
+from ..bench.pool import Pool
 from ..bench.store import MANIFEST, RUNS, Store, read_manifest
+from ..datasets.measured import data_dir, dataset
 from ..models.errors import BadInput
 from ..models.folders import check_regular
 from ..models.plain import plain
 from .claims.claim import Paper
 from .papers.study import StudyResult, stream, studies_of
-
-if TYPE_CHECKING:
-    from ..bench.pool import Pool
 
 STORED = Path(__file__).parent / "stored" / RUNS
 """Stored runs of studies on measured sets, used where the data are missing."""
@@ -130,8 +129,6 @@ def runs_of(jobs: Iterable[StudyJob], stored: Iterable[Run]) -> list[Run]:
 
 def is_available(measured: str) -> bool:
     """Whether the folder of a measured set exists."""
-    from ..datasets.measured import data_dir, dataset
-
     return (data_dir() / dataset(measured).folder).is_dir()
 
 

@@ -7,13 +7,16 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ...checks.result import Size
 from ...datasets.io import write_record
+from ...datasets.record import Record
 from ...diagnosis.options import Options
 from ...diagnosis.registry import find
+from ...diagnosis.result import Diagnosis, Finding
 from ...models.coefficient_groups import stated_groups
 from ...models.errors import BadInput, CannotFit, EnvironmentFault, FitFailed
 from ...models.plain import plain
@@ -24,11 +27,6 @@ from .folder import Exam
 from .key import SCHEMA
 from .motion import SCORED, Motion, opening, predicted_or_none
 from .submission import FILE, SaidRegime
-
-if TYPE_CHECKING:
-    from ...checks.result import Size
-    from ...datasets.record import Record
-    from ...diagnosis.result import Diagnosis, Finding
 
 
 def answer(

@@ -159,14 +159,10 @@ def _write_world(folder: Path, world: World) -> tuple[dict[str, Any], dict[str, 
         "base_numbers": world.base_numbers,
         "train": [record.name for record in train],
         "held_out": [record.name for record in held_out],
-        "opening_s": {record.name: _opening_s(record) for record in held_out},
+        "opening_s": {record.name: float(record.time_s[opening(record) - 1]) for record in held_out},
         "groups": group_list(base),
     }
     return plain(world_key(world, case, held_out)), shown
-
-
-def _opening_s(record: Record) -> float:
-    return float(record.time_s[opening(record) - 1])
 
 
 def _json(value: Any) -> bytes:

@@ -10,7 +10,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from ...models.data_file import json_of
 from ...models.errors import BadInput
 from ...models.files import read_utf8
 from ...models.yaml_file import FileContent, checked
+from ..faults import Injected
 from ..faults.effects import Effect, RegimeKind
 from ..faults.regimes import TrueRegime
 from ..faults.sensing import CHANNELS as RECORDED
@@ -27,9 +28,6 @@ from ..kinds.diagnosis.judge import detectable
 from ..kinds.diagnosis.plan import CaseSpec
 from .motion import Motion, errors, logged, opening, predicted, rounded
 from .worlds import World
-
-if TYPE_CHECKING:
-    from ..faults import Injected
 
 SCHEMA = 1
 MOST_BYTES = 2**27

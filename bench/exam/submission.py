@@ -18,6 +18,7 @@ from pydantic import AfterValidator, Field
 from ...checks.result import Size
 from ...datasets.columns import to_canonical
 from ...datasets.io import read_table
+from ...datasets.record import Record
 from ...diagnosis.result import Finding
 from ...models.data_file import MOST_JSON_BYTES, json_of
 from ...models.errors import BadInput
@@ -27,11 +28,9 @@ from ...models.suggestions import suggestion
 from ...models.yaml_file import FileContent, Flag, Real, Text, checked, needs
 from ..faults.regimes import SIDES, VARIABLES
 from ..kinds.diagnosis.names import BASE
-from .exam_file import GROUP, read_file
+from .exam_file import GROUP, WorldFiles, read_file
 
 if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from .exam_file import WorldFiles
     from .folder import Exam
     from .motion import Motion
 

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.errors import BadInput
-from ..faults import FaultCase
+from ...models.model import Model
+from ..faults import FaultCase, Injected
 from ..faults.effects import kind_of
 from ..faults.effects.sensors import SensorKind
 from ..faults.frames import Frames
@@ -18,12 +18,6 @@ from ..kinds.base import RunSelection, Suite
 from ..kinds.diagnosis.bases import EXACT, UNSTATED, bug_of, numbers_of, with_numbers
 from ..kinds.diagnosis.execute import base_of, injected_of, right_names
 from ..kinds.diagnosis.plan import ONE_BUG, ORACLE, REGIME, CaseSpec, plan, stratified
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from ...models.model import Model
-    from ..faults import Injected
 
 KINDS = ("exact base", "imperfect base", "regime", "sensors", "two at once", "nothing wrong")
 SPREAD, MOST = 0.1, 2.0

@@ -12,6 +12,8 @@ from .effects.sensors import ATTITUDE, VELOCITY, Stage
 from .ships import TrueShip
 from .simulator import DenseRun, RunPlan
 
+GAP = 10
+"""Samples of a gap."""
 CHANNELS = ("rudder_rad", *ATTITUDE, *VELOCITY, "north_m", "east_m")
 RESPONSE_CHANNELS = ("rudder_rad", *ATTITUDE, "surge_m_s")
 STATE = {"surge_m_s": 0, "sway_m_s": 1, "yaw_rate_rad_s": 2, "north_m": 3, "east_m": 4, "heading_rad": 5}
@@ -51,7 +53,7 @@ def observe(
 ) -> Record:
     """The record of a run, sampled every dt_s seconds.
 
-    gaps: share of the samples of each channel but the rudder that are lost, in runs of 10; command: the rudder
+    gaps: share of the samples of each channel but the rudder that are lost; command: the rudder
     column is `rudder_command_rad`, the order to the steering gear.
     """
     effects = sorted(plan.sensors, key=lambda item: item[0].stage)
@@ -99,12 +101,12 @@ def sampled(run: DenseRun, channel: str, at: np.ndarray) -> np.ndarray:
     return np.interp(at, run.time_s, values)
 
 
-def with_gaps(values: np.ndarray, share: float, rng: np.random.Generator, length: int = 10) -> np.ndarray:
-    """values with about that share lost in runs; the first samples stay."""
+def with_gaps(values: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
+    """values with about that share lost in runs of `GAP`; the first samples stay."""
     if share <= 0.0:
         return values
-    starts = np.flatnonzero(rng.random(values.size) < share / length)
-    lost = np.unique((starts[:, None] + np.arange(length)).ravel())
+    starts = np.flatnonzero(rng.random(values.size) < share / GAP)
+    lost = np.unique((starts[:, None] + np.arange(GAP)).ravel())
     values = values.copy()
-    values[lost[(lost >= 2 * length) & (lost < values.size)]] = np.nan
+    values[lost[(lost >= 2 * GAP) & (lost < values.size)]] = np.nan
     return values

@@ -6,12 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from ...models.errors import BadInput
-
-if TYPE_CHECKING:
-    from ...models.yaml_file import FileContent
 
 TIMES = {"wall_s": "float", "cpu_s": "float", "peak_memory_mib": "float"}
 """The last columns of a table of runs, and the only ones in which two equal runs may differ."""
@@ -137,7 +134,6 @@ class Kind(RunKind):
     """A kind of suite; its name is the folder's, `kind` also in suite files.
 
     failure_columns : columns by which a failed run is listed.
-    suite_models : gives what a suite file holds beside its entries, and an entry, as pydantic models.
     with_seed : gives the selection with the seed that the plan starts from; `BadInput` for one that cannot be used.
     plan : gives every run, in order; `BadInput` for unknown methods or vessels, and where nothing is left to run.
     facts : gives what the manifest of specs says beside what it says of every suite.
@@ -146,7 +142,6 @@ class Kind(RunKind):
     """
 
     failure_columns: tuple[str, ...]
-    suite_models: Callable[[], tuple[type[FileContent], type[FileContent]]]
     with_seed: Callable[[Suite, RunSelection], RunSelection]
     plan: Callable[[Suite, RunSelection], Sequence[Any]]
     facts: Callable[[Sequence[Any]], Mapping[str, Any]]

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from ....models.model import Model
+from ....methods.registry import make
+from ....models.model import Model, resolve
 
 EXACT, UNSTATED = "exact", "unstated"
 """Bases that are the true ship: the diagnosis is told so, or is not."""
@@ -35,8 +34,6 @@ def base_model(text: str, vessel: str, rng: np.random.Generator) -> Model:
 
 def carried(text: str, vessel: str) -> bool:
     """Whether a vessel can be given such a base model."""
-    from ....models.model import resolve
-
     model = resolve(vessel)
     if text == "dropped":
         return bool(_nonlinear(model))
@@ -46,8 +43,6 @@ def carried(text: str, vessel: str) -> bool:
 
 
 def _exact(vessel: str, rng: np.random.Generator) -> Model:
-    from ....models.model import resolve
-
     return resolve(vessel)
 
 
@@ -90,8 +85,6 @@ def _particulars(vessel: str, rng: np.random.Generator) -> Model:
 
 def _other_family(vessel: str, rng: np.random.Generator) -> Model:
     """A response model that was identified from records of the same ship without any effect."""
-    from ....methods.registry import make
-    from ....models.model import resolve
     from ...faults import FaultCase, inject
 
     found = make("output-error").fit(inject(FaultCase(vessel), rng).train, resolve(OTHER_FAMILY))
@@ -139,8 +132,6 @@ class Bug:
 
     def base(self) -> Model:
         """The vessel's model with the mistake."""
-        from ....models.model import resolve
-
         model = resolve(self.vessel)
         known = numbers_of(model)
         wrong = {name: known[name] * factor for name, factor in self.factors.items()} | dict(self.values)

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....checks.result import Size
+from ....diagnosis.causes.registry import all_causes
+from ....diagnosis.result import Diagnosis, Finding
 from .bases import EXACT, LACKING, UNSTATED
 from .columns import CHANNELS
 from .names import Said, named
 from .plan import PLANTED
 
 if TYPE_CHECKING:
-    from ....checks.result import Size
-    from ....diagnosis.result import Diagnosis, Finding
     from ...faults import Effect, Injected
     from ...faults.ships import TrueShip
 
@@ -104,8 +105,6 @@ def _names_outcome(findings: Sequence[frozenset[str]], holding: Sequence[frozens
 
 def of_base(name: str, base: str) -> bool:
     """Whether a name says something of the base model's own numbers, or of what its family lacks."""
-    from ....diagnosis.causes.registry import all_causes
-
     known = all_causes()
     return name in LACKING.get(base, ()) or (name in known and known[name].describes_hull)
 

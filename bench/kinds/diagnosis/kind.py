@@ -3,21 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..base import Kind, Tables
 from .columns import CASE_COLUMNS, CASES, KEYS, SIZE_COLUMNS, SIZE_KEYS, SIZES
 from .execute import execute
 from .plan import plan, with_seed
-
-if TYPE_CHECKING:
-    from ....models.yaml_file import FileContent
-
-
-def suite_models() -> tuple[type[FileContent], type[FileContent]]:
-    from .suite import CasesEntry, CasesHead
-
-    return CasesHead, CasesEntry
 
 
 def describe(row: Mapping[str, Any]) -> str:
@@ -29,7 +20,6 @@ KIND = Kind(
     name="diagnosis",
     failure_columns=tuple(name for name in KEYS if name != "suite"),
     stored=lambda: Tables(tuple(KEYS), CASES, CASE_COLUMNS, SIZES, SIZE_COLUMNS, SIZE_KEYS),
-    suite_models=suite_models,
     with_seed=lambda suite, selection: with_seed(selection),
     plan=plan,
     facts=lambda specs: {"cases": len({(spec.group, spec.seed) for spec in specs})},

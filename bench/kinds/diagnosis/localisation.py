@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....datasets.record import Record
+from ....diagnosis.result import Diagnosis
+from ....models.coefficient_groups import stated_groups
+from ....models.model import Model
+from .names import Said
+
 if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....diagnosis.result import Diagnosis
-    from ....models.model import Model
     from ...faults import Injected
     from ...faults.regimes import TrueRegime
-    from .names import Said
 
 
 def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
@@ -61,8 +63,6 @@ def healthy_bias(diagnosis: Diagnosis, true: Model, wrong: frozenset[str]) -> fl
     true : the model of the ship; wrong : numbers, and groups of numbers, that are left out.  None where the family
     states no priors.
     """
-    from ....models.coefficient_groups import stated_groups
-
     now, then = (
         dict(zip((*m.coordinates, *m.constant_names), m.theta.tolist(), strict=True))
         for m in (diagnosis.extended, true)

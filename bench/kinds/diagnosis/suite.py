@@ -64,3 +64,6 @@ class CasesEntry(FileContent):
     oracle: Flag = False
     base: Annotated[tuple[Base, ...], Field(min_length=1), needs("a list of bases")] = ("exact",)
     records: Annotated[tuple[Made, ...], Field(min_length=1), needs("a list of kinds of records")] = ("plain",)
+
+
+MODELS = (CasesHead, CasesEntry)

@@ -6,8 +6,9 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ....methods.registry import FAMILIES, find
 from ....models.errors import BadInput
 from ...content import PACKAGE, ROOT, sources_digest
 from ..base import Kind, RunSelection, Suite, Tables
@@ -15,15 +16,6 @@ from .columns import KEYS, PARAMETER_COLUMNS, PARAMETERS, RESULTS, result_column
 from .execute import execute
 from .plan import RunSpec, plan
 from .problems import HELD_OUT_SEED, measured_records
-
-if TYPE_CHECKING:
-    from ....models.yaml_file import FileContent
-
-
-def suite_models() -> tuple[type[FileContent], type[FileContent]]:
-    from .suite import RunsEntry, RunsHead
-
-    return RunsHead, RunsEntry
 
 
 def without_seed(suite: Suite, selection: RunSelection) -> RunSelection:
@@ -66,14 +58,13 @@ def content(spec: RunSpec) -> str | None:
 @lru_cache(maxsize=256)
 def _sources(method: str) -> str | None:
     """Digest of the sources of a method, named as in `methods.registry.find`."""
-    own = [_module(path) for folder in RUN for path in folder.glob("*.py")]
+    paths = [path.relative_to(ROOT).with_suffix("") for folder in RUN for path in folder.glob("*.py")]
+    own = [".".join([PACKAGE, *path.parts]) for path in paths]
     return sources_digest(*sorted({*own, *_modules(method)}))
 
 
 def _modules(method: str) -> list[str]:
     """Modules and files that define a method's class, its base classes, and the method or package that it wraps."""
-    from ....methods.registry import FAMILIES, find
-
     prefix, colon, rest = method.partition(":")
     if colon and prefix in FAMILIES:
         wrapped = _modules(rest) if prefix == "tuned" else [rest.partition(".")[0] if "." in rest else prefix]
@@ -83,15 +74,10 @@ def _modules(method: str) -> list[str]:
     return [cls.__module__ for cls in find(method).__mro__ if cls.__module__ not in ("builtins", "abc")]
 
 
-def _module(path: Path) -> str:
-    return ".".join([PACKAGE, *path.relative_to(ROOT).with_suffix("").parts])
-
-
 KIND = Kind(
     name="identification",
     failure_columns=("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed"),
     stored=lambda: Tables(tuple(KEYS), RESULTS, result_columns(), PARAMETERS, PARAMETER_COLUMNS, ("parameter",)),
-    suite_models=suite_models,
     with_seed=without_seed,
     plan=plan,
     facts=facts,

@@ -115,13 +115,10 @@ def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
         name: value for name, value in zip(model.constant_names, model.constants.tolist(), strict=True) if name != "L"
     }
     values |= dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
-    return StudyResult(values | SOURCE | {"operations": _operations(model)})
-
-
-def _operations(model: Model) -> float:
-    """Operations of A1 over those of A2, N n^2 for the products of n columns: A2 has the state as one more column."""
+    # of A1 over those of A2, N n^2 for the products of n columns: A2 has the state as one more column
     sizes = [sum(name[0] == letter for name in model.coordinates) for letter in "XYN"]
-    return sum(n**2 for n in sizes) / sum((n + 1) ** 2 for n in sizes)
+    operations = sum(n**2 for n in sizes) / sum((n + 1) ** 2 for n in sizes)
+    return StudyResult(values | SOURCE | {"operations": operations})
 
 
 def settings(rng: np.random.Generator, *, index: int) -> StudyResult:

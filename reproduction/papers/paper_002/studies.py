@@ -279,7 +279,7 @@ def tank(rng: np.random.Generator, *, index: int) -> StudyResult:
     values, series = {}, {}
     for name, (spec, family, stride) in FITS.items():
         model = resolve(family)
-        estimate = fitted(spec, [_thinned(training, stride)], model)
+        estimate = fitted(spec, [training.thinned(stride)], model)
         values |= {f"{name}.{p}": value for p, value in found(estimate, model).items()}
         scores = dict(_scores(estimate, runs | {"15/5": training}))
         values |= {f"{name}.{key}": value for key, value in scores.items()}
@@ -302,11 +302,6 @@ def _approach(record: Record) -> dict[str, float]:
         "approach.propeller_rps": float(np.mean(record.column("propeller_rps")[begin])),
         "approach.rudder_rate": float(np.quantile(rate, 0.99)),
     }
-
-
-def _thinned(record: Record, stride: int) -> Record:
-    channels = {name: values[::stride] for name, values in record.channels.items()}
-    return replace(record, time_s=record.time_s[::stride], channels=channels)
 
 
 def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[tuple[str, float]]:
