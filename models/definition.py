@@ -142,12 +142,13 @@ def written(
     from . import primitives
 
     names = f"{states} {inputs} {coefficients} {constants} {' '.join([*(helpers or ()), *(public or ())])} rho"
-    known = {symbol.name: symbol for symbol in symbols(names)}
-    functions = {name: getattr(primitives, name) for name in ("absv", "sgn", "step", "atan2v")}
-    functions["Float"] = lambda digits: sp.Float(float(digits))  # a double, whatever the number of digits
+    known: dict[str, Any] = {symbol.name: symbol for symbol in symbols(names)}
+    words = known | {name: getattr(primitives, name) for name in ("absv", "sgn", "step", "atan2v")}
+    words["Float"] = lambda digits: sp.Float(float(digits))  # a double, whatever the number of digits
 
     def read(texts: Iterable[str]) -> list[sp.Expr]:
-        return [sp.sympify(text, locals=known | functions) for text in texts]
+        parsed: Any = sp.sympify  # its overloads do not tell of `locals`
+        return [parsed(text, locals=words) for text in texts]
 
     def by_name(texts: Mapping[str, str] | None) -> dict[str, sp.Expr] | None:
         return None if texts is None else dict(zip(texts, read(texts.values()), strict=True))

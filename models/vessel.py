@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from .errors import BadInput
-from .vessel_file import VesselFile
-from .yaml_file import checked, read_yaml
 
 FOLDER = Path(__file__).parent / "vessels"
 
@@ -27,6 +25,9 @@ def read_vessel(path: Path) -> dict[str, Any]:
     ------
     BadInput : if a key is missing or unknown, or a number lacks its unit or source.
     """
+    from .model_file import VesselFile
+    from .yaml_file import checked, read_yaml
+
     facts = read_yaml(path, "a vessel file")
     if checked(VesselFile, facts, path).id != path.stem:
         raise BadInput(f"id {facts['id']!r} differs from the file's name", file=path)

@@ -78,7 +78,8 @@ def write(results: Results, directory: Path) -> Path:
 
 def spread_of(entry: Mapping[str, Any]) -> Spread:
     """A spread as it is stored; null is nan."""
-    return Spread(**{name: math.nan if value is None else value for name, value in entry.items()})
+    numbers: dict[str, Any] = {name: math.nan if value is None else value for name, value in entry.items()}
+    return Spread(**numbers)
 
 
 def read(paper: str, directory: Path) -> Results:

@@ -508,8 +508,8 @@ def extension_of(name: str) -> Extension:
 
     def product(motion: Mapping[str, sp.Expr]) -> sp.Expr:
         """Of v', r' and the rudder angle, or of their sizes; of r and the rudder angle of a response model."""
-        sizes = {f"abs{name}": primitives.absv(symbol) for name, symbol in motion.items()}
-        return sp.prod((motion | sizes)[factor] for factor in factors)
+        known = {**motion, **{f"abs{name}": primitives.absv(symbol) for name, symbol in motion.items()}}
+        return sp.prod(known[factor] for factor in factors)
 
     if axis == RESPONSE:
         return Extension({f"term_{name}": "SI"}, _added((YAW, product)), three_dof=False)

@@ -97,7 +97,9 @@ def second_order_speed() -> Definition:
         rate_gain="b2",
         held="m",
         source="this project, from the residuals of KVLCC2 free-running zigzags",
-        **SECOND | {"inputs": "delta delta_rate speed"},
+        states="q r psi",
+        inputs="delta delta_rate speed",
+        kinematics=["q", "r"],
     )
 
 
