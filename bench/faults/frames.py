@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ...datasets.record import Record
+from ...datasets.record import Record, RecordMeta
 from . import equations, sensing
 from .case import GUSTS, FaultCase
 from .effects import Effect
 from .effects.forces import ForceKind
-from .effects.sensors import SensorKind
+from .effects.sensors import SensorKind, Stage
 from .ships import SECOND, TrueShip
 from .simulator import DenseRun, Gusts, RunPlan, first_class_functions, further_forces, rudder_force, simulate, vector
 
@@ -93,17 +93,36 @@ class Frames:
     def record(
         self, effects: Sequence[Effect], i: int, run: DenseRun, rng: np.random.Generator, noise: bool = True
     ) -> Record:
-        """The record of run i; without noise also without gaps and with the heading unwrapped."""
-        case = self.case
-        sd = sensing.noise_sd(case.ship, case.noise if noise else 0.0)
-        effects = () if case.foreign else effects
-        role = "train" if i < len(case.train) else "held_out"
-        return sensing.observe(
-            run, plan_of(case.ship, effects, i), case.dt_s or 0.0, rng, sd, case.channels,
-            gaps=case.gaps if noise else 0.0, command=case.command, name=f"{role}-{i + 1}",
-            manoeuvre=self.manoeuvres[i], wrap=case.wrap and noise,
-            noise_time_s=case.noise_time_s * case.ship.clock,
-        )  # fmt: skip
+        """The record of run i; without noise also without gaps and with the heading unwrapped.
+
+        recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects.sensors.Stage`.
+        """
+        case, ship = self.case, self.case.ship
+        plan = plan_of(ship, () if case.foreign else effects, i)
+        sensors, dt = sorted(plan.sensors, key=lambda item: item[0].stage), case.dt_s or 0.0
+        sd, memory = sensing.noise_sd(ship, case.noise if noise else 0.0), case.noise_time_s * ship.clock
+        time = dt * np.arange(round((len(run.states) - 1) * run.step_s / dt) + 1)
+        jitter = sum(kind.jitter_s(p) for kind, p in sensors)
+        taken = np.clip(time + jitter * rng.standard_normal(time.size), 0.0, time[-1])
+        rows = {
+            c: sensing.sampled(run, c, taken - sum(kind.delay_s(c, p) for kind, p in sensors)) for c in sensing.CHANNELS
+        }
+        before = [kind.stage <= Stage.OFFSET for kind, _ in sensors].count(True)
+        for kind, p in sensors[:before]:
+            kind.apply(rows, time, p, sd, rng)
+        for channel in rows:
+            rows[channel] = rows[channel] + sd.get(channel, 0.0) * sensing.coloured(rng, time.size, dt, memory)
+        for kind, p in sensors[before:]:
+            kind.apply(rows, time, p, sd, rng)
+        if case.wrap and noise:
+            rows["heading_rad"] = np.mod(rows["heading_rad"], 2.0 * np.pi)
+        for channel in sensing.CHANNELS[1:]:
+            rows[channel] = sensing.with_gaps(rows[channel], case.gaps if noise else 0.0, rng)
+        kept = {"rudder_command_rad" if case.command else "rudder_rad": rows["rudder_rad"]}
+        kept |= {c: rows[c] for c in sensing.CHANNELS[1:] if c in case.channels}
+        side, source = "port" if ship.starboard < 0 else "starboard", "truth simulator"
+        meta = RecordMeta(vessel=ship.id, positive_rudder=side, manoeuvre=self.manoeuvres[i], source=source)
+        return Record(time, kept, f"{'train' if i < len(case.train) else 'held_out'}-{i + 1}", meta)
 
 
 def foreign_forces(plan: RunPlan, sound: TrueShip, run: DenseRun) -> np.ndarray:

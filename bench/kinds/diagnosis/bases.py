@@ -8,10 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 
 import numpy as np
 
 from ....methods.registry import make
+from ....models.coefficient_groups import with_values
 from ....models.model import Model, resolve
 
 EXACT, UNSTATED = "exact", "unstated"
@@ -46,15 +48,11 @@ def _exact(vessel: str, rng: np.random.Generator) -> Model:
     return resolve(vessel)
 
 
-def _off(share: float) -> Callable[[str, np.random.Generator], Model]:
+def _off(share: float, vessel: str, rng: np.random.Generator) -> Model:
     """All coefficients off by a normal error of this relative standard deviation, cut off at MOST."""
-
-    def base(vessel: str, rng: np.random.Generator) -> Model:
-        model = _exact(vessel, rng)
-        error = np.clip(rng.standard_normal(model.coefficients.size), -MOST, MOST)
-        return model.with_coefficients(model.coefficients * (1.0 + share * error))
-
-    return base
+    model = _exact(vessel, rng)
+    error = np.clip(rng.standard_normal(model.coefficients.size), -MOST, MOST)
+    return model.with_coefficients(model.coefficients * (1.0 + share * error))
 
 
 def _nonlinear(model: Model) -> list[int]:
@@ -94,9 +92,9 @@ def _other_family(vessel: str, rng: np.random.Generator) -> Model:
 BASES: dict[str, Callable[[str, np.random.Generator], Model]] = {
     EXACT: _exact,
     UNSTATED: _exact,
-    "off-5": _off(0.05),
-    "off-10": _off(0.1),
-    "off-20": _off(0.2),
+    "off-5": partial(_off, 0.05),
+    "off-10": partial(_off, 0.1),
+    "off-20": partial(_off, 0.2),
     "dropped": _dropped,
     "particulars": _particulars,
     "other-family": _other_family,
@@ -197,9 +195,8 @@ def numbers_of(model: Model) -> dict[str, float]:
 
 def with_numbers(model: Model, numbers: Mapping[str, float]) -> Model:
     """The model with other values of some published parameters and constants."""
-    constants = [numbers.get(n, x) for n, x in zip(model.constant_names, model.constants.tolist(), strict=True)]
     parameters = {name: numbers.get(name, value) for name, value in model.parameters.items()}
-    changed = replace(model, constants=np.array(constants, float))
+    changed = with_values(model, {name: numbers[name] for name in model.constant_names if name in numbers})
     return changed.with_coefficients(changed.from_parameters(parameters))
 
 

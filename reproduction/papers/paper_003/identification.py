@@ -246,12 +246,9 @@ def behind_observer(
     vessel: str, sines: str, variant: str, noise: float = 0.0, rng: np.random.Generator | None = None
 ) -> np.ndarray:
     """Least squares (4,) on the first 60 % of the states that the observer gives at 45 rad/s, all stepped by Euler."""
-    run, n = vessels.motion(vessel, sines, "euler"), vessels.numbers(vessel)
+    run = vessels.motion(vessel, sines, "euler")
     psi = run.psi if rng is None else run.psi + noise * rng.normal(size=len(run.psi))
-    if variant == "as_printed":
-        seen = eso.observe_as_printed(psi, run.reference, DT, n.kp, n.lag)
-    else:
-        seen = eso.observe(psi, DT, eso.PRINTED_OMEGA, "euler")
+    seen = vessels.seen(variant, psi, run, vessel)
     size = int(TRAINING * len(psi))
     rows = np.column_stack([seen.psi_ddot, seen.r, run.delta, run.delta_dot])[:size]
     return LSSVR(C=1e14, standardise=True, fit_intercept=False).fit(rows, seen.psi_dddot[:size]).coef_

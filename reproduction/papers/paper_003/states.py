@@ -49,14 +49,9 @@ def table_4(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult
 
 
 def observed(variant: str, psi: np.ndarray, run: SineMotion, vessel: str) -> tuple[np.ndarray, ...]:
-    """Estimates (N,) of psi, r, psi_ddot and rudder by the observer at 45 rad/s, stepped by Euler as eq 11 does."""
-    n = vessels.numbers(vessel)
-    if variant == "as_printed":
-        seen = eso.observe_as_printed(psi, run.reference, DT, n.kp, n.lag)
-        assert seen.delta is not None
-        return seen.psi, seen.r, seen.psi_ddot, seen.delta
-    seen = eso.observe(psi, DT, eso.PRINTED_OMEGA, "euler")
-    return seen.psi, seen.r, seen.psi_ddot, _rudder(seen.psi, run, vessel)
+    """Estimates (N,) of psi, r, psi_ddot and rudder by `vessels.seen`."""
+    seen = vessels.seen(variant, psi, run, vessel)
+    return seen.psi, seen.r, seen.psi_ddot, _rudder(seen.psi, run, vessel) if seen.delta is None else seen.delta
 
 
 def _rudder(psi: np.ndarray, run: SineMotion, vessel: str) -> np.ndarray:
