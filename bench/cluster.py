@@ -34,7 +34,9 @@ def cluster(address: str) -> Generator[Pool]:
     except ImportError:
         hint = "install it with: pip install 'helmbench[distributed]'"
         raise BadInput("--scheduler needs dask.distributed", hint=hint) from None
-    _silence()
+    for name in logging.root.manager.loggerDict:  # no messages of dask: what matters is told by exceptions
+        if name.partition(".")[0] == "distributed":
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
     try:
         client = client_class(address, timeout=CONNECT_S)
     except (OSError, ValueError, TimeoutError) as error:
@@ -45,13 +47,6 @@ def cluster(address: str) -> Generator[Pool]:
         yield Pool(lambda: executor, max(1, sum(client.nthreads().values())) * QUEUED_PER_WORKER, executor.check)
     finally:
         client.close()
-
-
-def _silence() -> None:
-    """No messages of dask on standard error: what matters is told by exceptions."""
-    for name in logging.root.manager.loggerDict:
-        if name.partition(".")[0] == "distributed":
-            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def _check_code(client: Any) -> None:

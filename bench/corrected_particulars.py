@@ -6,18 +6,13 @@ model of them, and `calibrate` moves the numbers of it that the training records
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from ..diagnosis.craft.ship import corrected
 from ..estimation.run.prediction import prediction_scores
 from ..models.model import Model, model_from_particulars, resolve
 from ..models.particulars import particulars_of
 from .kinds.identification.problems import Task, problem
 from .scores.prediction_error import mean_nrmse
-from .situations import SEEDS
-
-if TYPE_CHECKING:
-    from .situations import Situation
+from .situations import SEEDS, Situation
 
 CHANNELS = ("heading_rad", "yaw_rate_rad_s")
 """What response models predict, so that errors compare."""

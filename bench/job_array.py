@@ -12,7 +12,7 @@ import shlex
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
@@ -80,7 +80,8 @@ def run_array(specs: Sequence[Spec], store: Store, array: JobArray, watch: Watch
     _adopt(folder, store, watch)
     todo = [spec for spec in specs if spec.key not in store.finished]
     if todo:
-        executor = _executor(array, _new_logs(folder))
+        # a folder of this user's own for submitit, which runs what lies in it: nobody else can have put anything there
+        executor = _executor(array, Path(tempfile.mkdtemp(prefix=LOGS, dir=folder)))
         shares = _shares(todo, folder, store, array, limits)
         jobs = _submitted(executor, shares)
         try:
@@ -160,38 +161,25 @@ def _follow(jobs: Sequence[Any], shares: Sequence[JobShare], store: Store, watch
         if waiting:
             time.sleep(POLLED_EVERY_S)
     lost = [share for share in shares if any(spec.key not in store.finished for spec in share.specs)]
-    reasons = [text for share in lost if (text := _reason(share))]
+    reasons = [one_line(read_regular(share.folder / REASON).decode(errors="replace")) for share in lost]
     for part in parts:
         part.close(store)
     if lost:
         told = f"{len(lost)} of {len(shares)} jobs ended before their runs were finished"
-        why = f" ({reasons[0]})" if reasons else f"; their logs are in {store.directory / PARTS}"
+        reason = next(filter(None, reasons), "")
+        why = f" ({reason})" if reason else f"; their logs are in {store.directory / PARTS}"
         raise EnvironmentFault(told + why, hint="what is finished is kept: continue with --resume")
-
-
-def _reason(share: JobShare) -> str:
-    path = share.folder / REASON
-    return one_line(read_regular(path).decode(errors="replace"))
 
 
 def _adopt(folder: Path, store: Store, watch: Watch) -> None:
     """Take over what jobs of an earlier process stored; jobs that still run are waited for."""
-    for part in [_JobResults(path) for path in _folders(folder)]:
+    own = [path for path in sorted(folder.glob("*")) if path.is_dir() and not path.name.startswith(LOGS)]
+    for part in [_JobResults(make_folder(path, within=folder)) for path in own]:
         while is_held(part.folder / RUNS):
             part.take_over(store, watch)
             time.sleep(POLLED_EVERY_S)
         part.take_over(store, watch)
         part.close(store)
-
-
-def _new_logs(folder: Path) -> Path:
-    """A folder of this user's own for submitit, which runs what lies in it: nobody else can have put anything there."""
-    return Path(tempfile.mkdtemp(prefix=LOGS, dir=folder))
-
-
-def _folders(folder: Path) -> Iterator[Path]:
-    found = [path for path in sorted(folder.glob("*")) if path.is_dir() and not path.name.startswith(LOGS)]
-    return iter([make_folder(path, within=folder) for path in found])
 
 
 class _JobResults:

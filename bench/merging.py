@@ -269,15 +269,11 @@ def take(specs: Sequence[Spec], store: Store, folders: Sequence[Path]) -> int:
     """
     before = len(store.finished)
     for folder in folders:
-        for run in _taken(_wanted(specs, store), folder, store):
+        missing = [spec for spec in specs if spec.key not in store.finished]
+        wanted = {content: spec for spec in missing if (content := store.kind.content(spec)) is not None}
+        for run in _taken(wanted, folder, store):
             store.append(run)
     return len(store.finished) - before
-
-
-def _wanted(specs: Sequence[Spec], store: Store) -> dict[str, Spec]:
-    """The runs that are missing, by their content."""
-    missing = [spec for spec in specs if spec.key not in store.finished]
-    return {content: spec for spec in missing if (content := store.kind.content(spec)) is not None}
 
 
 def _taken(wanted: Mapping[str, Spec], folder: Path, store: Store) -> list[dict[str, Any]]:

@@ -7,17 +7,15 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..models.errors import BadInput
 from .environment import code_version, environment
 from .kinds import kind_of
 from .kinds.base import RunSelection, Spec, Suite
 from .limits import UNLIMITED, Limits
+from .pool import Pool
 from .store import MANIFEST, Store, read_manifest
-
-if TYPE_CHECKING:
-    from .pool import Pool
 
 
 def run(

@@ -12,8 +12,11 @@ import json
 import os
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
+from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import ConfigDict, Field
 
 from ..models.data_file import load
 from ..models.errors import BadInput
@@ -28,6 +31,7 @@ from ..models.folders import (
 )
 from ..models.plain import plain
 from ..models.temporary import leftovers, remove_leftovers
+from ..models.yaml_file import Count, FileContent, Text, checked, needs
 from .journal import RUNS, lock, open_journal, read_runs, sealed, unsealed
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, RunKind, Tables
@@ -39,6 +43,50 @@ if TYPE_CHECKING:
 MANIFEST = "environment.json"
 TIMING = "timing.json"
 """Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
+
+
+# ---- What `environment.json` holds, as far as anything is read from it.
+
+WholeNumber = Annotated[int, Field(strict=True, ge=0), needs("a whole number of at least 0")]
+
+
+class _Selected(FileContent):
+    """What of the suite was asked for; see `kinds.base.RunSelection`."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    suite: Text = "quick"
+    methods: tuple[Text, ...] | None = None
+    vessels: tuple[Text, ...] | None = None
+    seeds: Count | None = None
+    seed: WholeNumber | None = None
+
+
+class MergedFile(FileContent):
+    """Results that were merged: digest of their journal, how many runs were added, how many of them were computed again
+    with which seed of the sample, and which runs of the sample could not be."""
+
+    journal: Text
+    added: WholeNumber
+    recomputed: WholeNumber
+    seed: WholeNumber
+    not_computable: tuple[Text, ...] = ()
+
+
+class ManifestFile(FileContent):
+    """Keys that reports and `--resume` read; the others say with what the run was made."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    suite: Text
+    version: Text
+    planned: WholeNumber
+    kind: Text = "identification"
+    title: Text = ""
+    selection: _Selected = _Selected()
+    seeds: Text = ""
+    packages: dict[str, Any] | None = None
+    merged: tuple[MergedFile, ...] = ()
 
 
 def stored_kind(manifest: Mapping[str, Any]) -> Kind:
@@ -71,7 +119,7 @@ class Store:
         make_folder(directory)
         with locked(directory):
             check_vacant(directory)
-            write_atomic(directory / MANIFEST, _json(manifest, indent=1).encode() + b"\n")
+            _write_manifest(directory, manifest)
             return cls(directory, manifest, kind)
 
     @classmethod
@@ -88,7 +136,8 @@ class Store:
     @property
     def runs(self) -> list[dict[str, Any]]:
         """The stored runs in the order of their result rows."""
-        return sorted(self._runs.values(), key=lambda run: _order(run["row"], self.kind.tables.keys))
+        order = itemgetter(*self.kind.tables.keys)
+        return sorted(self._runs.values(), key=lambda run: order(run["row"]))
 
     def append(self, run: Mapping[str, Any]) -> None:
         """Keep one finished run, `{"key", "row", "parameters"}`, at once; its `trace`, if any, in a file of its own."""
@@ -118,7 +167,7 @@ class Store:
         """Let the manifest plan at least so many runs, and say what of them comes from elsewhere."""
         self.manifest["planned"] = max(planned, self.manifest["planned"])
         self.manifest["merged"] = [*self.manifest.get("merged", ()), merged]
-        write_atomic(self.directory / MANIFEST, _json(self.manifest, indent=1).encode() + b"\n")
+        _write_manifest(self.directory, self.manifest)
 
     def write_tables(self) -> None:
         """Write the Parquet tables, each by one atomic replacement."""
@@ -139,9 +188,6 @@ def read_manifest(directory: Path, *kinds: str) -> dict[str, Any]:
 
     kinds : of what may have been run; none: a suite of any kind.
     """
-    from ..models.yaml_file import checked
-    from .manifest_file import ManifestFile
-
     path = directory / MANIFEST
     if not check_regular(path):
         raise BadInput("holds no benchmark run", file=directory, hint=f"{MANIFEST} is missing")
@@ -206,17 +252,13 @@ def locked(directory: Path) -> Generator[None]:
         os.close(file)
 
 
-def _json(value: Any, indent: int | None = None) -> str:
-    return json.dumps(plain(value), indent=indent, allow_nan=False, ensure_ascii=False)
+def _write_manifest(directory: Path, manifest: Mapping[str, Any]) -> None:
+    text = json.dumps(plain(manifest), indent=1, allow_nan=False, ensure_ascii=False)
+    write_atomic(directory / MANIFEST, text.encode() + b"\n")
 
 
 def _sorted(rows: Iterable[Mapping[str, Any]], columns: Mapping[str, str], keys: Iterable[str]) -> list[dict[str, Any]]:
-    keys = list(keys)
-    return sorted(({name: row.get(name) for name in columns} for row in rows), key=lambda row: _order(row, keys))
-
-
-def _order(row: Mapping[str, Any], keys: Iterable[str]) -> list[Any]:
-    return [row[key] for key in keys]
+    return sorted(({name: row.get(name) for name in columns} for row in rows), key=itemgetter(*keys))
 
 
 def _table(columns: Mapping[str, str], rows: list[dict[str, Any]]):

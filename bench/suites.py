@@ -13,7 +13,8 @@ from pathlib import Path
 
 from ..models.errors import BadInput
 from ..models.suggestions import suggestion
-from .kinds import IDENTIFICATION, kind_of
+from ..models.yaml_file import checked, read_yaml
+from .kinds import IDENTIFICATION, suite_models
 from .kinds.base import Suite
 
 FOLDER = Path(__file__).parent / "suites"
@@ -29,8 +30,6 @@ def load_suite(name: str) -> Suite:
 
     Raises `BadInput` where there is no such suite or the file does not follow the models of its kind.
     """
-    from ..models.yaml_file import checked, read_yaml
-
     from_file = name.endswith((".yaml", ".yml"))
     known = suite_names()
     if not (Path(name).is_file() if from_file else name in known):
@@ -41,12 +40,12 @@ def load_suite(name: str) -> Suite:
     entries = content.pop("entries", None)
     if not isinstance(entries, list) or not entries:
         raise BadInput("has no list of entries", file=path)
-    kind = kind_of(content.get("kind", IDENTIFICATION), path)
-    head_model, entry_model = kind.suite_models()
+    kind = content.get("kind", IDENTIFICATION)
+    head_model, entry_model = suite_models(kind, path)
     rows = tuple(checked(entry_model, entry, f"{path}: entry {i}") for i, entry in enumerate(entries, start=1))
     head = checked(head_model, content, path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()[:16]
-    return Suite(path.stem, digest, kind.name, head, rows, path.parent)
+    return Suite(path.stem, digest, kind, head, rows, path.parent)
 
 
 # ---- What method texts of a suite file or of a stored run reach for: nothing of it is loaded unasked.

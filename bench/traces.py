@@ -12,19 +12,19 @@ import json
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
+from ..datasets.record import Record
+from ..estimation.estimates.estimate import Estimate
+from ..estimation.judgement.convergence import parameter_paths
+from ..estimation.run.run import run_along
 from ..models.data_file import json_of
 from ..models.errors import BadInput
 from ..models.folders import read_regular
 from .journal import sealed, unsealed
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.estimates.estimate import Estimate
 
 Content = TypeVar("Content")
 TRACES = "traces.jsonl"
@@ -79,8 +79,6 @@ class _TraceEntry(_Content):
 
 def free_run_trace(estimate: Estimate, record: Record) -> dict[str, Any]:
     """The trace of an estimate along a record of N samples, thinned to at most `POINTS`, with the recursion's log."""
-    from ..estimation.run.run import run_along
-
     kept = _thinned(record.n, POINTS)
     run = run_along(estimate.model, record, estimate.predictor)
     channels = {
@@ -93,8 +91,6 @@ def free_run_trace(estimate: Estimate, record: Record) -> dict[str, Any]:
 
 def recursion_log(estimate: Estimate) -> dict[str, Any] | None:
     """The published parameters along the trajectory of a recursive method, thinned to `LOGGED` times; else None."""
-    from ..estimation.judgement.convergence import parameter_paths
-
     if estimate.trajectory is None or estimate.trajectory_time_s is None:
         return None
     kept = _thinned(len(estimate.trajectory), LOGGED)

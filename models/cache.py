@@ -20,8 +20,9 @@ from functools import lru_cache
 from pathlib import Path
 
 from .errors import BadInput, EnvironmentFault
+from .files import reason_of
 from .folders import is_own, open_regular
-from .temporary import temporary_file, temporary_folder
+from .temporary import is_mine, temporary_file, temporary_folder
 
 VARIABLE = "HELMBENCH_CACHE"
 LOCK_WAIT_S = 600.0
@@ -107,13 +108,15 @@ def cache_folder() -> Path:
             return private_folder(Path(named)) / "kernels"
         except OSError as error:
             raise EnvironmentFault(
-                f"compiled code cannot be kept here ({_told(error)})", file=named, hint=hint
+                f"compiled code cannot be kept here ({reason_of(error)})", file=named, hint=hint
             ) from None
     home = user_cache_path("helmbench")
     try:
         return private_folder(home) / "kernels"
     except OSError as error:
-        reason = f"{home}: compiled code cannot be kept here ({_told(error)}) and is built anew at every start; {hint}"
+        reason = (
+            f"{home}: compiled code cannot be kept here ({reason_of(error)}) and is built anew at every start; {hint}"
+        )
     warnings.warn(reason, RuntimeWarning, stacklevel=2)
     return _passing_folder(hint) / "kernels"
 
@@ -124,7 +127,7 @@ def _passing_folder(hint: str) -> Path:
     try:
         folder = stack.enter_context(temporary_folder())
     except OSError as error:
-        raise EnvironmentFault(f"no folder for compiled code can be made ({_told(error)})", hint=hint) from None
+        raise EnvironmentFault(f"no folder for compiled code can be made ({reason_of(error)})", hint=hint) from None
     os.environ[VARIABLE] = str(folder)
     owner = os.getpid()
     atexit.register(lambda: os.getpid() == owner and stack.close())
@@ -147,7 +150,7 @@ def private_folder(folder: Path) -> Path:
 def close_folder(folder: Path) -> None:
     """Make a folder that only this user can enter, or close one of this user's; `OSError` where it is another's."""
     found = _made(folder)
-    if not _is_mine(found):
+    if not is_mine(found):
         raise OSError(f"{folder} belongs to another user")
     if hasattr(os, "geteuid") and found.st_mode & 0o077:
         folder.chmod(stat.S_IMODE(found.st_mode) & ~0o077)
@@ -162,14 +165,6 @@ def _made(folder: Path) -> os.stat_result:
     return found
 
 
-def _is_mine(found: os.stat_result) -> bool:
-    return not hasattr(os, "geteuid") or found.st_uid == os.geteuid()
-
-
-def _told(error: OSError) -> str:
-    return error.strerror or str(error)
-
-
 def store(path: Path, data: bytes) -> None:
     """Write a file with its digest in front, whole or not at all.  Raises `OSError`."""
     with temporary_file(path.parent, 0o600) as temporary:
@@ -182,7 +177,7 @@ def stored(path: Path) -> bytes | None:
     try:
         with os.fdopen(open_regular(path, os.O_RDONLY), "rb") as file:
             found = os.fstat(file.fileno())
-            content = file.read() if _is_mine(found) and not found.st_mode & 0o022 else b""
+            content = file.read() if is_mine(found) and not found.st_mode & 0o022 else b""
     except (OSError, BadInput):
         return None
     digest, data = content[:DIGEST_BYTES], content[DIGEST_BYTES:]

@@ -10,7 +10,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Hashable
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,8 @@ from .number_texts import number_of, whole_of
 MOST_YAML_BYTES, MOST_JSON_BYTES = 96 * 2**10, 2**24
 MOST_NODES, MOST_DEPTH = 200_000, 40
 """Limits of a file: keys and values (aliases counted as often as they are used), nesting."""
+TOO_DEEP = f"nested deeper than {MOST_DEPTH} levels"
+TOO_MANY = f"more than {MOST_NODES} keys and values, aliases counted as often as they are used"
 JSON_SUFFIX = ".json"
 PLAIN_TAGS = ("null", "bool", "int", "float", "str", "seq", "map", "merge")
 UNPRINTABLE = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\x7f-\x9f\ud800-\udfff]")
@@ -42,7 +44,7 @@ class _Refused(ValueError):
     """Data that is not read, with the line that it stands on where that is known."""
 
     def __init__(self, reason: str, row: int | None = None) -> None:
-        self.reason, self.row = reason, row
+        self.row = row
         super().__init__(reason)
 
 
@@ -63,17 +65,17 @@ def json_of(data: bytes, file: object, row: int | None = None) -> Any:
     """The value of a JSON text; `row` is its line where it is one line of a larger file.  Raises as `load`."""
     try:
         content = json.loads(
-            data, object_pairs_hook=_distinct, parse_int=_whole, parse_float=_finite, parse_constant=_no_number
+            data, object_pairs_hook=_distinct, parse_int=whole_of, parse_float=number_of, parse_constant=_no_number
         )
         _check_size(content)
     except json.JSONDecodeError as error:
         raise BadInput(f"not JSON ({error.msg})", file=file, row=row or error.lineno) from None
     except UnicodeDecodeError as error:
         raise BadInput(f"not JSON ({error.reason})", file=file, row=row) from None
-    except _Refused as refused:
-        raise BadInput(refused.reason, file=file, row=row) from None
+    except ValueError as refused:
+        raise BadInput(str(refused), file=file, row=row) from None
     except RecursionError:
-        raise BadInput(_too_deep(), file=file, row=row) from None
+        raise BadInput(TOO_DEEP, file=file, row=row) from None
     return content
 
 
@@ -93,7 +95,7 @@ def yaml_of(data: bytes, file: object) -> tuple[Any, dict[Any, int]]:
         reason = getattr(error, "problem", None) or str(error)
         raise BadInput(f"not YAML ({reason})", file=file, row=mark.line + 1 if mark else None) from None
     except _Refused as refused:
-        raise BadInput(refused.reason, file=file, row=refused.row) from None
+        raise BadInput(str(refused), file=file, row=refused.row) from None
     except (KeyError, ValueError) as error:  # PyYAML's constructors, of a scalar under a tag that it does not suit
         raise BadInput(f"not YAML (a value does not suit its tag: {error})", file=file) from None
     rows = {k.value: k.start_mark.line + 1 for k, _ in node.value} if isinstance(node, yaml.MappingNode) else {}
@@ -111,20 +113,6 @@ def _distinct(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
     return found
 
 
-def _whole(text: str) -> int:
-    try:
-        return whole_of(text)
-    except ValueError as error:
-        raise _Refused(str(error)) from None
-
-
-def _finite(text: str) -> float:
-    try:
-        return number_of(text)
-    except ValueError as error:
-        raise _Refused(str(error)) from None
-
-
 def _no_number(text: str) -> float:
     raise _Refused(f"{text} is not a number of JSON; write null where there is none")
 
@@ -140,14 +128,14 @@ def _check_size(content: Any) -> None:
         ]
         count += len(level)
         if count > MOST_NODES:
-            raise _Refused(_too_many())
+            raise _Refused(TOO_MANY)
         for value in level:
             for text in value if isinstance(value, dict) else (value,):
                 if isinstance(text, str):
                     _check_text(text)
         if not level:
             return
-    raise _Refused(_too_deep())
+    raise _Refused(TOO_DEEP)
 
 
 # ------------------------------------------------------------------------------------------------ YAML
@@ -167,32 +155,27 @@ def _yaml_loader() -> Any:
         def compose_node(self, parent: Any, index: Any) -> Any:
             self.depth += 1
             if self.depth > MOST_DEPTH:
-                raise _Refused(_too_deep(), self.peek_event().start_mark.line + 1)
+                raise _Refused(TOO_DEEP, self.peek_event().start_mark.line + 1)
             node = super().compose_node(parent, index)
             self.depth -= 1
             return node
 
     for kind, (pattern, first) in _SCALARS.items():
         Loader.add_implicit_resolver(f"tag:yaml.org,2002:{kind}", re.compile(rf"(?:{pattern})\Z"), list(first))
-    Loader.add_constructor("tag:yaml.org,2002:int", _int_node)
-    Loader.add_constructor("tag:yaml.org,2002:float", _float_node)
+    Loader.add_constructor("tag:yaml.org,2002:int", partial(_number_node, whole_of))
+    Loader.add_constructor("tag:yaml.org,2002:float", partial(_number_node, _float_of))
     return Loader
 
 
-def _int_node(loader: Any, node: Any) -> int:
-    return _number_node(loader, node, _whole)
+def _float_of(text: str) -> float:
+    return _INFINITE.get(text.lower()) or number_of(text)
 
 
-def _float_node(loader: Any, node: Any) -> float:
-    return _number_node(loader, node, lambda text: _INFINITE.get(text.lower()) or _finite(text))
-
-
-def _number_node(loader: Any, node: Any, read: Callable[[str], Any]) -> Any:
-    text = loader.construct_scalar(node)
+def _number_node(read: Callable[[str], Any], loader: Any, node: Any) -> Any:
     try:
-        return read(text)
-    except _Refused as refused:
-        raise _Refused(refused.reason, _row(node)) from None
+        return read(loader.construct_scalar(node))
+    except ValueError as error:
+        raise _Refused(str(error), _row(node)) from None
 
 
 def _check_nodes(root: Any) -> None:
@@ -207,23 +190,18 @@ def _check_nodes(root: Any) -> None:
                 raise _Refused("an alias stands within what it stands for", _row(node))
             return known
         sizes[id(node)] = None
-        _check_tag(node)
+        if node.tag.removeprefix("tag:yaml.org,2002:") not in PLAIN_TAGS:
+            raise _Refused(f"not YAML (the tag {node.tag[:60]} is not one of plain data)", _row(node))
         count, depth = 1, 1
         for child in _children(node):
             more, deeper = size(child)
             count, depth = count + more, max(depth, 1 + deeper)
             if count > MOST_NODES or depth > MOST_DEPTH:
-                raise _Refused(_too_many() if count > MOST_NODES else _too_deep(), _row(node))
+                raise _Refused(TOO_MANY if count > MOST_NODES else TOO_DEEP, _row(node))
         sizes[id(node)] = count, depth
         return count, depth
 
     size(root)
-
-
-def _check_tag(node: Any) -> None:
-    tag = str(node.tag)
-    if tag.removeprefix("tag:yaml.org,2002:") not in PLAIN_TAGS:
-        raise _Refused(f"not YAML (the tag {tag[:60]} is not one of plain data)", _row(node))
 
 
 def _children(node: Any) -> list[Any]:
@@ -255,11 +233,3 @@ def _row(node: Any) -> int:
 
 def _twice(name: str) -> str:
     return f"the key {name[:60]!r} stands twice"
-
-
-def _too_deep() -> str:
-    return f"nested deeper than {MOST_DEPTH} levels"
-
-
-def _too_many() -> str:
-    return f"more than {MOST_NODES} keys and values, aliases counted as often as they are used"

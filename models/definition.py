@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
@@ -109,3 +109,63 @@ class Definition:
             helpers={name: expression.xreplace(swap) for name, expression in self.helpers.items()},
             rate_gain=None,
         )
+
+
+PLANE = "u v r x y psi"
+"""States of a 3-DOF model: surge and sway velocity, yaw rate, position along north and east, heading."""
+PLANE_RATES = ("u*cos(psi) - v*sin(psi)", "u*sin(psi) + v*cos(psi)", "r")
+"""Rates of its position and heading."""
+
+
+def written(
+    *,
+    states: str,
+    inputs: str,
+    coefficients: str,
+    forces: Sequence[str],
+    kinematics: Sequence[str],
+    constants: str = "",
+    mass: Sequence[Sequence[str]] | None = None,
+    helpers: Mapping[str, str] | None = None,
+    public: Mapping[str, str] | None = None,
+    inverse: Mapping[str, str] | None = None,
+    rate_gain: str | None = None,
+    held: str = "",
+    force_scale: Sequence[str] | None = None,
+    **facts: Any,
+) -> Definition:
+    """A definition whose equations are texts, such as `(a + a1*absv(speed))*r`: names and expressions as `Definition`
+    has them.
+
+    mass : None: the unit matrix.  facts : what is no expression (name, title, units, source, linear).
+    """
+    from . import primitives
+
+    names = f"{states} {inputs} {coefficients} {constants} {' '.join([*(helpers or ()), *(public or ())])} rho"
+    known: dict[str, Any] = {symbol.name: symbol for symbol in symbols(names)}
+    words = known | {name: getattr(primitives, name) for name in ("absv", "sgn", "step", "atan2v")}
+    words["Float"] = lambda digits: sp.Float(float(digits))  # a double, whatever the number of digits
+
+    def read(texts: Iterable[str]) -> list[sp.Expr]:
+        parsed: Any = sp.sympify  # its overloads do not tell of `locals`
+        return [parsed(text, locals=words) for text in texts]
+
+    def by_name(texts: Mapping[str, str] | None) -> dict[str, sp.Expr] | None:
+        return None if texts is None else dict(zip(texts, read(texts.values()), strict=True))
+
+    return Definition(
+        states=symbols(states),
+        inputs=symbols(inputs),
+        coefficients=symbols(coefficients),
+        constants=symbols(constants),
+        mass=sp.eye(len(forces)) if mass is None else sp.Matrix([read(row) for row in mass]),
+        forces=read(forces),
+        kinematics=read(kinematics),
+        helpers={known[name]: value for name, value in (by_name(helpers) or {}).items()},
+        public=by_name(public),
+        inverse=by_name(inverse),
+        rate_gain=None if rate_gain is None else known[rate_gain],
+        held=symbols(held),
+        force_scale=None if force_scale is None else read(force_scale),
+        **facts,
+    )

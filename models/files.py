@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import stat
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
@@ -21,14 +22,14 @@ def read_bytes(path: Path, most: int = MOST_BYTES) -> bytes:
     try:
         with path.open("rb") as file:
             found = os.fstat(file.fileno())
-            if not _is_readable(found.st_mode):
+            if not (stat.S_ISREG(found.st_mode) or stat.S_ISFIFO(found.st_mode)):  # reading of others may never end
                 raise BadInput("is not a file of data", file=path)
             data = file.read(min(found.st_size or most, most) + 1)
     except FileNotFoundError:
         raise BadInput("no such file", file=path) from None
+    except BadInput:
+        raise
     except (OSError, ValueError) as error:
-        if isinstance(error, BadInput):
-            raise
         raise BadInput(f"cannot be read ({reason_of(error)})", file=path) from None
     if len(data) > most:
         raise BadInput(f"is larger than {most // 2**10} KiB, the most that is read", file=path)
@@ -46,7 +47,8 @@ def utf8_of(data: bytes, path: Path) -> bytes:
     wrong = _first_wrong_byte(data)
     if wrong is not None:
         message = f"wrong encoding: byte 0x{data[wrong]:02x} is not UTF-8 text"
-        raise BadInput(message, file=path, row=_line_of(data, wrong), hint="save the file as UTF-8 text")
+        row = 1 + len(re.findall(b"\r\n|\r|\n", data[:wrong]))
+        raise BadInput(message, file=path, row=row, hint="save the file as UTF-8 text")
     return data
 
 
@@ -64,11 +66,6 @@ def reason_of(error: Exception) -> str:
     return (error.strerror if isinstance(error, OSError) else None) or str(error)
 
 
-def _is_readable(mode: int) -> bool:
-    """Whether reading ends: a regular file or a pipe, not a folder or a device."""
-    return stat.S_ISREG(mode) or stat.S_ISFIFO(mode)
-
-
 def _first_wrong_byte(data: bytes) -> int | None:
     try:
         if not data.isascii():
@@ -77,11 +74,6 @@ def _first_wrong_byte(data: bytes) -> int | None:
         return error.start
     zero = data.find(0)
     return zero if zero >= 0 else None
-
-
-def _line_of(data: bytes, position: int) -> int:
-    before = data[:position]
-    return before.count(b"\n") + before.count(b"\r") - before.count(b"\r\n") + 1
 
 
 def refuse_existing(paths: Iterable[Path]) -> None:
@@ -135,7 +127,7 @@ def write_together(folder: Path, writers: Mapping[str, Callable[[Path], object]]
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise BadInput(f"cannot be made ({error.strerror or error})", file=folder) from None
+        raise BadInput(f"cannot be made ({reason_of(error)})", file=folder) from None
     try:
         replace_together({folder / name: write for name, write in writers.items()})
     except BaseException:

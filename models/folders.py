@@ -17,7 +17,7 @@ from pathlib import Path
 
 from .errors import BadInput
 from .files import reason_of
-from .temporary import temporary_file
+from .temporary import is_mine, temporary_file
 
 ADMINISTRATOR = 0
 """Number of the user whose folders and files are trusted as the own ones."""
@@ -29,7 +29,7 @@ MOST_BYTES = 2**34
 
 def is_own(found: os.stat_result) -> bool:
     """Whether a file or folder belongs to this user or the administrator; true where files have no owners."""
-    return not hasattr(os, "geteuid") or found.st_uid in (os.geteuid(), ADMINISTRATOR)
+    return is_mine(found) or found.st_uid == ADMINISTRATOR
 
 
 def check_folder(folder: Path) -> None:
@@ -115,20 +115,10 @@ def read_regular(path: Path, begin: int = 0, most: int = MOST_BYTES) -> bytes:
     with _told(path), os.fdopen(open_regular(path, os.O_RDONLY), "rb") as file:
         size = os.fstat(file.fileno()).st_size
         if size > most:
-            raise BadInput(f"is larger than {_in_words(most)}, the most that is read", file=path)
+            told = f"{most // 2**30} GiB" if most >= 2**30 else f"{most // 2**10} KiB"
+            raise BadInput(f"is larger than {told}, the most that is read", file=path)
         file.seek(begin)
         return file.read(max(size - begin, 0))
-
-
-def _in_words(size: int) -> str:
-    return f"{size // 2**30} GiB" if size >= 2**30 else f"{size // 2**10} KiB"
-
-
-def check_appendable(path: Path) -> None:
-    """BadInput where a file exists that `open_to_append` refuses."""
-    if check_regular(path):
-        with _told(path):
-            os.close(_writable(path, os.O_RDONLY))
 
 
 def open_to_append(path: Path) -> int:
@@ -174,18 +164,17 @@ def remove_folder(folder: Path) -> None:
 def check_each(folder: Path, appended: Iterable[str], replaced: Iterable[str]) -> None:
     """BadInput where a folder or one of the files that will be appended to or replaced in it must not be written."""
     check_folder(folder)
-    for name in appended:
-        check_appendable(folder / name)
+    for path in (folder / name for name in appended):
+        if check_regular(path):
+            with _told(path):
+                os.close(_writable(path, os.O_RDONLY))
     for name in replaced:
         check_regular(folder / name)
 
 
-def open_regular(path: Path, flags: int, mode: int = 0o644) -> int:
-    """Open a regular file, never what a link names; mode : of a new one.
-
-    Raises `OSError`, and BadInput where it is a pipe or the like.
-    """
-    file = os.open(path, flags | _SAFE, mode)
+def open_regular(path: Path, flags: int) -> int:
+    """Open a regular file, never what a link names.  Raises `OSError`, and BadInput where it is a pipe or the like."""
+    file = os.open(path, flags | _SAFE, 0o644)
     if stat.S_ISREG(os.fstat(file).st_mode):
         return file
     os.close(file)

@@ -121,10 +121,14 @@ class _Printer(PythonCodePrinter):
 
     def __init__(self, prefix: str = ""):
         super().__init__({"fully_qualified_modules": False})
-        self.prefix = prefix
+        self.functions = {name: prefix + name for name in ("sin", "cos")}
+        self.functions |= {"exp": f"{prefix or 'np.'}exp", "atan2v": f"{prefix}atan2", "absv": "abs"}
 
-    def _call(self, name: str, expr) -> str:
-        return f"{name}({', '.join(self._print(argument) for argument in expr.args)})"
+    def _print_call(self, expr) -> str:
+        name = type(expr).__name__
+        return f"{self.functions.get(name, name)}({', '.join(self._print(argument) for argument in expr.args)})"
+
+    _print_sin = _print_cos = _print_exp = _print_atan2v = _print_absv = _print_sgn = _print_step = _print_call
 
     def _print_Float(self, expr):
         return repr(float(expr))
@@ -150,31 +154,10 @@ class _Printer(PythonCodePrinter):
             return f"({product})" if power > 0 else f"(1.0/({product}))"
         return f"({inner})**({self._print(power)})"
 
-    def _print_sin(self, expr):
-        return self._call(self.prefix + "sin", expr)
 
-    def _print_cos(self, expr):
-        return self._call(self.prefix + "cos", expr)
-
-    def _print_exp(self, expr):
-        return self._call(self.prefix + "exp" if self.prefix else "np.exp", expr)
-
-    def _print_atan2v(self, expr):
-        return self._call(self.prefix + "atan2", expr)
-
-    def _print_absv(self, expr):
-        return self._call("abs", expr)
-
-    def _print_sgn(self, expr):
-        return self._call("sgn", expr)
-
-    def _print_step(self, expr):
-        return self._call("step", expr)
-
-
-def _emit(assignments: Iterable[Assignment], indent: int = 4, prefix: str = "") -> list[str]:
+def _emit(assignments: Iterable[Assignment]) -> list[str]:
     """Assignment lines with common subexpressions bound once, each just before its first use."""
-    return _lines(_bound(assignments), indent, prefix)
+    return _lines(_bound(assignments))
 
 
 def _lines(assignments: Iterable[Assignment], indent: int = 4, prefix: str = "") -> list[str]:
@@ -316,6 +299,25 @@ def _total(expression: sp.Expr, symbol: sp.Symbol, rows: dict) -> sp.Expr:
     return total
 
 
+def _differentiated(definition: Definition, wrt: Sequence[sp.Symbol]):
+    """Assignments of the accelerations and of what derivatives need; the accelerations as symbols; by symbol of `wrt`
+    the assignments of d(F - M a), and the derivatives of every state's rate in them."""
+    assignments, accelerations, inverse = _accelerations(definition)
+    size = len(definition.forces)
+    held = [sp.Symbol(f"_a{row}") for row in range(size)]
+    residuals = _residuals(definition, held)
+    rows, helper_lines = _derivatives(definition, [*residuals, *definition.kinematics], wrt)
+    columns = []
+    for index, symbol in enumerate(wrt):
+        parts = {row: sp.Symbol(f"_G{row}_{symbol}") for row in range(size) if rows[row][index] != 0}
+        solved = [
+            sp.Add(*[inverse[row, i] * part for i, part in parts.items() if (row, i) in inverse]) for row in range(size)
+        ]
+        own = [(str(part), rows[row][index]) for row, part in parts.items()]
+        columns.append((own, [*solved, *(row[index] for row in rows[size:])]))
+    return [*assignments, *zip(map(str, held), accelerations, strict=True), *helper_lines], held, columns
+
+
 def _residuals(definition: Definition, accelerations: Sequence[sp.Symbol]) -> list[sp.Expr]:
     """F - M a, row by row, with the accelerations as plain symbols."""
     product = definition.mass * sp.Matrix(accelerations)
@@ -392,20 +394,12 @@ def tangent_source(definition: Definition) -> str:
 
     `JT_COLUMN`, `JT_ROW` say which coefficient and state each value of Jt belongs to; the caller adds them to dS.
     """
-    assignments, accelerations, inverse = _accelerations(definition)
-    size, count = len(definition.forces), len(definition.states)
-    wrt = [*definition.states, *definition.inputs, *definition.coefficients]
-    held = [sp.Symbol(f"_a{row}") for row in range(size)]
-    residuals = _residuals(definition, held)
-    rows, helper_lines = _derivatives(definition, [*residuals, *definition.kinematics], wrt)
-    body = [*assignments, *zip(map(str, held), accelerations, strict=True), *helper_lines]
+    count = len(definition.states)
+    body, held, found = _differentiated(definition, [*definition.states, *definition.inputs, *definition.coefficients])
     columns: list[dict[int, sp.Expr]] = []
-    for index, symbol in enumerate(wrt):
-        body += [(f"_G{row}_{symbol}", rows[row][index]) for row in range(size) if rows[row][index] != 0]
-        parts = {row: sp.Symbol(f"_G{row}_{symbol}") for row in range(size) if rows[row][index] != 0}
-        column = {row: _solved(inverse, parts, row) for row in range(size)}
-        column |= {size + row: rows[size + row][index] for row in range(len(definition.kinematics))}
-        columns.append({row: value for row, value in column.items() if value != 0})
+    for lines, derivatives in found:
+        body += lines
+        columns.append({row: value for row, value in enumerate(derivatives) if value != 0})
     body += _outputs(definition, held, "_dx[{}]")
     state_entries = {(row, j): value for j in range(count) for row, value in columns[j].items()}
     body += [(f"_j{row}_{j}", value) for (row, j), value in state_entries.items()]
@@ -423,30 +417,16 @@ def tangent_source(definition: Definition) -> str:
 
 def jacobian_source(definition: Definition) -> str:
     """`jacobian(x, u, th, dx, Jx, Ju)`: the state derivative, d dx/dx (n*n) and d dx/du (n*nu), row by row."""
-    assignments, accelerations, inverse = _accelerations(definition)
-    size, count, width = len(definition.forces), len(definition.states), len(definition.inputs)
-    wrt = [*definition.states, *definition.inputs]
-    held = [sp.Symbol(f"_a{row}") for row in range(size)]
-    residuals = _residuals(definition, held)
-    rows, helper_lines = _derivatives(definition, [*residuals, *definition.kinematics], wrt)
-    body = [*assignments, *zip(map(str, held), accelerations, strict=True), *helper_lines]
+    count, width = len(definition.states), len(definition.inputs)
+    body, held, columns = _differentiated(definition, [*definition.states, *definition.inputs])
     body += _outputs(definition, held, "_dx[{}]")
-    for index, symbol in enumerate(wrt):
-        body += [(f"_G{row}_{symbol}", rows[row][index]) for row in range(size) if rows[row][index] != 0]
-        parts = {row: sp.Symbol(f"_G{row}_{symbol}") for row in range(size) if rows[row][index] != 0}
-        place = "_Jx[{}]" if index < count else "_Ju[{}]"
-        for row in range(count):
-            at = row * count + index if index < count else row * width + index - count
-            value = rows[row][index] if row >= size else _solved(inverse, parts, row)
-            body.append((place.format(at), value))
+    for index, (own, derivatives) in enumerate(columns):
+        body += own
+        name, at, step = ("_Jx", index, count) if index < count else ("_Ju", index - count, width)
+        body += [(f"{name}[{row * step + at}]", value) for row, value in enumerate(derivatives)]
     lines = ['@njit("void(f8[::1],f8[::1],f8[::1],f8[::1],f8[::1],f8[::1])", **JIT)']
     lines.append("def jacobian(_x, _u, _th, _dx, _Jx, _Ju):")
     return "\n".join([*lines, *_loads(definition, _used(body), "{array}[{index}]"), *_emit(body)]) + "\n\n\n"
-
-
-def _solved(inverse: dict, parts: dict[int, sp.Symbol], row: int) -> sp.Expr:
-    """One row of W G with the inverse mass matrix W."""
-    return sp.Add(*[inverse[row, i] * part for i, part in parts.items() if (row, i) in inverse])
 
 
 def _product_loop(entries: dict[tuple[int, int], sp.Expr], count: int) -> list[str]:

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import lane_drivers
 from .errors import BadInput
 from .instruments import linkage
+from .kernels import Kernels
 from .model import Model
+from .regimes import Regime
 from .simulate import (
     KINDS,
     ClosedLoop,
@@ -29,10 +31,6 @@ from .simulate import (
     substeps,
     variant,
 )
-
-if TYPE_CHECKING:
-    from .kernels import Kernels
-    from .regimes import Regime
 
 Array = NDArray[np.float64]
 LINE = 64
@@ -69,8 +67,6 @@ def open_loops(
         acceleration from outside.
     inside : coefficients in a regime of each run, whose time is that from the first sample.
     """
-    from . import lane_drivers
-
     u, start, sets = _runs(inputs, 3), _runs(x0, 2), _runs(coefficients, 2)
     lanes, count, samples = width(model), substeps(model, dt), u.shape[1]
     kernels, whole = variant(model, u.shape[2], model.theta)
@@ -117,8 +113,6 @@ def closed_loops(
     ------
     BadInput : more runs than a block holds, or no windage data in wind.
     """
-    from . import lane_drivers
-
     runs, lanes, samples = len(controls), width(model), len(controls[0].reference)
     if runs > lanes:
         raise BadInput(f"{runs} runs in a block of {lanes}")
@@ -145,7 +139,8 @@ def closed_loops(
         np.column_stack([setting_of(control) for control in steered]),
         model.states.index("psi"), model.states.index("r"), _work(kernels, len(kernels.INPUTS)), states, order, rudder,
     )  # fmt: skip
-    return Runs(_by_run(states, lanes)[:runs], order.T[:runs], rudder.T[:runs])
+    by_run = states.reshape(samples, -1, lanes).transpose(2, 0, 1)
+    return Runs(by_run[:runs], order.T[:runs], rudder.T[:runs])
 
 
 def _one_by_one(
@@ -187,11 +182,6 @@ def _aligned(size: int) -> Array:
     room = np.empty(size + LINE // 8 - 1)
     first = -room.ctypes.data % LINE // 8
     return room[first : first + size]
-
-
-def _by_run(block: Array, lanes: int) -> Array:
-    """A view (W, N+1, n) of what a driver has filled."""
-    return block.reshape(len(block), -1, lanes).transpose(2, 0, 1)
 
 
 def _spread(values: ArrayLike, runs: int) -> Array:

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from html import escape
@@ -18,10 +17,11 @@ from . import kernels as kernel_store
 from .argument_types import typed
 from .display import html_table
 from .errors import BadInput
-from .files import replace_together
+from .files import content_writer, replace_together
 from .instruments import INSTRUMENTS
 from .kernels import check_family_name, is_family_name
 from .particulars import STEPS, Particulars, numbers_of, read_particulars
+from .plain import json_text
 from .stated_numbers import (
     coefficients_of,
     in_order,
@@ -343,8 +343,8 @@ def _sound(particulars: Mapping[str, float], file: object) -> Mapping[str, float
 def _from_facts(name: str, facts: Mapping, file: Path) -> Model:
     kernels = kernel_store.load(facts["family"])
     stated = {name: (entry["value"], entry["unit"]) for name, entry in facts["parameters"].items()}
-    gear, steering = facts.get("rudder") or {}, facts.get("controller")
-    speed = facts.get("speed_m_s")
+    gear, steering, speed = facts.get("rudder") or {}, facts.get("controller"), facts.get("speed_m_s")
+    limits = (np.inf if gear.get(key) is None else float(np.deg2rad(gear[key])) for key in ("max_deg", "rate_deg_s"))
     return Model(
         id=name,
         family=facts["family"],
@@ -357,19 +357,12 @@ def _from_facts(name: str, facts: Mapping, file: Path) -> Model:
         speed_m_s=float("nan") if speed is None else float(speed),
         n0_rps=facts.get("n0_rps"),
         max_step_s=float(facts["max_step_s"]),
-        rudder=_gear(gear),
+        rudder=RudderGear(*limits, float(gear.get("lag_s") or 0.0)),
         controller=HeadingController(float(steering["kp"]), float(steering.get("kd") or 0.0)) if steering else None,
         windage=_windage(facts.get("windage")),
         particulars=_sound(in_si(facts.get("particulars")), file),
         suite=facts.get("suite") or {},
     )
-
-
-def _gear(facts: Mapping) -> RudderGear:
-    def radians(key: str) -> float:
-        return np.inf if facts.get(key) is None else float(np.deg2rad(facts[key]))
-
-    return RudderGear(radians("max_deg"), radians("rate_deg_s"), float(facts.get("lag_s") or 0.0))
 
 
 WIND_COEFFICIENTS = ("wind_cx", "wind_cy", "wind_cn")
@@ -412,33 +405,24 @@ def model_to_json(model: Model, path: str | os.PathLike[str]) -> None:
         "vessel": model.vessel,
         "source": model.source,
         "positive_rudder": model.positive_rudder,
-        "speed_m_s": _plain(model.speed_m_s),
+        "speed_m_s": model.speed_m_s,
         "n0_rps": model.n0_rps,
         "max_step_s": model.max_step_s,
-        "coefficients": _named(model.coordinates, model.coefficients),
+        "coefficients": dict(zip(model.coordinates, model.coefficients, strict=True)),
         "parameters": {
-            name: {"value": _plain(value), "unit": unit}
+            name: {"value": value, "unit": unit}
             for name, value, unit in zip(model.parameter_names, values, model.parameter_units, strict=True)
         },
-        "constants": _named(model.constant_names, model.constants),
-        "rudder": {key: _plain(value) for key, value in vars(model.rudder).items()},
-        "controller": vars(model.controller) if model.controller else None,
-        "windage": dict(model.windage) if model.windage else None,
-        "particulars": dict(model.particulars),
+        "constants": dict(zip(model.constant_names, model.constants, strict=True)),
+        "rudder": model.rudder,
+        "controller": model.controller,
+        "windage": model.windage or None,
+        "particulars": model.particulars,
         "instruments": {
             name: {"value": float(value), "unit": INSTRUMENTS[name]} for name, value in model.instruments.items()
         },
     }
-    text = json.dumps(facts, indent=1) + "\n"
-    replace_together({Path(path): lambda place: place.write_text(text, encoding="utf-8")})
-
-
-def _plain(value: float) -> float | None:
-    return float(value) if np.isfinite(value) else None
-
-
-def _named(names: Sequence[str], values: NDArray[np.float64]) -> dict[str, float | None]:
-    return {name: _plain(value) for name, value in zip(names, values, strict=True)}
+    replace_together({Path(path): content_writer(json_text(facts) + "\n")})
 
 
 def model_from_json(path: str | os.PathLike[str]) -> Model:

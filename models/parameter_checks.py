@@ -45,10 +45,6 @@ class UnlikelyNumber(NamedTuple):
     impossible: bool
 
 
-def _mass(n: Numbers) -> float:
-    return 2.0 * n["nabla"] / (n["L"] ** 2 * n["d"])
-
-
 def with_gyration(n: Numbers) -> dict[str, float]:
     """The numbers, of family mmg with `gyration`, the radius of gyration about the centre of gravity: m."""
     if not {"I_zz", "rho", "nabla", "x_G"} <= set(n) or not n["rho"] * n["nabla"] > 0.0:
@@ -65,7 +61,7 @@ SIZES: Mapping[str, Callable[[Numbers], float]] = {
     "L^3": lambda n: n["L"] ** 3,
     "L B d": lambda n: n["L"] * n["B"] * n["d"],
     "C_b L B d rho": lambda n: n["C_b"] * n["L"] * n["B"] * n["d"] * n["rho"],
-    "m'": lambda n: n["m"] if "m" in n else _mass(n),
+    "m'": lambda n: n["m"] if "m" in n else 2.0 * n["nabla"] / (n["L"] ** 2 * n["d"]),
     "m22": lambda n: n["m22"],
 }
 ANY = 1e4

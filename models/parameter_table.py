@@ -20,20 +20,20 @@ import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from . import kernels as kernel_store
 from .errors import BadInput
+from .files import read_utf8
 from .mmgdynamics_table import NAMES, is_mmgdynamics, of_mmgdynamics
+from .model import Model
 from .number_texts import number_of
 from .parameter_checks import MASS, RANGES, check_model, doubts, with_gyration
 from .particulars import STEPS
 from .suggestions import suggestion
-
-if TYPE_CHECKING:
-    from .model import Model
+from .units import factor, si_factor
+from .yaml_file import read_yaml
 
 MASSES = {
     "m11": "m - Xudot",
@@ -77,21 +77,16 @@ def read_table(path: Path) -> list[_Entry]:
     """The numbers of a CSV, YAML or JSON table; BadInput names row and column."""
     if path.suffix.lower() == ".csv":
         return _of_csv(path)
-    from .yaml_file import read_yaml
-
     content = read_yaml(path, "a table of parameters")
-    return [_of_key(str(name), entry, path) for name, entry in content.items() if name != "comment"]
-
-
-def _of_key(name: str, entry: object, path: Path) -> _Entry:
-    """A number, or a mapping with value and unit, of a YAML or JSON table."""
-    fields = entry if isinstance(entry, dict) else {"value": entry}
-    return _Entry(name, _number(fields.get("value"), path, None, name), str(fields.get("unit", "")))
+    entries = {str(name): entry for name, entry in content.items() if name != "comment"}
+    fields = {name: entry if isinstance(entry, dict) else {"value": entry} for name, entry in entries.items()}
+    return [
+        _Entry(name, _number(own.get("value"), path, None, name), str(own.get("unit", "")))
+        for name, own in fields.items()
+    ]
 
 
 def _of_csv(path: Path) -> list[_Entry]:
-    from .files import read_utf8
-
     reader = csv.reader(io.StringIO(read_utf8(path).decode()))
     try:
         header, *rows = [(reader.line_num, cells) for cells in reader] or [(1, [])]
@@ -129,8 +124,6 @@ def _by_known_name(
     entries: Iterable[_Entry], units: Mapping[str, str], path: Path
 ) -> tuple[dict[str, float], dict[str, int | None]]:
     """Known name -> number in its unit, and -> row."""
-    from .units import factor, si_factor
-
     known, found, rows = {plain(name): name for name in units}, {}, {}
     for entry in entries:
         name = known.get(plain(entry.name))
@@ -225,8 +218,6 @@ def model_of_table(
     path: Path, family: str, positive_rudder: str, speed_m_s: float | None, n0_rps: float | None
 ) -> Model:
     """The model of a table; see `helmbench.read_parameters`."""
-    from .model import Model
-
     if family not in (known := kernel_store.catalogue()):
         raise BadInput(f"unknown family {family!r}", hint=suggestion(family, known))
     if positive_rudder not in ("port", "starboard"):

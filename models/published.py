@@ -2,13 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from .model import resolve
+from .model import Model, resolve
 from .vessel import vessel_files
-
-if TYPE_CHECKING:
-    from .model import Model
 
 
 def published_values(model: Model) -> dict[str, dict[str, float]]:

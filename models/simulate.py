@@ -82,18 +82,16 @@ def initial_state(model: Model) -> NDArray[np.float64]:
     return x
 
 
-def inputs_of(
-    model: Model, rudder: ArrayLike, propeller: ArrayLike | None = None, speed: ArrayLike | None = None
-) -> NDArray[np.float64]:
-    """Input array (N, nu) from the rudder angle (N,) and, where the model takes them, propeller [1/s] and speed [m/s].
+def inputs_of(model: Model, rudder: ArrayLike, propeller: ArrayLike | None = None) -> NDArray[np.float64]:
+    """Input array (N, nu) from the rudder angle (N,) and, where the model takes it, the propeller [1/s].
 
-    Without them the model's own propeller setting and speed are held.
+    Without it the model's own propeller setting is held, and its speed.
     """
     rudder = np.asarray(rudder, float)
     given = {
         "delta": rudder,
         "n": model.n0_rps if propeller is None else propeller,
-        "speed": model.speed_m_s if speed is None else speed,
+        "speed": model.speed_m_s,
         "thrust_sum": 0.0,
         "wind_north": 0.0,
         "wind_east": 0.0,

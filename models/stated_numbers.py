@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import BadInput
 from .instruments import INSTRUMENTS, checked
+from .kernels import Kernels
 from .units import factor, si_factor
-
-if TYPE_CHECKING:
-    from .kernels import Kernels
 
 Stated = Mapping[str, tuple[float | None, str]]
 """Name -> value, None where it is not known, and unit."""

@@ -128,5 +128,9 @@ def _is_own(path: Path) -> bool:
         found = path.lstat()
     except OSError:
         return False
-    mine = not hasattr(os, "geteuid") or found.st_uid == os.geteuid()
-    return mine and (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode))
+    return is_mine(found) and (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode))
+
+
+def is_mine(found: os.stat_result) -> bool:
+    """Whether a file or folder belongs to this user; true where files have no owners."""
+    return not hasattr(os, "geteuid") or found.st_uid == os.geteuid()

@@ -25,7 +25,7 @@ def read_vessel(path: Path) -> dict[str, Any]:
     ------
     BadInput : if a key is missing or unknown, or a number lacks its unit or source.
     """
-    from .vessel_file import VesselFile
+    from .model_file import VesselFile
     from .yaml_file import checked, read_yaml
 
     facts = read_yaml(path, "a vessel file")

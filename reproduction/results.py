@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from ..models.data_file import load
 from ..models.errors import BadInput
@@ -13,8 +15,7 @@ from ..models.folders import make_folder, write_atomic
 from ..models.plain import plain
 from .claims.claim import Claim, Paper, Reference
 from .runner import Run, is_of, result_of
-from .verdicts import spread
-from .verdicts.spread import NOTHING, Spread
+from .verdicts.spread import NOTHING, Spread, summarise
 from .verdicts.verdict import Judged, judge
 
 FOLDER = "results"
@@ -56,7 +57,7 @@ def of_runs(paper: Paper, runs: Sequence[Run]) -> Results:
         own = [run for run in runs if is_of(run, paper.paper, study)]
         errors = [run["row"]["error"] for run in own if run["row"]["error"]]
         given = [result_of(run).values for run in own if not run["row"]["error"]]
-        values[study] = spread.summarise(given, paper.logarithmic(study))
+        values[study] = summarise(given, paper.logarithmic(study))
         if errors:
             failures[study] = errors[0]
     return Results(paper.paper, values, failures)
@@ -66,7 +67,7 @@ def write(results: Results, directory: Path) -> Path:
     """Store the results of a paper in the directory of the pages."""
     data = {
         "paper": results.paper,
-        "values": {study: spread.to_json(found) for study, found in sorted(results.values.items())},
+        "values": results.values,
         "failures": dict(results.failures),
         "figures": dict(results.figures),
     }
@@ -75,12 +76,20 @@ def write(results: Results, directory: Path) -> Path:
     return path
 
 
+def spread_of(entry: Mapping[str, Any]) -> Spread:
+    """A spread as it is stored; null is nan."""
+    numbers: dict[str, Any] = {name: math.nan if value is None else value for name, value in entry.items()}
+    return Spread(**numbers)
+
+
 def read(paper: str, directory: Path) -> Results:
     """The stored results of a paper; raises `BadInput` where there are none, or the file is damaged."""
     path = directory / FOLDER / f"{paper}.json"
     try:
         data = load(path)
-        values = {study: spread.from_json(found) for study, found in data["values"].items()}
+        values = {
+            study: {key: spread_of(entry) for key, entry in found.items()} for study, found in data["values"].items()
+        }
         return Results(data["paper"], values, data["failures"], data["figures"])
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise BadInput(f"holds no results of a reproduction ({error})", file=path) from None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -14,15 +14,14 @@ from ..bench.environment import code_version, environment
 from ..bench.execution import guarded, measured_cost
 from ..bench.journal import read_runs
 from ..bench.kinds.base import TIMES, RunKind, Tables
+from ..bench.pool import Pool
 from ..bench.store import MANIFEST, RUNS, Store, read_manifest
+from ..datasets.measured import data_dir, dataset
 from ..models.errors import BadInput
 from ..models.folders import check_regular
 from ..models.plain import plain
 from .claims.claim import Paper
 from .papers.study import StudyResult, stream, studies_of
-
-if TYPE_CHECKING:
-    from ..bench.pool import Pool
 
 STORED = Path(__file__).parent / "stored" / RUNS
 """Stored runs of studies on measured sets, used where the data are missing."""
@@ -50,33 +49,32 @@ class StudyJob:
         return {"paper": self.paper, "study": self.study, "index": self.index}
 
 
-class StudyKind(RunKind):
-    """Runs of studies: a number a row of the long table, arrays for figures beside it."""
+def execute(job: StudyJob) -> Run:
+    """One run; an exception in it becomes its error."""
+    study = studies_of(job.paper)[job.study]
+    if study.measured and not is_available(study.measured) and (stored := runs_of([job], read_runs(STORED))):
+        return stored[0]
+    series: dict[str, Any] = {}
 
-    name = "reproduction"
-    tables = Tables(
-        keys=tuple(KEYS),
-        wide_file="studies.parquet",
-        wide=KEYS | {"status": "string", "error": "string"} | TIMES,
-        long_file="values.parquet",
-        long=KEYS | {"name": "string", "value": "float"},
-        long_keys=("name",),
-    )
+    def work(row: dict[str, Any]) -> list[dict[str, Any]]:
+        with measured_cost(row):
+            result = study.function(stream(job.paper, job.study, job.index, job.seed), index=job.index)
+        series.update(result.series if job.index < study.drawn else {})
+        return [{"name": name, "value": float(value)} for name, value in result.values.items()]
 
-    def execute(self, spec: StudyJob) -> Run:
-        """One run; an exception in it becomes its error."""
-        study = studies_of(spec.paper)[spec.study]
-        if study.measured and not is_available(study.measured) and (stored := runs_of([spec], read_runs(STORED))):
-            return stored[0]
-        series: dict[str, Any] = {}
+    return plain(guarded(job, work) | {"series": series})
 
-        def work(row: dict[str, Any]) -> list[dict[str, Any]]:
-            with measured_cost(row):
-                result = study.function(stream(spec.paper, spec.study, spec.index, spec.seed), index=spec.index)
-            series.update(result.series if spec.index < study.drawn else {})
-            return [{"name": name, "value": float(value)} for name, value in result.values.items()]
 
-        return plain(guarded(spec, work) | {"series": series})
+TABLES = Tables(
+    keys=tuple(KEYS),
+    wide_file="studies.parquet",
+    wide=KEYS | {"status": "string", "error": "string"} | TIMES,
+    long_file="values.parquet",
+    long=KEYS | {"name": "string", "value": "float"},
+    long_keys=("name",),
+)
+KIND = RunKind(name="reproduction", stored=lambda: TABLES, execute=execute)
+"""Runs of studies: a number a row of the long table, arrays for figures beside it."""
 
 
 class StudyStore(Store):
@@ -106,10 +104,10 @@ def open_store(directory: Path, resume: bool, planned: int, seed: int = 0) -> St
     """
     expected = {"version": code_version(), "seed": seed}
     if not (resume and check_regular(directory / MANIFEST)):
-        manifest = {"kind": StudyKind.name, "suite": StudyKind.name, "planned": planned, **expected, **environment()}
-        return StudyStore.create(directory, manifest, StudyKind())
-    runner.refuse_other(directory, read_manifest(directory, StudyKind.name), expected)
-    return StudyStore.resume(directory, StudyKind())
+        manifest = {"kind": KIND.name, "suite": KIND.name, "planned": planned, **expected, **environment()}
+        return StudyStore.create(directory, manifest, KIND)
+    runner.refuse_other(directory, read_manifest(directory, KIND.name), expected)
+    return StudyStore.resume(directory, KIND)
 
 
 def compute(jobs: Sequence[StudyJob], store: Store, pool: Pool, watch: Callable[[Run | None], object]) -> list[Run]:
@@ -131,8 +129,6 @@ def runs_of(jobs: Iterable[StudyJob], stored: Iterable[Run]) -> list[Run]:
 
 def is_available(measured: str) -> bool:
     """Whether the folder of a measured set exists."""
-    from ..datasets.measured import data_dir, dataset
-
     return (data_dir() / dataset(measured).folder).is_dir()
 
 

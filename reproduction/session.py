@@ -5,8 +5,9 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ..bench.pool import Pool
 from ..models.errors import BadInput
 from ..models.folders import make_folder
 from . import results, runner
@@ -16,9 +17,6 @@ from .pages import html, markdown
 from .results import Results
 from .runner import Run
 from .verdicts.spread import Spread
-
-if TYPE_CHECKING:
-    from ..bench.pool import Pool
 
 PAGES, INTERACTIVE = "pages", "interactive"
 

@@ -33,9 +33,8 @@ def headlines(directory: Path) -> dict[str, str]:
     for name in files.papers():
         paper = files.load(name)
         if paper.headline is not None:
-            own = answers.joined([word for *_, word in answers.own(paper, results.read(name, directory / "pages"))])
-            cells = [cell for pair in paper.headline.pairs for cell in answers.cells(across, pair)]
-            found[f"{name} headline"] = f"{own}; {answers.elsewhere(cells)}"
+            own = answers.joined(answers.own(paper, results.read(name, directory / "pages")))
+            found[f"{name} headline"] = f"{own}; {answers.on_vessels(paper.headline, across)}"
     return found
 
 

@@ -207,16 +207,16 @@ def test_example_cause_is_named_by_free_runs(cause):
 @pytest.fixture
 def injectable(cause, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     """The example cause together with the effect that it should find."""
-    from helmbench.bench.faults.effects import effect
+    from helmbench.bench.faults.effects import base
 
     folder = tmp_path / "effects"
     folder.mkdir()
     heading = f"The effect of the {CAUSES[cause.id].removeprefix('A ')}"
     loaded(f"helmbench.bench.faults.effects.{cause.id}", example("python", heading), folder, monkeypatch)
-    effect.kinds.cache_clear()
+    base.kinds.cache_clear()
     yield cause.id
     monkeypatch.undo()
-    effect.kinds.cache_clear()
+    base.kinds.cache_clear()
 
 
 def test_example_cause_finds_the_effect_of_the_truth_simulator(injectable, rng):

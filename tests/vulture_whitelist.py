@@ -2,6 +2,10 @@
 
 from joblib.externals.loky import process_executor
 
+from helmbench.bench.exam.key import Key
+from helmbench.bench.exam.submission import Submission
+from helmbench.bench.identibench.specs import ProblemsFile
+from helmbench.bench.store import MergedFile
 from helmbench.cli._shared import CommandGroup
 from helmbench.datasets import indices, manoeuvres
 from helmbench.datasets.many import SimulatedRuns
@@ -22,6 +26,10 @@ USED = (
     CommandGroup.list_commands,
     Interval.low_open,  # by `_asdict`
     Interval.high_open,
+    Key.schema_version,  # keys of files
+    Submission.schema_version,
+    ProblemsFile.schema_version,
+    MergedFile.journal,
     RecordMeta.reference_point,  # by the sidecar of a record
     RecursiveMethod.reset,  # by users of partial_fit
     Estimate.to_dataframe,  # by users

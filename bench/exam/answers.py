@@ -7,13 +7,16 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ...checks.result import Size
 from ...datasets.io import write_record
+from ...datasets.record import Record
 from ...diagnosis.options import Options
 from ...diagnosis.registry import find
+from ...diagnosis.result import Diagnosis, Finding
 from ...models.coefficient_groups import stated_groups
 from ...models.errors import BadInput, CannotFit, EnvironmentFault, FitFailed
 from ...models.plain import plain
@@ -23,13 +26,7 @@ from .exam_file import GROUP
 from .folder import Exam
 from .key import SCHEMA
 from .motion import SCORED, Motion, opening, predicted_or_none
-from .submission import FILE
-from .submission_file import SaidRegime
-
-if TYPE_CHECKING:
-    from ...checks.result import Size
-    from ...datasets.record import Record
-    from ...diagnosis.result import Diagnosis, Finding
+from .submission import FILE, SaidRegime
 
 
 def answer(

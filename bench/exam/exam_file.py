@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
@@ -11,12 +11,10 @@ from ...diagnosis.causes.registry import causes
 from ...models.coefficient_groups import stated_groups
 from ...models.errors import BadInput
 from ...models.folders import check_regular, read_regular
+from ...models.model import Model
 from ...models.yaml_file import FileContent, Text
 from ..faults import kinds
 from ..kinds.diagnosis.names import BASE
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
 

@@ -24,10 +24,9 @@ from ...models.temporary import temporary_folder
 from ...models.yaml_file import checked
 from ..suites import load_suite
 from .exam_file import Manifest, WorldFiles, cause_list, group_list, read_file
-from .key import SCHEMA, digest, read_key, world_key
-from .key_file import Key
+from .key import SCHEMA, Key, digest, read_key, world_key
 from .motion import logged, opening, without_motion
-from .submission_file import submission_schema
+from .submission import submission_schema
 from .worlds import World, draw
 
 MANIFEST, CAUSES, SUBMISSION_SCHEMA, MODEL = "exam.json", "causes.json", "submission.schema.json", "model.json"
@@ -160,14 +159,10 @@ def _write_world(folder: Path, world: World) -> tuple[dict[str, Any], dict[str, 
         "base_numbers": world.base_numbers,
         "train": [record.name for record in train],
         "held_out": [record.name for record in held_out],
-        "opening_s": {record.name: _opening_s(record) for record in held_out},
+        "opening_s": {record.name: float(record.time_s[opening(record) - 1]) for record in held_out},
         "groups": group_list(base),
     }
     return plain(world_key(world, case, held_out)), shown
-
-
-def _opening_s(record: Record) -> float:
-    return float(record.time_s[opening(record) - 1])
 
 
 def _json(value: Any) -> bytes:

@@ -14,7 +14,7 @@ from ..kinds.diagnosis.bases import EXACT, UNSTATED
 from ..kinds.diagnosis.judge import KNOWN, UNKNOWN, judge, judge_names, of_base, size_rows
 from ..kinds.diagnosis.localisation import localisation, stated_regimes
 from ..kinds.diagnosis.names import BASE, named
-from .key_file import WorldKey
+from .key import WorldKey
 from .submission import StatedDiagnosis
 
 ALONE = ("alone", "both", "adequate", "unexplained")

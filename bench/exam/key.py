@@ -10,27 +10,109 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any, Literal
 
 import numpy as np
 
-from ...datasets.record import Record
+from ...datasets.record import Record, RecordMeta
 from ...models.data_file import json_of
 from ...models.errors import BadInput
 from ...models.files import read_utf8
-from ...models.yaml_file import checked
-from ..faults.effects import RegimeKind
+from ...models.yaml_file import FileContent, checked
+from ..faults import Injected
+from ..faults.effects import Effect, RegimeKind
+from ..faults.regimes import TrueRegime
 from ..faults.sensing import CHANNELS as RECORDED
+from ..faults.ships import TrueShip, ship
 from ..kinds.diagnosis.judge import detectable
-from .key_file import Key, Numbers
+from ..kinds.diagnosis.plan import CaseSpec
 from .motion import Motion, errors, logged, opening, predicted, rounded
 from .worlds import World
 
-if TYPE_CHECKING:
-    from ..faults import Injected
-
 SCHEMA = 1
 MOST_BYTES = 2**27
+Numbers = dict[str, str]
+"""Channel -> its numbers as one text, separated by blanks."""
+
+
+class Kept(FileContent):
+    """What is kept back of a held-out record: the measured motion, and what the ship with its changes does without
+    gusts and noise (`best`); start : first sample that counts."""
+
+    start: int
+    measured: Numbers
+    best: Numbers
+
+
+class WorldKey(FileContent):
+    """One world.
+
+    case : with it the truth simulator makes the same records again.  factors : of the ship's numbers on the published
+    ones.  effects : cause and parameters.  right : names each of which is right, of a base model that is wrong in its
+    own numbers and of regimes.  regimes : where the effects act, with the true motion of the training records.
+    rmse_base, rmse_best : of the free runs of the base model and of the true ship on the held-out records.
+    """
+
+    kind: str
+    case: dict[str, Any]
+    factors: dict[str, float]
+    effects: tuple[dict[str, Any], ...]
+    right: tuple[str, ...]
+    regimes: tuple[dict[str, Any], ...]
+    detectable: bool | None
+    train: tuple[str, ...]
+    held_out: dict[str, Kept]
+    motion: dict[str, Numbers]
+    rmse_base: dict[str, float]
+    rmse_best: dict[str, float]
+
+    @property
+    def spec(self) -> CaseSpec:
+        """The case."""
+        case: dict[str, Any] = {**self.case, "injected": tuple(self.case["injected"])}
+        return CaseSpec(**case)
+
+    @property
+    def ship(self) -> TrueShip:
+        """The ship without effects."""
+        return ship(self.spec.vessel, tuple(self.factors.items()))
+
+    @property
+    def injected(self) -> list[Effect]:
+        """The effects with their parameters."""
+        return [
+            Effect(one["cause"], {n: tuple(v) if isinstance(v, list) else v for n, v in one["parameters"].items()})
+            for one in self.effects
+        ]
+
+    def true_regimes(self) -> list[TrueRegime]:
+        """Where the effects act."""
+        return [TrueRegime(**one) for one in self.regimes]
+
+    def true_motion(self) -> list[Record]:
+        """Training records of the true motion; none where nothing acts in a regime."""
+        side = "port" if self.ship.starboard < 0 else "starboard"
+        runs = []
+        for name, channels in self.motion.items():
+            columns = motion_of(channels)
+            runs.append(Record(columns.pop("time_s"), columns, name, RecordMeta(positive_rudder=side)))
+        return runs
+
+
+class Key(FileContent):
+    """The key's file: suite and seed of the draw, SHA-256 of the worlds' files, and the worlds."""
+
+    schema_version: Literal[1]
+    suite: str
+    seed: int
+    version: str
+    files: dict[str, str]
+    worlds: dict[str, WorldKey]
+
+
+def motion_of(texts: Mapping[str, str]) -> dict[str, np.ndarray]:
+    """Channel -> values (N,) of the numbers of a key."""
+    return {channel: np.array(text.split(), float) for channel, text in texts.items()}
 
 
 def world_key(world: World, case: Injected, handed_out: list[Record]) -> dict[str, Any]:

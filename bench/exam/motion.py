@@ -4,19 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...diagnosis.gain.held_out_flows import FIRST_PART
 from ...estimation.validation.validate import TOGETHER, validate
 from ...models.errors import BadInput
+from ...models.model import Model
 from ..kinds.diagnosis.columns import CHANNELS
 from ..kinds.diagnosis.judge import wrapped
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 Motion = Mapping[str, np.ndarray]
 """Channel -> values (N,) at the times of a record, SI."""
@@ -77,7 +74,11 @@ def errors(measured: Mapping[str, Motion], runs: Mapping[str, Motion], starts: M
     does not have it in every record.
     """
     channels = [c for c in SCORED if all(c in m and c in runs.get(name, {}) for name, m in measured.items())]
-    return {c: _rms([error(m[c], runs[name][c], c)[starts[name] :] for name, m in measured.items()]) for c in channels}
+    found = {}
+    for c in channels:
+        parts = [error(m[c], runs[name][c], c)[starts[name] :] for name, m in measured.items()]
+        found[c] = float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2)))
+    return found
 
 
 def error(measured: np.ndarray, run: np.ndarray, channel: str) -> np.ndarray:
@@ -85,7 +86,3 @@ def error(measured: np.ndarray, run: np.ndarray, channel: str) -> np.ndarray:
     found = measured - run
     found = wrapped(found) if channel == "heading_rad" else found
     return np.where(np.isnan(measured) | np.isfinite(run), found, UNUSABLE)
-
-
-def _rms(parts: Sequence[np.ndarray]) -> float:
-    return float(np.sqrt(np.nanmean(np.concatenate(parts) ** 2)))

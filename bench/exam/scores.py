@@ -12,7 +12,7 @@ import numpy as np
 
 from .folder import Exam
 from .judging import EffectSizes, is_alone, naming, points, regime_skill, right_share, sizes
-from .key_file import WorldKey, motion_of
+from .key import WorldKey, motion_of
 from .motion import Motion, errors, predicted_or_none
 from .submission import Read, extended_model, given_motion, read_submissions, stated
 from .worlds import KINDS

@@ -2,29 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.errors import BadInput
-from ..faults import FaultCase
+from ...models.model import Model
+from ..faults import FaultCase, Injected
 from ..faults.effects import kind_of
 from ..faults.effects.sensors import SensorKind
 from ..faults.frames import Frames
 from ..faults.ships import sister_numbers
 from ..kinds.base import RunSelection, Suite
-from ..kinds.diagnosis.bases import EXACT, UNSTATED
-from ..kinds.diagnosis.bugs import bug_of, numbers_of, with_numbers
+from ..kinds.diagnosis.bases import EXACT, UNSTATED, bug_of, numbers_of, with_numbers
 from ..kinds.diagnosis.execute import base_of, injected_of, right_names
 from ..kinds.diagnosis.plan import ONE_BUG, ORACLE, REGIME, CaseSpec, plan, stratified
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from ...models.model import Model
-    from ..faults import Injected
 
 KINDS = ("exact base", "imperfect base", "regime", "sensors", "two at once", "nothing wrong")
 SPREAD, MOST = 0.1, 2.0
@@ -140,8 +133,7 @@ def behaves(vessel: str, factors: tuple[tuple[str, float], ...]) -> bool:
 
 def _extremes(case: FaultCase) -> tuple[float, float]:
     """Largest yaw rate, rad/s, and smallest surge velocity, m/s, of the runs of a case without effects."""
-    case = case.completed()
     frames = Frames.draw(case, np.random.default_rng(0))
-    runs = [frames.run(case, (), i, None).states for i in range(len(case.train))]
+    runs = [frames.run((), i).states for i in range(len(frames.case.train))]
     turn, speed = max(np.abs(run[:, 2]).max() for run in runs), min(run[:, 0].min() for run in runs)
     return (float(turn), float(speed)) if np.isfinite([turn, speed]).all() else (np.inf, -np.inf)

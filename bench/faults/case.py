@@ -9,7 +9,7 @@ import numpy as np
 
 from ...models.errors import BadInput
 from . import sensing
-from .effects import Effect, kind_of
+from .effects import Effect, EffectKind, kind_of
 from .effects.sensors import SensorKind
 from .ships import TrueShip, ship
 
@@ -77,16 +77,20 @@ class FaultCase:
     factors: tuple[tuple[str, float], ...] = ()
 
     def __post_init__(self) -> None:
-        for cause in [*self.causes, *(effect.cause for effect in self.effects)]:
-            if not kind_of(cause).carried_by(self.ship):
-                raise BadInput(f"{self.vessel} cannot carry {cause}")
+        for kind in self.kinds:
+            if not kind.carried_by(self.ship):
+                raise BadInput(f"{self.vessel} cannot carry {kind.id}")
         if isinstance(self.strength, str) and self.strength not in STRENGTHS | SIZED:
             raise BadInput(f"strength {self.strength!r}", hint=f"a number or {', '.join(STRENGTHS | SIZED)}")
-        acting = [kind_of(c) for c in (*self.causes, *(effect.cause for effect in self.effects))]
-        if self.foreign and (self.gusts != "none" or any(isinstance(kind, SensorKind) for kind in acting)):
+        if self.foreign and (self.gusts != "none" or any(isinstance(kind, SensorKind) for kind in self.kinds)):
             raise BadInput("planted nulls are forces, in calm", hint="no effects of sensors, gusts 'none'")
         if self.gusts not in GUSTS:
             raise BadInput(f"gusts {self.gusts!r}", hint="none, fast or slow")
+
+    @property
+    def kinds(self) -> list[EffectKind]:
+        """Kinds of the effects."""
+        return [*map(kind_of, self.causes), *(effect.kind for effect in self.effects)]
 
     @property
     def ship(self) -> TrueShip:
@@ -103,7 +107,6 @@ class FaultCase:
             "duration_s": self.duration_s or (600.0 if clock > 0.5 else 150.0),
             "dt_s": self.dt_s or (0.5 if clock > 0.5 else 0.1),
             "channels": self.channels or (sensing.CHANNELS if self.ship.is_3dof else sensing.RESPONSE_CHANNELS),
-            "command": self.command
-            or any(kind_of(c).command for c in (*self.causes, *(e.cause for e in self.effects))),
+            "command": self.command or any(kind.command for kind in self.kinds),
         }
         return replace(self, **facts)

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
-from ...datasets.record import Record
+from ...datasets.record import Record, RecordMeta
 from . import equations, sensing
-from .case import FaultCase
+from .case import GUSTS, FaultCase
 from .effects import Effect
 from .effects.forces import ForceKind
-from .effects.sensors import SensorKind
+from .effects.sensors import SensorKind, Stage
 from .ships import SECOND, TrueShip
 from .simulator import DenseRun, Gusts, RunPlan, first_class_functions, further_forces, rudder_force, simulate, vector
 
@@ -40,11 +41,18 @@ def plan_of(ship: TrueShip, effects: Sequence[Effect], record: int) -> RunPlan:
 
 @dataclass(frozen=True, eq=False)
 class Frames:
-    """What the records of a case share, with and without effects: manoeuvres, first headings, random streams."""
+    """A case with its defaults, and what its records share with and without effects: gusts, first headings, random
+    streams."""
 
-    manoeuvres: tuple[str, ...]
+    case: FaultCase
+    gusts: Gusts | None
     headings: np.ndarray
     seeds: np.ndarray
+
+    @property
+    def manoeuvres(self) -> tuple[str, ...]:
+        """One a record."""
+        return (*self.case.train, *self.case.held_out)
 
     @property
     def count(self) -> int:
@@ -53,46 +61,68 @@ class Frames:
 
     @classmethod
     def draw(cls, case: FaultCase, rng: np.random.Generator) -> Frames:
-        """First headings all round the compass, one seed per record."""
-        texts = (*case.train, *case.held_out)
-        return cls(texts, rng.uniform(-np.pi, np.pi, len(texts)), rng.integers(0, 2**63, len(texts)))
+        """Correlation time and axes of the gusts, first headings all round the compass, one seed per record."""
+        case, gusts = case.completed(), None
+        if (span := GUSTS[case.gusts]) is not None:
+            time = float(np.exp(rng.uniform(*np.log(span)))) * case.ship.clock
+            gusts = Gusts(case.gust_level, time, bool(rng.random() < 0.5))
+        count = len(case.train) + len(case.held_out)
+        return cls(case, gusts, rng.uniform(-np.pi, np.pi, count), rng.integers(0, 2**63, count))
 
-    def run(
-        self, case: FaultCase, effects: Sequence[Effect], i: int, gusts: Gusts | None, rudder: np.ndarray | None = None
-    ) -> DenseRun:
-        """The dense run of record i; rudder : angles (2n + 1,) that are taken instead of the manoeuvre's, rad."""
-        planted = None
+    def changed(self, **facts: Any) -> Frames:
+        """The same gusts, headings and streams with other facts of the case."""
+        return replace(self, case=replace(self.case, **facts))
+
+    def run(self, effects: Sequence[Effect], i: int, rudder: np.ndarray | None = None, calm: bool = False) -> DenseRun:
+        """The dense run of record i; rudder : angles (2n + 1,) that are taken instead of the manoeuvre's, rad; calm :
+        without gusts."""
+        case, planted = self.case, None
         if case.foreign:
             donor = (i + 1) % self.count
-            other = self.run(replace(case, foreign=False), effects, donor, None)
+            other = self.changed(foreign=False).run(effects, donor, calm=True)
             planted, effects = foreign_forces(plan_of(case.ship, effects, donor), case.ship, other), ()
         plan = plan_of(case.ship, effects, i)
         rng = np.random.default_rng(self.seeds[i])
         helmsman = case.noise * sensing.NOISE["heading_rad"]
-        manoeuvre, duration = self.manoeuvres[i], case.duration_s or 0.0
+        gusts, duration = None if calm else self.gusts, case.duration_s or 0.0
         return simulate(
-            plan, manoeuvre, duration, rng, self.headings[i], gusts, helmsman, prescribed=rudder, planted=planted
-        )
+            plan, self.manoeuvres[i], duration, rng, self.headings[i], gusts, helmsman, prescribed=rudder,
+            planted=planted,
+        )  # fmt: skip
 
     def record(
-        self,
-        case: FaultCase,
-        effects: Sequence[Effect],
-        i: int,
-        run: DenseRun,
-        rng: np.random.Generator,
-        noise: bool = True,
+        self, effects: Sequence[Effect], i: int, run: DenseRun, rng: np.random.Generator, noise: bool = True
     ) -> Record:
-        """The record of run i; without noise also without gaps and with the heading unwrapped."""
-        sd = sensing.noise_sd(case.ship, case.noise if noise else 0.0)
-        effects = () if case.foreign else effects
-        role = "train" if i < len(case.train) else "held_out"
-        return sensing.observe(
-            run, plan_of(case.ship, effects, i), case.dt_s or 0.0, rng, sd, case.channels,
-            gaps=case.gaps if noise else 0.0, command=case.command, name=f"{role}-{i + 1}",
-            manoeuvre=self.manoeuvres[i], wrap=case.wrap and noise,
-            noise_time_s=case.noise_time_s * case.ship.clock,
-        )  # fmt: skip
+        """The record of run i; without noise also without gaps and with the heading unwrapped.
+
+        recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects.sensors.Stage`.
+        """
+        case, ship = self.case, self.case.ship
+        plan = plan_of(ship, () if case.foreign else effects, i)
+        sensors, dt = sorted(plan.sensors, key=lambda item: item[0].stage), case.dt_s or 0.0
+        sd, memory = sensing.noise_sd(ship, case.noise if noise else 0.0), case.noise_time_s * ship.clock
+        time = dt * np.arange(round((len(run.states) - 1) * run.step_s / dt) + 1)
+        jitter = sum(kind.jitter_s(p) for kind, p in sensors)
+        taken = np.clip(time + jitter * rng.standard_normal(time.size), 0.0, time[-1])
+        rows = {
+            c: sensing.sampled(run, c, taken - sum(kind.delay_s(c, p) for kind, p in sensors)) for c in sensing.CHANNELS
+        }
+        before = [kind.stage <= Stage.OFFSET for kind, _ in sensors].count(True)
+        for kind, p in sensors[:before]:
+            kind.apply(rows, time, p, sd, rng)
+        for channel in rows:
+            rows[channel] = rows[channel] + sd.get(channel, 0.0) * sensing.coloured(rng, time.size, dt, memory)
+        for kind, p in sensors[before:]:
+            kind.apply(rows, time, p, sd, rng)
+        if case.wrap and noise:
+            rows["heading_rad"] = np.mod(rows["heading_rad"], 2.0 * np.pi)
+        for channel in sensing.CHANNELS[1:]:
+            rows[channel] = sensing.with_gaps(rows[channel], case.gaps if noise else 0.0, rng)
+        kept = {"rudder_command_rad" if case.command else "rudder_rad": rows["rudder_rad"]}
+        kept |= {c: rows[c] for c in sensing.CHANNELS[1:] if c in case.channels}
+        side, source = "port" if ship.starboard < 0 else "starboard", "truth simulator"
+        meta = RecordMeta(vessel=ship.id, positive_rudder=side, manoeuvre=self.manoeuvres[i], source=source)
+        return Record(time, kept, f"{'train' if i < len(case.train) else 'held_out'}-{i + 1}", meta)
 
 
 def foreign_forces(plan: RunPlan, sound: TrueShip, run: DenseRun) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,11 +10,10 @@ import numpy as np
 from ...datasets.record import Record
 from ...models.errors import BadInput
 from . import sensing
-from .case import GUSTS, FaultCase
+from .case import FaultCase
 from .effects import Effect, kind_of, kinds
 from .effects.base import RecordEffect
 from .frames import Frames
-from .simulator import Gusts
 from .strength import draw_effect
 
 
@@ -23,16 +22,19 @@ class Injected:
     """The records of a case and what is in them.
 
     noncentrality: of the weakest of the drawn effects, each on its own on the training records (nan for a case
-    without effects that have a size).  frames: what its records share.
+    without effects that have a size).  frames: the case, and what its records share.
     """
 
-    case: FaultCase
+    frames: Frames
     train: list[Record]
     held_out: list[Record]
     effects: tuple[Effect, ...]
-    gusts: Gusts | None
     noncentrality: float
-    frames: Frames
+
+    @property
+    def case(self) -> FaultCase:
+        """The case with its defaults filled in."""
+        return self.frames.case
 
     @property
     def truth(self) -> list[dict[str, Any]]:
@@ -44,32 +46,29 @@ class Injected:
         without noise and gaps: the best that a model of the ship could predict."""
         out = []
         for i in range(len(self.train), self.frames.count):
-            run = self.frames.run(self.case, self.effects, i, self.gusts)
-            if self.gusts is not None:
-                run = self.frames.run(self.case, self.effects, i, None, run.rudder)
-            out.append(self.frames.record(self.case, self.effects, i, run, np.random.default_rng(0), noise=False))
+            run = self.frames.run(self.effects, i)
+            if self.frames.gusts is not None:
+                run = self.frames.run(self.effects, i, run.rudder, calm=True)
+            out.append(self.frames.record(self.effects, i, run, np.random.default_rng(0), noise=False))
         return out
 
     def true_motion(self) -> list[Record]:
         """The motion of the training records as it was, in all channels without errors of the sensors."""
-        case = replace(self.case, channels=sensing.CHANNELS)
-        runs = [self.frames.run(case, self.effects, i, self.gusts) for i in range(len(self.train))]
-        rng = np.random.default_rng(0)
-        return [self.frames.record(case, (), i, run, rng, noise=False) for i, run in enumerate(runs)]
+        frames, rng = self.frames.changed(channels=sensing.CHANNELS), np.random.default_rng(0)
+        runs = [frames.run(self.effects, i) for i in range(len(self.train))]
+        return [frames.record((), i, run, rng, noise=False) for i, run in enumerate(runs)]
 
 
 def inject(case: FaultCase, rng: np.random.Generator) -> Injected:
     """Draw the effects of a case, scale each to the strength, and make the records."""
-    case = case.completed()
-    gusts = draw_gusts(case, rng)
     frames = Frames.draw(case, rng)
-    drawn = [draw_effect(replace(case, foreign=False), cause, frames, gusts, rng) for cause in case.causes]
+    drawn = [draw_effect(frames.changed(foreign=False), cause, rng) for cause in case.causes]
     found = (*case.effects, *(effect.spread(case.spread, frames.count, rng) for effect, _ in drawn))
     power = min((power for _, power in drawn if not np.isnan(power)), default=float("nan"))
-    runs = [frames.run(case, found, i, gusts) for i in range(frames.count)]
-    records = [frames.record(case, found, i, run, rng) for i, run in enumerate(runs)]
-    n = len(case.train)
-    return Injected(case, records[:n], records[n:], found, gusts, power, frames)
+    runs = [frames.run(found, i) for i in range(frames.count)]
+    records = [frames.record(found, i, run, rng) for i, run in enumerate(runs)]
+    n = len(frames.case.train)
+    return Injected(frames, records[:n], records[n:], found, power)
 
 
 def inject_in_record(record: Record, cause: str, parameters: dict[str, Any], rng: np.random.Generator) -> Record:
@@ -87,12 +86,3 @@ def inject_in_record(record: Record, cause: str, parameters: dict[str, Any], rng
     except KeyError as error:
         raise BadInput(f"{cause} needs the column {error}", file=record.name) from None
     return record.with_channels(**columns)
-
-
-def draw_gusts(case: FaultCase, rng: np.random.Generator) -> Gusts | None:
-    """Correlation time and frame of a case's gusts."""
-    span = GUSTS[case.gusts]
-    if span is None:
-        return None
-    time = float(np.exp(rng.uniform(*np.log(span)))) * case.ship.clock
-    return Gusts(case.gust_level, time, bool(rng.random() < 0.5))

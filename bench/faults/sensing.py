@@ -1,17 +1,15 @@
-"""From a dense run to a Record: sampling, effects of the sensors, noise, gaps.
-
-recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects.sensors.Stage`.
-"""
+"""What sensors make of a dense run: samples, noise, gaps."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ...datasets.record import Record, RecordMeta
-from .effects.sensors import ATTITUDE, VELOCITY, Stage
+from .effects.sensors import ATTITUDE, VELOCITY
 from .ships import TrueShip
-from .simulator import DenseRun, RunPlan
+from .simulator import DenseRun
 
+GAP = 10
+"""Samples of a gap."""
 CHANNELS = ("rudder_rad", *ATTITUDE, *VELOCITY, "north_m", "east_m")
 RESPONSE_CHANNELS = ("rudder_rad", *ATTITUDE, "surge_m_s")
 STATE = {"surge_m_s": 0, "sway_m_s": 1, "yaw_rate_rad_s": 2, "north_m": 3, "east_m": 4, "heading_rad": 5}
@@ -32,49 +30,6 @@ def noise_sd(ship: TrueShip, level: float = 1.0) -> dict[str, float]:
     clock = ship.clock
     power = {"yaw_rate_rad_s": -1, "surge_m_s": 1, "sway_m_s": 1, "north_m": 2, "east_m": 2}
     return {name: level * sd * clock ** power.get(name, 0) for name, sd in NOISE.items()}
-
-
-def observe(
-    run: DenseRun,
-    plan: RunPlan,
-    dt_s: float,
-    rng: np.random.Generator,
-    noise: dict[str, float],
-    channels: tuple[str, ...],
-    *,
-    gaps: float = 0.0,
-    command: bool = False,
-    name: str = "record",
-    manoeuvre: str | None = None,
-    wrap: bool = True,
-    noise_time_s: float = 0.0,
-) -> Record:
-    """The record of a run, sampled every dt_s seconds.
-
-    gaps: share of the samples of each channel but the rudder that are lost, in runs of 10; command: the rudder
-    column is `rudder_command_rad`, the order to the steering gear.
-    """
-    effects = sorted(plan.sensors, key=lambda item: item[0].stage)
-    time = dt_s * np.arange(round((len(run.states) - 1) * run.step_s / dt_s) + 1)
-    jitter = sum(kind.jitter_s(p) for kind, p in effects)
-    taken = np.clip(time + jitter * rng.standard_normal(time.size), 0.0, time[-1])
-    rows = {c: sampled(run, c, taken - sum(kind.delay_s(c, p) for kind, p in effects)) for c in CHANNELS}
-    before = [kind.stage <= Stage.OFFSET for kind, _ in effects].count(True)
-    for kind, p in effects[:before]:
-        kind.apply(rows, time, p, noise, rng)
-    for channel in rows:
-        rows[channel] = rows[channel] + noise.get(channel, 0.0) * coloured(rng, time.size, dt_s, noise_time_s)
-    for kind, p in effects[before:]:
-        kind.apply(rows, time, p, noise, rng)
-    if wrap:
-        rows["heading_rad"] = np.mod(rows["heading_rad"], 2.0 * np.pi)
-    for channel in CHANNELS[1:]:
-        rows[channel] = with_gaps(rows[channel], gaps, rng)
-    rudder = rows.pop("rudder_rad")
-    kept = {c: rows[c] for c in CHANNELS[1:] if c in channels}
-    side = "port" if plan.ship.starboard < 0 else "starboard"
-    meta = RecordMeta(vessel=plan.ship.id, positive_rudder=side, manoeuvre=manoeuvre, source="truth simulator")
-    return Record(time, {"rudder_command_rad" if command else "rudder_rad": rudder, **kept}, name, meta)
 
 
 def coloured(rng: np.random.Generator, size: int, dt_s: float, time_s: float) -> np.ndarray:
@@ -99,12 +54,12 @@ def sampled(run: DenseRun, channel: str, at: np.ndarray) -> np.ndarray:
     return np.interp(at, run.time_s, values)
 
 
-def with_gaps(values: np.ndarray, share: float, rng: np.random.Generator, length: int = 10) -> np.ndarray:
-    """values with about that share lost in runs; the first samples stay."""
+def with_gaps(values: np.ndarray, share: float, rng: np.random.Generator) -> np.ndarray:
+    """values with about that share lost in runs of `GAP`; the first samples stay."""
     if share <= 0.0:
         return values
-    starts = np.flatnonzero(rng.random(values.size) < share / length)
-    lost = np.unique((starts[:, None] + np.arange(length)).ravel())
+    starts = np.flatnonzero(rng.random(values.size) < share / GAP)
+    lost = np.unique((starts[:, None] + np.arange(GAP)).ravel())
     values = values.copy()
-    values[lost[(lost >= 2 * length) & (lost < values.size)]] = np.nan
+    values[lost[(lost >= 2 * GAP) & (lost < values.size)]] = np.nan
     return values

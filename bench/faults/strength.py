@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -13,38 +12,27 @@ from .case import SIZED, STRENGTHS, FaultCase
 from .effects import Effect, Setting, kind_of
 from .frames import Frames
 from .ships import sister_numbers
-from .simulator import (
-    DenseRun,
-    Gusts,
-    first_class_functions,
-    further_forces,
-    gust_sd,
-    rudder_force,
-    straight,
-    vector,
-)  # fmt: skip
+from .simulator import DenseRun, first_class_functions, further_forces, gust_sd, rudder_force, straight, vector
 
 DETECTABLE = 60.0
 #: Non-centrality of a ship that is unstable (a damping that feeds the turn): no real ship
 RUNAWAY = 1e8
-DRAWS = 4
+DRAWS, TOLERANCE = 4, 0.15
 CORRELATION = 1.7
 """Ship lengths sailed over which errors of a model that is not exact are correlated, as those of its free runs are."""
 STEP = 0.2
 """Step of the differences by the ship's own numbers, in their standard deviations."""
 
 
-def draw_effect(
-    case: FaultCase, cause: str, frames: Frames, gusts: Gusts | None, rng: np.random.Generator
-) -> tuple[Effect, float]:
+def draw_effect(frames: Frames, cause: str, rng: np.random.Generator) -> tuple[Effect, float]:
     """An effect of the case's strength, and its non-centrality on the training records.
 
     Drawn again, up to `DRAWS` times, when what was drawn cannot be made that strong.
     """
     best: tuple[Effect, float] | None = None
-    own = own_numbers(case, frames, gusts) if case.beside else None
+    own = own_numbers(frames) if frames.case.beside else None
     for _ in range(DRAWS):
-        found = _draw_once(case, cause, frames, gusts, rng, own)
+        found = _draw_once(frames, cause, rng, own)
         if not found[2]:
             return found[:2]
         best = best or found[:2]
@@ -52,62 +40,41 @@ def draw_effect(
     return best
 
 
-def _draw_once(
-    case: FaultCase,
-    cause: str,
-    frames: Frames,
-    gusts: Gusts | None,
-    rng: np.random.Generator,
-    own: np.ndarray | None,
-):
+def _draw_once(frames: Frames, cause: str, rng: np.random.Generator, own: np.ndarray | None):
     """Effect, non-centrality, and whether that fell short of the strength."""
-    setting = Setting(
-        case.ship,
-        case.duration_s or 0.0,
-        len(case.train),
-        len(case.held_out),
-        lambda: place_on_track(case, frames, rng),
-    )
-    kind = kind_of(cause)
-    shape = Effect(cause, kind.draw(setting, rng))
+    case, kind = frames.case, kind_of(cause)
+    sizes = case.duration_s or 0.0, len(case.train), len(case.held_out)
+    shape = Effect(cause, kind.draw(Setting(case.ship, *sizes, lambda: place_on_track(frames, rng)), rng))
     if not kind.sized:
         return shape, float("nan"), False
     if isinstance(case.strength, str) and case.strength in SIZED:
         effect = shape.scaled(SIZED[case.strength])
-        power = noncentrality(case, (effect,), frames, gusts, own)
+        power = noncentrality(frames, (effect,), own)
         if DETECTABLE <= power < RUNAWAY:
             return effect, power, False
         span = (DETECTABLE, 2.0 * DETECTABLE)
     else:
         span = STRENGTHS[case.strength] if isinstance(case.strength, str) else (case.strength,) * 2
     target = float(np.exp(rng.uniform(*np.log(span))))
-    effect, power = scaled_to(case, shape, target, frames, gusts, own)
+    effect, power = scaled_to(frames, shape, target, own)
     return effect, power, not 0.5 < power / target < 2.0
 
 
-def place_on_track(case: FaultCase, frames: Frames, rng: np.random.Generator) -> tuple[float, float]:
+def place_on_track(frames: Frames, rng: np.random.Generator) -> tuple[float, float]:
     """Where (north, east, in ship lengths) the ship is at a random time between .2 and .7 of a training record."""
-    run = frames.run(case, (), int(rng.integers(len(case.train))), None)
-    north, east = run.states[int(rng.uniform(0.2, 0.7) * len(run.states)), 3:5] / case.ship.length_m
+    run = frames.run((), int(rng.integers(len(frames.case.train))), calm=True)
+    north, east = run.states[int(rng.uniform(0.2, 0.7) * len(run.states)), 3:5] / frames.case.ship.length_m
     return float(north), float(east)
 
 
-def scaled_to(
-    case: FaultCase,
-    shape: Effect,
-    target: float,
-    frames: Frames,
-    gusts: Gusts | None,
-    own: np.ndarray | None = None,
-    tolerance: float = 0.15,
-) -> tuple[Effect, float]:
-    """The effect scaled until its non-centrality is `target` to within the tolerance, or its cap is reached."""
+def scaled_to(frames: Frames, shape: Effect, target: float, own: np.ndarray | None) -> tuple[Effect, float]:
+    """The effect scaled until its non-centrality is `target` to within `TOLERANCE`, or its cap is reached."""
     low, high, factor, slope = 0.0, np.inf, 1.0, 2.0
-    power = noncentrality(case, (shape,), frames, gusts, own)
+    power = noncentrality(frames, (shape,), own)
     effect = shape
     for _ in range(24):
         miss = np.log(target / np.clip(power, 1e-12, RUNAWAY))
-        if abs(miss) < tolerance:
+        if abs(miss) < TOLERANCE:
             break
         low, high = (factor, high) if miss > 0.0 else (low, factor)
         last, guess = factor, factor * float(np.exp(np.clip(miss / slope, -2.3, 2.3)))
@@ -117,19 +84,13 @@ def scaled_to(
         if effect == before or high - low < 1e-5 * low:
             break
         factor, was = guess, power
-        power = noncentrality(case, (effect,), frames, gusts, own)
+        power = noncentrality(frames, (effect,), own)
         rise = np.log(np.clip(power, 1e-12, RUNAWAY) / np.clip(was, 1e-12, RUNAWAY)) / np.log(factor / last)
         slope = float(np.clip(rise, 0.7, 8.0))
     return effect, power
 
 
-def noncentrality(
-    case: FaultCase,
-    effects: tuple[Effect, ...],
-    frames: Frames,
-    gusts: Gusts | None,
-    own: np.ndarray | None = None,
-) -> float:
+def noncentrality(frames: Frames, effects: tuple[Effect, ...], own: np.ndarray | None = None) -> float:
     """Of the best test of the effects on the training records, noise variances known, and the ship too or its numbers
     under their priors (own : see `own_numbers`).
 
@@ -139,27 +100,26 @@ def noncentrality(
     stated = [value for effect in effects if (value := effect.kind.noncentrality(effect.at(0))) is not None]
     if stated:
         return sum(stated)
-    each = [one for one, _ in _innovations(case, effects, frames, gusts)]
+    each = [one for one, _ in _innovations(frames, effects)]
     if not all(np.isfinite(z).any() for z in each):
         return np.inf
     with np.errstate(over="ignore", invalid="ignore"):  # an unstable ship
         if all(effect.kind.variance_only for effect in effects):
             total = sum(map(oracle.variance_gain, each))
         else:
-            total = sum(float(np.nansum(z**2)) for z in each) if own is None else _beside(each, case, own)
+            total = sum(float(np.nansum(z**2)) for z in each) if own is None else _beside(each, frames.case, own)
     return total if np.isfinite(total) else np.inf
 
 
-def own_numbers(case: FaultCase, frames: Frames, gusts: Gusts | None) -> np.ndarray:
+def own_numbers(frames: Frames) -> np.ndarray:
     """What the ship's own numbers do to the whitened innovations of the training records: a column (N, m) for each,
     for a change by its standard deviation `case.beside`, under the rudder angles of the ship as it is."""
-    plain = list(_innovations(case, (), frames, gusts))
-    rudders = [run.rudder for _, run in plain]
+    case, plain = frames.case, list(_innovations(frames, ()))
     zero = np.concatenate([z.ravel() for z, _ in plain])
     columns = []
     for name in sister_numbers(case.vessel):
-        other = replace(case, factors=(*case.factors, (name, 1.0 + STEP * case.beside)))
-        moved = [whitened(case, *_recorded(other, (), frames, i, rudder), gusts) for i, rudder in enumerate(rudders)]
+        other = frames.changed(factors=(*case.factors, (name, 1.0 + STEP * case.beside)))
+        moved = [whitened(frames, *_recorded(other, (), i, run.rudder)) for i, (_, run) in enumerate(plain)]
         columns.append(np.nan_to_num(np.concatenate([z.ravel() for z in moved]) - zero) / STEP)
     return np.array(columns).T
 
@@ -173,24 +133,23 @@ def _beside(each: Sequence[np.ndarray], case: FaultCase, own: np.ndarray) -> flo
     return float(z @ z - projected @ np.linalg.solve(information, projected)) / alike
 
 
-def _innovations(
-    case: FaultCase, effects: tuple[Effect, ...], frames: Frames, gusts: Gusts | None
-) -> Iterator[tuple[np.ndarray, DenseRun]]:
+def _innovations(frames: Frames, effects: tuple[Effect, ...]) -> Iterator[tuple[np.ndarray, DenseRun]]:
     """Whitened innovations and run of each training record under the effects, without noise and gusts."""
-    for i in range(len(case.train)):
-        record, run = _recorded(case, effects, frames, i)
-        yield whitened(case, record, run, gusts), run
+    for i in range(len(frames.case.train)):
+        record, run = _recorded(frames, effects, i)
+        yield whitened(frames, record, run), run
 
 
 def _recorded(
-    case: FaultCase, effects: tuple[Effect, ...], frames: Frames, i: int, rudder: np.ndarray | None = None
+    frames: Frames, effects: tuple[Effect, ...], i: int, rudder: np.ndarray | None = None
 ) -> tuple[Record, DenseRun]:
-    run = frames.run(case, effects, i, None, rudder)
-    return frames.record(case, effects, i, run, np.random.default_rng(frames.seeds[i]), noise=False), run
+    run = frames.run(effects, i, rudder, calm=True)
+    return frames.record(effects, i, run, np.random.default_rng(frames.seeds[i]), noise=False), run
 
 
-def whitened(case: FaultCase, record: Record, run: DenseRun, gusts: Gusts | None) -> np.ndarray:
+def whitened(frames: Frames, record: Record, run: DenseRun) -> np.ndarray:
     """Whitened innovations (N, k) of a noise-free record against the case's ship without effects."""
+    case, gusts = frames.case, frames.gusts
     base, dt = case.ship, case.dt_s or 0.0
     names = [name for name in sensing.STATE if name in record.channels]
     y = np.column_stack([record.column(name) for name in names])

@@ -16,12 +16,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...datasets.instruments import hull_record
-from ...datasets.record import RecordMeta
+from ...datasets.record import Record, RecordMeta
 from ...datasets.signals import integral
 from ...estimation.estimates.estimate import Estimate, predictor_of
 from ...estimation.observers.smoothed_states import smoothed_states
@@ -29,15 +29,12 @@ from ...estimation.observers.smoothing import SHORTEST
 from ...estimation.records.series import series_of
 from ...estimation.run.run import as_shown
 from ...estimation.run.stretch import SYMBOLS
+from ...methods.base import Method
+from ...methods.registry import make
 from ...models.argument_types import typed
 from ...models.errors import BadInput
-from ...models.model import CHANNELS
+from ...models.model import CHANNELS, Model, resolve
 from .columns import MEANINGS, WIND_ANGLE, check_columns, record_of, side_of, step_of
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...methods.base import Method
-    from ...models.model import Model
 
 
 @typed
@@ -66,9 +63,6 @@ def identibench_model(
         another set than the ship's without its sampling rate, or a hyperparameter that the method does not have.
     CannotFit, FitFailed : when the function is called, as `Method.fit`.
     """
-    from ...methods.registry import make
-    from ...models.model import Model, resolve
-
     structure = model if isinstance(model, Model) else resolve(model)
     if isinstance(method, str):
         make(method)
@@ -87,8 +81,6 @@ def identibench_model(
 
 def _configured(method: Method | str, context: Any) -> Method:
     """A new method with the hyperparameters and the seed of a benchmark."""
-    from ...methods.registry import make
-
     fitter = make(method) if isinstance(method, str) else type(method)(**method.get_params(deep=False))
     seed = {"seed": context.seed} if "seed" in fitter.option_names() else {}
     return fitter.set_params(**(seed | dict(context.hyperparameters)))

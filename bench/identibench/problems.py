@@ -1,7 +1,7 @@
 """The problems of an identification suite as HDF5 files, for programs that identify models of any kind.
 
     DIR/README.md              what there is, in words
-    DIR/problems.json          each problem: its files, columns, steps and true parameters (`problems_file`)
+    DIR/problems.json          each problem: its files, columns, steps and true parameters (`specs`)
     DIR/NAME/train/*.hdf5      training records: a dataset a channel, and attributes
     DIR/NAME/test/*.hdf5       held-out records
 
@@ -16,9 +16,10 @@ import re
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 from ...datasets.columns import CANONICAL, INPUTS, in_order
+from ...datasets.record import Record
 from ...estimation.validation.validate import TOGETHER
 from ...models.argument_types import typed
 from ...models.errors import BadInput
@@ -28,16 +29,11 @@ from ...models.plain import plain
 from ..environment import code_version
 from ..kinds import IDENTIFICATION, kind_of
 from ..kinds.base import RunSelection, Suite
-from ..kinds.identification.plan import task_key
-from ..kinds.identification.problems import problem
+from ..kinds.identification.plan import RunSpec, task_key
+from ..kinds.identification.problems import FitTask, Task, problem
 from ..store import check_vacant
 from ..suites import check_trust, load_suite
 from .columns import RATE, SIDE
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ..kinds.identification.plan import RunSpec
-    from ..kinds.identification.problems import FitTask, Task, Truth
 
 MANIFEST, README = "problems.json", "README.md"
 TEXT = """# Problems of helmbench's suite {suite}
@@ -104,14 +100,11 @@ def export_problems(
     with extras_told():
         import h5py  # noqa: F401, before anything is written
     width = len(str(len(tasks)))
-    named = {f"{number:0{width}}-{_plain_name(task)}": task for number, task in enumerate(tasks, start=1)}
+    plain_names = [re.sub(r"[^A-Za-z0-9_-]+", "-", f"{task.vessel}-{task.model}")[:100] for task in tasks]
+    named = {f"{i:0{width}}-{name}": task for i, (name, task) in enumerate(zip(plain_names, tasks, strict=True), 1)}
     entries = [_write(out, name, task) for name, task in named.items()]
     _write_head(out, found, entries)
     return tuple(named)
-
-
-def _plain_name(task: Task) -> str:
-    return re.sub(r"[^A-Za-z0-9_-]+", "-", f"{task.vessel}-{task.model}")[:100]
 
 
 def _write(out: Path, name: str, task: Task) -> dict[str, Any]:
@@ -121,26 +114,20 @@ def _write(out: Path, name: str, task: Task) -> dict[str, Any]:
         part: [_file(out, f"{name}/{part}/{part}-{i}.hdf5", record) for i, record in enumerate(records, start=1)]
         for part, records in (("train", own.train), ("test", own.held_out))
     }
-    inputs, outputs = _columns(own)
+    shared = in_order(set.intersection(*(set(record.channels) for record in (*own.train, *own.held_out))))
     return {
         "name": name,
         **task_key(task),
         "measured": task.measured,
-        "inputs": inputs,
-        "outputs": outputs,
+        "inputs": [c for c in shared if c in INPUTS],
+        "outputs": [c for c in shared if c in TOGETHER],
         "files": files,
-        "truth": _truth(own.truth, own),
+        "truth": _truth(own),
     }
 
 
-def _columns(own: FitTask) -> tuple[list[str], list[str]]:
-    """Inputs and outputs that all records have."""
-    shared = set.intersection(*(set(record.channels) for record in (*own.train, *own.held_out)))
-    ordered = in_order(shared)
-    return [c for c in ordered if c in INPUTS], [c for c in ordered if c in TOGETHER]
-
-
-def _truth(truth: Truth, own: FitTask) -> dict[str, Any]:
+def _truth(own: FitTask) -> dict[str, Any]:
+    truth = own.truth
     units = dict(zip(own.model.parameter_names, own.model.parameter_units, strict=True))
     return {
         name: {"value": value, "unit": units[name], "kind": truth.kind, "crb_sd": truth.crb_sd.get(name)}

@@ -4,16 +4,38 @@ from __future__ import annotations
 
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field
 
 from ...models.argument_types import typed
 from ...models.errors import BadInput
 from ...models.extras import extras_told
-from ...models.yaml_file import checked, load
+from ...models.yaml_file import FileContent, Text, checked, load
 from .problems import MANIFEST
 
-if TYPE_CHECKING:
-    from .problems_file import ProblemEntry
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,120}$")]
+
+
+class ProblemEntry(FileContent):
+    """A problem: its folder, and the columns that are inputs and outputs; the other keys say what it is."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    name: Name
+    inputs: tuple[Text, ...] = Field(min_length=1)
+    outputs: tuple[Text, ...] = Field(min_length=1)
+
+
+class ProblemsFile(FileContent):
+    """What problems.json holds."""
+
+    schema_version: Literal[1]
+    suite: Text
+    title: Text
+    version: Text
+    units: dict[str, Any]
+    problems: tuple[ProblemEntry, ...] = Field(min_length=1)
 
 
 @typed
@@ -35,8 +57,6 @@ def identibench_specs(folder: str | PathLike[str], *, init_window: int = 1) -> l
     ------
     BadInput : identibench is not installed, the folder holds no problems, or init_window is negative.
     """
-    from .problems_file import ProblemsFile
-
     if init_window < 0:
         raise BadInput(f"init_window is {init_window}, at least 0 is needed")
     place = Path(folder).absolute()

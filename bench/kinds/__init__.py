@@ -1,15 +1,16 @@
 """Kinds of suites: one folder each, found by its name.
 
-A folder holds `kind.py` with a subclass of `base.Kind` named `KIND`, and `suite.py` with the models of its suite files.
+A folder holds `kind.py` with a `base.Kind` named `KIND`, and `suite.py` with the `MODELS` of its suite files.
 """
 
 from __future__ import annotations
 
-from functools import cache
 from importlib import import_module
 from pathlib import Path
+from typing import Any
 
 from ...models.errors import BadInput
+from ...models.yaml_file import FileContent
 from .base import Kind
 
 IDENTIFICATION, DIAGNOSIS = "identification", "diagnosis"
@@ -22,11 +23,15 @@ def kind_names() -> list[str]:
 
 def kind_of(name: object, file: object = None) -> Kind:
     """The kind of that name; `BadInput`, which names the file, if there is none."""
+    return _module(name, "kind", file).KIND
+
+
+def suite_models(name: object, file: object = None) -> tuple[type[FileContent], type[FileContent]]:
+    """What a suite file of that kind holds beside its entries, and an entry, as pydantic models; as `kind_of`."""
+    return _module(name, "suite", file).MODELS
+
+
+def _module(name: object, part: str, file: object) -> Any:
     if name not in kind_names():
         raise BadInput(f"unknown kind {name!r}", file=file, hint=f"known: {', '.join(kind_names())}")
-    return _load(str(name))
-
-
-@cache
-def _load(name: str) -> Kind:
-    return import_module(f".{name}.kind", __package__).KIND
+    return import_module(f".{name}.{part}", __package__)

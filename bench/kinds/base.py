@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeVar
+from typing import Any, Protocol, TypeVar
 
 from ...models.errors import BadInput
-
-if TYPE_CHECKING:
-    from ...models.yaml_file import FileContent
 
 TIMES = {"wall_s": "float", "cpu_s": "float", "peak_memory_mib": "float"}
 """The last columns of a table of runs, and the only ones in which two equal runs may differ."""
@@ -111,55 +107,43 @@ class Tables:
     long_keys: tuple[str, ...]
 
 
-class RunKind(ABC):
+@dataclass(eq=False, kw_only=True)
+class RunKind:
     """What the runner executes and the store keeps.
 
-    name : `kind` in manifests.
+    name : `kind` in manifests.  stored : gives the tables.
+    execute : gives the finished run of a spec, `{"key", "row", "parameters"}`, with built-in types only; failures are
+    in its row.
+    content : gives a digest of all that the result of a spec depends on, whatever the suite is called; None: it is
+    always run anew.
     """
 
-    name: ClassVar[str]
+    name: str
+    stored: Callable[[], Tables]
+    execute: Callable[[Any], dict[str, Any]]
+    content: Callable[[Any], str | None] = lambda spec: None
 
     @property
-    @abstractmethod
     def tables(self) -> Tables:
         """What is stored."""
-
-    @abstractmethod
-    def execute(self, spec: Any) -> dict[str, Any]:
-        """One finished run, `{"key", "row", "parameters"}`, with built-in types only; failures become its row."""
-
-    def content(self, spec: Any) -> str | None:
-        """Digest of all that the result depends on, whatever the suite is called; None: it is always run anew."""
-        return None
+        return self.stored()
 
 
+@dataclass(eq=False, kw_only=True)
 class Kind(RunKind):
     """A kind of suite; its name is the folder's, `kind` also in suite files.
 
     failure_columns : columns by which a failed run is listed.
+    with_seed : gives the selection with the seed that the plan starts from; `BadInput` for one that cannot be used.
+    plan : gives every run, in order; `BadInput` for unknown methods or vessels, and where nothing is left to run.
+    facts : gives what the manifest of specs says beside what it says of every suite.
+    describe : gives a failed run's row in words.
+    check : raises `BadInput` where something that specs need is missing on this machine.
     """
 
-    failure_columns: ClassVar[tuple[str, ...]]
-
-    @abstractmethod
-    def suite_models(self) -> tuple[type[FileContent], type[FileContent]]:
-        """What a suite file holds beside its entries, and an entry, as pydantic models."""
-
-    @abstractmethod
-    def with_seed(self, suite: Suite, selection: RunSelection) -> RunSelection:
-        """The selection with the seed that the plan starts from; `BadInput` for one that cannot be used."""
-
-    @abstractmethod
-    def plan(self, suite: Suite, selection: RunSelection) -> Sequence[Spec]:
-        """Every run, in order; `BadInput` for unknown methods or vessels, and where nothing is left to run."""
-
-    @abstractmethod
-    def facts(self, specs: Sequence[Any]) -> Mapping[str, Any]:
-        """What the manifest says beside what it says of every suite."""
-
-    @abstractmethod
-    def describe(self, row: Mapping[str, Any]) -> str:
-        """A failed run in words."""
-
-    def check(self, specs: Iterable[Any]) -> None:
-        """Raise `BadInput` where something that the runs need is missing on this machine."""
+    failure_columns: tuple[str, ...]
+    with_seed: Callable[[Suite, RunSelection], RunSelection]
+    plan: Callable[[Suite, RunSelection], Sequence[Any]]
+    facts: Callable[[Sequence[Any]], Mapping[str, Any]]
+    describe: Callable[[Mapping[str, Any]], str]
+    check: Callable[[Iterable[Any]], object] = lambda specs: None

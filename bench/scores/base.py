@@ -5,13 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ...estimation.estimates.estimate import Estimate
 from ...models.discovery import modules_in
-
-if TYPE_CHECKING:
-    from ...estimation.estimates.estimate import Estimate
-    from ..kinds.identification.problems import FitTask
+from ..kinds.identification.problems import FitTask
 
 LAST = 10_000
 

@@ -6,18 +6,14 @@ model.  Two predictions without a model stand beside: the ship goes on turning a
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Mapping
 
 from ...estimation.records.naming import named
 from ...estimation.validation.horizons import LENGTHS, STRAIGHT, TRUSTED, TURNS_ON
+from ...estimation.validation.result import Validation
 from ...estimation.validation.validate import validate
 from ...models.errors import BadInput
 from .base import Outcome, score
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from ...estimation.validation.result import Validation
 
 MODEL = "model"
 PREFIXES = {MODEL: "ahead", TURNS_ON: "turning", STRAIGHT: "straight"}

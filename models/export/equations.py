@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import sympy as sp
@@ -13,13 +13,11 @@ from sympy.printing.codeprinter import CodePrinter
 from sympy.printing.octave import OctaveCodePrinter
 from sympy.printing.pycode import PythonCodePrinter
 
+from ..definition import Definition
 from ..errors import BadInput
 from ..kernels import definition_of
+from ..model import Model
 from .texts import inert, name_of
-
-if TYPE_CHECKING:
-    from ..definition import Definition
-    from ..model import Model
 
 
 class OwnFunctions(CodePrinter):

@@ -15,16 +15,13 @@ import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 from xml.etree import ElementTree
 
+from ..model import Model
 from ..simulate import initial_state, inputs_of
 from ..temporary import temporary_folder
 from .equations import C, definition, gear, heading, identifier, numbers, statements
 from .texts import inert
-
-if TYPE_CHECKING:
-    from ..model import Model
 
 FREE_RATE_RAD_S = 1e9
 """Rudder rate of a model whose rudder follows at once: the file holds numbers only."""

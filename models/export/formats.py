@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING
 
 from ..errors import BadInput
+from ..model import Model
 from ..suggestions import suggestion
 from .fmu import fmu
 from .gazebo import gazebo
 from .mmgdynamics import mmgdynamics
 from .simulink import simulink
 from .vehicle_simulator import vehicle_simulator
-
-if TYPE_CHECKING:
-    from ..model import Model
 
 FORMATS: Mapping[str, Callable[[Model], Mapping[str, str | bytes]]] = {
     "simulink": simulink,

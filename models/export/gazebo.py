@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import BadInput
 from ..linear_algebra import lstsq
+from ..model import Model
 from ..simulate import accelerations
 from .equations import heading, identifier, mass_matrix
-
-if TYPE_CHECKING:
-    from ..model import Model
 
 DRIFT_RAD, TURN = np.radians(20.0), 0.6
 """Largest drift angle, and yaw rate times length over speed, over which the damping is fitted."""

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING
 
 from ..errors import BadInput
+from ..model import Model
 from .equations import definition, heading, identifier, numbers
-
-if TYPE_CHECKING:
-    from ..model import Model
 
 RUDDER_AT = -0.5
 """Longitudinal place of the rudder in lengths, which mmgdynamics takes for granted."""

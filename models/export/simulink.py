@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import sympy as sp
 
+from ..definition import Definition
+from ..model import Model
 from ..simulate import initial_state
 from .equations import Octave, definition, gear, heading, identifier, statements
 from .texts import inert
-
-if TYPE_CHECKING:
-    from ..definition import Definition
-    from ..model import Model
 
 
 def simulink(model: Model) -> dict[str, str]:

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from ..errors import BadInput
+from ..model import Model
 from ..simulate import initial_state
 from .equations import Python, definition, gear, heading, identifier, numbers, statements
 from .texts import inert
-
-if TYPE_CHECKING:
-    from ..model import Model
 
 MOTION = {"u": "nu[0]", "v": "nu[1]", "r": "nu[5]", "x": "eta[0]", "y": "eta[1]", "psi": "eta[5]"}
 """State -> its place in the vectors of the simulator."""

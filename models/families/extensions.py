@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING, NamedTuple, cast
 
 from ..definition import Definition, Later, symbols
 from ..regimes import CLOCK, EXTENSION, VARIABLES
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from . import environment
 
     Apply = Callable[[Definition, Sequence[sp.Symbol]], Definition]
+    Term = Callable[[Mapping[str, sp.Expr]], sp.Expr]
 else:  # the table's names and units are asked for without its equations
     sp, primitives, environment = Later("sympy"), Later("..primitives", __package__), Later(".environment", __package__)
 
@@ -89,30 +90,38 @@ def _helper(name: str, change: Callable[[sp.Expr, sp.Symbol, Definition], sp.Exp
     return apply
 
 
-def _asymmetry(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Side force and yaw moment on a straight course, in the prime system."""
-    helpers, _, _, unit = _primes(definition, parameters[0].name)
+def _state(definition: Definition, name: str) -> sp.Symbol:
+    return next(s for s in definition.states if s.name == name)
+
+
+def _pushed(definition: Definition, row: int, force: sp.Expr) -> Definition:
+    """The definition with a force, N, or moment, N m, on an axis; with a yaw acceleration of a response model."""
+    scale = definition.force_scale or [sp.S.One]
+    return _with_force(definition, row, scale[row] * force)
+
+
+def _with_force(definition: Definition, row: int, force: sp.Expr) -> Definition:
+    """The definition with a force in the units of its equations, and with the clock among its states where the force
+    goes with the time."""
     forces = list(definition.forces)
-    for row, parameter in zip((SWAY, YAW), parameters, strict=True):
-        forces[row] += unit[row] * parameter
-    return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
+    forces[row] += force
+    return _timed(replace(definition, forces=forces), force)
 
 
-def _added(terms: Sequence[tuple[int, Callable[[sp.Symbol, sp.Symbol], sp.Expr]]]) -> Apply:
-    """Prime-system terms of (v', r'), one for each parameter, in the row of sway or yaw."""
-
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        helpers, vp, rp, unit = _primes(definition, parameters[0].name)
-        forces = list(definition.forces)
-        for (row, term), parameter in zip(terms, parameters, strict=True):
-            forces[row] += unit[row] * parameter * term(vp, rp)
-        return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
-
-    return apply
+def _timed(definition: Definition, of_time: sp.Expr) -> Definition:
+    """The definition with the time from the start of a record among its states where an expression needs it."""
+    clock = sp.Symbol(CLOCK, real=True)
+    if clock in definition.states or clock not in of_time.free_symbols:
+        return definition
+    return replace(definition, states=[*definition.states, clock], kinematics=[*definition.kinematics, sp.S.One])
 
 
-def _primes(definition: Definition, tag: str):
-    """Helpers for v' and r', and what turns X', Y', N' into the units of the forces."""
+def _motion(definition: Definition, tag: str):
+    """Helpers for what forces follow, these by their short names (v', r' and the rudder angle; r in rad/s of a response
+    model), and what turns X', Y', N' into the units of the forces."""
+    delta, scale = definition.inputs[0], definition.force_scale
+    if scale is None:
+        return {}, {"r": _state(definition, "r"), "d": delta}, [sp.S.One]
     u, v, r = definition.states[:3]
     known = {symbol.name: symbol for symbol in definition.constants}
     length, rho = known.get("L", sp.Symbol("wind_L", real=True)), sp.Symbol("rho", real=True)
@@ -120,37 +129,27 @@ def _primes(definition: Definition, tag: str):
     speed, vp, rp = symbols(f"{tag}_U {tag}_vp {tag}_rp")
     helpers = {speed: sp.sqrt(u**2 + v**2 + sp.Float(1e-12)), vp: v / speed, rp: r * length / speed}
     pressure = rho / 2 * area * speed**2
-    scale = definition.force_scale
-    assert scale is not None
     unit = [sp.simplify(part * pressure * arm) for part, arm in zip(scale, (1, 1, length), strict=True)]
-    return helpers, vp, rp, unit
-
-
-def _motion(definition: Definition, tag: str):
-    """Helpers for what forces follow, these by their short names (v', r' and the rudder angle; r in rad/s of a response
-    model), and what turns X', Y', N' into the units of the forces."""
-    delta = definition.inputs[0]
-    if definition.force_scale is None:
-        return {}, {"r": next(s for s in definition.states if s.name == "r"), "d": delta}, [sp.S.One]
-    helpers, vp, rp, unit = _primes(definition, tag)
     return helpers, {"v": vp, "r": rp, "d": delta}, unit
 
 
-def _yaw(power: Callable[[sp.Symbol], sp.Expr]) -> Apply:
-    """A term of r in a response model's yaw equation, in the units of its highest derivative."""
+def _added(*terms: tuple[int, Term]) -> Apply:
+    """Terms of the motion in the prime system, one for each parameter, in the row of sway or yaw; of a response model
+    in its yaw equation, of r in rad/s."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        (r,) = (symbol for symbol in definition.states if symbol.name == "r")
-        return _with_force(definition, 0, parameters[0] * power(r))
+        helpers, motion, unit = _motion(definition, parameters[0].name)
+        changed = replace(definition, helpers={**definition.helpers, **helpers})
+        for (row, term), parameter in zip(terms, parameters, strict=True):
+            own = row % len(unit)
+            changed = _with_force(changed, own, unit[own] * parameter * term(motion))
+        return changed
 
     return apply
 
 
-def _either(three_dof: Apply, response: Apply) -> Apply:
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        return (three_dof if definition.force_scale is not None else response)(definition, parameters)
-
-    return apply
+def _alone(motion: Mapping[str, sp.Expr]) -> sp.Expr:
+    return sp.S.One
 
 
 def _absorbed(inputs: str) -> Apply:
@@ -188,7 +187,7 @@ DRIFT = (0.010, 0.020, 0.002)
 def _drift(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
     """Mean wave drift rho g Hs^2 L as an earth-fixed vector towards where the waves come from, on the hull:
     X = -.010 along (times .3 in following seas), Y = -.020 across |across|/size, N = -.002 L 2 along across/size."""
-    psi = next(s for s in definition.states if s.name == "psi")
+    psi = _state(definition, "psi")
     length = next((s for s in definition.constants if s.name == "L"), sp.Symbol("wind_L", real=True))
     along, across, size = symbols("drift_along drift_across drift_size")
     north, east = parameters
@@ -197,13 +196,13 @@ def _drift(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definitio
         across: -north * sp.sin(psi) + east * sp.cos(psi),
         size: sp.sqrt(north**2 + east**2 + sp.Float(1e-12)),
     }
-    scale = definition.force_scale
-    assert scale is not None
     surge = -sp.Float(DRIFT[0]) * along * (sp.Float(0.3) + sp.Float(0.7) * primitives.step(along))
     sway = -sp.Float(DRIFT[1]) * across * primitives.absv(across) / size
     yaw = -sp.Float(2 * DRIFT[2]) * length * across * along / size
-    forces = [f + k * d for f, k, d in zip(definition.forces, scale, (surge, sway, yaw), strict=True)]
-    return replace(definition, forces=forces, helpers={**definition.helpers, **helpers})
+    changed = replace(definition, helpers={**definition.helpers, **helpers})
+    for row, force in enumerate((surge, sway, yaw)):
+        changed = _pushed(changed, row, force)
+    return changed
 
 
 def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
@@ -229,7 +228,7 @@ def _wind_on_yaw(definition: Definition, parameters: Sequence[sp.Symbol]) -> Def
     added: wind north and east [m/s, towards].  A model that knows no speed has none of its own through the air.
     """
     across, both = parameters
-    psi = next(s for s in definition.states if s.name == "psi")
+    psi = _state(definition, "psi")
     north, east = inputs = symbols("wind_north wind_east")
     own = next((s for s in definition.inputs if s.name == "speed"), sp.S.Zero)
     ahead, side = symbols("air_ahead air_side")
@@ -247,11 +246,6 @@ def _wind_on_yaw(definition: Definition, parameters: Sequence[sp.Symbol]) -> Def
     )
 
 
-def _by_heading(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """A yaw moment that goes with the heading, as that of a steady wind on a craft that turns in it."""
-    return _turning(0, 1)(definition, parameters)
-
-
 def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
     """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; every term keeps its prime value.
 
@@ -260,7 +254,7 @@ def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Defi
     open water, less behind a propeller at constant speed).
     """
     gain, time, power = parameters
-    (r,) = (symbol for symbol in definition.states if symbol.name == "r")
+    r = _state(definition, "r")
     loss, ratio = symbols("speed_loss_state speed_ratio")
     order = 1 if definition.states[0] == r else 2
     rudder = ratio ** (power - 2)
@@ -294,7 +288,7 @@ def _own_speed(by_propeller: bool) -> Apply:
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         drive, drag, turning, lever, time = parameters[:5]
-        (r,) = (symbol for symbol in definition.states if symbol.name == "r")
+        r = _state(definition, "r")
         u, v, n, speed = symbols("u v n speed")
         has = {symbol.name for symbol in definition.inputs}
         inputs = [s for s in definition.inputs if s != speed]
@@ -334,31 +328,67 @@ def _loaded(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definiti
     )
 
 
-CROSSFLOW = [
-    (SWAY, lambda v, r: r * primitives.absv(v)),
-    (SWAY, lambda v, r: v * primitives.absv(r)),
-    (YAW, lambda v, r: v * primitives.absv(r)),
-    (YAW, lambda v, r: r * primitives.absv(v)),
-]
+def _size_of(*names: str) -> Term:
+    """A product of the first motion and the size of the second, such as r |v|."""
+    return lambda m: m[names[0]] * primitives.absv(m[names[1]])
+
+
+class Axis(NamedTuple):
+    """Where a force acts: row in the equations, unit, and whether it is the yaw acceleration of a response model."""
+
+    row: int
+    unit: str
+    response: bool = False
+
+    @classmethod
+    def of(cls, letter: str) -> Axis:
+        """Of X, Y, N of a 3-DOF model, R of a response model."""
+        return cls("XYN".index(letter), "N m" if letter == "N" else "N") if letter != RESPONSE else YAW_ACCELERATION
+
+    def per(self, motion: str) -> str:
+        """The unit of a force over that of a motion."""
+        return self.unit + {"v": " s/m", "r": " s/rad", "d": "/rad"}[motion]
+
+    def extension(self, units: Mapping[str, str], force: Callable[..., sp.Expr], held: Sequence[str] = ()) -> Extension:
+        """A force, N, or moment, N m, of the definition and of the parameters."""
+
+        def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
+            return _pushed(definition, self.row, force(definition, *parameters))
+
+        return Extension(units, apply, three_dof=not self.response, held=tuple(held))
+
+
 ANY_ORDER = "rad/s^k"
 """Unit of a response model's yaw acceleration: k is the order of the highest derivative."""
+RESPONSE = "R"
+YAW_ACCELERATION = Axis(0, ANY_ORDER, response=True)
+
+
+def _by_heading(name: str, axis: Axis, count: int) -> Extension:
+    """a cos(k psi) + b sin(k psi): with k = 1 that of a steady wind on a craft that turns in it."""
+
+    def force(definition: Definition, cosine: sp.Symbol, sine: sp.Symbol) -> sp.Expr:
+        psi = _state(definition, "psi")
+        return cosine * sp.cos(count * psi) + sine * sp.sin(count * psi)
+
+    return axis.extension(dict.fromkeys((f"{name}_cos", f"{name}_sin"), axis.unit), force)
+
+
 EXTENSIONS: dict[str, Extension] = {
     "rudder_offset": Extension({"rudder_offset": "rad"}, _rudder(lambda d, p: d + p), held=("rudder_offset",)),
     "rudder_effectiveness": Extension({"rudder_effectiveness": "1"}, _effectiveness, held=("rudder_effectiveness",)),
-    "yaw_damping_quadratic": Extension(
-        {"added_Nr_absr": "1"},
-        _either(_added([(YAW, lambda v, r: r * primitives.absv(r))]), _yaw(lambda r: r * primitives.absv(r))),
-    ),
-    "yaw_damping_cubic": Extension(
-        {"added_Nrrr": "1"}, _either(_added([(YAW, lambda v, r: r**3)]), _yaw(lambda r: r**3))
-    ),
-    "still_damping": Extension({"still_damping": "1/s"}, _yaw(lambda r: -r), three_dof=False),
-    "sway_damping_quadratic": Extension(
-        {"added_Yv_absv": "1"}, _added([(SWAY, lambda v, r: v * primitives.absv(v))]), three_dof=True
-    ),
+    "yaw_damping_quadratic": Extension({"added_Nr_absr": "1"}, _added((YAW, _size_of("r", "r")))),
+    "yaw_damping_cubic": Extension({"added_Nrrr": "1"}, _added((YAW, lambda m: m["r"] ** 3))),
+    "still_damping": Extension({"still_damping": "1/s"}, _added((YAW, lambda m: -m["r"])), three_dof=False),
+    "sway_damping_quadratic": Extension({"added_Yv_absv": "1"}, _added((SWAY, _size_of("v", "v"))), three_dof=True),
     "crossflow_coupling": Extension(
         dict.fromkeys(("added_Yr_absv", "added_Yv_absr", "added_Nv_absr", "added_Nr_absv"), "1"),
-        _added(CROSSFLOW),
+        _added(
+            (SWAY, _size_of("r", "v")),
+            (SWAY, _size_of("v", "r")),
+            (YAW, _size_of("v", "r")),
+            (YAW, _size_of("r", "v")),
+        ),
         three_dof=True,
     ),
     "current": Extension(
@@ -393,13 +423,11 @@ EXTENSIONS: dict[str, Extension] = {
         held=("rudder_law",),
         helper="F_N",
     ),
-    "asymmetry": Extension({"asymmetry_Y": "1", "asymmetry_N": "1"}, _asymmetry, three_dof=True),
-    "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
-    "constant_yaw": Extension(
-        {"constant_yaw": ANY_ORDER},
-        lambda d, p: _with_force(d, 0, p[0]),
-        three_dof=False,
+    "asymmetry": Extension(
+        {"asymmetry_Y": "1", "asymmetry_N": "1"}, _added((SWAY, _alone), (YAW, _alone)), three_dof=True
     ),
+    "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
+    "constant_yaw": Extension({"constant_yaw": ANY_ORDER}, _added((YAW, _alone)), three_dof=False),
     "second_order_lead": Extension({"lead": "1", "lead_T2": "s"}, _lead, three_dof=False, held=("lead", "lead_T2")),
     "rudder_asymmetry": Extension(
         {"rudder_asymmetry": "1"}, _rudder(lambda d, p: d + p * primitives.absv(d)), held=("rudder_asymmetry",)
@@ -407,9 +435,7 @@ EXTENSIONS: dict[str, Extension] = {
     "rudder_stall": Extension(
         {"rudder_stall": "1/rad"}, _rudder(lambda d, p: d / (1 + p * primitives.absv(d))), held=("rudder_stall",)
     ),
-    "heading_moment": Extension(
-        {"heading_moment_cos": ANY_ORDER, "heading_moment_sin": ANY_ORDER}, _by_heading, three_dof=False
-    ),
+    "heading_moment": _by_heading("heading_moment", YAW_ACCELERATION, 1),
     "measured_wind": Extension({"wind_across": "rad/m2", "wind_both": "rad/m2"}, _wind_on_yaw, three_dof=False),
     "speed_loss": Extension(
         {"loss_gain": "s2/rad2", "loss_time": "s", "loss_power": "1"},
@@ -441,7 +467,6 @@ IN_TIME = {"time": ("first", "growth"), "from": ("size", "begin"), "span": ("siz
 """Force in time -> its parameters: a + b t; a from a time on; a over a span; a cos(2 pi t/T) + b sin(2 pi t/T)."""
 TIMES = ("begin", "end", "time")
 """Parameters of forces in time that are times."""
-RESPONSE = "R"
 PLACES = {"north": "x", "east": "y"}
 """Place -> its state."""
 
@@ -475,13 +500,20 @@ def extension_of(name: str) -> Extension:
         return Extension(units, _in_regime(**local.groupdict()), held=names)
     force = FORCE.fullmatch(name)
     if force is not None:
-        return _force(name, **force.groupdict())
+        axis, (kind, value) = Axis.of(force["axis"]), next((k, force[k]) for k in FORCES if force[k] is not None)
+        return FORCES[kind](name, axis, value)
     if TERM.fullmatch(name) is None:
         return EXTENSIONS[name]
     axis, *factors = name.split("_")
+
+    def product(motion: Mapping[str, sp.Expr]) -> sp.Expr:
+        """Of v', r' and the rudder angle, or of their sizes; of r and the rudder angle of a response model."""
+        known = {**motion, **{f"abs{name}": primitives.absv(symbol) for name, symbol in motion.items()}}
+        return sp.prod(known[factor] for factor in factors)
+
     if axis == RESPONSE:
-        return Extension({f"term_{name}": "SI"}, _product(0, factors), three_dof=False)
-    return Extension({f"term_{name}": "1"}, _product("XYN".index(axis), factors), three_dof=True)
+        return Extension({f"term_{name}": "SI"}, _added((YAW, product)), three_dof=False)
+    return Extension({f"term_{name}": "1"}, _added(("XYN".index(axis), product)), three_dof=True)
 
 
 def regime_parameters(name: str) -> tuple[str, str, str]:
@@ -498,7 +530,7 @@ def _in_regime(number: str, variable: str, side: str) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         size, threshold, width = parameters
         share, z = symbols(f"{size.name}_inside {size.name}_z")
-        value, states, kinematics = _variable(definition, variable)
+        value = _variable(definition, variable)
         own = {z: (-1 if side in ("below", "port") else 1) * (value - threshold) / width}
         own[share] = (1 + z / sp.sqrt(1 + z**2)) / 2
         delta = definition.inputs[0]
@@ -511,209 +543,135 @@ def _in_regime(number: str, variable: str, side: str) -> Apply:
         else:
             symbol = next(s for s in definition.parameters if s.name == number)
             changed = _substitute(definition, {symbol: symbol * (1 + size * share)})
-        return replace(
-            changed,
-            helpers={**own, **changed.helpers},
-            states=[*definition.states, *states],
-            kinematics=[*changed.kinematics, *kinematics],
-        )
+        return _timed(replace(changed, helpers={**own, **changed.helpers}), value)
 
     return apply
 
 
-def _variable(definition: Definition, variable: str) -> tuple[sp.Expr, Sequence[sp.Symbol], Sequence[sp.Expr]]:
-    """The variable of a regime, and the state with its rate that it needs: time has none in the model."""
+def _variable(definition: Definition, variable: str) -> sp.Expr:
+    """The variable of a regime."""
     known = {s.name: s for s in definition.states}
     if variable == "time":
-        return _clock(definition)
+        return sp.Symbol(CLOCK, real=True)
     if variable == "speed":
-        return sp.sqrt(known["u"] ** 2 + known["v"] ** 2 + sp.Float(1e-12)), [], []
+        return sp.sqrt(known["u"] ** 2 + known["v"] ** 2 + sp.Float(1e-12))
     if variable == "side":
-        return known["r"], [], []
+        return known["r"]
     if variable == "drift":
         value = primitives.atan2v(known["v"], known["u"])
     else:
         value = definition.inputs[0] if variable == "rudder" else known["r"]
-    return cast("sp.Expr", primitives.absv(value)), [], []
+    return cast("sp.Expr", primitives.absv(value))
 
 
-def _clock(definition: Definition) -> tuple[sp.Symbol, Sequence[sp.Symbol], Sequence[sp.Expr]]:
-    """The time from the start of a record, and the state with its rate that a definition without one needs."""
-    clock = sp.Symbol(CLOCK, real=True)
-    return (clock, [], []) if clock in definition.states else (clock, [clock], [sp.S.One])
+# ---- Forces and moments along the motion; of sway, yaw rate and rudder angle in SI units unless primes are named.
 
 
-def _product(row: int, factors: Sequence[str]) -> Apply:
-    """A product of v', r' and the rudder angle, or of their sizes, as a force in the prime system; of r and the rudder
-    angle as a yaw acceleration of a response model."""
+def _by_speed(name: str, axis: Axis, _: str) -> Extension:
+    """a U + b U^2."""
 
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        helpers, motions, unit = _motion(definition, parameters[0].name)
-        motions |= {f"abs{name}": primitives.absv(symbol) for name, symbol in motions.items()}
-        product = sp.prod(motions[factor] for factor in factors)
-        changed = _in_primes(definition, row, unit[row] * parameters[0] * product)
-        return replace(changed, helpers={**definition.helpers, **helpers})
+    def force(definition: Definition, first: sp.Symbol, second: sp.Symbol) -> sp.Expr:
+        u, v = definition.states[:2]
+        square = u**2 + v**2 + sp.Float(1e-12)
+        return first * sp.sqrt(square) + second * square
 
-    return apply
+    return axis.extension({f"{name}_1": f"{axis.unit} s/m", f"{name}_2": f"{axis.unit} s2/m2"}, force)
 
 
-def _force(
-    name: str,
-    axis: str,
-    count: str | None,
-    speed: str | None,
-    past: str | None,
-    curve: str | None,
-    beyond: str | None,
-    growth: str | None,
-    time: str | None,
-) -> Extension:
-    """A force or moment along the motion: a cos(k psi) + b sin(k psi); a U + b U^2; a x + b z with T z_dot = x - z, or
-    a t x, of x = sway, yaw rate or rudder angle in SI units; the sum of a_k cos(k pi s), k = 1, 2, ..., of
-    s = (x - first)/span, 0 to 1 and constant beyond, of the place, or in the prime system of x = v', r' or the rudder
-    angle; a, and b + c cos(psi) + d sin(psi) beyond a place; or one of the time t as `IN_TIME` has it.
+def _of_the_past(name: str, axis: Axis, motion: str) -> Extension:
+    """a x + b z with T z_dot = x - z, x the motion.
 
     Memory that is linear in the velocities: W. E. Cummins, The impulse response function and ship motions, 1962.
     """
-    response = axis == RESPONSE
-    row, unit = (0, ANY_ORDER) if response else ("XYN".index(axis), "N m" if axis == "N" else "N")
-    if curve is not None:
-        held = dict.fromkeys(
-            (f"{name}_first", f"{name}_span"), "m" if curve in PLACES else "rad" if curve == "d" else "1"
-        )
-        of_force = unit if curve in PLACES or response else "1"
-        units = {f"{name}_{k}": of_force for k in range(1, waves_of(curve) + 1)} | held
-        return Extension(units, _by_curve(row, curve), three_dof=not response, held=tuple(held))
-    if beyond is not None:
-        units = {f"{name}_{p}": unit for p in ("first", "size", "cos", "sin")} | {f"{name}_place": "m"}
-        return Extension(units, _beyond(row, beyond), three_dof=True, held=(f"{name}_place",))
-    if past is not None:
-        share = _per(unit, past)
-        units = {f"{name}_now": share, f"{name}_late": share, f"{name}_time": "s"}
-        return Extension(units, _lagging(row, past), three_dof=not response, held=(f"{name}_time",))
-    if growth is not None:
-        units = {f"{name}_size": f"{_per(unit, growth)}/s"}
-        return Extension(units, _growing(row, growth), three_dof=not response)
-    if time is not None:
-        units = {f"{name}_{p}": "s" if p in TIMES else f"{unit}/s" if p == "growth" else unit for p in IN_TIME[time]}
-        held = tuple(f"{name}_{p}" for p in IN_TIME[time] if p in TIMES)
-        return Extension(units, _in_time(row, time), three_dof=not response, held=held)
-    if speed is not None:
-        return Extension({f"{name}_1": f"{unit} s/m", f"{name}_2": f"{unit} s2/m2"}, _by_speed(row), three_dof=True)
-    return Extension(
-        dict.fromkeys((f"{name}_cos", f"{name}_sin"), unit), _turning(row, int(count or 1)), three_dof=not response
-    )
 
-
-def _with_force(definition: Definition, row: int, force: sp.Expr) -> Definition:
-    """The definition with a force, N, or moment, N m, on an axis; with a yaw acceleration of a response model."""
-    scale = definition.force_scale or [sp.S.One]
-    return _in_primes(definition, row, scale[row] * force)
-
-
-def _turning(row: int, count: int) -> Apply:
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        psi = next(s for s in definition.states if s.name == "psi")
-        return _with_force(definition, row, parameters[0] * sp.cos(count * psi) + parameters[1] * sp.sin(count * psi))
+        now, late, time = parameters
+        x, z = _own_motion(definition, motion), sp.Symbol(f"{late.name}_state", real=True)
+        changed = _pushed(definition, axis.row, now * x + late * z)
+        return replace(changed, states=[*changed.states, z], kinematics=[*changed.kinematics, (x - z) / time])
 
-    return apply
-
-
-def _by_curve(row: int, curve: str) -> Apply:
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        *sizes, first, span = parameters
-        helpers, motions, unit = _motion(definition, first.name)
-        if curve in PLACES:
-            at = next(s for s in definition.states if s.name == PLACES[curve])
-            helpers, scale = {}, sp.S.One
-        else:
-            at, scale = motions[curve], unit[row]
-        share = sp.Symbol(f"{first.name}_share", real=True)
-        along = (at - first) / span
-        inside = (primitives.absv(along) - primitives.absv(along - 1) + 1) / 2
-        force = sum((a * sp.cos(k * sp.pi.evalf() * share) for k, a in enumerate(sizes, 1)), sp.S.Zero)
-        changed = _with_force(definition, row, force) if curve in PLACES else _in_primes(definition, row, scale * force)
-        return replace(changed, helpers={**helpers, share: inside, **changed.helpers})
-
-    return apply
-
-
-def _beyond(row: int, place: str) -> Apply:
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        first, size, cosine, sine, begin = parameters
-        at, psi = (next(s for s in definition.states if s.name == name) for name in (PLACES[place], "psi"))
-        inside = primitives.step(at - begin)
-        return _with_force(definition, row, first + inside * (size + cosine * sp.cos(psi) + sine * sp.sin(psi)))
-
-    return apply
-
-
-def _in_primes(definition: Definition, row: int, force: sp.Expr) -> Definition:
-    """The definition with a force in the units of its equations."""
-    forces = list(definition.forces)
-    forces[row] += force
-    return replace(definition, forces=forces)
-
-
-def _by_speed(row: int) -> Apply:
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        u, v = definition.states[:2]
-        square = u**2 + v**2 + sp.Float(1e-12)
-        return _with_force(definition, row, parameters[0] * sp.sqrt(square) + parameters[1] * square)
-
-    return apply
-
-
-def _per(unit: str, motion: str) -> str:
-    """The unit of a force over that of a motion."""
-    return unit + {"v": " s/m", "r": " s/rad", "d": "/rad"}[motion]
+    units = {f"{name}_now": axis.per(motion), f"{name}_late": axis.per(motion), f"{name}_time": "s"}
+    return Extension(units, apply, three_dof=not axis.response, held=(f"{name}_time",))
 
 
 def _own_motion(definition: Definition, motion: str) -> sp.Symbol:
     """Sway, m/s, yaw rate, rad/s, or rudder angle, rad."""
-    return definition.inputs[0] if motion == "d" else next(s for s in definition.states if s.name == motion)
+    return definition.inputs[0] if motion == "d" else _state(definition, motion)
 
 
-def _lagging(row: int, motion: str) -> Apply:
+def _by_curve(name: str, axis: Axis, curve: str) -> Extension:
+    """The sum of a_k cos(k pi s), k = 1, 2, ..., of s = (x - first)/span, 0 to 1 and constant beyond; x is the place,
+    or in the prime system v', r' or the rudder angle."""
+
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        now, late, time = parameters
-        x, z = _own_motion(definition, motion), sp.Symbol(f"{late.name}_state", real=True)
-        changed = _with_force(definition, row, now * x + late * z)
-        return replace(changed, states=[*changed.states, z], kinematics=[*changed.kinematics, (x - z) / time])
-
-    return apply
-
-
-def _with_clock(definition: Definition) -> tuple[sp.Symbol, Definition]:
-    """The time from the start of a record, and the definition with it among its states."""
-    clock, states, rates = _clock(definition)
-    states, kinematics = [*definition.states, *states], [*definition.kinematics, *rates]
-    return clock, replace(definition, states=states, kinematics=kinematics)
-
-
-def _growing(row: int, motion: str) -> Apply:
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        clock, changed = _with_clock(definition)
-        return _with_force(changed, row, parameters[0] * clock * _own_motion(definition, motion))
-
-    return apply
-
-
-def _in_time(row: int, kind: str) -> Apply:
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        clock, changed = _with_clock(definition)
-        size, *more = parameters
-        if kind == "time":
-            force = size + more[0] * clock
-        elif kind == "period":
-            phase = 2 * sp.pi.evalf() * clock / more[1]
-            force = size * sp.cos(phase) + more[0] * sp.sin(phase)
+        *sizes, first, span = parameters
+        helpers, motion, unit = _motion(definition, first.name)
+        share = sp.Symbol(f"{first.name}_share", real=True)
+        force = sum((a * sp.cos(k * sp.pi.evalf() * share) for k, a in enumerate(sizes, 1)), sp.S.Zero)
+        if curve in PLACES:
+            helpers, at, changed = {}, _state(definition, PLACES[curve]), _pushed(definition, axis.row, force)
         else:
-            begun, *ended = (primitives.step(clock - t) for t in more)
-            force = size * (begun - sum(ended))
-        return _with_force(changed, row, force)
+            at, changed = motion[curve], _with_force(definition, axis.row, unit[axis.row] * force)
+        along = (at - first) / span
+        inside = (primitives.absv(along) - primitives.absv(along - 1) + 1) / 2
+        return replace(changed, helpers={**helpers, share: inside, **changed.helpers})
 
-    return apply
+    unit = "m" if curve in PLACES else "rad" if curve == "d" else "1"
+    of_force = axis.unit if curve in PLACES or axis.response else "1"
+    held = (f"{name}_first", f"{name}_span")
+    units = {f"{name}_{k}": of_force for k in range(1, waves_of(curve) + 1)} | dict.fromkeys(held, unit)
+    return Extension(units, apply, three_dof=not axis.response, held=held)
+
+
+def _beyond(name: str, axis: Axis, place: str) -> Extension:
+    """a, and b + c cos(psi) + d sin(psi) beyond a place."""
+
+    def force(definition: Definition, *parameters: sp.Symbol) -> sp.Expr:
+        first, size, cosine, sine, begin = parameters
+        inside, psi = primitives.step(_state(definition, PLACES[place]) - begin), _state(definition, "psi")
+        return first + inside * (size + cosine * sp.cos(psi) + sine * sp.sin(psi))
+
+    units = {f"{name}_{p}": axis.unit for p in ("first", "size", "cos", "sin")} | {f"{name}_place": "m"}
+    return axis.extension(units, force, held=[f"{name}_place"])
+
+
+def _growing(name: str, axis: Axis, motion: str) -> Extension:
+    """a t x, x the motion and t the time."""
+
+    def force(definition: Definition, size: sp.Symbol) -> sp.Expr:
+        return size * sp.Symbol(CLOCK, real=True) * _own_motion(definition, motion)
+
+    return axis.extension({f"{name}_size": f"{axis.per(motion)}/s"}, force)
+
+
+def _in_time(name: str, axis: Axis, kind: str) -> Extension:
+    """Of the time t as `IN_TIME` has it."""
+
+    def force(_: Definition, size: sp.Symbol, *more: sp.Symbol) -> sp.Expr:
+        clock = sp.Symbol(CLOCK, real=True)
+        if kind == "time":
+            return size + more[0] * clock
+        if kind == "period":
+            phase = 2 * sp.pi.evalf() * clock / more[1]
+            return size * sp.cos(phase) + more[0] * sp.sin(phase)
+        begun, *ended = (primitives.step(clock - t) for t in more)
+        return size * (begun - sum(ended))
+
+    unit = {"growth": f"{axis.unit}/s", **dict.fromkeys(TIMES, "s")}
+    units = {f"{name}_{p}": unit.get(p, axis.unit) for p in IN_TIME[kind]}
+    return axis.extension(units, force, held=[f"{name}_{p}" for p in IN_TIME[kind] if p in TIMES])
+
+
+FORCES: Mapping[str, Callable[[str, Axis, str], Extension]] = {
+    "count": lambda name, axis, count: _by_heading(name, axis, int(count)),
+    "speed": _by_speed,
+    "past": _of_the_past,
+    "curve": _by_curve,
+    "beyond": _beyond,
+    "growth": _growing,
+    "time": _in_time,
+}
+"""Group of `FORCE` -> the extension of a name, its axis and what the group holds."""
 
 
 def extended(definition: Definition, name: str) -> Definition:

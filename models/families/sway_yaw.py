@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import sympy as sp
-
-from ..definition import Definition, symbols
+from ..definition import PLANE, PLANE_RATES, Definition, written
 
 COEFFICIENTS = {
     "Yuv": "kg/m",
@@ -22,26 +20,22 @@ def sway_yaw() -> Definition:
     (m - Yvdot) v_dot + (m xG - Yrdot) r_dot = Yuv u v + (Yur - m) u r + Yuud u^2 delta
     (m xG - Nvdot) v_dot + (Iz - Nrdot) r_dot = Nuv u v + (Nur - m xG) u r + Nuud u^2 delta
     """
-    u, v, r, _, _, psi = states = symbols("u v r x y psi")
-    (delta,) = inputs = symbols("delta")
-    yuv, yur, yd, nuv, nur, nd = coefficients = symbols(" ".join(COEFFICIENTS))
-    m, xg, iz, yvdot, yrdot, nvdot, nrdot = constants = symbols("m xG Iz Yvdot Yrdot Nvdot Nrdot")
-    return Definition(
+    return written(
         name="sway-yaw",
         title="linear sway and yaw at constant surge speed",
-        states=states,
-        inputs=inputs,
-        coefficients=coefficients,
-        constants=constants,
-        mass=sp.Matrix([[1, 0, 0], [0, m - yvdot, m * xg - yrdot], [0, m * xg - nvdot, iz - nrdot]]),
+        states=PLANE,
+        inputs="delta",
+        coefficients=" ".join(COEFFICIENTS),
+        constants="m xG Iz Yvdot Yrdot Nvdot Nrdot",
+        mass=[["1", "0", "0"], ["0", "m - Yvdot", "m*xG - Yrdot"], ["0", "m*xG - Nvdot", "Iz - Nrdot"]],
         forces=[
-            sp.S.Zero,
-            yuv * u * v + (yur - m) * u * r + yd * u**2 * delta,
-            nuv * u * v + (nur - m * xg) * u * r + nd * u**2 * delta,
+            "0",
+            "Yuv*u*v + (Yur - m)*u*r + Yuud*u**2*delta",
+            "Nuv*u*v + (Nur - m*xG)*u*r + Nuud*u**2*delta",
         ],
-        kinematics=[u * sp.cos(psi) - v * sp.sin(psi), u * sp.sin(psi) + v * sp.cos(psi), r],
+        kinematics=PLANE_RATES,
         units=COEFFICIENTS,
-        force_scale=[sp.S.Zero, sp.S.One, sp.S.One],
+        force_scale=["0", "1", "1"],
         source="paper 000, eq 1-4 with the corrections of its errata; Prestero 2001",
     )
 

@@ -14,10 +14,7 @@ balances U0; the resistance of a turn goes with r'^2, as drift and centripetal f
 
 from __future__ import annotations
 
-import sympy as sp
-
-from ..definition import Definition, symbols
-from ..primitives import absv
+from ..definition import PLANE, PLANE_RATES, Definition, written
 
 FULLNESS = 0.008
 SWAY_DAMPING, ADDED = 0.7, 2.0
@@ -27,38 +24,32 @@ from outside, and mass in sway and inertia in yaw with the added ones over those
 
 def response() -> Definition:
     """Coefficients a = -damping, b and bn of the rudder, c = -cubic, p = pivot, s = surge and w = surge speed_loss."""
-    u, v, r, _, _, psi = states = symbols("u v r x y psi")
-    (delta,) = inputs = symbols("delta")
-    a, b, bn, c, p, s, w = coefficients = symbols("a b bn c p s w")
-    length, speed0 = constants = symbols("L U0")
-    damping, gain, race, cubic, pivot, surge, loss = symbols("damping gain race cubic pivot surge speed_loss")
-    speed, rho = symbols("U rho")
-    volume = FULLNESS * length**3
-    return Definition(
+    mass = f"rho*{FULLNESS}*L**3"
+    return written(
         name="turning-response",
         title="first-order yaw response with drift and speed loss",
-        states=states,
-        inputs=inputs,
-        coefficients=coefficients,
-        constants=constants,
-        mass=sp.Matrix([[1, 0, 0], [0, 1, p * length], [0, 0, 1]]),
+        states=PLANE,
+        inputs="delta",
+        coefficients="a b bn c p s w",
+        constants="L U0",
+        mass=[["1", "0", "0"], ["0", "1", "p*L"], ["0", "0", "1"]],
         forces=[
-            (s * (speed0**2 - u * absv(u)) - w * (r * length) ** 2 * u / speed) / length,
-            -SWAY_DAMPING * speed / length * v - SWAY_DAMPING * p * speed * r,
-            a * speed / length * r + (b * speed**2 + bn * speed0**2) / length**2 * delta + c * length / speed * r**3,
+            "(s*(U0**2 - u*absv(u)) - w*(r*L)**2*u/U)/L",
+            f"-{SWAY_DAMPING}*U/L*v - {SWAY_DAMPING}*p*U*r",
+            "a*U/L*r + (b*U**2 + bn*U0**2)/L**2*delta + c*L/U*r**3",
         ],
-        kinematics=[u * sp.cos(psi) - v * sp.sin(psi), u * sp.sin(psi) + v * sp.cos(psi), r],
-        helpers={speed: sp.sqrt(u**2 + v**2 + sp.Float(1e-12))},
+        kinematics=PLANE_RATES,
+        helpers={"U": "sqrt(u**2 + v**2 + 1e-12)"},
         public={
-            **{"damping": -a, "gain": b + bn, "race": bn / (b + bn), "cubic": -c},
-            **{"pivot": p, "surge": s, "speed_loss": w / s},
+            **{"damping": "-a", "gain": "b + bn", "race": "bn/(b + bn)", "cubic": "-c"},
+            **{"pivot": "p", "surge": "s", "speed_loss": "w/s"},
         },
         inverse={
-            **{"a": -damping, "b": gain * (1 - race), "bn": gain * race, "c": -cubic},
-            **{"p": pivot, "s": surge, "w": surge * loss},
+            **{"a": "-damping", "b": "gain*(1 - race)", "bn": "gain*race", "c": "-cubic"},
+            **{"p": "pivot", "s": "surge", "w": "surge*speed_loss"},
         },
         units=dict.fromkeys(("damping", "gain", "race", "cubic", "pivot", "surge", "speed_loss"), "1") | {"pivot": "L"},
-        force_scale=[1 / (rho * volume), 1 / (ADDED * rho * volume), 1 / (ADDED * rho * volume * (length / 4) ** 2)],
+        force_scale=[f"1/({mass})", f"1/({ADDED}*{mass})", f"1/({ADDED}*{mass}*(L/4)**2)"],
         source="Nomoto 1960 and Norrbin 1963 in primes; drift about a fixed point, speed loss and race: this project",
     )
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from ..papers.paper_across import statistics
 from ..papers.paper_across.statistics import OUTCOMES
 from ..papers.paper_across.studies import LOST, NOISE, PAIRS, PLACES, PROPOSED, SEEDS
 from ..results import Results
+from ..verdicts.spread import Spread
 
 
 @dataclass(frozen=True)
@@ -36,15 +38,16 @@ class PairCell:
 
 def cells(results: Results, pair: str) -> list[PairCell]:
     """All vessels and levels on which a pair was compared; the p values of these are adjusted together."""
-    raw = {}
-    for vessel, values in results.values.items():
-        for noise in NOISE:
-            prefix = f"{pair}.{noise}."
-            found = {key.removeprefix(prefix): v.median for key, v in values.items() if key.startswith(prefix)}
-            if found:
-                raw[vessel, noise] = found
+    places = [(vessel, noise) for vessel in results.values for noise in NOISE]
+    raw = {place: _medians(results.values[place[0]], f"{pair}.{place[1]}.") for place in places}
+    raw = {place: found for place, found in raw.items() if found}
     adjusted = statistics.holm({"/".join(place): found["p"] for place, found in raw.items()})
     return [PairCell(place[0], place[1], found, adjusted["/".join(place)]) for place, found in raw.items()]
+
+
+def _medians(values: Mapping[str, Spread], prefix: str) -> dict[str, float]:
+    """Medians of the values whose keys begin so, by the rest of the keys."""
+    return {key.removeprefix(prefix): v.median for key, v in values.items() if key.startswith(prefix)}
 
 
 def counts(found: Sequence[PairCell]) -> Counter[str]:
@@ -59,19 +62,16 @@ def title(pair: str) -> str:
 
 def proposed(results: Results) -> dict[tuple[str, str], dict[str, float]]:
     """Quantities of `PROPOSED` by vessel and noise, see `studies.proposed_at`; empty where it was not computed."""
-    values, found = results.values.get("proposed", {}), {}
-    for vessel, noise in PLACES:
-        prefix = f"{vessel}.{noise}."
-        own = {key.removeprefix(prefix): v.median for key, v in values.items() if key.startswith(prefix)}
-        if own:
-            found[vessel, noise] = own
-    return found
+    values = results.values.get("proposed", {})
+    found = {(vessel, noise): _medians(values, f"{vessel}.{noise}.") for vessel, noise in PLACES}
+    return {place: own for place, own in found.items() if own}
 
 
 def page(paper: Paper, results: Results) -> str:
     """The whole page."""
     pairs = {pair: cells(results, pair) for pair in PAIRS}
-    parts = [f"# {paper.title}", *paper.notes, _LEGEND, "## In short", _summary(pairs)]
+    compared = Column("compared", lambda row: str(len(row[1])), lambda row: len(row[1]))
+    parts = [f"# {paper.title}", *paper.notes, _LEGEND, "## In short", outcome_table([*pairs.items()], compared)]
     for pair, found in pairs.items():
         parts += [f"## {title(pair)}", *_details(found)]
     if single := proposed(results):
@@ -88,28 +88,28 @@ a constant prediction. The effect is the matched-pairs rank-biserial correlation
 smaller error, -1 where the baseline has."""
 
 
-def _summary(pairs: dict[str, list[PairCell]]) -> str:
-    columns = [
-        Column("pair", lambda row: title(row[0])),
-        Column("compared", lambda row: str(len(row[1])), lambda r: len(r[1])),
-    ]
+def outcome_table(pairs: Sequence[tuple[str, Sequence[PairCell]]], *beside: Column) -> str:
+    """How many comparisons of each pair ended in which way."""
+    columns = [Column("pair", lambda row: title(row[0])), *beside]
     columns += [
         Column(name, lambda row, name=name: str(counts(row[1])[name]), lambda row, name=name: counts(row[1])[name])
         for name in OUTCOMES
     ]
-    return table_text(make_table(columns, [*pairs.items()]))
+    return table_text(make_table(columns, pairs))
 
 
 def _details(found: Sequence[PairCell]) -> Iterator[str]:
-    def value(key: str) -> Column:
-        heading = {"error": "error", "baseline": "error of the baseline", "ratio": "ratio", "effect": "effect"}[key]
-        return Column(heading, lambda cell: number(cell.found[key], 3), lambda cell: cell.found[key])
+    def value(key: str, heading: str = "") -> Column:
+        return Column(heading or key, lambda cell: number(cell.found[key], 3), lambda cell: cell.found[key])
 
-    yield _matrix(found)
+    at = {(cell.vessel, cell.noise): cell for cell in found}
+    yield _by_noise([cell.vessel for cell in found], lambda *place: _ratio(at[place]))
     columns = [
         Column("vessel", lambda cell: cell.vessel),
         Column("noise", lambda cell: cell.noise),
-        *(value(key) for key in ("error", "baseline", "ratio")),
+        value("error"),
+        value("baseline", "error of the baseline"),
+        value("ratio"),
         Column("won", lambda cell: percent(cell.found["won"]), lambda cell: cell.found["won"]),
         value("effect"),
         Column("p (Holm)", lambda cell: number(cell.adjusted, 2), lambda cell: cell.adjusted),
@@ -145,10 +145,7 @@ def _proposed(found: dict[tuple[str, str], dict[str, float]]) -> Iterator[str]:
         f"median a fit takes {cost('')}, that of LS-SVR {cost('baseline_')}."
     )
     yield "Ratio of errors, and in brackets the error with RW-LSSVR and with LS-SVR:"
-    columns = [Column("vessel", lambda vessel: vessel)]
-    for noise in NOISE:
-        columns.append(Column(f"{noise} noise", lambda vessel, noise=noise: _errors(found.get((vessel, noise)))))
-    yield table_text(make_table(columns, list(dict.fromkeys(vessel for vessel, _ in found))))
+    yield _by_noise([vessel for vessel, _ in found], lambda *place: _errors(found.get(place)))
 
 
 def _errors(cell: dict[str, float] | None) -> str:
@@ -158,23 +155,16 @@ def _errors(cell: dict[str, float] | None) -> str:
     return f"{number(own / other, 2)} ({number(own, 2)}, {number(other, 2)})"
 
 
-def _matrix(found: Sequence[PairCell]) -> str:
-    """Vessels by noise: the ratio, in bold where it is better or worse."""
-    at = {(cell.vessel, cell.noise): cell for cell in found}
+def _ratio(cell: PairCell) -> str:
+    """The outcome and the ratio, in bold where it is better or worse."""
+    ratio = "" if cell.outcome == OUTCOMES[3] else f" {number(cell.found['ratio'], 2)}"
+    return f"**{cell.outcome}**{ratio}" if cell.outcome in OUTCOMES[:2] else cell.outcome + ratio
 
-    def shown(vessel: str, noise: str) -> str:
-        cell = at[vessel, noise]
-        if cell.outcome in OUTCOMES[:2]:
-            return f"**{cell.outcome}** {number(cell.found['ratio'], 2)}"
-        return f"{cell.outcome} {number(cell.found['ratio'], 2)}" if cell.outcome == OUTCOMES[2] else cell.outcome
 
+def _by_noise(vessels: Sequence[str], text: Callable[[str, str], str]) -> str:
+    """A table of vessels by noise: texts, which are Markdown."""
     columns = [Column("vessel", lambda vessel: vessel)]
     for noise in NOISE:
-        columns.append(
-            Column(
-                f"{noise} noise",
-                lambda vessel, noise=noise: shown(vessel, noise),
-                markdown=lambda vessel, noise=noise: shown(vessel, noise),
-            )
-        )
-    return table_text(make_table(columns, list(dict.fromkeys(cell.vessel for cell in found))))
+        shown = partial(lambda noise, vessel: text(vessel, noise), noise)
+        columns.append(Column(f"{noise} noise", shown, markdown=shown))
+    return table_text(make_table(columns, list(dict.fromkeys(vessels))))

@@ -8,10 +8,10 @@ from ...reporting.numbers import number
 from ...reporting.tables import Column, make_table
 from ...reporting.tables import markdown as table_text
 from ..claims.claim import Headline, Paper
-from ..papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, MATERIAL, OUTCOMES, WORSE
+from ..papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, MATERIAL, WORSE
 from ..results import Results
 from ..verdicts.spread import NOTHING, Spread
-from .across import PairCell, cells, counts, title
+from .across import cells, counts, outcome_table, title
 
 YES, NO, PARTLY, OPEN = "yes", "no", "partly", "not settled"
 MOSTLY = 2.0 / 3.0
@@ -24,9 +24,7 @@ def own_answer(found: Spread) -> str:
     """Of one ratio of errors on the paper's own example: yes where the median of the runs is clearly below 1."""
     if not found.known:
         return OPEN
-    if found.median < 1.0 - SLIGHT:
-        return YES
-    return NO
+    return YES if found.median < 1.0 - SLIGHT else NO
 
 
 def own(paper: Paper, results: Results) -> list[tuple[str, str, str]]:
@@ -35,21 +33,22 @@ def own(paper: Paper, results: Results) -> list[tuple[str, str, str]]:
     found = []
     for comparison in paper.headline.own:
         ratio = results.values.get(comparison.study, {}).get(comparison.key, NOTHING)
-        told = "the other is exact to rounding" if comparison.exact else _ratio(ratio)
+        told = number(ratio.median, 3) if ratio.known else OPEN
+        told = "the other is exact to rounding" if comparison.exact else told
         told += f", {comparison.note}" if comparison.note else ""
         found.append((comparison.quantity, told, own_answer(ratio)))
     return found
 
 
-def joined(answers: Sequence[str]) -> str:
-    """One word for several answers."""
-    if not answers:
-        return OPEN
-    return answers[0] if len(set(answers)) == 1 else PARTLY
+def joined(answers: Sequence[tuple[str, str, str]]) -> str:
+    """One word for several comparisons."""
+    words = {answer for *_, answer in answers}
+    return PARTLY if len(words) > 1 else next(iter(words), OPEN)
 
 
-def elsewhere(found: Sequence[PairCell]) -> str:
+def on_vessels(headline: Headline, across: Results) -> str:
     """One word for all vessels: yes where most comparisons are better, no where few are."""
+    found = [cell for pair in headline.pairs for cell in cells(across, pair)]
     if not found:
         return OPEN
     share = counts(found)[BETTER] / len(found)
@@ -64,8 +63,8 @@ def section(paper: Paper, results: Results, across: Results | None) -> Iterator[
     yield "## Does it beat the baseline?"
     yield f"The claim: {headline.claim}."
     answers = own(paper, results)
-    word = joined([answer for *_, answer in answers])
-    yield f"**On its own example: {word}.** Ratios of errors, {headline.method} over the other; below 1 it is better."
+    word, method = joined(answers), headline.method
+    yield f"**On its own example: {word}.** Ratios of errors, {method} over the other; below 1 it is better."
     columns = [
         Column("compared", lambda row: row[0]),
         Column("ratio", lambda row: row[1]),
@@ -77,15 +76,9 @@ def section(paper: Paper, results: Results, across: Results | None) -> Iterator[
 
 
 def _on_vessels(headline: Headline, across: Results) -> Iterator[str]:
-    everything = [cell for pair in headline.pairs for cell in cells(across, pair)]
-    yield f"**On all vessels: {elsewhere(everything)}.** Three levels of noise, 20 runs each; [all numbers](across.md)."
-    rows = [(pair, cells(across, pair)) for pair in headline.pairs]
-    columns = [Column("pair", lambda row: title(row[0]))]
-    columns += [
-        Column(name, lambda row, name=name: str(counts(row[1])[name]), lambda row, name=name: counts(row[1])[name])
-        for name in OUTCOMES
-    ]
-    yield table_text(make_table(columns, rows))
+    word = on_vessels(headline, across)
+    yield f"**On all vessels: {word}.** Three levels of noise, 20 runs each; [all numbers](across.md)."
+    yield outcome_table([(pair, cells(across, pair)) for pair in headline.pairs])
     yield f"When to use it instead: {instead(headline, across)}."
 
 
@@ -106,8 +99,12 @@ def instead(headline: Headline, across: Results | None) -> str:
 def table(found: Sequence[tuple[Paper, Results]], across: Results | None) -> str:
     """The headline table of the first page."""
     rows = [(paper, results) for paper, results in found if paper.headline is not None]
+
+    def link(row: tuple[Paper, Results]) -> str:
+        return f"[{row[0].paper}]({row[0].paper}.md)"
+
     columns = [
-        _ready("paper", lambda row: f"[{row[0].paper}]({row[0].paper}.md)"),
+        Column("paper", link, markdown=link),
         Column("its claim", lambda row: row[0].headline.claim),
         Column("holds on its own example", lambda row: own_text(*row)),
         Column("holds on other vessels", lambda row: _vessels_text(row[0].headline, across)),
@@ -120,13 +117,12 @@ def own_text(paper: Paper, results: Results) -> str:
     """The word and the ratios behind it."""
     answers = own(paper, results)
     ratios = ", ".join(f"{ratio} ({quantity})" for quantity, ratio, _ in answers)
-    return f"{joined([answer for *_, answer in answers])}; ratio of errors {ratios}"
+    return f"{joined(answers)}; ratio of errors {ratios}"
 
 
 def _vessels_text(headline: Headline, across: Results | None) -> str:
     if across is None:
         return OPEN
-    everything = [cell for pair in headline.pairs for cell in cells(across, pair)]
     told = []
     for pair in headline.pairs:
         found = cells(across, pair)
@@ -135,15 +131,7 @@ def _vessels_text(headline: Headline, across: Results | None) -> str:
             f"{title(pair)}: better in {n[BETTER]}, worse in {n[WORSE]}, no difference in {n[EQUAL]}, "
             f"both fail in {n[BOTH_FAIL]} of {len(found)}"
         )
-    return f"{elsewhere(everything)}; " + "; ".join(told)
-
-
-def _ratio(found: Spread) -> str:
-    return number(found.median, 3) if found.known else OPEN
-
-
-def _ready(heading: str, text) -> Column:
-    return Column(heading, text, markdown=text)
+    return f"{on_vessels(headline, across)}; " + "; ".join(told)
 
 
 RULE = f"""*On its own example*: the median ratio of the errors over our runs, yes below {1.0 - SLIGHT:g};

@@ -81,9 +81,13 @@ def index(found: Sequence[tuple[Paper, Results]], others: Results | None = None)
     if others is not None:
         parts += ["## Does it hold?", MARKERS[0], answers.table(found, others), MARKERS[1], answers.RULE]
     judged = [(paper, results.judged(paper)) for paper, results in found]
-    parts += ["## Results by verdict", _by_verdict([_counts(paper, own, RESULT) for paper, own in judged], "results")]
+    rows = [
+        {"paper": f"[{paper.paper}]({paper.paper}.md)", "title": paper.title} | _numbers(own, RESULT)
+        for paper, own in judged
+    ]
+    parts += ["## Results by verdict", _by_verdict(rows, "results")]
     whole = [j for _, own in judged for j in own]
-    rows = [{"kind": kind} | _numbers(j for j in whole if j.claim.kind == kind) for kind in KINDS]
+    rows = [{"kind": kind} | _numbers(whole, kind) for kind in KINDS]
     parts += ["All claims by kind:", _by_verdict(rows, "claims"), _LEGEND]
     return "\n\n".join(parts) + "\n"
 
@@ -100,14 +104,9 @@ def _by_verdict(rows: list[dict[str, Any]], counted: str) -> str:
     return table_text(make_table(columns, rows))
 
 
-def _counts(paper: Paper, judged: Sequence[Judged], kind: str) -> dict[str, Any]:
-    """A paper's row of the index: its claims of a kind."""
-    facts = {"paper": f"[{paper.paper}]({paper.paper}.md)", "title": paper.title}
-    return facts | _numbers(j for j in judged if j.claim.kind == kind)
-
-
-def _numbers(judged: Iterable[Judged]) -> dict[str, int]:
-    counts = Counter(j.verdict for j in judged)
+def _numbers(judged: Iterable[Judged], kind: str) -> dict[str, int]:
+    """How many claims of a kind there are, and how many by verdict."""
+    counts = Counter(j.verdict for j in judged if j.claim.kind == kind)
     return {"claims": counts.total()} | {name: counts[name] for name in VERDICTS}
 
 
@@ -203,7 +202,8 @@ def _published(judged: Judged) -> str:
 
 def _reason(judged: Judged) -> str:
     equation = judged.claim.equation if judged.verdict != REPRODUCED else ""
-    return judged.reason + (f" Wrong: {_equations(equation)}." if equation else "")
+    wrong = f"eq. {equation}" if equation.startswith("(") else equation
+    return judged.reason + (f" Wrong: {wrong}." if wrong else "")
 
 
 def _tolerance(judged: Judged) -> str:
@@ -272,20 +272,16 @@ def _figures(paper: Paper, results: Results) -> Iterable[str]:
 def _errata(paper: Paper) -> Iterable[str]:
     if not paper.errata:
         return
+    named = {claim.id: f"{claim.item}, {claim.quantity}" for claim in paper.claims}
+
+    def consequence(erratum: Erratum) -> str:
+        shown_by = f" Shown by: {', '.join(named[name] for name in erratum.claims)}." if erratum.claims else ""
+        return erratum.consequence + shown_by
+
     yield "## Errata"
     columns = [_ready(name, attrgetter(name)) for name in ("equation", "printed", "corrected")]
-    columns.append(_ready("consequence", lambda erratum: erratum.consequence + _shown_by(paper, erratum)))
+    columns.append(_ready("consequence", consequence))
     yield table_text(make_table(columns, paper.errata))
-
-
-def _shown_by(paper: Paper, erratum: Erratum) -> str:
-    claims = ", ".join(_quantity(paper, name) for name in erratum.claims)
-    return f" Shown by: {claims}." if claims else ""
-
-
-def _quantity(paper: Paper, name: str) -> str:
-    claim = next(claim for claim in paper.claims if claim.id == name)
-    return f"{claim.item}, {claim.quantity}"
 
 
 def _checks(paper: Paper, results: Results) -> Iterable[str]:
@@ -332,10 +328,6 @@ def _ended(judged: Sequence[Judged]) -> str:
     counts = Counter(j.verdict for j in judged)
     text = ", ".join(f"{counts[verdict]} {verdict}" for verdict in VERDICTS if counts[verdict])
     return f"{len(judged)} ({text})" if judged else "0"
-
-
-def _equations(text: str) -> str:
-    return f"eq. {text}" if text.startswith("(") else text
 
 
 if __name__ == "__main__":

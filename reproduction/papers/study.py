@@ -6,19 +6,17 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ...datasets.record import Record
+from ...estimation.estimates.estimate import Estimate
 from ...methods.registry import make
 from ...models.errors import FitFailed
+from ...models.model import Model
+from ..claims.claim import SettingSearch
 from ..claims.files import load
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...estimation.estimates.estimate import Estimate
-    from ...models.model import Model
-    from ..claims.claim import SettingSearch
 
 
 @dataclass(frozen=True)

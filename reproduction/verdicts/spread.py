@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -84,23 +84,6 @@ def summarise(runs: Sequence[Mapping[str, Any]], logarithmic: Container[str] = (
     `logarithmic` are the keys whose interval is taken of the logarithms.
     """
     keys = dict.fromkeys(key for values in runs for key in values)
-    return {key: spread([_number(values.get(key)) for values in runs], key in logarithmic) for key in keys}
-
-
-def to_json(found: Mapping[str, Spread]) -> dict[str, dict[str, Any]]:
-    """Spreads as built-in types."""
-    return {key: asdict(value) for key, value in found.items()}
-
-
-def from_json(data: Mapping[str, Mapping[str, Any]]) -> dict[str, Spread]:
-    """The inverse of `to_json`; null is nan."""
-    return {key: _spread(entry) for key, entry in data.items()}
-
-
-def _spread(entry: Mapping[str, Any]) -> Spread:
-    numbers: dict[str, Any] = {name: math.nan if value is None else value for name, value in entry.items()}
-    return Spread(**numbers)
-
-
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
+    each = {key: [values.get(key) for values in runs] for key in keys}
+    numbers = {key: [math.nan if value is None else float(value) for value in own] for key, own in each.items()}
+    return {key: spread(own, key in logarithmic) for key, own in numbers.items()}

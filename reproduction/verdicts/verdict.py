@@ -141,11 +141,8 @@ def happens(claim: Claim, found: Spread) -> bool:
 
 def determines(claim: Claim, found: Spread) -> bool:
     """Whether the interval is narrow enough, and excludes zero where the claim requires that."""
-    return not (_holds_zero(claim, found) or _too_wide(claim, found))
-
-
-def _holds_zero(claim: Claim, found: Spread) -> bool:
-    return claim.nonzero and found.low <= 0.0 <= found.high
+    holds_zero = claim.nonzero and found.low <= 0.0 <= found.high
+    return not (holds_zero or _too_wide(claim, found))
 
 
 def _too_wide(claim: Claim, found: Spread) -> bool:
@@ -219,15 +216,11 @@ def _of_search(claim: Claim, verdict: str, tried: tuple[Spread, ...], over: str)
         return ""
     if claim.form == "holds":
         share = max(found.mean if claim.published else 1.0 - found.mean for found in known)
-        values = f"true in {share:.0%} of {known[0].n} settings" if known[0].n > 1 else _somewhere(share)
+        whole = "true at a part of it" if share else "nowhere true"  # of a study that tries the range in one run
+        values = f"true in {share:.0%} of {known[0].n} settings" if known[0].n > 1 else whole
     else:
         values = f"{shown(min(f.smallest for f in known), 4)} to {shown(max(f.largest for f in known), 4)}"
     return f"Searched: {over}; found: {values}."
-
-
-def _somewhere(share: float) -> str:
-    """Of a study that tries the whole range in one run."""
-    return "true at a part of it" if share else "nowhere true"
 
 
 def _default(claim: Claim, corrected: Spread, printed: Spread, verdict: str) -> str:

@@ -22,7 +22,7 @@ from helmbench.bench import pool
 from helmbench.bench.journal import RUNS
 from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
-from helmbench.bench.kinds.identification.kind import IdentificationKind
+from helmbench.bench.kinds.identification.kind import KIND
 
 from ..support.inline_pool import inline
 
@@ -31,7 +31,7 @@ MOST_KILLS = 6
 """Kills of one run before it is left alone."""
 
 
-def fake_execute(_, spec):
+def fake_execute(spec):
     """Deterministic apart from its times, of which one is some milliseconds."""
     time.sleep(0.003)
     row = spec.row_key() | {"status": "ok", "error": None, "diverged": False, "n_samples": 10}
@@ -84,7 +84,7 @@ def main(folder: Path, seed: int, kills: int) -> None:
     suite.write_text(SUITE)
     tqdm.set_lock(threading.RLock())  # its own is shared with forks, of which one may be killed that holds it
     pool.processes = lambda jobs: inline()
-    IdentificationKind.execute = fake_execute
+    KIND.execute = fake_execute
     helmbench.run_suite(str(suite), directory=folder / "whole")  # imports all that the forks need
     begin = time.monotonic()
     assert not attempt(suite, folder / "timed", 60.0)

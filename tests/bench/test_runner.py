@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from helmbench.bench import journal, runner, store
 from helmbench.bench.kinds.base import TIMES, RunSelection
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
-from helmbench.bench.kinds.identification.kind import IdentificationKind
+from helmbench.bench.kinds.identification.kind import KIND
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.store import Store
 from helmbench.models.errors import BadInput
@@ -50,7 +50,7 @@ def test_interrupted_runs_end_in_the_same_tables(tmp_path_factory, stops, torn):
     selection = RunSelection("mine")
     specs = plan(suite, selection)
     with pytest.MonkeyPatch.context() as patch, inline() as pool:
-        patch.setattr(IdentificationKind, "execute", lambda _, spec: fake_execute(spec))
+        patch.setattr(KIND, "execute", fake_execute)
         with runner.open_store(folder / "whole", suite, selection, specs) as whole:
             runner.run(specs, whole, pool)
         runner.open_store(folder / "broken", suite, selection, specs).close()
@@ -76,7 +76,7 @@ def test_finished_runs_are_not_run_again(tmp_path, monkeypatch):
     suite = suite_file(tmp_path, "  - {vessels: response-1, methods: [ls, rls], noise: low, seeds: 2}\n")
     specs = plan(suite, RunSelection("mine"))
     ran = []
-    monkeypatch.setattr(IdentificationKind, "execute", lambda _, spec: ran.append(spec) or fake_execute(spec))
+    monkeypatch.setattr(KIND, "execute", lambda spec: ran.append(spec) or fake_execute(spec))
     with inline() as pool:
         with runner.open_store(tmp_path / "out", suite, RunSelection("mine"), specs) as opened:
             runner.run(specs[:1], opened, pool)

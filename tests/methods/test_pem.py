@@ -99,7 +99,7 @@ def test_gusts_on_a_response_model_are_found(seed):
     estimate = Pem().fit(injected.train, model.blanked())
     assert estimate.converged and _z(estimate, model) < 4.0
     assert estimate.extra["force_sd"]["force"] > 0.0
-    ratio = estimate.extra["correlation_s"] / injected.gusts.correlation_s
+    ratio = estimate.extra["correlation_s"] / injected.frames.gusts.correlation_s
     assert 0.2 < ratio < 5.0
 
 

@@ -59,10 +59,10 @@ def test_a_turn_on_the_spot_and_a_drift_across_are_regular():
 
 @pytest.mark.parametrize(("v", "turn"), [(0.2, 0.1), (-0.05, 0.3), (0.0, 0.2), (0.1, -0.4)])
 def test_cross_flow_drag_is_the_integral_over_the_hull(v, turn):
-    v_, turn_ = sp.symbols("v turn", real=True)
-    helpers = {}
-    sums = mmg._cross_flow(helpers, v_, turn_, (sp.Float(2.2), sp.Float(0.8)))
-    for total, lever, power in zip(sums, (2.2, 0.8), (0, 1), strict=True):
-        value = float(total.xreplace(helpers).xreplace({v_: sp.Float(v), turn_: sp.Float(turn)}).replace(mmg.absv, abs))
+    flows, integrals = mmg._cross_flow()
+    numbers = {"v": v, "rL": turn, "C_rY": 2.2, "C_rN": 0.8, "absv": abs}
+    numbers |= {name: float(sp.sympify(text, locals=numbers)) for name, text in flows.items()}
+    for total, lever, power in zip(integrals, (2.2, 0.8), (0, 1), strict=True):
+        value = float(sp.sympify(total, locals=numbers))
         flow = lambda x, c=lever, p=power: abs(v + c * turn * x) * (v + c * turn * x) * x**p  # noqa: E731
         assert value == pytest.approx(quad(flow, -0.5, 0.5)[0], abs=2e-3 * (abs(v) + abs(lever * turn)) ** 2)

@@ -166,7 +166,7 @@ def with_line(directory, key, line=b""):
 def test_two_processes_cannot_compute_in_one_directory(made, tmp_path):
     reproduce(tmp_path / "out")
     with (
-        Store.resume(tmp_path / "out", runner.StudyKind()),
+        Store.resume(tmp_path / "out", runner.KIND),
         pytest.raises(BadInput, match="another run is writing here"),
     ):
         reproduce(tmp_path / "out", resume=True)

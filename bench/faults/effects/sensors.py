@@ -10,8 +10,8 @@ import numpy as np
 
 from ....datasets.columns import RUDDERS
 from ..regimes import TrueRegime
-from ..ships import DEGREE, TrueShip
-from .base import ANTICIPATED, RecordEffect, RegimeKind, Rows, ScalarKind, Setting, random_sign
+from ..ships import DEGREE
+from .base import ANTICIPATED, RecordEffect, RegimeKind, Rows, ScalarKind, random_sign
 from .rudder import rudder_columns
 
 VELOCITY = ("surge_m_s", "sway_m_s")
@@ -58,6 +58,10 @@ class SensorKind(RecordEffect):
 
 class ScalarSensorKind(ScalarKind, SensorKind):
     """An effect on a sensor with one number."""
+
+
+class SensorRegime(SensorKind, RegimeKind):
+    """An effect on a sensor in a part of the run only."""
 
 
 class OffsetKind(ScalarSensorKind):
@@ -141,6 +145,10 @@ def gross_errors_of_measured(rows: Rows, time, p, rng: np.random.Generator) -> N
     gross_errors(rows, time, p, {name: 1.4826 * value / np.sqrt(20.0) for name, value in spread.items()}, rng)
 
 
+def cut_off(rows: Rows, time, p, noise_sd, rng) -> None:
+    rows["yaw_rate_rad_s"] = np.clip(rows["yaw_rate_rad_s"], -p["limit"], p["limit"])
+
+
 def ramp(rows: Rows, time: np.ndarray, p, noise_sd, rng) -> None:
     rows[p["channel"]] = rows[p["channel"]] + p["size"] * time / time[-1]
 
@@ -197,24 +205,10 @@ ROWS = (
         },
         apply=ramp, variables=lambda p: frozenset({"time"}),
     ),
+    SensorRegime(  # the yaw-rate sensor cuts off what exceeds its range
+        id="yaw_rate_saturation", rank=63, units={"limit": "rad/s"}, response=True, stage=Stage.COLUMN,
+        right=("yaw_rate_scale", "yaw_rate_saturation"), apply=cut_off,
+        draw=lambda s, rng: {"limit": float(rng.uniform(0.15, 0.24)) * s.ship.speed_m_s / s.ship.length_m},
+        regime=lambda p, ship: TrueRegime("yaw_rate", "above", p["limit"]),
+    ),
 )  # fmt: skip
-
-
-class YawRateSaturationEffect(SensorKind, RegimeKind):
-    """The yaw-rate sensor cuts off what exceeds its range."""
-
-    id = "yaw_rate_saturation"
-    rank = 63
-    units: ClassVar = {"limit": "rad/s"}
-    response = True
-    stage = Stage.COLUMN
-    right = ("yaw_rate_scale", "yaw_rate_saturation")
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
-        return {"limit": float(rng.uniform(0.15, 0.24)) * s.ship.speed_m_s / s.ship.length_m}
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        rows["yaw_rate_rad_s"] = np.clip(rows["yaw_rate_rad_s"], -p["limit"], p["limit"])
-
-    def regime(self, p, ship: TrueShip) -> TrueRegime:
-        return TrueRegime("yaw_rate", "above", p["limit"])

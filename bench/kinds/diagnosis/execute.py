@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....diagnosis.causes.registry import bank
+from ....diagnosis.options import Options
+from ....diagnosis.registry import find
+from ....models.model import Model, resolve
 from ...execution import attempt, guarded, measured_cost
-from .bases import EXACT, base_model
-from .bugs import bug_of
+from .bases import EXACT, base_model, bug_of
 from .judge import KNOWN, description, detectable, gain, judge, judge_names, size_rows, truth_errors
 from .localisation import healthy_bias, regime_scores
 from .plan import ORACLE, PLANTED, CaseSpec
 
 if TYPE_CHECKING:
-    from ....models.model import Model
     from ...faults import Injected
 
 WARM_SAMPLES = 120
@@ -55,8 +57,6 @@ def _warm_up(spec: CaseSpec) -> None:
 
     What fails here fails again, with its reason, when the case is run.
     """
-    from ....diagnosis.registry import find
-    from ....models.model import resolve
     from ...faults import FaultCase, inject
 
     if (spec.maker, spec.vessel) in _WARMED or spec.method == ORACLE:
@@ -69,9 +69,6 @@ def _warm_up(spec: CaseSpec) -> None:
 
 def _diagnose_and_score(spec: CaseSpec, row: dict[str, Any]) -> list[dict[str, Any]]:
     """Fill in the row; returns the rows of the sizes."""
-    from ....diagnosis.registry import find
-    from ....models.model import resolve
-
     _warm_up(spec)
     case = injected_of(spec)
     row |= {"noncentrality": case.noncentrality, "detectable": detectable(case) if spec.injected else None}
@@ -104,9 +101,6 @@ def right_names(spec: CaseSpec) -> tuple[frozenset[str], frozenset[str]]:
 def _options(spec: CaseSpec) -> Any:
     """Coefficients that are known where the base model is exact, else the defaults of the command, seeded by the case;
     the oracle is given the true causes that have parameters."""
-    from ....diagnosis.causes.registry import bank
-    from ....diagnosis.options import Options
-
     given = tuple(cause for cause in spec.injected if cause in {c.id for c in bank()})
     sd = 0.0 if spec.base == EXACT else None
     return Options(coefficient_sd=sd, seed=spec.seed % 2**32, only=given if spec.method == ORACLE else None)

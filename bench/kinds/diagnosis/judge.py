@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....checks.result import Size
+from ....diagnosis.causes.registry import all_causes
+from ....diagnosis.result import Diagnosis, Finding
 from .bases import EXACT, LACKING, UNSTATED
 from .columns import CHANNELS
 from .names import Said, named
 from .plan import PLANTED
 
 if TYPE_CHECKING:
-    from ....checks.result import Size
-    from ....diagnosis.result import Diagnosis, Finding
     from ...faults import Effect, Injected
     from ...faults.ships import TrueShip
 
@@ -53,19 +54,31 @@ def judge(diagnosis: Said, group: str, injected: Sequence[str], base: str = EXAC
     if imperfect:
         pairs = zip(diagnosis.causes, findings, strict=True)
         findings = [held for f, held in pairs if not of_base(f.cause, base) or held & set(injected)]
-    holding = [found for found in findings if found & set(injected)]
     outcome = _outcome(diagnosis, group, injected, findings)
-    confident, stated = diagnosis.verdict in ("named", "tied"), diagnosis.verdict != "unexplained"
     return {
-        "verdict": diagnosis.verdict,
         "named": "+".join("/".join((f.cause, *sorted(f.tied_with))) for f in diagnosis.causes),
         "outcome": outcome,
         "false_alarm": outcome == "false_alarm" if group == "null" else None,
-        "confident_wrong": confident and any(len(found) == 1 and not found & set(injected) for found in findings),
-        "tie_size": max(map(len, holding)) if holding else None,
         "extra_names": len(others),
-        "names": len(diagnosis.causes) if stated else 0,
-        "false_names": len(others if imperfect else extra) if stated else 0,
+        **_of_names(
+            diagnosis, findings, frozenset(injected), len(diagnosis.causes), len(others if imperfect else extra)
+        ),
+    }
+
+
+def _of_names(
+    diagnosis: Said, findings: Sequence[frozenset[str]], right: frozenset[str], names: int, false: int
+) -> dict[str, Any]:
+    """Scored columns of findings, of which names hold what is right; names, false : how many are stated and are false,
+    of a diagnosis that states any."""
+    holding = [found for found in findings if found & right]
+    confident, stated = diagnosis.verdict in ("named", "tied"), diagnosis.verdict != "unexplained"
+    return {
+        "verdict": diagnosis.verdict,
+        "confident_wrong": confident and any(len(found) == 1 and not found & right for found in findings),
+        "tie_size": max(map(len, holding)) if holding else None,
+        "names": names if stated else 0,
+        "false_names": false if stated else 0,
     }
 
 
@@ -80,32 +93,23 @@ def judge_names(diagnosis: Said, right: frozenset[str]) -> dict[str, Any]:
     findings = named(diagnosis)
     holding = [found for found in findings if found & right]
     extra = len(findings) - len(holding)
-    confident, stated = diagnosis.verdict in ("named", "tied"), diagnosis.verdict != "unexplained"
-    return {
-        "verdict": diagnosis.verdict,
-        "named": "+".join("/".join(sorted(found, key=lambda name: (name not in right, name))) for found in findings),
-        "outcome": _names_outcome(findings, holding, right),
-        "false_alarm": None,
-        "confident_wrong": confident and any(len(found) == 1 and not found & right for found in findings),
-        "tie_size": max(map(len, holding)) if holding else None,
-        "extra_names": extra,
-        "names": len(findings) if stated else 0,
-        "false_names": extra if stated else 0,
-    }
-
-
-def _names_outcome(findings: Sequence[frozenset[str]], holding: Sequence[frozenset[str]], right: frozenset[str]) -> str:
     if not holding:
-        return "wrong_first" if findings else "missed"
-    if len(holding) < len(findings):
-        return "among"
-    return "alone" if all(found <= right for found in holding) else "tie"
+        outcome = "wrong_first" if findings else "missed"
+    elif extra:
+        outcome = "among"
+    else:
+        outcome = "alone" if all(found <= right for found in holding) else "tie"
+    return {
+        "named": "+".join("/".join(sorted(found, key=lambda name: (name not in right, name))) for found in findings),
+        "outcome": outcome,
+        "false_alarm": None,
+        "extra_names": extra,
+        **_of_names(diagnosis, findings, right, len(findings), extra),
+    }
 
 
 def of_base(name: str, base: str) -> bool:
     """Whether a name says something of the base model's own numbers, or of what its family lacks."""
-    from ....diagnosis.causes.registry import all_causes
-
     known = all_causes()
     return name in LACKING.get(base, ()) or (name in known and known[name].describes_hull)
 

@@ -7,13 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....datasets.record import Record
+from ....diagnosis.result import Diagnosis
+from ....models.coefficient_groups import stated_groups, values_of
+from ....models.model import Model
+from .names import Said
+
 if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....diagnosis.result import Diagnosis
-    from ....models.model import Model
     from ...faults import Injected
     from ...faults.regimes import TrueRegime
-    from .names import Said
 
 
 def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
@@ -61,18 +63,8 @@ def healthy_bias(diagnosis: Diagnosis, true: Model, wrong: frozenset[str]) -> fl
     true : the model of the ship; wrong : numbers, and groups of numbers, that are left out.  None where the family
     states no priors.
     """
-    from ....models.coefficient_groups import stated_groups
-
-    now, then = (
-        dict(zip((*m.coordinates, *m.constant_names), m.theta.tolist(), strict=True))
-        for m in (diagnosis.extended, true)
-    )
-    own = {
-        n: sd
-        for g in stated_groups(true)
-        if g.extension is None and g.id not in wrong
-        for n, sd in g.sd.items()
-        if n not in wrong
-    }
+    now, then = values_of(diagnosis.extended), values_of(true)
+    groups = [g for g in stated_groups(true) if g.extension is None and g.id not in wrong]
+    own = {name: sd for g in groups for name, sd in g.sd.items() if name not in wrong}
     errors = [(now[name] - then[name]) / sd for name, sd in own.items() if name in now]
     return float(np.sqrt(np.mean(np.square(errors)))) if errors else None

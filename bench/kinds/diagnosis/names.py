@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
-if TYPE_CHECKING:
-    from ....diagnosis.result import Finding
-    from ....models.model import Model
+from ....diagnosis.result import Finding
+from ....models.coefficient_groups import stated_groups
+from ....models.model import Model
 
 BASE = "base_coefficients"
 """The cause under which a finding states groups of the base model's numbers in its details."""
@@ -37,8 +37,6 @@ def named(diagnosis: Said) -> list[frozenset[str]]:
 
 def group_names(model: Model) -> dict[str, str]:
     """Number, or title of a group in small letters -> id of the group; empty where the family states no groups."""
-    from ....models.coefficient_groups import stated_groups
-
     groups = stated_groups(model)
     return {name: g.id for g in groups for name in g.every} | {g.title.lower(): g.id for g in groups}
 

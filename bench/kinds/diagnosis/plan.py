@@ -7,21 +7,19 @@ import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass, replace
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ....datasets import randomness
+from ....diagnosis.registry import find
 from ....models.errors import BadInput
 from ....models.plain import EXACT_BELOW
 from ....models.suggestions import suggestion
-from ..base import limited
-from .bases import EXACT, carried
-from .bugs import BUGS
-
-if TYPE_CHECKING:
-    from ..base import RunSelection, Suite
-    from .suite import CasesEntry
+from ..base import RunSelection, Suite, limited
+from .bases import BUGS, EXACT, carried
+from .columns import KEYS
+from .suite import CasesEntry
 
 NOTHING, PLAIN, ONE_BUG, REGIME, PLANTED = "none", "plain", "one-bug", "regime", "planted-null"
 ORACLE = "oracle"
@@ -56,15 +54,7 @@ class CaseSpec:
 
     def row_key(self) -> dict[str, Any]:
         """The key columns of the tables."""
-        facts = asdict(self)
-        return {name: facts[name] for name in ("suite", "method", "group", "vessel")} | {
-            "injected": "+".join(self.injected),
-            "strength": self.strength,
-            "gusts": self.gusts,
-            "seed": self.seed,
-            "base": self.base,
-            "records": self.records,
-        }
+        return {name: getattr(self, name) for name in KEYS} | {"injected": "+".join(self.injected)}
 
 
 def with_seed(selection: RunSelection) -> RunSelection:
@@ -174,6 +164,4 @@ def _check_vessels(suite: Suite, selection: RunSelection) -> None:
 
 
 def _name_of(maker: str) -> str:
-    from ....diagnosis.registry import find
-
     return find(maker).name

@@ -45,7 +45,7 @@ class CasesHead(FileContent):
 class CasesEntry(FileContent):
     """Cases of one group.
 
-    group : how the answer is scored; `one-bug` takes each of `bugs.BUGS` `each` times instead of injecting anything,
+    group : how the answer is scored; `one-bug` takes each of `bases.BUGS` `each` times instead of injecting anything,
         `planted-null` injects the forces of effects as they act in another record.
     inject : causes joined by +, `none`, or all `causes`, `anticipated`, `unforeseen` or `regime` kinds.
     vessels : ids (default: those of the truth simulator); those that cannot carry an effect are left out.
@@ -64,3 +64,6 @@ class CasesEntry(FileContent):
     oracle: Flag = False
     base: Annotated[tuple[Base, ...], Field(min_length=1), needs("a list of bases")] = ("exact",)
     records: Annotated[tuple[Made, ...], Field(min_length=1), needs("a list of kinds of records")] = ("plain",)
+
+
+MODELS = (CasesHead, CasesEntry)

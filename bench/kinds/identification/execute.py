@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ....estimation.estimates.estimate import Estimate
+from ....estimation.run.prediction import prediction_scores
+from ....methods.registry import make
+from ....models.model import Model
 from ...execution import attempt, guarded, measured_cost, one_line
 from ...scores import Outcome, compute
 from ...traces import free_run_trace
 from .plan import RunSpec
-from .problems import FitTask, problem
-
-if TYPE_CHECKING:
-    from ....estimation.estimates.estimate import Estimate
-    from ....models.model import Model
-    from .problems import Truth
+from .problems import FitTask, Truth, problem
 
 WARM_SAMPLES = 60
 _WARMED: set[tuple[str, str]] = set()
@@ -34,9 +33,6 @@ def fit_and_score(spec: RunSpec, row: dict[str, Any], traces: list[dict[str, Any
 
     Returns the rows of its parameters.
     """
-    from ....estimation.run.prediction import prediction_scores
-    from ....methods.registry import make
-
     row["measured"] = spec.task.measured
     task = problem(spec.task)
     _warm_fit(spec, task)
@@ -59,9 +55,6 @@ def _warm_fit(spec: RunSpec, task: FitTask) -> None:
 
     Methods that choose their options by trials make one: a trial runs what all of them run.
     """
-    from ....estimation.run.prediction import prediction_scores
-    from ....methods.registry import make
-
     if (spec.maker, spec.task.source) in _WARMED:
         return
     _WARMED.add((spec.maker, spec.task.source))

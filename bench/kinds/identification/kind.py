@@ -1,4 +1,4 @@
-"""The kind `identification`."""
+"""The kind `identification`: models are identified from records; parameters and predictions are scored."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import hashlib
 from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ....methods.registry import FAMILIES, find
 from ....models.errors import BadInput
 from ...content import PACKAGE, ROOT, sources_digest
 from ..base import Kind, RunSelection, Suite, Tables
@@ -16,55 +17,28 @@ from .execute import execute
 from .plan import RunSpec, plan
 from .problems import HELD_OUT_SEED, measured_records
 
-if TYPE_CHECKING:
-    from ....models.yaml_file import FileContent
+
+def without_seed(suite: Suite, selection: RunSelection) -> RunSelection:
+    if selection.seed is not None:
+        raise BadInput("--seed is for suites that draw their cases", hint=f"suite {suite.name} has fixed seeds")
+    return selection
 
 
-class IdentificationKind(Kind):
-    """Models are identified from simulated or measured records; parameters and predictions are scored."""
-
-    name = "identification"
-    failure_columns = ("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed")
-
-    @property
-    def tables(self) -> Tables:
-        return Tables(tuple(KEYS), RESULTS, result_columns(), PARAMETERS, PARAMETER_COLUMNS, ("parameter",))
-
-    def suite_models(self) -> tuple[type[FileContent], type[FileContent]]:
-        from .suite import RunsEntry, RunsHead
-
-        return RunsHead, RunsEntry
-
-    def with_seed(self, suite: Suite, selection: RunSelection) -> RunSelection:
-        if selection.seed is not None:
-            raise BadInput("--seed is for suites that draw their cases", hint=f"suite {suite.name} has fixed seeds")
-        return selection
-
-    def plan(self, suite: Suite, selection: RunSelection) -> Sequence[RunSpec]:
-        return plan(suite, selection)
-
-    def facts(self, specs: Sequence[RunSpec]) -> Mapping[str, Any]:
-        last = max(spec.task.seed for spec in specs)
-        return {"seeds": f"0-{last}" if last else "0", "held_out_seed": HELD_OUT_SEED}
-
-    def execute(self, spec: RunSpec) -> dict[str, Any]:
-        return execute(spec)
-
-    def content(self, spec: RunSpec) -> str | None:
-        return content(spec)
-
-    def describe(self, row: Mapping[str, Any]) -> str:
-        variant = "" if row["variant"] == "corrected" else f" ({row['variant']})"
-        return f"{row['method']}{variant} on {row['vessel']} as {row['model']}, noise {row['noise']}: {row['error']}"
-
-    def check(self, specs: Iterable[RunSpec]) -> None:
-        """Raise `BadInput` where a measured record that the runs need is missing or cannot be read."""
-        for task in dict.fromkeys(spec.task for spec in specs if spec.task.measured):
-            measured_records(task, task.train, task.vessel)
-            measured_records(task, task.held_out, task.held_out_dataset or task.vessel)
+def facts(specs: Sequence[RunSpec]) -> Mapping[str, Any]:
+    last = max(spec.task.seed for spec in specs)
+    return {"seeds": f"0-{last}" if last else "0", "held_out_seed": HELD_OUT_SEED}
 
 
-KIND = IdentificationKind()
+def describe(row: Mapping[str, Any]) -> str:
+    variant = "" if row["variant"] == "corrected" else f" ({row['variant']})"
+    return f"{row['method']}{variant} on {row['vessel']} as {row['model']}, noise {row['noise']}: {row['error']}"
+
+
+def check(specs: Iterable[RunSpec]) -> None:
+    """Raise `BadInput` where a measured record that the runs need is missing or cannot be read."""
+    for task in dict.fromkeys(spec.task for spec in specs if spec.task.measured):
+        measured_records(task, task.train, task.vessel)
+        measured_records(task, task.held_out, task.held_out_dataset or task.vessel)
 
 
 # ---- What the result of an identification run depends on: its task, its method's sources and those that score it.
@@ -84,14 +58,13 @@ def content(spec: RunSpec) -> str | None:
 @lru_cache(maxsize=256)
 def _sources(method: str) -> str | None:
     """Digest of the sources of a method, named as in `methods.registry.find`."""
-    own = [_module(path) for folder in RUN for path in folder.glob("*.py")]
+    paths = [path.relative_to(ROOT).with_suffix("") for folder in RUN for path in folder.glob("*.py")]
+    own = [".".join([PACKAGE, *path.parts]) for path in paths]
     return sources_digest(*sorted({*own, *_modules(method)}))
 
 
 def _modules(method: str) -> list[str]:
     """Modules and files that define a method's class, its base classes, and the method or package that it wraps."""
-    from ....methods.registry import FAMILIES, find
-
     prefix, colon, rest = method.partition(":")
     if colon and prefix in FAMILIES:
         wrapped = _modules(rest) if prefix == "tuned" else [rest.partition(".")[0] if "." in rest else prefix]
@@ -101,5 +74,15 @@ def _modules(method: str) -> list[str]:
     return [cls.__module__ for cls in find(method).__mro__ if cls.__module__ not in ("builtins", "abc")]
 
 
-def _module(path: Path) -> str:
-    return ".".join([PACKAGE, *path.relative_to(ROOT).with_suffix("").parts])
+KIND = Kind(
+    name="identification",
+    failure_columns=("method", "variant", "vessel", "model", "train", "noise", "disturbance", "seed"),
+    stored=lambda: Tables(tuple(KEYS), RESULTS, result_columns(), PARAMETERS, PARAMETER_COLUMNS, ("parameter",)),
+    with_seed=without_seed,
+    plan=plan,
+    facts=facts,
+    execute=execute,
+    content=content,
+    describe=describe,
+    check=check,
+)

@@ -10,8 +10,12 @@ from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ....datasets.generator import sampling, suggested
+from ....datasets.manoeuvres import EULER, steps
+from ....datasets.measured import missing_files
+from ....methods.registry import make, methods
 from ....models.errors import BadInput
 from ....models.memory import SIMULATED_SAMPLE, require_memory
 from ....models.model import list_vessels, resolve
@@ -19,9 +23,7 @@ from ....models.suggestions import suggestion
 from ..base import RunSelection, Suite, limited
 from .own import OwnVessel, digest, is_file_name, located, ship_of
 from .problems import Task, check_task
-
-if TYPE_CHECKING:
-    from .suite import RunsEntry
+from .suite import RunsEntry
 
 VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
 """Names of groups of vessels in a suite file -> whether they have three degrees of freedom."""
@@ -130,29 +132,20 @@ def _entry_specs(suite: Suite, entry: RunsEntry, selection: RunSelection) -> Ite
         return
     for task in _tasks(entry, selection, suite.folder) if methods else ():
         for maker in methods:
-            yield _spec(suite.name, maker, task)
+            yield RunSpec(suite.name, *_named(maker), maker, task)
 
 
 def _present(entry: RunsEntry, folder: Path) -> bool:
     """Whether the records of an optional entry are on this machine."""
-    from ....datasets.measured import missing_files
-
     if entry.dataset:
         return not any(missing_files(name) for name in (entry.dataset, entry.held_out_dataset) if name)
     groups = (*entry.records.train, *entry.records.held_out) if entry.records else ()
     return all(Path(located(text, folder)).is_file() for group in groups for text in group)
 
 
-def _spec(suite: str, maker: str, task: Task) -> RunSpec:
-    name, variant = _named(maker)
-    return RunSpec(suite, name, variant, maker, task)
-
-
 @lru_cache(maxsize=256)
 def _named(maker: str) -> tuple[str, str]:
     """What the tables call a method: its identifier with its options, and its variant; checks that it can be made."""
-    from ....methods.registry import make
-
     method = make(maker)
     options = [part.strip() for part in maker.split(",")[1:] if not part.strip().startswith("variant=")]
     return ",".join([type(method).name, *options]), method.variant
@@ -168,14 +161,13 @@ def _entry_methods(entry: RunsEntry, selection: RunSelection) -> list[str]:
 
 
 def _methods_of(group: str) -> list[str]:
-    from ....methods.registry import methods
-
     return [name for name, cls in methods().items() if cls.kind in METHOD_GROUPS[group] and not cls.minutes]
 
 
 def _tasks(entry: RunsEntry, selection: RunSelection, folder: Path) -> Iterator[Task]:
     own = entry.records or entry
-    ships = [ship for ship in _entry_ships(entry, folder) if not selection.vessels or _selected(ship, selection)]
+    asked = selection.vessels
+    ships = [s for s in _entry_ships(entry, folder) if not asked or s.id in asked or s.file in asked]
     for ship in [*ships, *_joining(entry, selection)]:
         for model, train, held_out in product(entry.models, own.train or ((),), own.held_out or ((),)):
             bare = _task(entry, ship, model, train, held_out, folder)
@@ -192,8 +184,6 @@ def _task(
     entry: RunsEntry, ship: OwnVessel, model: str, train: tuple[str, ...], held_out: tuple[str, ...], folder: Path
 ) -> Task:
     """A task of an entry, in calm water, without noise and of the first seed."""
-    from ....datasets.generator import suggested
-
     measured = entry.dataset is not None or entry.records is not None
     source = ship.text if model == "own" else located(model, folder) if is_file_name(model) else model
     sail = {} if measured else suggested(resolve(ship.text))
@@ -207,8 +197,6 @@ def _task(
         if shared:
             raise BadInput("is a training and a held-out record of one entry", file=min(shared))
     if entry.euler:
-        from ....datasets.manoeuvres import EULER
-
         train = tuple(text if text.endswith(EULER) else text + EULER for text in train)
     if not measured:
         _require_memory(ship, entry)
@@ -236,9 +224,6 @@ def _task(
 
 
 def _require_memory(ship: OwnVessel, entry: RunsEntry) -> None:
-    from ....datasets.generator import sampling
-    from ....datasets.manoeuvres import steps
-
     dt, duration = sampling(resolve(ship.text), entry.duration_s, entry.dt_s)
     require_memory(SIMULATED_SAMPLE * steps(dt, duration), f"{steps(dt, duration)} samples of {ship.id}")
 
@@ -248,10 +233,6 @@ def _entry_ships(entry: RunsEntry, folder: Path) -> list[OwnVessel]:
         return [OwnVessel(entry.dataset or (entry.records.ship if entry.records else ""))]
     texts = [vessel for name in entry.vessels for vessel in (_group(name) if name in VESSEL_GROUPS else [name])]
     return [ship_of(text, folder) for text in dict.fromkeys(texts)]
-
-
-def _selected(ship: OwnVessel, selection: RunSelection) -> bool:
-    return ship.id in selection.vessels or ship.file in selection.vessels
 
 
 def _joining(entry: RunsEntry, selection: RunSelection) -> list[OwnVessel]:

@@ -11,18 +11,22 @@ from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from math import ceil
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....datasets.disturbances import Disturbance, parse_disturbance
+from ....datasets.generator import check, measured_again, record_run
+from ....datasets.instruments import corrected
+from ....datasets.io import read_record
+from ....datasets.manoeuvres import Manoeuvre, parse_manoeuvre
+from ....datasets.measured import load
+from ....datasets.record import Record
+from ....datasets.sensors import SensorSet, parse_noise
+from ....estimation.information.bounds import cramer_rao
 from ....models.errors import BadInput
+from ....models.extend import extended
 from ....models.model import CHANNELS, Model, resolve
-
-if TYPE_CHECKING:
-    from ....datasets.disturbances import Disturbance
-    from ....datasets.manoeuvres import Manoeuvre
-    from ....datasets.record import Record
-    from ....datasets.sensors import SensorSet
+from ....models.simulate import state_matrices
 
 HELD_OUT_SEED = 1_000_003
 """Seed of every simulated held-out record: never that of a training record, and the same for every row."""
@@ -144,7 +148,12 @@ def problem(task: Task) -> FitTask:
         known = Truth()
     else:
         train = _records(task, task.train, task.noise, task.disturbance)
-        held_out, known = tuple(_held_out(task, manoeuvre) for manoeuvre in task.held_out), truth(task, model)
+        weather = (task.held_out_noise, task.held_out_disturbance)
+        timing = (task.duration_s, task.dt_s, task.held_out_speed)
+        held_out = tuple(
+            _record(task.ship, manoeuvre, *weather, HELD_OUT_SEED, *timing, task.terms) for manoeuvre in task.held_out
+        )
+        known = truth(task, model)
     return FitTask(model, _corrected(train, model), _corrected(held_out, model), known, task.measured)
 
 
@@ -160,8 +169,6 @@ def fitted_model(task: Task) -> Model:
 
 def sailing_model(ship: str, terms: Terms) -> Model:
     """The ship as it sails; BadInput for a term that it cannot have."""
-    from ....models.extend import extended
-
     model = resolve(ship)
     for extension, values in terms:
         model = extended(model, extension, dict(values))
@@ -170,8 +177,6 @@ def sailing_model(ship: str, terms: Terms) -> Model:
 
 def _corrected(records: tuple[Record, ...], model: Model) -> tuple[Record, ...]:
     """Records in the model's rudder sign, freed of what it knows of its instruments."""
-    from ....datasets.instruments import corrected
-
     if not model.instruments:
         return records
     return tuple(corrected(record.turned(model.positive_rudder), model.instruments) for record in records)
@@ -198,8 +203,6 @@ def derived_parameters(vessel: Model, model: Model) -> dict[str, float]:
     time constant is T1 + T2 - T3.  Damping coefficients have no derived value and are left out, and so is everything
     where the vessel has no sway state or the model is no response model.
     """
-    from ....models.simulate import state_matrices
-
     if "v" not in vessel.states or "v" in model.states or "r" not in vessel.states:
         return {}
     pick = [vessel.states.index("v"), vessel.states.index("r")]
@@ -241,21 +244,8 @@ def _bounded(task: Task, known: Model, values: Mapping[str, float], kind: str) -
 def _calm(task: Task) -> Task:
     """The training records without noise and disturbance: the same for all seeds unless a manoeuvre is random."""
     seed = task.seed if any(_parsed(text)[0].random for text in task.train) else 0
-    return Task(
-        task.vessel,
-        task.source,
-        task.model,
-        task.train,
-        (),
-        seed=seed,
-        terms=task.terms,
-        thinning=task.thinning,
-        length=task.length,
-        duration_s=task.duration_s,
-        dt_s=task.dt_s,
-        vessel_file=task.vessel_file,
-        digest=task.digest,
-    )
+    calm = {"noise": "none", "disturbance": "none", "held_out_noise": "none", "held_out_disturbance": "none"}
+    return replace(task, held_out=(), held_out_speed=1.0, constants=(), seed=seed, **calm)
 
 
 @lru_cache(maxsize=64)
@@ -270,9 +260,6 @@ def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[s
     All recorded states count, positions too; the rudder is taken as exact.  A parameter that the records do not tell
     at all has an infinite bound.
     """
-    from ....datasets.sensors import parse_noise
-    from ....estimation.information.bounds import cramer_rao
-
     sensors = parse_noise(noise)
     states = [CHANNELS[state] for state in known.states if state in CHANNELS]
     sd = {name: sensors.sd(name) for name in states if sensors.sd(name) > 0.0 and name not in sensors.missing}
@@ -283,9 +270,9 @@ def cramer_rao_sd(known: Model, records: Sequence[Record], noise: str) -> dict[s
 
 
 def _records(task: Task, manoeuvres: Sequence[str], noise: str, disturbance: str) -> tuple[Record, ...]:
-    timing = (task.duration_s, task.dt_s)
+    timing = (task.duration_s, task.dt_s, 1.0)
     return tuple(
-        _kept(_record(task.ship, manoeuvre, noise, disturbance, task.seed, *timing, 1.0, task.terms), task)
+        _kept(_record(task.ship, manoeuvre, noise, disturbance, task.seed, *timing, task.terms), task)
         for manoeuvre in manoeuvres
     )
 
@@ -293,12 +280,6 @@ def _records(task: Task, manoeuvres: Sequence[str], noise: str, disturbance: str
 def _kept(record: Record, task: Task) -> Record:
     """What of a training record the task takes."""
     return record.slice(0, ceil(task.length * record.n)).thinned(task.thinning)
-
-
-def _held_out(task: Task, manoeuvre: str) -> Record:
-    weather = (task.held_out_noise, task.held_out_disturbance)
-    timing = (task.duration_s, task.dt_s)
-    return _record(task.ship, manoeuvre, *weather, HELD_OUT_SEED, *timing, task.held_out_speed, task.terms)
 
 
 @lru_cache(maxsize=64)
@@ -310,11 +291,9 @@ def _record(
     seed: int,
     duration_s: float | None,
     dt_s: float | None,
-    start_speed: float = 1.0,
-    terms: Terms = (),
+    start_speed: float,
+    terms: Terms,
 ) -> Record:
-    from ....datasets.generator import measured_again, record_run
-
     model, (performed, sensors, weather) = sailing_model(vessel, terms), _parsed(manoeuvre, noise, disturbance)
     if noise != "none" and disturbance == "none" and not model.instruments:
         drawn = seed if performed.random else 0
@@ -326,10 +305,6 @@ def _record(
 
 @lru_cache(maxsize=64)
 def _parsed(manoeuvre: str, noise: str = "none", disturbance: str = "none") -> tuple[Manoeuvre, SensorSet, Disturbance]:
-    from ....datasets.disturbances import parse_disturbance
-    from ....datasets.manoeuvres import parse_manoeuvre
-    from ....datasets.sensors import parse_noise
-
     return parse_manoeuvre(manoeuvre), parse_noise(noise), parse_disturbance(disturbance)
 
 
@@ -342,15 +317,11 @@ def measured_records(task: Task, records: Sequence[str], dataset: str) -> tuple[
 
 @lru_cache(maxsize=32)
 def _own_record(path: str, positive_rudder: str | None) -> Record:
-    from ....datasets.io import read_record
-
     return read_record(path, positive_rudder)
 
 
 def check_task(task: Task) -> None:
     """BadInput where a text of a simulated task is not understood, or its vessel cannot do what it says."""
-    from ....datasets.generator import check
-
     ship = sailing_model(task.ship, task.terms)
     fitted_model(task)
     for manoeuvres, noise, disturbance in (
@@ -364,6 +335,4 @@ def check_task(task: Task) -> None:
 
 @lru_cache(maxsize=32)
 def _load(dataset: str, stem: str) -> Record:
-    from ....datasets.measured import load
-
     return load(dataset, stem)

@@ -106,3 +106,6 @@ class RunsEntry(FileContent):
         if measured and (self.duration_s or self.dt_s):
             raise ValueError("duration_s and dt_s are for simulated records; thinning and length for measured ones")
         return self
+
+
+MODELS = (RunsHead, RunsEntry)

@@ -41,37 +41,26 @@ def continuous_step(model: Model, dt: float = STEP_S) -> SampleStep:
     return SampleStep(state, rudder[:, 0])
 
 
-def zigzag(step: SampleStep, angle_deg: float = 20.0, dt: float = STEP_S, duration_s: float = DURATION_S) -> Record:
-    """Rudder and heading (N+1,) of an angle/angle zigzag: midships at first, over at k = 1, reversed on psi(k - 1).
-
-    The rudder in row k acts from sample k - 1 to k, as in eq 8.
-    """
-    n, angle = round(duration_s / dt), np.deg2rad(angle_deg)
-    x, side = np.zeros(len(step.rudder)), 1.0
-    heading, rudder = np.zeros(n + 1), np.zeros(n + 1)
-    for k in range(1, n + 1):
-        if side * heading[k - 1] >= angle:
-            side = -side
-        rudder[k] = side * angle
-        x = step.state @ x + step.rudder * rudder[k]
-        heading[k] = x[2]
-    return Record(dt * np.arange(n + 1), {"heading_rad": heading, "rudder_rad": rudder}, f"zigzag {angle_deg:g}")
-
-
 class Gear(NamedTuple):
     """Steering of a zigzag: rudder rate rad/s, lag s, time of the first order s, yaw rate at the start rad/s."""
 
-    rate: float
-    lag: float
-    execute_s: float
-    yaw_rate: float
+    rate: float = np.inf
+    lag: float = 0.0
+    execute_s: float = 0.0
+    yaw_rate: float = 0.0
 
 
-def steered(step: SampleStep, gear: Gear, angle_deg: float = 20.0) -> Record:
-    """As `zigzag`, with a rudder that follows its order with a lag and at a limited rate."""
-    n, angle = round(DURATION_S / STEP_S), np.deg2rad(angle_deg)
-    first = max(1, round(gear.execute_s / STEP_S))
-    follow = 1.0 if gear.lag <= 0.0 else 1.0 - np.exp(-STEP_S / gear.lag)
+AT_ONCE = Gear()
+
+
+def zigzag(step: SampleStep, angle_deg: float = 20.0, gear: Gear = AT_ONCE, dt: float = STEP_S) -> Record:
+    """Rudder and heading (N+1,) of an angle/angle zigzag: midships at first, over at k = 1, reversed on psi(k - 1).
+
+    The rudder in row k acts from sample k - 1 to k, as in eq 8.  It follows its order at once, or as the gear has it.
+    """
+    n, angle = round(DURATION_S / dt), np.deg2rad(angle_deg)
+    first = max(1, round(gear.execute_s / dt))
+    follow = 1.0 if gear.lag <= 0.0 else 1.0 - np.exp(-dt / gear.lag)
     x, side = np.zeros(len(step.rudder)), 1.0
     x[1] = gear.yaw_rate
     heading, rudder = np.zeros(n + 1), np.zeros(n + 1)
@@ -80,10 +69,10 @@ def steered(step: SampleStep, gear: Gear, angle_deg: float = 20.0) -> Record:
             side = -side
         wanted = side * angle if k >= first else 0.0
         move = (wanted - rudder[k - 1]) * follow
-        rudder[k] = rudder[k - 1] + np.clip(move, -gear.rate * STEP_S, gear.rate * STEP_S)
+        rudder[k] = rudder[k - 1] + np.clip(move, -gear.rate * dt, gear.rate * dt)
         x = step.state @ x + step.rudder * rudder[k]
         heading[k] = x[2]
-    return Record(STEP_S * np.arange(n + 1), {"heading_rad": heading, "rudder_rad": rudder}, f"zigzag {angle_deg:g}")
+    return Record(dt * np.arange(n + 1), {"heading_rad": heading, "rudder_rad": rudder}, f"zigzag {angle_deg:g}")
 
 
 def driven(step: SampleStep, rudder_rad: np.ndarray) -> np.ndarray:

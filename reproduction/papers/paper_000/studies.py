@@ -135,9 +135,9 @@ def made_otherwise(rng: np.random.Generator, *, index: int) -> StudyResult:
     step = steps[chosen["record by"]](model)
     start = np.deg2rad(chosen["yaw rate at the start (deg/s)"])
     gear = records.Gear(np.deg2rad(chosen["rudder rate"]), chosen["rudder lag"], chosen["first order"], start)
-    record = records.steered(step, gear)
+    record = records.zigzag(step, gear=gear)
     values = compared({name: recursion(name).fit([record], model) for name in SEARCHED}, model)
-    rows = {angle: records.steered(step, gear, angle) for angle in TABLE_3}
+    rows = {angle: records.zigzag(step, angle, gear) for angle in TABLE_3}
     for angle, run in rows.items():
         for name in ("fw", "printed"):
             found = recursion(name).fit([run], model).parameters

@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ....models.model import resolve
+from ..study import StudyResult
+from . import studies
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..study import StudyResult
 
 MANOEUVRES = ("15° zigzag", "15° sine", "15° turn", "30° zigzag", "30° sine", "30° turn")
 LINES = {"A1p": "published A1", "A2p": "published A2", "A1": "A1", "midpoint": "central differences"}
@@ -65,8 +68,6 @@ def draw_trajectories(results: Sequence[StudyResult], figure: Figure) -> None:
 
 def draw_coefficients(results: Sequence[StudyResult], figure: Figure) -> None:
     """Table 2: published columns and ours, relative to the true coefficients."""
-    from . import studies
-
     figure.set_size_inches(8.5, 5.0)
     names, true = _original()
     used = true != 0.0
@@ -117,8 +118,6 @@ def draw_explanation(results: Sequence[StudyResult], figure: Figure) -> None:
 
 
 def _original() -> tuple[Sequence[str], np.ndarray]:
-    from ....models.model import resolve
-
     model = resolve("mariner-model")
     return model.coordinates, model.coefficients
 

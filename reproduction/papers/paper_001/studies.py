@@ -115,13 +115,10 @@ def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
         name: value for name, value in zip(model.constant_names, model.constants.tolist(), strict=True) if name != "L"
     }
     values |= dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
-    return StudyResult(values | SOURCE | {"operations": _operations(model)})
-
-
-def _operations(model: Model) -> float:
-    """Operations of A1 over those of A2, N n^2 for the products of n columns: A2 has the state as one more column."""
+    # of A1 over those of A2, N n^2 for the products of n columns: A2 has the state as one more column
     sizes = [sum(name[0] == letter for name in model.coordinates) for letter in "XYN"]
-    return sum(n**2 for n in sizes) / sum((n + 1) ** 2 for n in sizes)
+    operations = sum(n**2 for n in sizes) / sum((n + 1) ** 2 for n in sizes)
+    return StudyResult(values | SOURCE | {"operations": operations})
 
 
 def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
@@ -129,12 +126,15 @@ def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
     chosen = settings_at("001", "settings", index)
     rate = np.deg2rad(chosen["rudder rate"])
     setting = ZigzagSetting(chosen["speed"], rate, 0.0, chosen["step"], chosen["length"])
-    record, model = sailed(setting), vessel(setting)
-    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
-    found["A1p"] = backward(record, model)
-    values = compared(found)
+    values = compared(forms(sailed(setting), vessel(setting)))
     values["A1 over A2"] = values["A1.median"] / values["A2.median"]
     return StudyResult(values)
+
+
+def forms(record: Record, model: Model) -> dict[str, np.ndarray]:
+    """Coefficients (60,) that each form finds."""
+    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
+    return found | {"A1p": backward(record, model)}
 
 
 def compared(found: Mapping[str, np.ndarray]) -> dict[str, float]:
@@ -151,9 +151,10 @@ def accuracy(rng: np.random.Generator, *, index: int) -> StudyResult:
     """A1 and A2 on records of the difference equation and of the differential equation, and the other pairings."""
     model, true = vessel(), vessel().coefficients
     euler = sailed(SETTING, TRAINING + "@euler")
-    values = {f"euler.{name}": _largest(found_by(spec, euler, model), true) for name, spec in METHODS.items()}
+    found = {name: found_by(spec, euler, model) for name, spec in METHODS.items()}
+    values = {f"euler.{name}": float(np.abs(c - true).max()) for name, c in found.items()}
     values["condition"] = _condition(euler, model)
-    values["euler.A2p.median"] = median_error(found_by(METHODS["A2p"], euler, model))
+    values["euler.A2p.median"] = median_error(found["A2p"])
     table = {duration: _pairings(SETTING._replace(duration=duration)) for duration in DURATIONS_S}
     values |= {f"rk4.{name}": error for name, error in table[round(SETTING.duration)].items()}
     values["rk4.A1.100s"], values["rk4.A2.100s"] = table[100]["A1"], table[100]["A2"]
@@ -163,10 +164,6 @@ def accuracy(rng: np.random.Generator, *, index: int) -> StudyResult:
     values["A1 column"] = median_error(published("A1"))
     values["more data"] = bool(np.all(np.diff(series["A1"]) < 0.0))
     return StudyResult(values, series | {"duration_s": np.array(DURATIONS_S, float)})
-
-
-def _largest(found: np.ndarray, true: np.ndarray) -> float:
-    return float(np.abs(found - true).max())
 
 
 def _condition(record: Record, model: Model) -> float:
@@ -314,10 +311,7 @@ def at(chosen: dict[str, Any]) -> dict[str, np.ndarray]:
         duration=min(chosen["length"], MOST_SAMPLES * chosen["step"]),
     )
     record, model = sailed(setting), vessel(setting)
-    if chosen["speed in the primes"] == CONSTANT:
-        return constant_speed(record, model)
-    found = {name: found_by(METHODS[name], record, model) for name in ("A1", "A2", "A2p")}
-    return found | {"A1p": backward(record, model)}
+    return (constant_speed if chosen["speed in the primes"] == CONSTANT else forms)(record, model)
 
 
 def constant_speed(record: Record, model: Model) -> dict[str, np.ndarray]:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..study import StudyResult
+
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..study import StudyResult
 
 METHODS = {
     "basic": "basic",

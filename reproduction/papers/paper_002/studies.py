@@ -84,16 +84,6 @@ def found(estimate: Estimate | None, model: Model) -> dict[str, float]:
 Map = Callable[[Mapping[str, float]], dict[str, float]]
 
 
-def first_order(rng: np.random.Generator, *, index: int) -> StudyResult:
-    """Table I and Figure 1."""
-    return _table("response-1", printed_first, rng)
-
-
-def second_order(rng: np.random.Generator, *, index: int) -> StudyResult:
-    """Table II and Figure 2."""
-    return _table("response-2", printed_second, rng)
-
-
 def printed_first(p: Mapping[str, float]) -> dict[str, float]:
     """Eq 4 as printed: T = (1 - a1)/dt is 1/T, and alpha = -a2 T/dt, K = b1 T/dt take it over."""
     return {"T": 1.0 / p["T"], "K": p["K"] / p["T"] ** 2, "alpha": p["alpha"] / p["T"] ** 2}
@@ -104,7 +94,13 @@ def printed_second(p: Mapping[str, float]) -> dict[str, float]:
     return {**p, "alpha": p["alpha"] * STEP_S**2}
 
 
-def _table(name: str, printed: Map, rng: np.random.Generator) -> StudyResult:
+FORMS = {"first_order": ("response-1", printed_first), "second_order": ("response-2", printed_second)}
+"""Table I with Figure 1, and Table II with Figure 2."""
+
+
+def in_noise(order: str, rng: np.random.Generator, *, index: int) -> StudyResult:
+    """The table of an order."""
+    name, printed = FORMS[order]
     return table(name, printed, zigzag(name, NOISE_SD * rng.normal(size=round(DURATION_S / STEP_S))))
 
 
@@ -242,8 +238,6 @@ def _corrected(record: Record, model: Model, share: float) -> float:
 
 # ---------------------------------------------------------------------------------------- over what is not printed
 
-FORMS = {"first_order": ("response-1", printed_first), "second_order": ("response-2", printed_second)}
-
 
 def over_range(order: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """Run `index` of the search of an order; its noise belongs to the point, not to the seed."""
@@ -285,7 +279,7 @@ def tank(rng: np.random.Generator, *, index: int) -> StudyResult:
     values, series = {}, {}
     for name, (spec, family, stride) in FITS.items():
         model = resolve(family)
-        estimate = fitted(spec, [_thinned(training, stride)], model)
+        estimate = fitted(spec, [training.thinned(stride)], model)
         values |= {f"{name}.{p}": value for p, value in found(estimate, model).items()}
         scores = dict(_scores(estimate, runs | {"15/5": training}))
         values |= {f"{name}.{key}": value for key, value in scores.items()}
@@ -308,11 +302,6 @@ def _approach(record: Record) -> dict[str, float]:
         "approach.propeller_rps": float(np.mean(record.column("propeller_rps")[begin])),
         "approach.rudder_rate": float(np.quantile(rate, 0.99)),
     }
-
-
-def _thinned(record: Record, stride: int) -> Record:
-    channels = {name: values[::stride] for name, values in record.channels.items()}
-    return replace(record, time_s=record.time_s[::stride], channels=channels)
 
 
 def _scores(estimate: Estimate | None, runs: Mapping[str, Record]) -> Iterator[tuple[str, float]]:
@@ -344,8 +333,7 @@ def _course(estimate: Estimate) -> dict[str, np.ndarray]:
 
 
 STUDIES = {
-    "first_order": PaperStudy(first_order, seeds=120),
-    "second_order": PaperStudy(second_order, seeds=120),
+    **{order: PaperStudy(partial(in_noise, order), seeds=120) for order in FORMS},
     "noise_free": PaperStudy(noise_free),
     "noise": PaperStudy(noise, seeds=8, drawn=8),
     "arithmetic": PaperStudy(arithmetic),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,17 +53,8 @@ def draw_states(results: Sequence[StudyResult], figure: Figure) -> None:
     axes[2].set_xlabel("time, s")
 
 
-def draw_errors_cargo(results: Sequence[StudyResult], figure: Figure) -> None:
-    """Errors of the cargo vessel's parameters."""
-    _errors("cargo", results, figure)
-
-
-def draw_errors_patrol(results: Sequence[StudyResult], figure: Figure) -> None:
-    """Errors of the patrol vessel's parameters."""
-    _errors("patrol", results, figure)
-
-
 def _errors(vessel: str, results: Sequence[StudyResult], figure: Figure) -> None:
+    """Errors of a vessel's parameters."""
     truth = np.array([resolve(vessel).parameters[name] for name in PARAMETERS])
     axis = figure.subplots()
     kinds = {"corrected_rw": "our runs, RW-LSSVR corrected", "as_printed_rw": "our runs, as printed"}
@@ -79,6 +71,9 @@ def _errors(vessel: str, results: Sequence[StudyResult], figure: Figure) -> None
     axis.set_xticks(range(4), PARAMETERS)
     axis.set_ylabel("error, %")
     axis.legend(ncols=2, loc="upper center", bbox_to_anchor=(0.5, 1.18))
+
+
+draw_errors_cargo, draw_errors_patrol = partial(_errors, "cargo"), partial(_errors, "patrol")
 
 
 def draw_prediction(results: Sequence[StudyResult], figure: Figure) -> None:

@@ -74,7 +74,7 @@ def on_sines(vessel: str, sines: str, level: float, rng: np.random.Generator) ->
             values |= {f"{variant}_{method}_{name}": value for name, value in found.items()}
             near = np.abs(errors[variant, method] - percent(model, _printed(vessel, method))).max()
             values[f"{variant}_{method}_near"] = bool(near <= POINTS)
-            predicted = _predicted(truth, coefficients)
+            predicted = _rows(truth) @ coefficients
             values |= _scores(f"{variant}_{method}", predicted, truth.psi_dddot)
             series[f"{variant}_{method}"] = _thinned(predicted)
         better = np.abs(errors[variant, "rw"]) < np.abs(errors[variant, "ls"])
@@ -83,7 +83,7 @@ def on_sines(vessel: str, sines: str, level: float, rng: np.random.Generator) ->
         values[f"{variant}_rw_over_ls"] = ratio
         values[f"{variant}_rw_predicts_better"] = ratio < 1.0 and values[f"{variant}_rw_r2"] > PREDICTS
     series |= {"truth": _thinned(truth.psi_dddot), "time": _thinned(DT * np.arange(len(truth.psi)))}
-    series["table_5"] = _thinned(_predicted(truth, _printed(vessel, "rw")))
+    series["table_5"] = _thinned(_rows(truth) @ _printed(vessel, "rw"))
     return StudyResult(values, series)
 
 
@@ -111,17 +111,13 @@ def _validation(vessel: str, sines: str) -> SineMotion:
 def prediction_scores(vessel: str, sines: str, coefficients: np.ndarray) -> tuple[float, float]:
     """RMSE [rad/s^3] and R^2 (eq 32-33) of the third derivative on the true states of the last 40 %."""
     truth = _validation(vessel, sines)
-    found = _scores("own", _predicted(truth, coefficients), truth.psi_dddot)
+    found = _scores("own", _rows(truth) @ coefficients, truth.psi_dddot)
     return found["own_rmse"], found["own_r2"]
 
 
 def _rows(run: SineMotion) -> np.ndarray:
     """Regressors (N, 4) in the order of the coefficients."""
     return np.column_stack([run.psi_ddot, run.r, run.delta, run.delta_dot])
-
-
-def _predicted(run: SineMotion, coefficients: np.ndarray) -> np.ndarray:
-    return _rows(run) @ coefficients
 
 
 def _thinned(values: np.ndarray) -> np.ndarray:
@@ -153,7 +149,7 @@ def of_motion(vessel: str, sines: str) -> dict[str, float]:
     """What Tables 4 to 6 imply on a noise-free motion: R^2 of printed errors and parameters, standard deviations."""
     values, validation, run = {}, _validation(vessel, sines), vessels.motion(vessel, sines)
     for method in WEIGHTED:
-        scores = _scores(f"{vessel}_{method}", _predicted(validation, _printed(vessel, method)), validation.psi_dddot)
+        scores = _scores(f"{vessel}_{method}", _rows(validation) @ _printed(vessel, method), validation.psi_dddot)
         values[f"{vessel}_{method}_r2"] = scores[f"{vessel}_{method}_r2"]
     values[f"{vessel}_frequency"] = float(np.std(run.psi_ddot) / np.std(run.r))
     values[f"{vessel}_sd_psi_dddot"] = float(np.std(run.psi_dddot))
@@ -229,7 +225,8 @@ def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
                 found = percent(model, behind_observer(vessel, sines, variant))
                 values |= _named(f"{vessel}_{sines}_{variant}", found)
             record = vessels.record(vessel, sines).with_channels(yaw_rate_rad_s=None)
-            bound, _ = cramer_rao(model, [_first(record)], {"heading_rad": 1e-3}, initial_states=False)
+            first = record.slice(0, int(TRAINING * record.n))
+            bound, _ = cramer_rao(model, [first], {"heading_rad": 1e-3}, initial_states=False)
             truth = model.to_parameters(model.coefficients)
             values |= _named(f"{vessel}_{sines}_bound", 100.0 * bound / np.abs(truth))
             values[f"{vessel}_{sines}_rank"] = float(_rank(vessels.motion(vessel, sines)))
@@ -241,11 +238,6 @@ def noise_free(rng: np.random.Generator, *, index: int) -> StudyResult:
     return StudyResult(values)
 
 
-def _first(record: Any) -> Any:
-    """The first 60 % of a record."""
-    return record.slice(0, int(TRAINING * record.n))
-
-
 def _named(prefix: str, found: np.ndarray) -> dict[str, float]:
     return {f"{prefix}_{name}": value for name, value in zip(PARAMETERS, found.tolist(), strict=True)}
 
@@ -254,12 +246,9 @@ def behind_observer(
     vessel: str, sines: str, variant: str, noise: float = 0.0, rng: np.random.Generator | None = None
 ) -> np.ndarray:
     """Least squares (4,) on the first 60 % of the states that the observer gives at 45 rad/s, all stepped by Euler."""
-    run, n = vessels.motion(vessel, sines, "euler"), vessels.numbers(vessel)
+    run = vessels.motion(vessel, sines, "euler")
     psi = run.psi if rng is None else run.psi + noise * rng.normal(size=len(run.psi))
-    if variant == "as_printed":
-        seen = eso.observe_as_printed(psi, run.reference, DT, n.kp, n.lag)
-    else:
-        seen = eso.observe(psi, DT, eso.PRINTED_OMEGA, "euler")
+    seen = vessels.seen(variant, psi, run, vessel)
     size = int(TRAINING * len(psi))
     rows = np.column_stack([seen.psi_ddot, seen.r, run.delta, run.delta_dot])[:size]
     return LSSVR(C=1e14, standardise=True, fit_intercept=False).fit(rows, seen.psi_dddot[:size]).coef_

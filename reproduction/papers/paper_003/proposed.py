@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....datasets.record import Record
+from ....estimation.estimates.estimate import Estimate
 from ....estimation.methods_only.svr.tuning import TunedConstant, Tuner, colony, grid
 from ....estimation.methods_only.tuning.abc import PAPER_003
 from ....methods.eso_rw_lssvr import EsoRwLssvr
@@ -20,10 +21,6 @@ from ..study import StudyResult
 from . import vessels
 from .identification import PARAMETERS, WEIGHTED, noise_of, prediction_scores
 from .vessels import percent
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....estimation.estimates.estimate import Estimate
 
 SOURCES = PAPER_003["n_sources"]
 MOVES = SOURCES + PAPER_003["n_onlookers"]

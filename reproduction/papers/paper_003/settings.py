@@ -45,16 +45,12 @@ def _vessel(vessel: str) -> dict[str, float]:
     found |= {"theta1": a1, "theta2": a2, "theta3": b2, "theta4": b1}
     poles = sorted(np.linalg.eigvals(vessels.closed_loop(n)[0]), key=lambda pole: (pole.real, pole.imag))
     found |= {"pole1": poles[0].real, "pole2": poles[1].real, "pole3": poles[2].real, "pole3_im": poles[3].imag}
-    printed = vessels.closed_loop_as_printed(vessels.LoopNumbers(n.a1, n.a2, n.a3, n.a4, n.lag, abs(n.kp)))
-    found |= {"stable": _stable(vessels.closed_loop(n)[0]), "stable_as_printed": _stable(printed)}
-    with_sign = vessels.closed_loop(vessels.LoopNumbers(n.a1, n.a2, n.a3, n.a4, n.lag, abs(n.kp)))[0]
-    found |= {"stable_with_printed_gain": _stable(with_sign), "growth_as_printed": _growth(printed)}
+    positive = n._replace(kp=abs(n.kp))
+    printed, with_sign = vessels.closed_loop_as_printed(positive), vessels.closed_loop(positive)[0]
+    found |= {"stable": _growth(vessels.closed_loop(n)[0]) < 0.0, "stable_as_printed": _growth(printed) < 0.0}
+    found |= {"stable_with_printed_gain": _growth(with_sign) < 0.0, "growth_as_printed": _growth(printed)}
     run = vessels.motion(vessel, "S3")
     return found | {f"sd_{name}": float(np.std(getattr(run, name))) for name in MOTION}
-
-
-def _stable(a: np.ndarray) -> bool:
-    return _growth(a) < 0.0
 
 
 def _growth(a: np.ndarray) -> float:

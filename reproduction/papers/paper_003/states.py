@@ -35,7 +35,7 @@ CROSSED = np.power(10.0, np.arange(-14.0, -2.0))
 """Heading noise [rad] at which observer and Kalman filter are compared."""
 
 
-def table_4(vessel: str, rng: np.random.Generator) -> StudyResult:
+def table_4(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """RMSE and R^2 of the observer at the noise and excitation that come closest to the table's ESO columns."""
     noise = rng.normal(size=vessels.samples(vessel))
     values: dict[str, float] = {}
@@ -49,14 +49,9 @@ def table_4(vessel: str, rng: np.random.Generator) -> StudyResult:
 
 
 def observed(variant: str, psi: np.ndarray, run: SineMotion, vessel: str) -> tuple[np.ndarray, ...]:
-    """Estimates (N,) of psi, r, psi_ddot and rudder by the observer at 45 rad/s, stepped by Euler as eq 11 does."""
-    n = vessels.numbers(vessel)
-    if variant == "as_printed":
-        seen = eso.observe_as_printed(psi, run.reference, DT, n.kp, n.lag)
-        assert seen.delta is not None
-        return seen.psi, seen.r, seen.psi_ddot, seen.delta
-    seen = eso.observe(psi, DT, eso.PRINTED_OMEGA, "euler")
-    return seen.psi, seen.r, seen.psi_ddot, _rudder(seen.psi, run, vessel)
+    """Estimates (N,) of psi, r, psi_ddot and rudder by `vessels.seen`."""
+    seen = vessels.seen(variant, psi, run, vessel)
+    return seen.psi, seen.r, seen.psi_ddot, _rudder(seen.psi, run, vessel) if seen.delta is None else seen.delta
 
 
 def _rudder(psi: np.ndarray, run: SineMotion, vessel: str) -> np.ndarray:
@@ -127,7 +122,7 @@ def _series(vessel: str) -> dict[str, np.ndarray]:
     return found | {"time": DT * step * np.arange(len(run.psi[::step]))}
 
 
-def observers(vessel: str, rng: np.random.Generator) -> StudyResult:
+def observers(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """Equal knowledge and 1e-4 rad of noise: the best ESO, Kalman filter and smoother for each state, by the truth."""
     run = vessels.motion(vessel, "S3")
     psi = run.psi + COMPARED * rng.normal(size=len(run.psi))
@@ -150,7 +145,7 @@ def observers(vessel: str, rng: np.random.Generator) -> StudyResult:
     return StudyResult(values | {"kf_best": float(ratios.min())} | _optimal(run, rng, settled))
 
 
-def crossover(vessel: str, rng: np.random.Generator) -> StudyResult:
+def crossover(vessel: str, rng: np.random.Generator, *, index: int) -> StudyResult:
     """The best ESO against the best Kalman filter, by the truth, at one heading noise after the other.
 
     In a simulation by Euler steps (eq 11), by which the observer steps as well, and, at some levels, solved exactly.

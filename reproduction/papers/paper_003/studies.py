@@ -58,24 +58,15 @@ def identified_searched(vessel: str, rng: np.random.Generator, *, index: int) ->
     return StudyResult(found.values)
 
 
-def _of(function, vessel: str):
-    """A function of (vessel, rng) as a study's function."""
-    return partial(_run, function, vessel)
-
-
-def _run(function, vessel: str, rng, *, index: int) -> StudyResult:
-    return function(vessel, rng)
-
-
 STUDIES = {
     "settings": PaperStudy(settings.settings),
     "arithmetic": PaperStudy(identification.arithmetic),
     "noise_free": PaperStudy(identification.noise_free),
     "rule": PaperStudy(robustness.rule),
-    "states_cargo": PaperStudy(_of(states.table_4, "cargo"), seeds=8),
-    "states_patrol": PaperStudy(_of(states.table_4, "patrol"), seeds=20),
-    "observers_cargo": PaperStudy(_of(states.observers, "cargo"), seeds=3),
-    "observers_patrol": PaperStudy(_of(states.observers, "patrol"), seeds=8),
+    "states_cargo": PaperStudy(partial(states.table_4, "cargo"), seeds=8),
+    "states_patrol": PaperStudy(partial(states.table_4, "patrol"), seeds=20),
+    "observers_cargo": PaperStudy(partial(states.observers, "cargo"), seeds=3),
+    "observers_patrol": PaperStudy(partial(states.observers, "patrol"), seeds=8),
     "identified_cargo": PaperStudy(partial(identification.tables_5_and_6, "cargo"), seeds=20),
     "identified_patrol": PaperStudy(partial(identification.tables_5_and_6, "patrol"), seeds=40),
     "states_cargo_searched": PaperStudy(partial(states_searched, "cargo"), seeds=24),
@@ -83,8 +74,8 @@ STUDIES = {
     "motions_searched": PaperStudy(motions_searched, seeds=32),
     "identified_cargo_searched": PaperStudy(partial(identified_searched, "cargo"), seeds=12),
     "identified_patrol_searched": PaperStudy(partial(identified_searched, "patrol"), seeds=24),
-    "crossover_cargo": PaperStudy(_of(states.crossover, "cargo")),
-    "crossover_patrol": PaperStudy(_of(states.crossover, "patrol")),
+    "crossover_cargo": PaperStudy(partial(states.crossover, "cargo")),
+    "crossover_patrol": PaperStudy(partial(states.crossover, "patrol")),
     "aligned": PaperStudy(identification.aligned, seeds=5),
     "sensitivity": PaperStudy(robustness.sensitivity, seeds=20),
     "outliers": PaperStudy(robustness.outliers, seeds=150),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -10,6 +9,7 @@ import numpy as np
 
 from ....datasets.generator import Case, generate
 from ....datasets.record import Record
+from ....estimation.methods_only.observers import eso
 from ....estimation.observers.linear import discretised, respond
 from ....models.model import Model, resolve
 
@@ -39,8 +39,7 @@ class SineMotion(NamedTuple):
     reference: np.ndarray
 
 
-@dataclass(frozen=True)
-class LoopNumbers:
+class LoopNumbers(NamedTuple):
     """a1 .. a4 of eq 2, the rudder's lag and the heading controller's gain."""
 
     a1: float
@@ -110,6 +109,14 @@ def motion(vessel: str, sines: str, hold: str = "zero") -> SineMotion:
     slopes = states @ a.T + reference[:, None] * b.T
     psi, r, delta, psi_ddot = states.T
     return SineMotion(psi, r, psi_ddot, slopes[:, 3], delta, slopes[:, 2], reference)
+
+
+def seen(variant: str, psi: np.ndarray, run: SineMotion, vessel: str) -> eso.Observed:
+    """What the observer at 45 rad/s makes of headings psi (N,), stepped by Euler as eq 11 does."""
+    n = numbers(vessel)
+    if variant == "as_printed":
+        return eso.observe_as_printed(psi, run.reference, DT, n.kp, n.lag)
+    return eso.observe(psi, DT, eso.PRINTED_OMEGA, "euler")
 
 
 def noisy(run: Record, sd: float, rng: np.random.Generator) -> Record:

@@ -10,21 +10,19 @@ import time
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache, partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ....datasets.generator import Case, generate
 from ....datasets.record import Record
+from ....estimation.estimates.estimate import Estimate
 from ....estimation.run.prediction import prediction_scores
 from ....methods.registry import make
 from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model, resolve
 from ..study import PaperStudy, StudyResult
 from .statistics import paired
-
-if TYPE_CHECKING:
-    from ....estimation.estimates.estimate import Estimate
 
 NOISE = ("low", "medium", "high")
 SEEDS = 20

@@ -5,7 +5,7 @@ import json
 import numpy as np
 
 from helmbench.bench.exam.answers import write
-from helmbench.bench.exam.key_file import motion_of
+from helmbench.bench.exam.key import motion_of
 
 
 def perfect(exam, key, place):

@@ -7,8 +7,7 @@ import numpy as np
 
 from helmbench.bench.exam import folder as exams
 from helmbench.bench.exam.exam_file import cause_list, group_list
-from helmbench.bench.exam.key import digest
-from helmbench.bench.exam.key_file import motion_of
+from helmbench.bench.exam.key import digest, motion_of
 from helmbench.bench.exam.motion import errors, opening, without_motion
 from helmbench.bench.exam.worlds import kind_of_case
 from helmbench.bench.kinds.diagnosis.execute import right_names

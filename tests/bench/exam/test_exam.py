@@ -13,16 +13,15 @@ import helmbench
 from helmbench.bench.exam import folder as exams
 from helmbench.bench.exam.exam_file import group_list
 from helmbench.bench.exam.judging import EffectSizes, naming
-from helmbench.bench.exam.key_file import WorldKey
+from helmbench.bench.exam.key import WorldKey
 from helmbench.bench.exam.motion import error, errors, opening, predicted
 from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
-from helmbench.bench.exam.submission import read_submission, stated
-from helmbench.bench.exam.submission_file import WorldAnswer
+from helmbench.bench.exam.submission import WorldAnswer, read_submission, stated
 from helmbench.bench.exam.worlds import HIDDEN, KINDS, MOST, SPREAD, is_hidden, kind_of_case, sister
 from helmbench.bench.faults import FaultCase, inject
 from helmbench.bench.faults.ships import ship, sister_numbers
 from helmbench.bench.kinds.base import RunSelection
-from helmbench.bench.kinds.diagnosis.bugs import bug_of, numbers_of, with_numbers
+from helmbench.bench.kinds.diagnosis.bases import bug_of, numbers_of, with_numbers
 from helmbench.bench.kinds.diagnosis.execute import right_names
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec, plan
 from helmbench.bench.suites import load_suite

@@ -68,18 +68,17 @@ def test_no_injected_damping_makes_a_ship_unstable(rng: np.random.Generator) -> 
 
 @pytest.mark.parametrize("vessel", VESSELS)
 def test_no_effect_has_no_strength(vessel: str, rng: np.random.Generator) -> None:
-    case = FaultCase(vessel, **brief(vessel)).completed()
-    assert noncentrality(case, (), Frames.draw(case, rng), None) < 1e-3
+    frames = Frames.draw(FaultCase(vessel, **brief(vessel)), rng)
+    assert noncentrality(frames, ()) < 1e-3
 
 
 def test_what_the_ships_own_numbers_can_do_is_no_strength(rng: np.random.Generator) -> None:
     """Beside numbers of 5 % a rudder of a response model that is 2 % stronger is a turning gain: at most (2/5)^2."""
-    case = FaultCase("response-1", beside=0.05, **brief("response-1")).completed()
-    frames = Frames.draw(case, rng)
-    own = own_numbers(case, frames, None)
+    frames = Frames.draw(FaultCase("response-1", beside=0.05, **brief("response-1")), rng)
+    own = own_numbers(frames)
     stronger, late = (Effect("rudder_effectiveness", {"e": 0.02}),), (Effect("rudder_delay", {"tau": 2.0}),)
     (gain, gain_left), (delay, delay_left) = (
-        [noncentrality(case, effects, frames, None, numbers) for numbers in (None, own)] for effects in (stronger, late)
+        [noncentrality(frames, effects, numbers) for numbers in (None, own)] for effects in (stronger, late)
     )
     print(gain, gain_left, delay, delay_left)
     assert gain > 10.0 and gain_left < 0.17

@@ -28,7 +28,7 @@ def made(vessel, seed=1, **facts):
 @pytest.mark.parametrize("vessel", EFFECTS)
 def test_a_force_is_that_of_the_effect_backwards_and_without_mean(vessel):
     case = made(vessel)
-    run = case.frames.run(case.case, case.effects, 2, None)
+    run = case.frames.run(case.effects, 2, calm=True)
     plan = plan_of(ship(vessel), case.effects, 2)
     found = foreign_forces(plan, ship(vessel), run)
     assert found.shape == (len(run.states), 3) and np.allclose(found.mean(axis=0), 0.0, atol=1e-9 * np.abs(found).max())

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from helmbench.bench import kinds as folder
-from helmbench.bench.kinds import kind_names, kind_of
+from helmbench.bench.kinds import kind_names, kind_of, suite_models
 from helmbench.bench.kinds.base import TIMES, Kind
 from helmbench.bench.suites import load_suite, suite_names
 from helmbench.models.errors import BadInput
@@ -43,7 +43,7 @@ def test_a_failure_is_told_by_columns_of_its_row(name):
 
 @pytest.mark.parametrize("name", kind_names())
 def test_models_of_suite_files_refuse_unknown_keys(name):
-    for model in kind_of(name).suite_models():
+    for model in suite_models(name):
         assert issubclass(model, FileContent) and model.model_config["extra"] == "forbid"
 
 

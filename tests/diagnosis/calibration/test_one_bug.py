@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.kinds.base import RunSelection
-from helmbench.bench.kinds.diagnosis.bugs import bug_of
+from helmbench.bench.kinds.diagnosis.bases import bug_of
 from helmbench.bench.kinds.diagnosis.execute import base_of, injected_of
 from helmbench.bench.kinds.diagnosis.plan import plan
 from helmbench.bench.suites import load_suite

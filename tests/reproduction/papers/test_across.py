@@ -153,7 +153,9 @@ def test_answers_on_the_own_example(ratio, expected):
 
 
 def test_answers_join():
-    assert answers.joined(["yes", "yes"]) == "yes" and answers.joined(["yes", "no"]) == "partly"
+    assert (
+        answers.joined([("", "", "yes")] * 2) == "yes" and answers.joined([("", "", "yes"), ("", "", "no")]) == "partly"
+    )
 
 
 def test_where_to_use_it_instead():
@@ -170,7 +172,7 @@ def test_where_to_use_it_instead():
     headline = Headline(claim="c", method="m", baseline="b", own=own, pairs=("mi-rls", "nmi-rls"))
     assert answers.instead(headline, own_results) == "low noise: a"
     assert answers.instead(headline.model_copy(update=dict(pairs=("nmi-rls",))), own_results) == "low noise: a"
-    assert answers.elsewhere(answers.cells(own_results, "mi-rls")) == "yes"
+    assert answers.on_vessels(headline.model_copy(update=dict(pairs=("mi-rls",))), own_results) == "yes"
 
 
 def test_changes_between_two_reproductions():

@@ -80,6 +80,6 @@ def test_a_finite_rudder_rate_decides_the_overshoot():
     model = records.vehicle()
     step = records.difference_step(model)
     for rate, rls, fw in ((10.0, 4.0, 1.64), (1e9, 0.692, 0.697)):
-        run = records.steered(step, records.Gear(np.deg2rad(rate), 0.0, records.STEP_S, 0.0))
+        run = records.zigzag(step, gear=records.Gear(np.deg2rad(rate), 0.0, records.STEP_S))
         found = studies.compared({n: studies.recursion(n).fit([run], model) for n in studies.SEARCHED}, model)
         assert (found["rls_T3_overshoot"], found["fw_T3_overshoot"]) == pytest.approx((rls, fw), rel=0.01)

@@ -100,7 +100,7 @@ def test_figures_are_drawn(paper, found):
 
 def test_without_the_measured_set_the_stored_run_stands(monkeypatch, tmp_path):
     monkeypatch.setenv("HELMBENCH_DATA", str(tmp_path))
-    stored = runner.StudyKind().execute(runner.StudyJob("002", "tank", 0))
+    stored = runner.execute(runner.StudyJob("002", "tank", 0))
     assert stored["row"]["error"] is None and stored["series"]
     keys = {c.corrected for c in files.load("002").claims if c.study == "tank"}
     assert keys and keys <= set(runner.result_of(stored).values)

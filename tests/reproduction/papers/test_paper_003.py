@@ -98,7 +98,7 @@ def test_runs_are_spread_over_the_noise(monkeypatch, rng):
 
 
 def test_equal_streams_give_equal_results():
-    one, two = (states.table_4("patrol", stream("003", "states_patrol", 5)).values for _ in range(2))
+    one, two = (states.table_4("patrol", stream("003", "states_patrol", 5), index=5).values for _ in range(2))
     assert one == two
 
 

@@ -5,8 +5,10 @@ import math
 import numpy as np
 import pytest
 
+from helmbench.models.plain import plain
 from helmbench.reproduction.claims.claim import Claim, Reference, Tolerance
-from helmbench.reproduction.verdicts.spread import from_json, prediction_interval, spread, summarise, to_json
+from helmbench.reproduction.results import spread_of
+from helmbench.reproduction.verdicts.spread import prediction_interval, spread, summarise
 from helmbench.reproduction.verdicts.verdict import (
     CONSISTENT,
     CONTRADICTED,
@@ -229,8 +231,9 @@ def test_interval_holds_a_further_run(rng):
 def test_stored_spreads_come_back():
     found = summarise([{"a": 1.0, "b": True}, {"a": None}, {"a": 3.0, "b": False}])
     assert found["a"].finite == 2 and found["b"].n == 3 and found["b"].mean == 0.5
-    assert from_json(to_json(found)) == found
-    assert math.isnan(from_json({"a": dict.fromkeys(to_json(found)["a"], None)})["a"].low)
+    stored = plain(found)
+    assert {key: spread_of(entry) for key, entry in stored.items()} == found
+    assert math.isnan(spread_of(dict.fromkeys(stored["a"])).low)
 
 
 @pytest.mark.parametrize(

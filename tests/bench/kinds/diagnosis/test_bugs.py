@@ -7,8 +7,7 @@ import pytest
 
 from helmbench.bench.faults import VESSELS
 from helmbench.bench.kinds.base import RunSelection
-from helmbench.bench.kinds.diagnosis.bases import base_model
-from helmbench.bench.kinds.diagnosis.bugs import BUGS, bug_of
+from helmbench.bench.kinds.diagnosis.bases import BUGS, base_model, bug_of
 from helmbench.bench.kinds.diagnosis.execute import base_of, injected_of
 from helmbench.bench.kinds.diagnosis.judge import OUTCOMES, judge_names
 from helmbench.bench.kinds.diagnosis.plan import ONE_BUG, plan

@@ -132,9 +132,8 @@ def injected_of(effect, vessel="mariner", power=50.0):
         Record(np.arange(3.0), {"rudder_rad": np.zeros(3)}, name, RecordMeta())
         for name in ("train-1", "train-2", "held_out-3")
     ]
-    return Injected(
-        FaultCase(vessel), records[:2], records[2:], (effect,), None, power, Frames((), np.zeros(0), np.zeros(0))
-    )
+    frames = Frames(FaultCase(vessel), None, np.zeros(0), np.zeros(0))
+    return Injected(frames, records[:2], records[2:], (effect,), power)
 
 
 SHORT = {"duration_s": 120.0, "train": ("turn:20",), "held_out": ("zigzag:20/20", "steps:20deg/30s")}

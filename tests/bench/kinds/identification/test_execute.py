@@ -7,20 +7,13 @@ import time
 import numpy as np
 import pytest
 
-from helmbench.bench import store
+from helmbench.bench.journal import sealed, unsealed
 from helmbench.bench.kinds.identification import execute as executing
 from helmbench.bench.kinds.identification.columns import PARAMETER_COLUMNS, result_columns
 from helmbench.bench.kinds.identification.execute import execute
-from helmbench.methods.registry import methods
 from helmbench.models.errors import CannotFit, FitFailed
 
 from ....made_up.suites import own_method_file, spec_of
-
-
-@pytest.fixture(autouse=True)
-def _every_method_is_loaded():
-    """A method that is first imported while `make` is replaced would keep the replacement."""
-    methods()
 
 
 @pytest.fixture
@@ -38,7 +31,7 @@ def test_a_run_fills_the_columns_of_the_tables():
     assert row["wall_s"] > 0 and row["cpu_s"] > 0 and 20 < row["peak_memory_mib"] < 4000
     assert [entry["parameter"] for entry in run["parameters"]] == ["T", "K", "alpha"]
     assert all(row.keys() | entry.keys() >= set(PARAMETER_COLUMNS) for entry in run["parameters"])
-    assert json.loads(store._json(run))["key"] == spec_of().key
+    assert json.loads(unsealed(sealed(run).rstrip()))["key"] == spec_of().key
 
 
 @pytest.mark.parametrize(
@@ -69,7 +62,7 @@ def test_methods_are_never_given_the_truth(monkeypatch):
             seen.append(model.coefficients.copy())
             raise CannotFit("only looking")
 
-    monkeypatch.setattr("helmbench.methods.registry.make", lambda *_: CoefficientNotes())
+    monkeypatch.setattr(executing, "make", lambda *_: CoefficientNotes())
     monkeypatch.setattr(executing, "_WARMED", set())
     execute(spec_of())
     assert len(seen) == 2 and all(np.isnan(coefficients).all() for coefficients in seen)
@@ -82,7 +75,7 @@ def test_a_fit_that_did_not_converge_says_so(monkeypatch):
         def fit(self, records, model):
             return dataclasses.replace(make("ls").fit(records, model), converged=False, message="ran out of steps")
 
-    monkeypatch.setattr("helmbench.methods.registry.make", lambda *_: Tired())
+    monkeypatch.setattr(executing, "make", lambda *_: Tired())
     row = execute(spec_of())["row"]
     assert (row["status"], row["error"]) == ("ok", "not converged: ran out of steps")
 
@@ -93,7 +86,7 @@ def test_time_is_that_of_the_fit_alone(monkeypatch):
             time.sleep(0.2)
             raise FitFailed("slept")
 
-    monkeypatch.setattr("helmbench.methods.registry.make", lambda *_: Slow())
+    monkeypatch.setattr(executing, "make", lambda *_: Slow())
     row = execute(spec_of())["row"]
     assert 0.2 <= row["wall_s"] < 2.0 and row["cpu_s"] < 0.15
 
