@@ -122,7 +122,7 @@ class TunedMethod(Wrapper):
             n_iterations=best.n_iterations,
             trajectory=best.trajectory,
             trajectory_time_s=best.trajectory_time_s,
-            extra={**best.extra, "tuning": found.as_dict()},
+            extra={**best.extra, "tuning": found._asdict()},
             predictor=best.predictor,
         )
 
