@@ -5,15 +5,17 @@ from __future__ import annotations
 import inspect
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
-from ..estimation.methods_only.recursive.recursion import PRIORS, prior_of, recursion
+from ..estimation.methods_only.recursive.recursion import PRIORS, UpdateRule, prior_of, recursion
 from ..estimation.methods_only.recursive.stream import RecordStream
 from ..estimation.methods_only.regression.weighted import RegressionRows
+from ..estimation.methods_only.tuning.space import Domain
+from ..estimation.regression.samples import RegressionSamples
 from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit, blas_limited, numerical_guard, prepared, propagate
 from ..models.errors import BadInput, CannotFit, FitFailed
@@ -32,12 +34,6 @@ from .options import (
     with_options,
     words,
 )
-
-if TYPE_CHECKING:
-    from ..estimation.methods_only.recursive.recursion import UpdateRule
-    from ..estimation.methods_only.tuning.space import Domain
-    from ..estimation.regression.samples import RegressionSamples
-
 
 KINDS: Mapping[str, str] = {
     "grey box": "coefficients of a physical model",

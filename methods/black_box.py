@@ -13,23 +13,21 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.methods_only.black_box.predictor import evenly_spaced, learn, training_rows
 from ..estimation.methods_only.black_box.sklearn_regressors import find_regressor, kernel_with_noise, make_regressor
 from ..estimation.methods_only.tuning.space import Choice, Domain, Integer, Real
 from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
+from ..models.model import Model
 from .base import SCHEME
 from .options import Option, option, whole
 from .wrapper import Wrapper
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 PREFIX = "sklearn:"
 ROWS: Mapping[str, int] = {

@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA
 from ..estimation.methods_only.regression.observed import observed_samples, printed_samples
 from ..estimation.methods_only.svr.regression import fit_svr, ls_svr, rw_ls_svr, stacked_rows
+from ..estimation.methods_only.svr.tuning import Tuner
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.records.series import require
 from ..estimation.regression.filtered import filtered_rows
 from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
+from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit
+from ..models.model import Model
 from .base import Method
 from .ls_svr import CONSTANT, TUNER
 from .options import POSITIVE, option, words
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.methods_only.svr.tuning import Tuner
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 
 class EsoRwLssvr(Method):

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.numerics import factors
 from ..estimation.regression.least_squares import least_squares
 from ..estimation.regression.samples import RegressionSamples, n_accelerations
@@ -14,12 +14,9 @@ from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
 from ..models.linear_algebra import condition_number
+from ..models.model import Model
 from .base import Method
 from .options import option, words
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 ALGORITHMS = ("A1", "A2")
 

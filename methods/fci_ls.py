@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from ..datasets.record import Record
+from ..estimation.estimates.estimate import Estimate
 from ..estimation.methods_only.recursive.iterative_learning import (
     BETA,
     PRINTED_TOLERANCE,
@@ -13,18 +14,14 @@ from ..estimation.methods_only.recursive.iterative_learning import (
     PrintedLearning,
     printed_fit,
 )
+from ..estimation.methods_only.recursive.recursion import UpdateRule
 from ..estimation.methods_only.tuning.space import Real
+from ..estimation.regression.samples import RegressionSamples
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput, CannotFit
+from ..models.model import Model
 from .base import RecursiveMethod
 from .options import NOT_NEGATIVE, option, whole
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.estimates.estimate import Estimate
-    from ..estimation.methods_only.recursive.recursion import UpdateRule
-    from ..estimation.regression.samples import RegressionSamples
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 
 class FciLs(RecursiveMethod):

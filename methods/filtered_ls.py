@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.methods_only.regression.smoothed import smoothed_rows
 from ..estimation.methods_only.tuning.space import Integer, Real
 from ..estimation.numerics import factors
@@ -15,12 +15,9 @@ from ..estimation.regression.filtered import ORDER, row_factors
 from ..estimation.regression.filtered_fit import CORNERS, FilteredFit, best_corner, coloured_covariance, fit_filtered
 from ..estimation.regression.least_squares import least_squares
 from ..estimation.results.fit import Fit
+from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, option, whole
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 
 class SvfLs(Method):

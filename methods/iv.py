@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+from ..datasets.record import Record
 from ..estimation.methods_only.regression.instrumental import lagged_fit, refined_fit
 from ..estimation.methods_only.tuning.space import Choice, Integer
 from ..estimation.results.fit import Fit
+from ..models.model import Model
 from .base import DIFFERENCE, Method
 from .options import POSITIVE, option, whole, words
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 INSTRUMENTS = ("simulated", "lagged")
 

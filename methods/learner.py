@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.methods_only.black_box.narx import learn_narx
 from ..estimation.methods_only.black_box.predictor import evenly_spaced
 from ..estimation.methods_only.black_box.rows import Lags, narx_rows, signals_of
 from ..estimation.methods_only.tuning.space import Choice, Domain, Integer
 from ..estimation.methods_only.tuning.tune import tune
 from ..estimation.results.fit import Fit
+from ..estimation.results.predictor import Predictor
 from ..models.errors import CannotFit, FitFailed
+from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, option, whole
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.results.predictor import Predictor
-    from ..models.model import Model
 
 LAGS = Integer(1, 3)
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..datasets.signals import sensor_sd
 from ..estimation.methods_only.regression.left_out import SVF, Scheme, best_scheme
 from ..estimation.methods_only.regression.zero_order_hold import common_step, exact_with_covariance
@@ -16,12 +16,9 @@ from ..estimation.regression.least_squares import LeastSquares, fit_by_scheme
 from ..estimation.regression.schemes import INTEGRATED, SCHEMES
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
+from ..models.model import Model
 from .base import Method
 from .options import option, words
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 DRAWS, SEED = 48, 48
 """Repetitions (a standard error is then uncertain by a tenth), and the seed of their noise."""

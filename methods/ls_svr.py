@@ -2,23 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable, Sequence
+from typing import Any, ClassVar
 
+from ..datasets.record import Record
 from ..estimation.methods_only.svr.regression import FILTER, BuildRegressor, fit_svr, ls_svr, rows_by_scheme, rw_ls_svr
-from ..estimation.methods_only.svr.tuning import TUNERS
+from ..estimation.methods_only.svr.tuning import TUNERS, Tuner
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.regression.schemes import SCHEMES
+from ..estimation.results.fit import Fit
+from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, option, words
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from ..datasets.record import Record
-    from ..estimation.methods_only.svr.tuning import Tuner
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 
 def _check_tuner(name: str, value: Any) -> None:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.likelihood.output_error import identify
 from ..estimation.methods_only.likelihood.posterior import sample
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
+from ..models.model import Model
 from .options import option, whole
 from .output_error import PriorMethod
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 QUANTILES = (0.025, 0.5, 0.975)
 ENOUGH = 50.0

@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+from ..datasets.record import Record
 from ..estimation.methods_only.likelihood.moving_horizon import Horizon, fit_moving_horizon
 from ..estimation.methods_only.tuning.space import Integer, Real
+from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
+from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, SHARE, option, whole
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 
 class MovingHorizon(Method):

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..estimation.methods_only.tuning.space import Choice, Integer, Real
+from ..models.model import Model
 from .learner import LAGS, STRIDE, NarxLearner, open_option
-
-if TYPE_CHECKING:
-    from ..models.model import Model
 
 INPUT_LAGS: Any = open_option("values of the inputs", Integer(1, 2), 1)
 

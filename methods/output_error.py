@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ..datasets.record import Record
 from ..estimation.likelihood.loss import TUNING, loss_of
 from ..estimation.likelihood.output_error import as_fit, identify
+from ..estimation.likelihood.unknowns import Unknowns
 from ..estimation.methods_only.likelihood import options as knowledge
 from ..estimation.methods_only.likelihood.profile import profile
+from ..estimation.results.fit import Fit
+from ..models.model import Model
 from .base import Method
 from .options import number, option, whole, words
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.likelihood.unknowns import Unknowns
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 MOST_STRETCHES = 1000
 

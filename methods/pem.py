@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
+import numpy as np
+
+from ..datasets.record import Record
 from ..estimation.likelihood.linear_problem import NULL
 from ..estimation.likelihood.output_error import identify
 from ..estimation.methods_only.likelihood.prediction_error import (
@@ -17,14 +19,9 @@ from ..estimation.numerics import factors
 from ..estimation.regression.starts import starts_of
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
+from ..models.model import Model
 from .base import Method
 from .options import option, whole
-
-if TYPE_CHECKING:
-    import numpy as np
-
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 
 class Pem(Method):

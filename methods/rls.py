@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 from ..estimation.methods_only.recursive.multi_innovation import MultiInnovationRule, one_step_share
 from ..estimation.methods_only.recursive.recursion import LeastSquaresRule, UpdateRule
 from ..estimation.methods_only.tuning.space import Integer, Real
+from ..estimation.regression.samples import RegressionSamples
 from .base import RecursiveMethod
 from .options import POSITIVE, SHARE, number, option, whole
-
-if TYPE_CHECKING:
-    from ..estimation.regression.samples import RegressionSamples
 
 SEARCHED_PRIOR = option(searched=Real(1e-2, 1e12, log=True))
 """`p0`, tuned."""

@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from ..estimation.methods_only.regression.robust import EFFICIENT, biweight, huber_estimate, huber_weight, m_estimate
+from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Real
+from ..estimation.results.fit import Fit
 from .base import RegressionMethod
 from .options import POSITIVE, option
-
-if TYPE_CHECKING:
-    from ..estimation.methods_only.regression.weighted import RegressionRows
-    from ..estimation.results.fit import Fit
 
 
 class Huber(RegressionMethod):

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
-from ..estimation.methods_only.black_box.state_space import training_of
+from ..datasets.record import Record
+from ..estimation.methods_only.black_box.state_space import Training, training_of
 from ..estimation.methods_only.black_box.subspace import identify
 from ..estimation.methods_only.tuning.space import Integer, Real
+from ..estimation.results.fit import Fit
+from ..models.model import Model
 from .base import Method
 from .learner import LAGS, STRIDE, Learner, black_box_fit, in_order, open_option
 from .options import NOT_NEGATIVE, option, whole
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.methods_only.black_box.state_space import Training
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 
 def _fit(training: Training, system: Any, lags: int) -> Fit:

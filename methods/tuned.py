@@ -11,21 +11,19 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
+from ..datasets.record import Record
+from ..estimation.methods_only.tuning.space import Domain
 from ..estimation.methods_only.tuning.tune import TUNERS, VALIDATIONS, storage_of, tune
 from ..estimation.results.fit import Fit
 from ..models.argument_types import typed
 from ..models.errors import BadInput
+from ..models.model import Model
 from .base import Method
 from .options import option, whole, words
 from .registry import find
 from .wrapper import Wrapper
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.methods_only.tuning.space import Domain
-    from ..models.model import Model
 
 PREFIX = "tuned:"
 STORAGE = "HELMBENCH_STUDIES"

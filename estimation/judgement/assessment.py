@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import BadInput, CannotFit, FitFailed
 from ...models.published import published_values
 from ..estimates.assessment import NORMAL_95, Assessment, ParameterTold
+from ..estimates.biases import Biases
+from ..estimates.comparison import Comparison
 from ..estimates.correlation import ChannelResiduals, channel_residuals
+from ..estimates.estimate import Estimate
+from ..information.identifiability import Identifiability
 from ..records.naming import named, numbered
 from ..validation.result import Validation
 from ..validation.validate import validate
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ..estimates.biases import Biases
-    from ..estimates.comparison import Comparison
-    from ..estimates.estimate import Estimate
-    from ..information.identifiability import Identifiability
 
 DRAWN = 6
 """Compared candidates whose free runs are drawn."""

@@ -13,26 +13,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ...datasets.instruments import hull_record
+from ...datasets.record import Record
 from ...models import kernels
 from ...models.errors import BadInput, CannotFit, FitFailed
-from ...models.model import resolve
+from ...models.model import Model, resolve
 from ...models.vessel import vessel_files
 from ..estimates.comparison import Candidate, Comparison
-from ..estimates.estimate import published
+from ..estimates.estimate import Estimate, published
 from ..records.naming import named
 from ..run.run import run_along
 from ..run.squares import Squares
 from ..validation.validate import TOGETHER
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
-    from ..estimates.estimate import Estimate
 
 BLOCKS = 4
 """Blocks of time into which a single record is cut."""

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.errors import BadInput
-
-if TYPE_CHECKING:
-    from ..estimates.estimate import Estimate
+from ..estimates.estimate import Estimate
 
 BANDS = (0.05, 0.02)
 """Half widths of the bands, relative to the value."""

@@ -9,20 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ...datasets.record import Record
+from ...models.model import Model
+from ..estimates.estimate import Estimate
 from ..methods_only.black_box.hybrid import HybridPredictor
 from ..results.predictor import ModelPredictor, Predictor
 from ..run.run import run_of
 from ..run.stretch import Stretch, stretches_of
 from ..validation.validate import TOGETHER
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
-    from ..estimates.estimate import Estimate
 
 COUNT = 20
 """Members of an ensemble."""

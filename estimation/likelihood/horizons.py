@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...models.model import Model
 from ..records.series import Series
 from .minimiser import ROUGH, levenberg_marquardt
 from .problem import Problem
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 HORIZONS = (32, 8, 2)
 """Pieces into which records are cut, in turn."""

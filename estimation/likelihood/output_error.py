@@ -17,11 +17,12 @@ Source: Jategaonkar 2015, Flight Vehicle System Identification, ch 4.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit
+from ...models.model import Model
 from ..numerics import factors
 from ..records.gaps import unbroken_series
 from ..records.series import Series
@@ -33,10 +34,6 @@ from .problem import Point, Problem, free_start_problem
 from .search import Outcome, fit_output_error
 from .shooting import ShootingProblem
 from .unknowns import Unknowns
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 
 def identify(

@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...models.model import Model
 from ..numerics import factors
 from ..records.series import Series
 from ..simulation import free_run
 from .arrow import Arrow, RecordRows
 from .loss import Loss
 from .unknowns import Unknowns
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 RELATIVE_FLOOR = 1e-13
 """Smallest residual standard deviation, relative to the channel's size."""

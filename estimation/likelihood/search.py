@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ...models.errors import FitFailed
+from ...models.model import Model
 from ..records.series import Series
 from .horizons import fit_growing_horizons, short_runs
 from .loss import Loss
@@ -16,9 +17,6 @@ from .minimiser import ROUGH, STRAIGHT, Minimum, levenberg_marquardt
 from .problem import Problem, explains_records, fixed_start_problem, free_start_problem, sensor_sd_of
 from .shooting import ITERATIONS, ShootingFit, fit_by_shooting
 from .unknowns import Unknowns
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 GOOD, ADEQUATE = 1.5, 3.0
 """Residual, relative to the sensor noise, at which the search ends, and below which a model explains the records."""

@@ -10,19 +10,17 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...models.model import Model
 from ..numerics import factors
 from ..records.series import Series
 from ..simulation import free_run
 from .horizons import measured_state
 from .minimiser import ROUGH, Minimum, levenberg_marquardt
 from .problem import Point, Problem
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 JUMP_SD = (1e-1, 1e-2, 1e-3, 1e-4, 1e-5, 1e-6)
 """Standard deviations of the jumps in turn, in units of the states' size."""

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.linear_algebra import lstsq, pinv
-
-if TYPE_CHECKING:
-    from ...models.model import Model
-    from ..regression.least_squares import LeastSquares
+from ...models.model import Model
+from ..regression.least_squares import LeastSquares
 
 STEP = 1e-6
 """Relative step of the derivative of coefficients with respect to published parameters."""

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit
+from ...models.model import Model
 from .series import Series, series_of
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 LONG_GAP_STEPS, LONG_GAP_S = 5.0, 4.0
 """A gap in the rows or in the rudder longer than both, in median steps and in seconds (on a 160 m ship), cuts a

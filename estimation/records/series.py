@@ -9,18 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.columns import TWIN
+from ...datasets.record import Record
 from ...datasets.signals import bridged, sensor_sd
 from ...models.errors import CannotFit
+from ...models.model import Model
 from .weather import CURRENT, flow_of, measured_weather
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 MEASURED = ("u", "v", "r", "psi")
 """States whose channels simulation-based methods fit; positions have no information that these lack."""

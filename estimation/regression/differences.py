@@ -18,17 +18,14 @@ than three times the median, removes only the rows that use it.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit
+from ...models.model import Model
 from ..records.series import inputs_of, require, samples, steps
 from .samples import LONGEST_STEP, RegressionSamples, n_accelerations, table
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 
 def forward(record: Record, model: Model) -> RegressionSamples:

@@ -11,20 +11,17 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...datasets.signals import bridged
 from ...models.errors import CannotFit
+from ...models.model import Model
 from ..numerics import factors
 from ..observers.statevariable import derivatives, transients
 from ..records.series import inputs_of, require, samples
 from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, n_accelerations, table
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 ORDER = 4
 DENSE = 0.1

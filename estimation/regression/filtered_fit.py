@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit, FitFailed
+from ...models.model import Model
 from ..records.series import series_of
 from ..simulation.selection import free_run_cost
 from .filtered import ORDER, FilteredRows, filtered_rows, row_factors
 from .least_squares import LeastSquares, least_squares
 from .samples import n_accelerations
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 CORNERS = 11
 """Corner frequencies tried."""

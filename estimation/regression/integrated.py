@@ -10,18 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit
+from ...models.model import Model
 from ..numerics import factors
 from ..records.series import inputs_of, require, samples, steps
 from .samples import LONGEST_STEP, RegressionSamples, n_accelerations, table
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 EXTRA_SAMPLES = 5
 """Samples that a stretch needs in addition to the terms of its polynomial."""

@@ -7,18 +7,16 @@ equation, the second solution divides by it.  Source: Aitken 1935, Proc. R. Soc.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import FitFailed
+from ...models.model import Model
 from ..numerics import factors
 from .samples import RegressionSamples, n_accelerations
 from .schemes import regression_samples
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 SMALLEST_RESIDUAL = 1e-14
 """Smallest residual standard deviation of an equation, relative to the root mean square of its left side."""

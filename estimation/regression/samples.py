@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.errors import CannotFit
+from ...models.model import Model
 from ..numerics import factors
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 LONGEST_STEP = 3.0
 """Multiple of the median time step above which a step counts as a gap."""

@@ -14,17 +14,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
+from ...models.model import Model
 from .differences import forward, heading_difference, midpoint
 from .integrated import triple_integral, triple_integral_held, triple_integral_rest
 from .samples import RegressionSamples, check_enough_rows
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 LOCAL: dict[str, Callable[[Record, Model], RegressionSamples]] = {
     "forward": forward,

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import BadInput, CannotFit, FitFailed
 from ...models.linear_algebra import blas_limited
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
-    from .predictor import Predictor
+from ...models.model import Model
+from .predictor import Predictor
 
 SHORTEST = 8
 """Samples below which no record is accepted."""

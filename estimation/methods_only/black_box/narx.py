@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ....models.errors import FitFailed
+from ....models.model import Model
 from .compiled import Packed, compiled, stacked
 from .forms import OUTSIDE
 from .motion import one_ahead, whole_run
 from .predictor import CHECKED, LARGEST, evenly_spaced, fit_regressors, unchecked
 from .rows import SYMMETRIC, Lags, outputs_of
-
-if TYPE_CHECKING:
-    from ....models.model import Model
 
 DIGITS = 9
 """Decimals of scaled rows: rounding errors of the records' units do not decide between two splits of a tree."""

@@ -10,17 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ....models.errors import FitFailed
+from ....models.model import Model
 from ...regression.samples import RegressionSamples, n_accelerations
 from .compiled import Packed, compiled, stacked
 from .forms import OUTSIDE
-
-if TYPE_CHECKING:
-    from ....models.model import Model
 
 LARGEST = 1e100
 """Size of a feature or target above which it counts as not finite."""

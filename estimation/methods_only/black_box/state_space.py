@@ -12,20 +12,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import CannotFit, FitFailed
+from ....models.model import Model
 from .forms import OUTSIDE
 from .motion import one_ahead, whole_run
 from .narx import DIGITS, at_earlier, inverse_spread, on_steps
 from .predictor import LARGEST
 from .rows import SYMMETRIC, Signals, averaged_signals, outputs_of, signals_of
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 
 class System(Protocol):

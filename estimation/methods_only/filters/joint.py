@@ -10,20 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import FitFailed
+from ....models.model import Model
 from ...records.gaps import unbroken_series
 from ...records.series import Series, noise_floor
 from ...regression.least_squares import LeastSquares
 from ...regression.starts import Start, starts_of
 from ...results.fit import LONGEST_PATH, Fit
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 NARROWER = (1.0, 0.1, 0.01)
 """Factors on the prior's standard deviations, tried in turn while the filter diverges."""

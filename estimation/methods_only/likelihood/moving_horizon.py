@@ -20,12 +20,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import FitFailed
 from ....models.linear_algebra import pinv
+from ....models.model import Model
 from ...likelihood.linear_problem import NULL
 from ...likelihood.minimiser import levenberg_marquardt
 from ...likelihood.problem import Point, Problem, free_start_problem, sensor_sd_of
@@ -45,10 +47,6 @@ from ..filters.joint import (
     prior_factor,
     square_changes,
 )
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 ITERATIONS = 5
 """Iterations in a horizon at most; most horizons need one."""

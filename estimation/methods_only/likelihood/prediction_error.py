@@ -10,11 +10,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import FitFailed
+from ....models.model import Model
 from ...filters.innovations.derivatives import responses, tangent, traces
 from ...filters.innovations.estimator import Estimator, Innovations, estimator
 from ...filters.innovations.noise_fit import QUANTUM, fit_noise, fit_noise_from_starts
@@ -24,10 +26,6 @@ from ...likelihood.linear_problem import LinearProblem
 from ...likelihood.minimiser import Damping, try_steps
 from ...numerics import factors
 from ...records.series import MEASURED
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 FORCES = (4.0, 64.0)
 """Standard deviations of the forces, in QUANTUM, under which starts are compared."""

@@ -20,12 +20,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import FitFailed
 from ....models.linear_algebra import lstsq
+from ....models.model import Model
 from ...likelihood.arrow import Arrow, LinearArrow, RecordRows
 from ...numerics import factors
 from ...observers.smoothed_states import smoothed_states
@@ -36,10 +38,6 @@ from ...results.fit import Fit
 from ..black_box.free_runs import require_jax
 from .equations import POINTS, PinnEquations
 from .network import Features, features_of
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 STEPS = POINTS - 1
 """Most collocation intervals of a window."""

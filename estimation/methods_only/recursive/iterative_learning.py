@@ -4,18 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....datasets.record import Record
+from ....models.model import Model
 from ...regression.integrated import Roles, roles
 from ...regression.schemes import regression_samples
 from ...results.fit import Fit
 from ..regression.zero_order_hold import common_step
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 BETA = 0.005
 SHARE = 0.5

@@ -8,16 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ....models.errors import CannotFit, FitFailed
+from ....models.model import Model
 from ...regression.samples import RegressionSamples
 from ...results.fit import LONGEST_PATH, Fit
-
-if TYPE_CHECKING:
-    from ....models.model import Model
 
 PRIORS = ("scaled", "physical")
 

@@ -9,21 +9,18 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....datasets.record import Record
 from ....models.errors import BadInput, CannotFit, FitFailed
+from ....models.model import Model
 from ...numerics import factors
 from ...regression.samples import RegressionSamples
 from ...regression.schemes import LOCAL, samples_of
 from ...results.fit import SHORTEST, Fit, prepared
 from . import recursion
 from .recursion import RecursionPrior, RecursionState, UpdateRule, row_scales, scaled_rows
-
-if TYPE_CHECKING:
-    from ....models.model import Model
 
 OVERLAP = 8
 """Samples of a chunk that are kept: more than any difference scheme uses for one row."""

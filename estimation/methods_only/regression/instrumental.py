@@ -7,24 +7,21 @@ Instruments z are regressors without the noise of the regressors phi: z'(y - phi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import FitFailed
 from ....models.linear_algebra import pinv
+from ....models.model import Model
 from ...numerics import factors
-from ...records.series import series_of
+from ...records.series import Series, series_of
 from ...regression.least_squares import SMALLEST_RESIDUAL
 from ...regression.samples import LONGEST_STEP, check_enough_rows, n_accelerations
 from ...regression.schemes import SCHEMES
 from ...regression.starts import starts_of
 from ...simulation.free_run import start_state
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
-    from ...records.series import Series
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
 """Rows of one record: y (N, k), phi (N, k, p) and the instruments z (N, k, p)."""

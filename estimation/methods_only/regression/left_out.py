@@ -10,11 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import CannotFit, FitFailed
+from ....models.model import Model
 from ...numerics import factors
 from ...records.series import Series, series_of
 from ...regression.filtered import filtered_pieces, row_factors
@@ -22,10 +24,6 @@ from ...regression.filtered_fit import corner_frequencies
 from ...regression.least_squares import equation_factors, least_squares
 from ...regression.schemes import samples_of
 from ...simulation.selection import left_out_cost
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 WINDOWS = 6
 """Windows that all records together are cut into; a record into at least two."""

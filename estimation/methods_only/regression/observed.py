@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....datasets.signals import bridged
 from ....models.errors import CannotFit, FitFailed
+from ....models.model import Model
 from ...records.series import inputs_of, require, series_of
 from ...regression.filtered import stretches
 from ...regression.least_squares import equation_factors, least_squares
 from ...regression.samples import RegressionSamples, check_enough_rows, table
 from ...simulation.selection import free_run_cost
 from ..observers.eso import Observed, observe, observe_as_printed
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 POLES = 9
 """Poles of the observer tried."""

@@ -7,20 +7,17 @@ one motion.  The rudder passes through yaw's smoother as well, so that a linear 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....datasets.signals import bridged, sensor_sd
 from ....models.errors import CannotFit
+from ....models.model import Model
 from ...observers.smoothing import SHORTEST, SmoothedTrack, Walk, fitted_walk, sensor_variances, smoothed
 from ...records.series import at_equal_steps, inputs_of, require, samples
 from ...regression.filtered import FilteredRows, stretches
 from ...regression.samples import RegressionSamples, check_enough_rows, n_accelerations, table
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 EXTRA_STATES = (1, 2)
 """States tried in addition to the highest derivative that the regression needs."""

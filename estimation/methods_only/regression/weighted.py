@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....models.errors import FitFailed
 from ....models.linear_algebra import lstsq
+from ....models.model import Model
 from ...numerics import factors
 from ...regression.least_squares import equation_factors, least_squares
 from ...regression.samples import RegressionSamples, n_accelerations
-
-if TYPE_CHECKING:
-    from ....models.model import Model
 
 KEPT = 20_000_000
 """Numbers up to which an evaluated regression is kept in memory; a larger one is evaluated again in each pass."""

@@ -7,17 +7,14 @@ explicit Euler rule (paper 002, eq 4 and 6).  Here the matrix logarithm of the s
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import CannotFit, FitFailed
+from ....models.model import Model
 from ...records.series import steps
 from ...regression.integrated import Roles, roles
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 STEP = 1e-6
 """Relative step of the central differences in the map's Jacobian."""

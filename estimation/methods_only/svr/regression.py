@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import CannotFit, FitFailed
 from ....models.linear_algebra import pinv
+from ....models.model import Model
 from ...numerics import factors
 from ...regression.filtered import DENSE
 from ...regression.filtered_fit import BLOCK_TIME, best_corner
@@ -17,10 +19,6 @@ from ...regression.schemes import regression_samples
 from ...results.fit import Fit
 from ..regression.weighted import mad
 from .tuning import DOMAIN, TUNERS, TunedConstant, Tuner
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 FILTER = "svf"
 """Name of the scheme that takes state-variable filtered rows."""
