@@ -25,9 +25,8 @@ from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from ..models.model import Model
-from .base import SCHEME
+from .base import SCHEME, Wrapper
 from .options import Option, option, whole
-from .wrapper import Wrapper
 
 PREFIX = "sklearn:"
 ROWS: Mapping[str, int] = {

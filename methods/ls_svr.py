@@ -3,17 +3,235 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
+import numpy as np
+
 from ..datasets.record import Record
-from ..estimation.methods_only.svr.regression import FILTER, BuildRegressor, fit_svr, ls_svr, rows_by_scheme, rw_ls_svr
-from ..estimation.methods_only.svr.tuning import TUNERS, Tuner
+from ..estimation.methods_only.regression.weighted import mad
+from ..estimation.methods_only.svr.tuning import DOMAIN, TUNERS, TunedConstant, Tuner
 from ..estimation.methods_only.tuning.space import Real
-from ..estimation.regression.schemes import SCHEMES
+from ..estimation.numerics import factors
+from ..estimation.regression.filtered import DENSE
+from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
+from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit
+from ..models.errors import CannotFit, FitFailed
+from ..models.linear_algebra import pinv
 from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, option, words
+
+FILTER = "svf"
+"""Name of the scheme that takes state-variable filtered rows."""
+TRAINING = 0.6
+"""Share of each record, from its start, that is trained on while C is chosen (and for the whole fit, as printed)."""
+TUNED_ROWS = 5_000
+"""Rows above which they are thinned while C is chosen."""
+DIFFERENCED = 20
+"""Rows of differences whose errors may be correlated."""
+
+
+BuildRegressor = Callable[..., Any]
+"""Makes a scikit-learn regressor with constant `c`; a `rough` one (second argument), for speed, while C is chosen."""
+
+
+def ls_svr(variant: str) -> BuildRegressor:
+    """Regressors without weights.
+
+    Parameters
+    ----------
+    variant : 'corrected' standardises the columns and has no intercept; 'as_printed' does the opposite.
+    """
+
+    def build(c: float, rough: bool = False) -> Any:
+        from ..estimation.methods_only.svr.estimators import LSSVR
+
+        corrected = variant == "corrected"
+        return LSSVR(C=c, standardise=corrected, fit_intercept=not corrected)
+
+    return build
+
+
+def rw_ls_svr(variant: str) -> BuildRegressor:
+    """Regressors with outliers removed and adaptive weights; `variant` as in `ls_svr`, also that of the weights."""
+
+    def build(c: float, rough: bool = False) -> Any:
+        from ..estimation.methods_only.svr.estimators import RWLSSVR
+
+        corrected = variant == "corrected"
+        limits: dict[str, Any] = {"max_iter": 10, "tol": 1e-3} if rough else {}
+        return RWLSSVR(C=c, standardise=corrected, fit_intercept=not corrected, variant=variant, **limits)
+
+    return build
+
+
+@dataclass(frozen=True)
+class TrainingRows:
+    """Rows of one regression problem: x (n, p), y (n,), all equations below each other.
+
+    `training` (n,) marks the first 60 % of each record; rows of equal `block` (n,) may have correlated errors.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    training: np.ndarray
+    block: np.ndarray
+
+    def of(self, rows: np.ndarray | slice) -> TrainingRows:
+        """Some of the rows."""
+        return TrainingRows(self.x[rows], self.y[rows], self.training[rows], self.block[rows])
+
+
+def rows_by_scheme(
+    records: Sequence[Record], model: Model, scheme: str, physical: bool
+) -> tuple[TrainingRows, dict[str, Any]]:
+    """Rows of all records by a scheme ('svf': filtered at the best corner), and facts for `Fit.extra`.
+
+    `physical` leaves the rows in SI units.
+    """
+    if scheme != FILTER:
+        return stacked_rows(regression_samples(records, model, scheme), model, DIFFERENCED, physical), {}
+    found = best_corner(records, model)
+    return stacked_rows(found.rows, model, int(BLOCK_TIME / DENSE), physical), {"omega_rad_s": found.omega}
+
+
+def stacked_rows(parts: Sequence[Any], model: Model, block_length: int, physical: bool = False) -> TrainingRows:
+    """Rows of all parts (anything with `blocks(model)`), each equation divided by the scale of its residual.
+
+    `block_length` is the number of rows in a block of correlated errors; `physical` leaves the rows as they are.
+
+    Raises
+    ------
+    FitFailed : no equation has finite, non-zero rows.
+    """
+    pieces = [list(part.blocks(model)) for part in parts]
+    lefts = [np.concatenate([y for y, _ in piece]) for piece in pieces]
+    rights = [np.concatenate([phi for _, phi in piece]) for piece in pieces]
+    if not all(np.isfinite(rows).all() for rows in (*lefts, *rights)):
+        raise FitFailed("the regression has no finite, non-zero columns")
+    scale = np.ones(lefts[0].shape[1]) if physical else equation_scales(np.concatenate(lefts), np.concatenate(rights))
+    used = np.flatnonzero(np.isfinite(scale) & np.any([phi.any(axis=(0, 2)) for phi in rights], axis=0))
+    if not used.size:
+        raise FitFailed("the regression has no finite, non-zero columns")
+    found, blocks = [], 0
+    for left, right in zip(lefts, rights, strict=True):
+        place = np.arange(len(left))
+        training = np.repeat(place < TRAINING * len(left), used.size)
+        block = np.repeat(blocks + place // block_length, used.size)
+        blocks += len(left) // block_length + 1
+        x = (right[:, used] / scale[used, None]).reshape(-1, right.shape[2])
+        found.append((x, (left[:, used] / scale[used]).ravel(), training, block))
+    return TrainingRows(*(np.concatenate(column) for column in zip(*found, strict=True)))
+
+
+def equation_scales(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Robust scale (k,) of each equation's least-squares residual, from rows left (n, k) and right (n, k, p).
+
+    At least 1e-9 of the left side; inf for an equation that is zero throughout.
+    """
+    k, p = right.shape[1:]
+    rms = np.sqrt(np.mean(left**2, axis=0))
+    rms = np.where(rms > 0.0, rms, np.inf)
+    if k == 1:
+        return rms
+    rows = np.column_stack([(right / rms[:, None]).reshape(-1, p), (left / rms).ravel()])
+    solution = factors.solve(factors.fold(factors.empty(p), rows))
+    return np.maximum(mad(left - right @ solution.x), 1e-9 * rms)
+
+
+def fit_svr(
+    rows: TrainingRows,
+    build: BuildRegressor,
+    c: float | None,
+    tuner: str | Tuner,
+    whole: bool,
+    extra: dict[str, Any],
+) -> Fit:
+    """The regression of the rows as a method's result.
+
+    Parameters
+    ----------
+    build : makes the regressor.
+    c : regularisation constant; None chooses it by validation with `tuner`.
+    whole : whether all rows are fitted once C is chosen, or the training rows only.
+    extra : facts to add to `Fit.extra`.
+
+    Raises
+    ------
+    CannotFit : there are no more rows than coefficients, or none to validate with.
+    """
+    if len(rows.y) <= rows.x.shape[1] or rows.training.all() or not rows.training.any():
+        raise CannotFit(f"{len(rows.y)} usable regression rows for {rows.x.shape[1]} coefficients")
+    coefficients, covariance, regressor, tuned = _regress(
+        rows, build, c, TUNERS[tuner] if isinstance(tuner, str) else tuner, whole
+    )
+    weights = getattr(regressor, "weights_", None)
+    outliers = {} if weights is None else {"outliers": float(np.mean(weights == 0.0))}
+    limit = getattr(regressor, "max_iter", None)
+    converged = limit is None or not whole or regressor.n_iter_ < limit
+    return Fit(
+        coefficients,
+        covariance,
+        converged=bool(converged),
+        message="" if converged else "the weights have not converged",
+        n_iterations=int(getattr(regressor, "n_iter_", 1)),
+        extra={**extra, "C": tuned.value, "evaluations": tuned.evaluations, **outliers},
+    )
+
+
+def _regress(
+    rows: TrainingRows, build: BuildRegressor, c: float | None, tune: Tuner, whole: bool
+) -> tuple[np.ndarray, np.ndarray, Any, TunedConstant]:
+    """Coefficients (p,), covariance (p, p), the fitted regressor, and how C was chosen: by validation if it is None.
+
+    Coefficients of columns that are zero, about which the rows have no information, get zero and infinite variance.
+    """
+    used = np.flatnonzero(np.any(rows.x, axis=0))
+    p = rows.x.shape[1]
+    rows = TrainingRows(rows.x[:, used], rows.y, rows.training, rows.block)
+    tuned = TunedConstant(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
+    rows = rows if whole else rows.of(rows.training)
+    regressor = build(tuned.value).fit(rows.x, rows.y)
+    coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))
+    coefficients[used] = regressor.coef_
+    covariance[np.ix_(used, used)] = _sandwich(rows, regressor)
+    return coefficients, covariance, regressor, tuned
+
+
+def _validation(rows: TrainingRows, build: BuildRegressor) -> Callable[[float], float]:
+    """Objective for a tuner: root mean square error on the rows that are not trained on."""
+    stride = max(1, -(-len(rows.y) // TUNED_ROWS))
+    thin = rows.of(slice(None, None, stride))
+    train, test = thin.of(thin.training), thin.of(~thin.training)
+
+    def error(c: float) -> float:
+        try:
+            fitted = build(c, rough=True).fit(train.x, train.y)
+        except (ValueError, np.linalg.LinAlgError):
+            return np.inf
+        return float(np.sqrt(np.mean((test.y - fitted.predict(test.x)) ** 2)))
+
+    return error
+
+
+def _sandwich(rows: TrainingRows, regressor: Any) -> np.ndarray:
+    """Covariance (p, p) of the coefficients from scores summed over blocks of rows."""
+    weights = getattr(regressor, "weights_", None)
+    weights = np.ones(len(rows.y)) if weights is None else weights
+    middle = weights @ rows.x / weights.sum() if regressor.fit_intercept else 0.0
+    x = rows.x - middle
+    error = rows.y - rows.x @ regressor.coef_ - regressor.intercept_
+    scale = np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-300)
+    x = x / scale
+    # d(w e)/d e of the adaptive weights is replaced by w: their standard errors are somewhat too large
+    bread = pinv((x * weights[:, None]).T @ x, rcond=1e-14, hermitian=True)
+    labels, place = np.unique(rows.block, return_inverse=True)
+    scores = np.zeros((len(labels), x.shape[1]))
+    np.add.at(scores, place, x * (weights * error)[:, None])
+    small_sample = len(labels) / max(len(labels) - x.shape[1], 1)
+    return bread @ (scores.T @ scores * small_sample) @ bread / np.outer(scale, scale)
 
 
 def _check_tuner(name: str, value: Any) -> None:

@@ -20,10 +20,9 @@ from ..estimation.results.fit import Fit
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.model import Model
-from .base import Method
+from .base import Method, Wrapper
 from .options import option, whole, words
 from .registry import find
-from .wrapper import Wrapper
 
 PREFIX = "tuned:"
 STORAGE = "HELMBENCH_STUDIES"

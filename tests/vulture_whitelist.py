@@ -9,10 +9,10 @@ from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.calibration.result import Share
 from helmbench.diagnosis.contract import check_cause
 from helmbench.estimation.estimates.estimate import Estimate
-from helmbench.estimation.methods_only.likelihood.profile import Interval
 from helmbench.estimation.methods_only.tuning.abc import ABCSampler
 from helmbench.methods import contract
 from helmbench.methods.base import RecursiveMethod
+from helmbench.methods.output_error import Interval
 from helmbench.models.lanes import open_loops
 
 USED = (

@@ -19,7 +19,7 @@ from ...datasets.signals import bridged
 from ...models.errors import CannotFit
 from ...models.model import Model
 from ..numerics import factors
-from ..observers.statevariable import derivatives, transients
+from ..observers.linear import derivatives, transients
 from ..records.series import inputs_of, require, samples
 from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, n_accelerations, table
 

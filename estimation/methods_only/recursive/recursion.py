@@ -7,8 +7,7 @@ The coefficients theta and their covariance P are updated sample by sample.  How
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from typing import NamedTuple, Protocol
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,23 +44,15 @@ def prior_of(p0: float, theta0, kind: str, p: int) -> RecursionPrior:
     return RecursionPrior(float(p0), np.broadcast_to(values, (p,)), kind)
 
 
-class UpdateRule(Protocol):
+class UpdateRule:
     """How scalar rows change the coefficients and P."""
 
-    @property
-    def plain_covariance(self) -> bool:
-        """Whether the rule works on P itself instead of its factors."""
-        ...
-
-    @property
-    def forgetting(self) -> float:
-        """Forgetting factor of one sample, 1 for none."""
-        ...
-
-    @property
-    def repetitions(self) -> float:
-        """How often a row has been used on average: P is so many times smaller than the covariance."""
-        ...
+    plain_covariance: bool = False
+    """Whether the rule works on P itself instead of its factors."""
+    forgetting: float = 1.0
+    """Forgetting factor of one sample, 1 for none."""
+    repetitions: float = 1.0
+    """How often a row has been used on average: P is so many times smaller than the covariance."""
 
     def run(
         self,
@@ -78,43 +69,28 @@ class UpdateRule(Protocol):
         theta (p,); P = U diag(diagonal) U' with factor = U' (p, p), or P itself in `factor` if `plain_covariance`;
         path (M, p) takes theta after each row.
         """
-        ...
+        raise NotImplementedError(f"{type(self).__name__} does not implement run()")
 
 
-@dataclass(frozen=True)
-class LeastSquaresRule:
+class LeastSquaresRule(UpdateRule):
     """Weighted least squares with forgetting (paper 000, eq 22).
 
     mu is the forgetting factor of one sample and weight the constant weight L(k); with `as_printed` the equation is
     taken literally.
     """
 
-    mu: float = 1.0
-    weight: float = 1.0
-    as_printed: bool = False
-
-    @property
-    def plain_covariance(self) -> bool:
-        return self.as_printed
-
-    @property
-    def forgetting(self) -> float:
-        return self.mu
-
-    @property
-    def repetitions(self) -> float:
-        return self.weight
+    def __init__(self, mu: float = 1.0, weight: float = 1.0, as_printed: bool = False) -> None:
+        self.forgetting, self.repetitions, self.plain_covariance = mu, weight, as_printed
 
     def run(self, y, h, per_sample: int, theta, factor, diagonal, path) -> None:
-        """As `UpdateRule.run`."""
         from . import _kernels
 
         forget = np.ones(len(y))
-        forget[::per_sample] = self.mu
-        if self.as_printed:
-            _kernels.recursive_ls_as_printed(y, h, forget, self.weight, theta, factor, path)
+        forget[::per_sample] = self.forgetting
+        if self.plain_covariance:
+            _kernels.recursive_ls_as_printed(y, h, forget, self.repetitions, theta, factor, path)
         else:
-            _kernels.recursive_ls(y, h, forget, self.weight, theta, factor, diagonal, path)
+            _kernels.recursive_ls(y, h, forget, self.repetitions, theta, factor, diagonal, path)
 
 
 class RowScales(NamedTuple):
