@@ -16,7 +16,7 @@ from ..estimation.records.series import inputs_of, require, series_of
 from ..estimation.regression.filtered import filtered_rows, stretches
 from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
 from ..estimation.regression.least_squares import equation_factors, least_squares
-from ..estimation.regression.samples import RegressionSamples, check_enough_rows, table
+from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, table
 from ..estimation.results.fit import Fit
 from ..estimation.simulation.selection import free_run_cost
 from ..models.errors import CannotFit, FitFailed
@@ -174,7 +174,7 @@ def _observed(
             psi, rudder, others, time, dt = _on_grid(piece, model)
             states = observe(psi, dt, omega0, discretisation, b0, rudder)
             samples = _samples(states, rudder, np.gradient(rudder, dt), others, time, model)
-            found.append(_from(samples, int(np.searchsorted(time, time[0] + TRANSIENT / omega0))))
+            found.append(samples.at(slice(int(np.searchsorted(time, time[0] + TRANSIENT / omega0)), None)))
     return [samples for samples in found if len(samples.time_s)]
 
 
@@ -201,17 +201,11 @@ def _samples(
     model: Model,
 ) -> RegressionSamples:
     states = {"psi": observed.psi, "r": observed.r, "q": observed.psi_ddot}
-    if unknown := [s for s in model.regression_states if s not in states]:
-        raise CannotFit(f"model {model.id} has the state {unknown[0]!r}, for which records have no channel")
+    check_states(model, tuple(states))
     acceleration = observed.psi_dddot if "q" in model.regression_states else observed.psi_ddot
     inputs = {"delta": rudder, "delta_rate": slope, **others}
     x, u = table(states, model.regression_states), table(inputs, model.regression_inputs)
     return RegressionSamples(x, acceleration[:, None].copy(), u, time)
-
-
-def _from(samples: RegressionSamples, start: int) -> RegressionSamples:
-    states, accelerations, inputs = (a[start:] for a in (samples.states, samples.accelerations, samples.inputs))
-    return RegressionSamples(states, accelerations, inputs, samples.time_s[start:])
 
 
 def _printed(record: Record, model: Model, omega0: float) -> list[RegressionSamples]:

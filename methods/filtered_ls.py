@@ -23,7 +23,7 @@ from ..estimation.records.series import at_equal_steps, inputs_of, require, samp
 from ..estimation.regression.filtered import ORDER, FilteredRows, row_factors, stretches
 from ..estimation.regression.filtered_fit import CORNERS, FilteredFit, best_corner, coloured_covariance, fit_filtered
 from ..estimation.regression.least_squares import least_squares
-from ..estimation.regression.samples import RegressionSamples, check_enough_rows, n_accelerations, table
+from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, n_accelerations, table
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit
 from ..models.model import Model
@@ -144,8 +144,7 @@ def _scaled(walk: Walk, level: float) -> Walk:
 
 def _motions(model: Model) -> list[str]:
     """Symbols of the motions that are smoothed; yaw has the symbol r."""
-    if unknown := [s for s in model.regression_states if s not in ("q", "r", "psi", "u", "v", "x", "y")]:
-        raise CannotFit(f"model {model.id} has the state {unknown[0]!r}, for which records have no channel")
+    check_states(model)
     return [s for s in ("u", "v", "r") if s in model.regression_states]
 
 

@@ -25,7 +25,7 @@ from ...datasets.record import Record
 from ...models.errors import CannotFit
 from ...models.model import Model
 from ..records.series import inputs_of, require, samples, steps
-from .samples import LONGEST_STEP, RegressionSamples, n_accelerations, table
+from .samples import LONGEST_STEP, RegressionSamples, check_states, n_accelerations, table
 
 
 def forward(record: Record, model: Model) -> RegressionSamples:
@@ -103,6 +103,7 @@ def _state_columns(
     record: Record, model: Model, dt: np.ndarray, slope: Callable[[np.ndarray, np.ndarray], np.ndarray]
 ) -> dict[str, np.ndarray]:
     """Samples (N,) of the states by symbol; position is zero, because no model depends on it."""
+    check_states(model)
     rate = samples(record, "r")
     heading = samples(record, "psi")
     if rate is None:
@@ -113,8 +114,6 @@ def _state_columns(
             columns[symbol] = require(record, symbol)
         elif symbol in ("x", "y"):
             columns[symbol] = np.zeros(record.n)
-        elif symbol not in ("q", "r", "psi"):
-            raise CannotFit(f"model {model.id} has the state {symbol!r}, for which records have no channel")
     return columns
 
 

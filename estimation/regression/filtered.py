@@ -21,7 +21,7 @@ from ...models.model import Model
 from ..numerics import factors
 from ..observers.linear import derivatives, transients
 from ..records.series import inputs_of, require, samples
-from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, n_accelerations, table
+from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, check_states, n_accelerations, table
 
 ORDER = 4
 DENSE = 0.1
@@ -50,15 +50,10 @@ class FilteredRows:
         """
         head = int(np.count_nonzero(self.start.any(axis=1)))
         if head:
-            y, phi = next(_cut(self.parts, 0, head).blocks(model, head))
+            y, phi = next(self.parts.at(slice(head)).blocks(model, head))
             basis, _ = np.linalg.qr(self.start[:head])
             yield y - basis @ (basis.T @ y), phi - np.tensordot(basis, np.tensordot(basis.T, phi, 1), 1)
-        yield from _cut(self.parts, head, None).blocks(model)
-
-
-def _cut(parts: RegressionSamples, start: int, stop: int | None) -> RegressionSamples:
-    arrays = (a[start:stop] for a in (parts.states, parts.accelerations, parts.inputs))
-    return RegressionSamples(*arrays, time_s=parts.time_s[start:stop], scale=parts.scale)
+        yield from self.parts.at(slice(head, None)).blocks(model)
 
 
 def filtered_rows(records: Sequence[Record], model: Model, omega: float, order: int = ORDER) -> list[FilteredRows]:
@@ -159,6 +154,7 @@ def filtered_pieces(record: Record, model: Model, omega: float, order: int = ORD
 
 
 def _rows(record: Record, model: Model, omega: float, order: int, source: str) -> FilteredRows:
+    check_states(model)
     filtered = _Filter(record, omega, order)
     states, slopes = _yaw(record, model, filtered, source)
     for symbol in model.regression_states:
@@ -167,8 +163,6 @@ def _rows(record: Record, model: Model, omega: float, order: int, source: str) -
             states[symbol], slopes[symbol] = both.T
         elif symbol in ("x", "y"):
             states[symbol] = np.zeros(len(filtered.time))
-        elif symbol not in ("q", "r", "psi"):
-            raise CannotFit(f"model {model.id} has the state {symbol!r}, for which records have no channel")
     x = table(states, model.regression_states)
     a = table(slopes, model.regression_states[: n_accelerations(model)])
     u = table(_inputs(record, model, filtered), model.regression_inputs)

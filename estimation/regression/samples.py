@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
@@ -29,6 +30,13 @@ class RegressionSamples:
     time_s: np.ndarray
     scale: float = 1.0
 
+    def at(self, rows: slice | np.ndarray) -> Self:
+        """The samples of some rows."""
+        states, accelerations, inputs = (
+            np.ascontiguousarray(part[rows]) for part in (self.states, self.accelerations, self.inputs)
+        )
+        return replace(self, states=states, accelerations=accelerations, inputs=inputs, time_s=self.time_s[rows])
+
     def blocks(self, model: Model, size: int = factors.BLOCK) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Pieces (y (n, k), phi (n, k, p)) of the regression in order, at most `size` samples each."""
         from ...models.simulate import regression
@@ -42,6 +50,18 @@ class RegressionSamples:
 def n_accelerations(model: Model) -> int:
     """Number k of the regression's states, counted from the first, whose acceleration stands on the left side."""
     return 3 if model.is_3dof else 1
+
+
+def check_states(model: Model, known: Sequence[str] = ("q", "r", "psi", "u", "v", "x", "y")) -> None:
+    """Refuse a model whose regression has a state beside the known ones.
+
+    Raises
+    ------
+    CannotFit : naming it.
+    """
+    for symbol in model.regression_states:
+        if symbol not in known:
+            raise CannotFit(f"model {model.id} has the state {symbol!r}, for which records have no channel")
 
 
 def check_enough_rows(n: int, model: Model) -> None:

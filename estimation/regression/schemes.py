@@ -13,7 +13,6 @@ triple-integral, triple-integral-held, triple-integral-rest
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -63,10 +62,7 @@ def samples_of(record: Record, model: Model, scheme: str) -> RegressionSamples:
     rows = np.flatnonzero(good)
     in_turn = rows.size and rows[-1] - rows[0] == rows.size - 1
     kept = slice(rows[0], rows[-1] + 1) if in_turn else rows
-    states, accelerations, inputs = (
-        np.ascontiguousarray(part[kept]) for part in (parts.states, parts.accelerations, parts.inputs)
-    )
-    return replace(parts, states=states, accelerations=accelerations, inputs=inputs, time_s=parts.time_s[kept])
+    return parts.at(kept)
 
 
 def _finite(table: np.ndarray) -> np.ndarray:

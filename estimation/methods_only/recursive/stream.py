@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -78,7 +77,7 @@ class RecordStream:
         if joined.n < SHORTEST:
             return
         samples = samples_of(prepared([joined], self.model)[0], self.model, self.scheme)
-        samples = _after(samples, self._last_row)
+        samples = samples.at(samples.time_s > self._last_row)
         if samples.time_s.size:
             self._take(samples)
 
@@ -132,12 +131,3 @@ def _joined(first: Record, second: Record) -> Record:
     names = [name for name in second.channels if first.has(name)]
     channels = {name: np.concatenate([first.column(name), second.column(name)]) for name in names}
     return Record(np.concatenate([first.time_s, second.time_s]), channels, second.name, second.meta)
-
-
-def _after(samples: RegressionSamples, time_s: float) -> RegressionSamples:
-    """The samples later than a time."""
-    new = samples.time_s > time_s
-    states, accelerations, inputs = (
-        np.ascontiguousarray(a[new]) for a in (samples.states, samples.accelerations, samples.inputs)
-    )
-    return replace(samples, states=states, accelerations=accelerations, inputs=inputs, time_s=samples.time_s[new])
