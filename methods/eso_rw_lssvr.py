@@ -111,17 +111,8 @@ SHORTEST = 16
 def observed_samples(
     records: Sequence[Record], model: Model, omega0: float | None, discretisation: str = "exact", b0: float = 0.0
 ) -> tuple[float, list[RegressionSamples]]:
-    """Poles omega0 [rad/s] and observed samples; None takes those whose free run follows the records best.
-
-    Parameters
-    ----------
-    discretisation : of the observer, 'exact' or 'euler'.
-    b0 : its input gain on the rudder.
-
-    Raises
-    ------
-    CannotFit : a record lacks a channel, or no observer gives enough finite rows.
-    """
+    """Poles omega0 [rad/s] and samples of an observer with input gain b0 on the rudder; None takes those poles whose
+    free run follows the records best."""
     if omega0 is not None:
         return omega0, _checked(_observed(records, model, omega0, discretisation, b0), model)
     series = [series_of(record, model) for record in records]
@@ -142,13 +133,7 @@ def observed_samples(
 
 
 def printed_samples(records: Sequence[Record], model: Model, omega0: float) -> list[RegressionSamples]:
-    """Observed samples of eq 8 as printed, with poles omega0 [rad/s].
-
-    Raises
-    ------
-    CannotFit : the vessel has no heading controller or rudder lag, a record has no rudder command or heading, or there
-        are no more rows than coefficients.
-    """
+    """Observed samples of eq 8 as printed, with poles omega0 [rad/s]."""
     return _checked([samples for record in records for samples in _printed(record, model, omega0)], model)
 
 

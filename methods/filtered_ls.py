@@ -114,20 +114,8 @@ EXTRA_STATES = (1, 2)
 def smoothed_rows(
     records: Sequence[Record], model: Model, level: float = 1.0
 ) -> tuple[list[FilteredRows], dict[str, Walk], float]:
-    """Rows of all records, smoothed by the random walks of largest likelihood.
-
-    Parameters
-    ----------
-    level : factor on the process noise of the random walks.
-
-    Returns
-    -------
-    Rows of every stretch, the random walk of each motion by its symbol, and the longest time step, s.
-
-    Raises
-    ------
-    CannotFit : a record lacks a channel, has no stretch without long gaps, or there are no more rows than coefficients.
-    """
+    """Rows of every stretch, smoothed by the random walks of largest likelihood, the random walk of each motion by its
+    symbol, and the longest time step, s; `level` is a factor on the process noise of the walks."""
     pieces = [piece for record in records for piece in _stretches(record, model)]
     if not pieces:
         raise CannotFit("no record has a stretch without long gaps")

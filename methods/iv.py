@@ -65,9 +65,11 @@ class Iv(Method):
     )
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        found, count, converged = lagged_fit(records, model, self.scheme, self.lag), 0, True
+        rows = [_lagged(record, model, self.scheme, self.lag) for record in records]
+        check_enough_rows(sum(y.size for y, *_ in rows), model)
+        found, count, converged = _solve(rows), 0, True
         if self.instruments == "simulated":
-            found, count, converged = refined_fit(records, model, self.scheme, found, self.iterations, self.horizon_s)
+            found, count, converged = self._refined(records, model, found)
         return Fit(
             found.coefficients,
             found.covariance,
@@ -76,6 +78,39 @@ class Iv(Method):
             count + 1,
             extra={"residual_sd": found.residual_sd.tolist(), "rank": found.rank},
         )
+
+    def _refined(self, records: Sequence[Record], model: Model, first: IvSolution) -> tuple[IvSolution, int, bool]:
+        """Iterated solution with simulated instruments, the number of simulations, and whether it has converged.
+
+        It starts from `first` or from one of the least-squares starts, whichever simulates the records best.  Without
+        convergence the solution that simulates the records best is returned.
+        """
+        outputs = [series_of(record, model).outputs for record in records]
+        own = [_evaluated(record, model, self.scheme)[:2] for record in records]
+
+        def tried(c: np.ndarray) -> tuple[np.ndarray, list[Record], float]:
+            """Coefficients (p,), the records that they simulate, and how far those are from the measured ones."""
+            known = model.with_coefficients(c)
+            runs = [restarted_run(record, known, self.horizon_s) for record in records]
+            return c, runs, sum(_distance(y, run, known) for y, run in zip(outputs, runs, strict=True))
+
+        candidates = [first.coefficients, *(start.coefficients for start in starts_of(records, model))]
+        here, runs, _ = min(map(tried, candidates), key=lambda one: one[2])
+        best, found = np.inf, first
+        for count in range(1, self.iterations + 1):
+            rows = zip(own, runs, strict=True)
+            new = _solve([_without_gaps(y, phi, _evaluated(run, model, self.scheme)[1]) for (y, phi), run in rows])
+            before, (here, runs, cost) = here, tried(new.coefficients)
+            sd = np.sqrt(np.diag(new.covariance))
+            change = np.abs(new.coefficients - before) / np.where(sd > 0.0, sd, 1.0)
+            still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(
+                new.coefficients, before, rtol=1e-9, atol=0.0
+            )
+            if cost <= best or count == 1:
+                best, found = cost, new
+            if still:
+                return new, count, True
+        return found, self.iterations, False
 
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]
@@ -95,59 +130,6 @@ class IvSolution(NamedTuple):
     covariance: np.ndarray
     residual_sd: np.ndarray
     rank: int
-
-
-def lagged_fit(records: Sequence[Record], model: Model, scheme: str, lag: int) -> IvSolution:
-    """The solution with the record's own regressors `lag` samples earlier as instruments.
-
-    Raises
-    ------
-    CannotFit : there are no more rows than coefficients.
-    FitFailed : the regression has no finite, non-zero columns, or the instruments are too few.
-    """
-    rows = [_lagged(record, model, scheme, lag) for record in records]
-    check_enough_rows(sum(y.size for y, *_ in rows), model)
-    return _solve(rows)
-
-
-def refined_fit(
-    records: Sequence[Record],
-    model: Model,
-    scheme: str,
-    first: IvSolution,
-    max_iterations: int,
-    horizon_s: float | None = None,
-) -> tuple[IvSolution, int, bool]:
-    """Iterated solution with simulated instruments, the number of simulations, and whether it has converged.
-
-    It starts from `first` or from one of the least-squares starts, whichever simulates the records best.  Without
-    convergence the solution that simulates the records best is returned.
-    """
-
-    outputs = [series_of(record, model).outputs for record in records]
-    own = [_evaluated(record, model, scheme)[:2] for record in records]
-
-    def tried(c: np.ndarray) -> tuple[np.ndarray, list[Record], float]:
-        """Coefficients (p,), the records that they simulate, and how far those are from the measured ones."""
-        known = model.with_coefficients(c)
-        runs = [restarted_run(record, known, horizon_s) for record in records]
-        return c, runs, sum(_distance(y, run, known) for y, run in zip(outputs, runs, strict=True))
-
-    candidates = [first.coefficients, *(start.coefficients for start in starts_of(records, model))]
-    here, runs, _ = min(map(tried, candidates), key=lambda one: one[2])
-    best, found = np.inf, first
-    for count in range(1, max_iterations + 1):
-        rows = zip(own, runs, strict=True)
-        new = _solve([_without_gaps(y, phi, _evaluated(run, model, scheme)[1]) for (y, phi), run in rows])
-        before, (here, runs, cost) = here, tried(new.coefficients)
-        sd = np.sqrt(np.diag(new.covariance))
-        change = np.abs(new.coefficients - before) / np.where(sd > 0.0, sd, 1.0)
-        still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(new.coefficients, before, rtol=1e-9, atol=0.0)
-        if cost <= best or count == 1:
-            best, found = cost, new
-        if still:
-            return new, count, True
-    return found, max_iterations, False
 
 
 def _distance(outputs: np.ndarray, run: Record, model: Model) -> float:

@@ -38,18 +38,13 @@ BuildRegressor = Callable[..., Any]
 
 
 def ls_svr(variant: str) -> BuildRegressor:
-    """Regressors without weights.
-
-    Parameters
-    ----------
-    variant : 'corrected' standardises the columns and has no intercept; 'as_printed' does the opposite.
-    """
+    """Regressors without weights: 'corrected' standardises the columns and has no intercept; 'as_printed' does the
+    opposite."""
 
     def build(c: float, rough: bool = False) -> Any:
         from ..estimation.methods_only.svr.estimators import LSSVR
 
-        corrected = variant == "corrected"
-        return LSSVR(C=c, standardise=corrected, fit_intercept=not corrected)
+        return LSSVR(C=c, standardise=variant == "corrected", fit_intercept=variant != "corrected")
 
     return build
 
@@ -60,9 +55,10 @@ def rw_ls_svr(variant: str) -> BuildRegressor:
     def build(c: float, rough: bool = False) -> Any:
         from ..estimation.methods_only.svr.estimators import RWLSSVR
 
-        corrected = variant == "corrected"
         limits: dict[str, Any] = {"max_iter": 10, "tol": 1e-3} if rough else {}
-        return RWLSSVR(C=c, standardise=corrected, fit_intercept=not corrected, variant=variant, **limits)
+        return RWLSSVR(
+            C=c, standardise=variant == "corrected", fit_intercept=variant != "corrected", variant=variant, **limits
+        )
 
     return build
 
@@ -84,27 +80,10 @@ class TrainingRows:
         return TrainingRows(self.x[rows], self.y[rows], self.training[rows], self.block[rows])
 
 
-def rows_by_scheme(
-    records: Sequence[Record], model: Model, scheme: str, physical: bool
-) -> tuple[TrainingRows, dict[str, Any]]:
-    """Rows of all records by a scheme ('svf': filtered at the best corner), and facts for `Fit.extra`.
-
-    `physical` leaves the rows in SI units.
-    """
-    if scheme != FILTER:
-        return stacked_rows(regression_samples(records, model, scheme), model, DIFFERENCED, physical), {}
-    found = best_corner(records, model)
-    return stacked_rows(found.rows, model, int(BLOCK_TIME / DENSE), physical), {"omega_rad_s": found.omega}
-
-
 def stacked_rows(parts: Sequence[Any], model: Model, block_length: int, physical: bool = False) -> TrainingRows:
     """Rows of all parts (anything with `blocks(model)`), each equation divided by the scale of its residual.
 
     `block_length` is the number of rows in a block of correlated errors; `physical` leaves the rows as they are.
-
-    Raises
-    ------
-    FitFailed : no equation has finite, non-zero rows.
     """
     pieces = [list(part.blocks(model)) for part in parts]
     lefts = [np.concatenate([y for y, _ in piece]) for piece in pieces]
@@ -157,10 +136,6 @@ def fit_svr(
     c : regularisation constant; None chooses it by validation with `tuner`.
     whole : whether all rows are fitted once C is chosen, or the training rows only.
     extra : facts to add to `Fit.extra`.
-
-    Raises
-    ------
-    CannotFit : there are no more rows than coefficients, or none to validate with.
     """
     if len(rows.y) <= rows.x.shape[1] or rows.training.all() or not rows.training.any():
         raise CannotFit(f"{len(rows.y)} usable regression rows for {rows.x.shape[1]} coefficients")
@@ -276,7 +251,12 @@ class LsSvr(Method):
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         corrected = self.variant == "corrected"
-        rows, extra = rows_by_scheme(records, model, self.scheme, physical=not corrected)
+        if self.scheme == FILTER:
+            found = best_corner(records, model)
+            parts, block, extra = found.rows, int(BLOCK_TIME / DENSE), {"omega_rad_s": found.omega}
+        else:
+            parts, block, extra = regression_samples(records, model, self.scheme), DIFFERENCED, {}
+        rows = stacked_rows(parts, model, block, physical=not corrected)
         return fit_svr(rows, self.regressor(self.variant), self.C, self.tuner, corrected, extra)
 
 

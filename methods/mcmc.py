@@ -27,6 +27,9 @@ from .output_error import PriorMethod
 QUANTILES = (0.025, 0.5, 0.975)
 ENOUGH = 50.0
 """Autocorrelation times that a chain must be long (Foreman-Mackey et al. 2013, documentation of emcee)."""
+LEAST_WALKERS = 24
+DISCARDED = 0.5
+"""Share of the steps after which the walkers have left their start."""
 MOST_SHOWN = 2000
 """Draws from which quantiles are taken."""
 
@@ -56,7 +59,7 @@ class Mcmc(PriorMethod):
         least = 2 * problem.width
         if self.walkers is not None and self.walkers < least:
             raise BadInput(f"walkers is {self.walkers}, at least {least} are needed")
-        draws, acceptance, time = sample(problem, outcome.minimum, self.steps, self.walkers, self.seed)
+        draws, acceptance, time = self._drawn(problem, outcome.minimum)
         coefficients = np.array([problem.coefficients(z) for z in draws])
         published = np.array([blank.to_parameters(c) for c in coefficients[:: -(-len(coefficients) // MOST_SHOWN)]])
         quantiles = np.quantile(published, QUANTILES, axis=0).T.tolist()
@@ -78,55 +81,32 @@ class Mcmc(PriorMethod):
             fixed=() if unknowns is None else unknowns.fixed_names,
         )
 
+    def _drawn(self, problem: Problem, minimum: Minimum) -> tuple[np.ndarray, float, float]:
+        """Draws (n, width) of the unknowns from around a minimum of the cost, the share of the proposals that were
+        accepted, and the largest autocorrelation time of an unknown in steps."""
+        import emcee
 
-LEAST_WALKERS = 24
-DISCARDED = 0.5
-"""Share of the steps after which the walkers have left their start."""
+        solution = factors.solve(problem.information(minimum.point), NULL)
+        if not np.isfinite(np.diag(solution.covariance)).all():
+            raise CannotFit("the records do not determine every unknown: give a prior, or fix parameters")
+        rng, count = np.random.default_rng(self.seed), self.walkers or max(LEAST_WALKERS, 2 * problem.width + 2)
+        limits = problem.limits()
 
+        def log_density(z: np.ndarray) -> float:
+            if limits is not None and ((z < limits[0]) | (z > limits[1])).any():
+                return -np.inf
+            return -problem.at(z).cost
 
-def sample(
-    problem: Problem, minimum: Minimum, steps: int, walkers: int | None, seed: int
-) -> tuple[np.ndarray, float, float]:
-    """Draws from around a minimum of the cost.
-
-    Parameters
-    ----------
-    steps : of every walker; the first half is left out.
-    walkers : None: twice the unknowns and two, at least `LEAST_WALKERS`.
-
-    Returns
-    -------
-    Draws (n, width) of the unknowns, the share of the proposals that were accepted, and the largest autocorrelation
-    time of an unknown in steps.
-
-    Raises
-    ------
-    CannotFit : the records leave an unknown open: without a prior its density has no mean.
-    FitFailed : no proposal was accepted.
-    """
-    import emcee
-
-    solution = factors.solve(problem.information(minimum.point), NULL)
-    if not np.isfinite(np.diag(solution.covariance)).all():
-        raise CannotFit("the records do not determine every unknown: give a prior, or fix parameters")
-    rng, count = np.random.default_rng(seed), walkers or max(LEAST_WALKERS, 2 * problem.width + 2)
-    limits = problem.limits()
-
-    def log_density(z: np.ndarray) -> float:
-        if limits is not None and ((z < limits[0]) | (z > limits[1])).any():
-            return -np.inf
-        return -problem.at(z).cost
-
-    start = minimum.z + 0.5 * rng.standard_normal((count, solution.half.shape[1])) @ solution.half.T
-    if limits is not None:
-        start = np.clip(start, *limits)
-    sampler = emcee.EnsembleSampler(count, problem.width, log_density)
-    sampler.random_state = np.random.RandomState(rng.integers(2**32)).get_state()
-    with np.errstate(all="ignore"):
-        sampler.run_mcmc(start, steps, skip_initial_state_check=True)
-        times = sampler.get_autocorr_time(discard=int(DISCARDED * steps), quiet=True, tol=0)
-    acceptance = float(np.mean(sampler.acceptance_fraction))
-    if not acceptance > 0.0:
-        raise FitFailed("no proposal was accepted: the density has no width around its largest value")
-    draws = np.asarray(sampler.get_chain(discard=int(DISCARDED * steps), flat=True))
-    return draws, acceptance, float(np.max(times))
+        start = minimum.z + 0.5 * rng.standard_normal((count, solution.half.shape[1])) @ solution.half.T
+        if limits is not None:
+            start = np.clip(start, *limits)
+        sampler = emcee.EnsembleSampler(count, problem.width, log_density)
+        sampler.random_state = np.random.RandomState(rng.integers(2**32)).get_state()
+        with np.errstate(all="ignore"):
+            sampler.run_mcmc(start, self.steps, skip_initial_state_check=True)
+            times = sampler.get_autocorr_time(discard=int(DISCARDED * self.steps), quiet=True, tol=0)
+        acceptance = float(np.mean(sampler.acceptance_fraction))
+        if not acceptance > 0.0:
+            raise FitFailed("no proposal was accepted: the density has no width around its largest value")
+        draws = np.asarray(sampler.get_chain(discard=int(DISCARDED * self.steps), flat=True))
+        return draws, acceptance, float(np.max(times))

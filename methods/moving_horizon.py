@@ -55,8 +55,7 @@ from .options import POSITIVE, SHARE, option, whole
 class MovingHorizon(Method):
     """Output error in a horizon that moves along the records, with an arrival cost for all samples before it.
 
-    Unknowns of a horizon are the coefficients and a state for every move; disturbances act between them.  The
-    mathematics is in `helmbench.methods.moving_horizon`.
+    Unknowns of a horizon are the coefficients and a state for every move; disturbances act between them.
 
     Records need the rudder and at least one of yaw rate, heading, surge and sway.  `trajectory` has a row for every
     horizon.
@@ -95,7 +94,16 @@ class MovingHorizon(Method):
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         horizon = Horizon(self.horizon, round(1.0 / self.step), self.forgetting)
-        return fit_moving_horizon(records, model, horizon, self.passes, self.inflation)
+        records, series = unbroken_series(records, model, len(model.coordinates))
+        problem, change = free_start_problem(series, model), square_changes(model, series)
+        start = _best_start(starts_of(records, model), problem, horizon)
+        prior = prior_factor(start.source, self.inflation)
+        for narrower in NARROWER:
+            first = Arrival.prior(start.coefficients, narrower * prior)
+            done = run_passes(problem, first, horizon, change, self.passes)
+            if done:
+                return _as_fit(done, problem)
+        raise FitFailed("the model diverges within a horizon of the first pass")
 
 
 ITERATIONS = 5
@@ -221,10 +229,6 @@ def horizon_pass(problem: Problem, arrival: Arrival, horizon: Horizon, process: 
     problem : the records with free initial states, its channels weighted by `sensor`.
     arrival : of the coefficients (p,).
     process : (n,) process noise variances of a step of the time grid.
-
-    Raises
-    ------
-    FitFailed : the model diverges within a horizon.
     """
     found, passed = [], 0.0
     for series, free in zip(problem.series, problem.free, strict=True):
@@ -295,30 +299,6 @@ def _without_samples(stretch: Series) -> Series:
     """The first point of a stretch, without measurements."""
     none = {"outputs": stretch.outputs[:0], "index": stretch.index[:0], "part": stretch.part[:0]}
     return replace(stretch, inputs=stretch.inputs[:1], **none)
-
-
-def fit_moving_horizon(records: Sequence[Record], model: Model, horizon: Horizon, passes: int, inflation: float) -> Fit:
-    """Coefficients by up to `passes` passes of the horizon over all records.
-
-    Parameters
-    ----------
-    inflation : factor on the standard deviations of the least-squares start that make the first arrival cost.
-
-    Raises
-    ------
-    CannotFit : a record lacks a channel, or there are no more measured values than coefficients.
-    FitFailed : the model diverges in the first pass.
-    """
-    records, series = unbroken_series(records, model, len(model.coordinates))
-    problem, change = free_start_problem(series, model), square_changes(model, series)
-    start = _best_start(starts_of(records, model), problem, horizon)
-    prior = prior_factor(start.source, inflation)
-    for narrower in NARROWER:
-        first = Arrival.prior(start.coefficients, narrower * prior)
-        done = run_passes(problem, first, horizon, change, passes)
-        if done:
-            return _as_fit(done, problem)
-    raise FitFailed("the model diverges within a horizon of the first pass")
 
 
 def _best_start(starts: Sequence[Start], problem: Problem, horizon: Horizon) -> Start:

@@ -62,7 +62,7 @@ class Pem(Method):
         p = len(model.coordinates)
         if est.n_values <= p:
             raise CannotFit(f"{est.n_values} measured values for {p} coefficients")
-        est, found = fit_prediction_error(est, starts, self.max_iterations, _by_free_runs(records, model))
+        est, found = self._likelier(est, *self._searched(est, best_start(est, starts)), _by_free_runs(records, model))
         solution = factors.solve(information(est, found.point), NULL)
         notes = [factors.rank_message(solution.rank, p), "" if found.converged else "stopped before convergence"]
         setting = found.point.setting
@@ -74,6 +74,26 @@ class Pem(Method):
             n_iterations=found.n_iterations,
             extra={"log_likelihood": found.log_likelihood, **noise_of(est, setting)},
         )
+
+    def _likelier(
+        self, est: Estimator, kept: Estimator, found: SearchResult, free_run: np.ndarray | None
+    ) -> tuple[Estimator, SearchResult]:
+        """What was found, or what the search finds from the coefficients (p,) of a fit to free runs, if these are
+        likelier with noise of their own: large forces explain what coefficients do not."""
+        if free_run is not None:
+            setting, innovations = fit_noise_from_starts(est, with_coefficients(est.start(), free_run), est.start())
+            if innovations.log_likelihood > found.log_likelihood:
+                other, likelier = self._searched(est, SearchPoint(setting, innovations))
+                if likelier.log_likelihood > found.log_likelihood:
+                    return other, likelier._replace(n_iterations=found.n_iterations + likelier.n_iterations)
+        return kept, found
+
+    def _searched(self, est: Estimator, start: SearchPoint) -> tuple[Estimator, SearchResult]:
+        """The whole search from one point, with the filter in the form of noise found."""
+        found = search(est, start, self.max_iterations, ROUGH)
+        est, found = with_best_noise_form(est, found)
+        last = search(est, found.point, max(self.max_iterations - found.n_iterations, 1), ENOUGH)
+        return est, last._replace(n_iterations=found.n_iterations + last.n_iterations)
 
 
 def _by_free_runs(records: Sequence[Record], model: Model) -> np.ndarray | None:
@@ -120,38 +140,6 @@ class SearchResult(NamedTuple):
         return self.point.innovations.log_likelihood
 
 
-def fit_prediction_error(
-    est: Estimator, starts: Sequence[np.ndarray], max_iterations: int, free_run: np.ndarray | None = None
-) -> tuple[Estimator, SearchResult]:
-    """The likeliest coefficients and noise from several starts (p,), with the filter in the form of noise found.
-
-    The search under forces can end in another maximum of the likelihood than that of free runs: large forces explain
-    what the coefficients do not.  Where the coefficients of a free-run fit, `free_run` (p,), are likelier with noise of
-    their own than what was found, the search goes on from them.
-
-    Raises
-    ------
-    FitFailed : the filter diverges from every start, or a derivative is not finite.
-    """
-    kept, found = _searched(est, best_start(est, starts), max_iterations)
-    if free_run is not None:
-        setting, innovations = fit_noise_from_starts(est, with_coefficients(est.start(), free_run), est.start())
-        if innovations.log_likelihood > found.log_likelihood:
-            other, likelier = _searched(est, SearchPoint(setting, innovations), max_iterations)
-            if likelier.log_likelihood > found.log_likelihood:
-                return other, likelier._replace(n_iterations=found.n_iterations + likelier.n_iterations)
-    return kept, found
-
-
-def _searched(est: Estimator, start: SearchPoint, max_iterations: int) -> tuple[Estimator, SearchResult]:
-    """The whole search from one point."""
-    found = search(est, start, max_iterations, ROUGH)
-    est, found = with_best_noise_form(est, found)
-    remaining = max(max_iterations - found.n_iterations, 1)
-    last = search(est, found.point, remaining, ENOUGH)
-    return est, last._replace(n_iterations=found.n_iterations + last.n_iterations)
-
-
 def velocity_estimator(model: Model, records: Sequence[Record]) -> Estimator:
     """The filter for the records, with the channels of the model's velocities and heading only."""
     used = [symbol in MEASURED and symbol in model.states for symbol in SYMBOLS]
@@ -159,12 +147,7 @@ def velocity_estimator(model: Model, records: Sequence[Record]) -> Estimator:
 
 
 def best_start(est: Estimator, starts: Sequence[np.ndarray]) -> SearchPoint:
-    """The likeliest of several coefficients (p,), each under several amounts of process noise.
-
-    Raises
-    ------
-    FitFailed : the filter diverges with every one.
-    """
+    """The likeliest of several coefficients (p,), each under several amounts of process noise."""
     quiet = est.start()
     settings, effective = [], effective_forces(est, with_coefficients(quiet, starts[0]))
     for amount in FORCES:
@@ -191,12 +174,7 @@ def with_coefficients(s: Setting, coefficients: np.ndarray) -> Setting:
 
 
 def information(est: Estimator, point: SearchPoint) -> np.ndarray:
-    """Triangular factor (p + 1, p + 1) of [derivatives of the whitened innovations | -innovations].
-
-    Raises
-    ------
-    FitFailed : a derivative is not finite.
-    """
+    """Triangular factor (p + 1, p + 1) of [derivatives of the whitened innovations | -innovations]."""
     p = len(est.model.coordinates)
     rows = np.vstack([tangent(est, point.setting, range(p)), -point.innovations.e.reshape(1, -1)]).T
     if not np.isfinite(rows).all():

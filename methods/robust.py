@@ -39,11 +39,8 @@ def huber_estimate(rows: RegressionRows) -> Reweighted:
 def m_estimate(rows: RegressionRows, weight: Weight, start: Reweighted | None = None) -> Fit:
     """M-estimate with its asymptotic covariance.
 
-    Parameters
-    ----------
-    weight : scaled residuals -> weights.
     start : estimate that a loss with several minima starts from, whose scale of the residuals is kept; None starts
-        from least squares and computes the scale again in each iteration.
+    from least squares and computes the scale again in each iteration.
     """
     if start is None:
         found, before = reweighted(rows, rows.start.coefficients, weight), 0
