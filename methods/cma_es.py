@@ -9,9 +9,8 @@ import numpy as np
 
 from ..datasets.record import Record
 from ..estimation.likelihood.minimiser import Minimum
-from ..estimation.likelihood.output_error import as_fit, problem_of
+from ..estimation.likelihood.output_error import ADEQUATE, Outcome, as_fit, problem_of
 from ..estimation.likelihood.problem import Problem, explains_records
-from ..estimation.likelihood.search import ADEQUATE, Outcome
 from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
 from ..models.model import Model

@@ -116,6 +116,6 @@ class GreyGp(Hybrid):
     share: float | None = G_SHARE
 
     def regressor(self, n_features: int) -> Any:
-        from ..estimation.methods_only.black_box.gaussian_process import gaussian_process
+        from ..estimation.methods_only.black_box.limited import gaussian_process
 
         return gaussian_process(n_features)

@@ -272,7 +272,7 @@ def _along(problem: Problem, arrival: Arrival, horizon: Horizon, process: np.nda
         ends.append(k)
         if following is not None:
             window.append(_after(problem.model.with_coefficients(c), window[-1], following))
-            left = _over(empty, [window[0], _without_samples(window[1])], free, arrival)
+            left = _over(empty, [window[0], window[1].stretch(0, 0, slice(0), window[1].start)], free, arrival)
             point = left.at(left.start(c))
             squares += point.squares
             rows = eliminated(left.factor(point), p, p + len(free))
@@ -293,12 +293,6 @@ def _after(model: Model, before: Series, stretch: Series) -> Series:
     """The stretch with the predicted end of the one before as its start; with its own start where that diverges."""
     end = free_run.end_state(model, before, before.start)
     return replace(stretch, start=end) if np.isfinite(end).all() else stretch
-
-
-def _without_samples(stretch: Series) -> Series:
-    """The first point of a stretch, without measurements."""
-    none = {"outputs": stretch.outputs[:0], "index": stretch.index[:0], "part": stretch.part[:0]}
-    return replace(stretch, inputs=stretch.inputs[:1], **none)
 
 
 def _best_start(starts: Sequence[Start], problem: Problem, horizon: Horizon) -> Start:

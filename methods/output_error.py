@@ -12,9 +12,8 @@ from ..datasets.record import Record
 from ..estimation.likelihood.linear_problem import NULL
 from ..estimation.likelihood.loss import TUNING, loss_of
 from ..estimation.likelihood.minimiser import levenberg_marquardt
-from ..estimation.likelihood.output_error import as_fit, identify
+from ..estimation.likelihood.output_error import Outcome, as_fit, identify
 from ..estimation.likelihood.problem import Problem
-from ..estimation.likelihood.search import Outcome
 from ..estimation.likelihood.unknowns import Unknowns
 from ..estimation.methods_only.likelihood import options as knowledge
 from ..estimation.numerics import factors

@@ -1,7 +1,7 @@
 """Ensembles of free runs: what an estimate says of its own uncertainty, and how well it tells the errors.
 
 The coefficients of a model are drawn from the normal density of their covariance; learnt functions from what their
-regressors say of their uncertainty (`black_box.draws`).  The spread of the free runs is compared with the records by
+regressors say of their uncertainty (`black_box.compiled`).  The spread of the free runs is compared with the records by
 the continuous ranked probability score and the share of samples inside the ensemble's 95 % interval.
 """
 

@@ -13,7 +13,7 @@ from ...models.model import Model
 from ..numerics import factors
 from ..records.series import Series
 from ..simulation import free_run
-from .arrow import Arrow, RecordRows
+from .linear_problem import Arrow, RecordRows
 from .loss import Loss
 from .unknowns import Unknowns
 

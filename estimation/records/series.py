@@ -236,6 +236,17 @@ class Series:
         kept = self.columns != column
         return replace(self, outputs=self.outputs[:, kept], columns=self.columns[kept], noise=self.noise[kept])
 
+    def stretch(self, first: int, last: int, samples: slice | np.ndarray, start: np.ndarray) -> Series:
+        """The points first .. last of the grid with some of the samples, from an initial state (n,)."""
+        return replace(
+            self,
+            inputs=np.ascontiguousarray(self.inputs[first : last + 1]),
+            outputs=self.outputs[samples],
+            index=self.index[samples] - first,
+            part=self.part[samples],
+            start=start,
+        )
+
     def observe(self, grid: np.ndarray) -> np.ndarray:
         """Values (N, ...) at the measured times of something given on the grid (M + 1, ...)."""
         if self.is_grid:

@@ -74,6 +74,18 @@ def arithmetic_guard() -> Generator[None]:
         raise FitFailed(f"{type(error).__name__}: {error}") from error
 
 
+def mapped(jacobian: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Covariance (q, q) of functions with `jacobian` (q, p) of coefficients with `covariance` (p, p).
+
+    A coefficient with infinite variance makes that of every function infinite that depends on it.
+    """
+    unknown = ~np.isfinite(np.diag(covariance))
+    found = jacobian @ np.where(unknown[:, None] | unknown, 0.0, covariance) @ jacobian.T
+    undetermined = np.abs(jacobian) @ unknown > 0.0
+    found[undetermined, undetermined] = np.inf
+    return found
+
+
 def propagate(jacobian: np.ndarray, covariance: np.ndarray) -> np.ndarray:
     """Standard deviations (q,) of functions with `jacobian` (q, p) of coefficients with `covariance` (p, p).
 

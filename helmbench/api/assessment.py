@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ..estimation.estimates import assessment, comparison
 from ..estimation.estimates.assessment import Assessment
 from ..estimation.estimates.comparison import Comparison
-from ..estimation.judgement import assessment, comparison
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .admission import admit, refuse_copies, rudder_sign_doubt, warn_of
@@ -91,7 +91,7 @@ def candidate_models(models: Model | FilePath | Sequence[Model | FilePath], reco
     """The structures that are compared."""
     from os import PathLike
 
-    from ..estimation.judgement.comparison import families_for
+    from ..estimation.estimates.comparison import families_for
     from ..models.model import Model
 
     listed = [models] if isinstance(models, Model | str | PathLike) else list(models)

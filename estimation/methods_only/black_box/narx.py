@@ -10,8 +10,7 @@ import numpy as np
 
 from ....models.errors import FitFailed
 from ....models.model import Model
-from .compiled import Packed, compiled, stacked
-from .forms import OUTSIDE
+from .compiled import OUTSIDE, Packed, compiled, drawn, stacked
 from .motion import one_ahead, whole_run
 from .predictor import CHECKED, LARGEST, evenly_spaced, fit_regressors, unchecked
 from .rows import SYMMETRIC, Lags, outputs_of
@@ -55,9 +54,7 @@ class Scaled:
         return _near((x - self.mean) * self.scale)
 
     def drawn(self, count: int, rng: np.random.Generator) -> list[Scaled]:
-        """At most `count` functions drawn from the regressors' uncertainty (`draws`); none where they state none."""
-        from .draws import drawn
-
+        """At most `count` functions drawn from the regressors' uncertainty; none where they state none."""
         return [replace(self, fast=one) for one in drawn(self.regressors, len(self.y_scale), count, rng)]
 
 
@@ -107,35 +104,57 @@ def on_steps(inputs: np.ndarray, dt: float, step_s: float) -> tuple[np.ndarray, 
 
 
 @dataclass(frozen=True)
-class NarxPredictor:
-    """A learnt difference equation of step `step_s`; see `rows` and `predictor.Predictor`.
+class SteppedPredictor:
+    """A black box of the outputs at steps of `step_s`; see `predictor.Predictor`.
 
     Before the first sample everything is taken as constant.  Free runs are interpolated between the steps; one sample
-    ahead, a share of the step is taken.
+    ahead, a share of the step is taken.  A subclass implements `run` and `ahead`.
     """
 
     states: tuple[str, ...]
     outputs: tuple[str, ...]
-    lags: Lags
     step_s: float
-    learnt: Scaled
+
+    def run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
+        """Outputs (K, k) at the steps from the first (k,) under inputs (K, nu)."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement run()")
+
+    def ahead(self, z: np.ndarray, inputs: np.ndarray, time: np.ndarray, dt: float) -> np.ndarray:
+        """Outputs (N, k) one sample after each of z (N, k) under inputs (N, nu), at times (N,) dt apart; earlier rows
+        are the past of a row."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement ahead()")
 
     def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
         """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""
         time, grid, driven = on_steps(inputs, dt, self.step_s)
-        before = np.maximum(np.arange(len(grid))[:, None] - np.arange(self.lags.inputs), 0)
         first = np.array([start[self.states.index(name)] for name in self.outputs])
-        with unchecked(), np.errstate(all="ignore"):
-            z = self._run(first, np.ascontiguousarray(driven[before].reshape(len(grid), -1)))
+        with np.errstate(all="ignore"):
+            z = self.run(first, driven)
             found = {name: np.interp(time, grid, z[:, i]) for i, name in enumerate(self.outputs)}
             states = whole_run(self.states, start, found, dt)
         states[0] = start
         return states
 
-    def _run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
-        """Outputs (K, k) from the first (k,) under lagged inputs (K, nu lags)."""
+    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
+        """One sample ahead of each row, as `predictor.Predictor`; the rows before it are its past."""
+        z = np.column_stack([states[:, self.states.index(name)] for name in self.outputs])
+        with np.errstate(all="ignore"):
+            ahead = self.ahead(z, inputs[: len(z)], dt * np.arange(len(z)), dt)
+            return one_ahead(self.states, states, dict(zip(self.outputs, ahead.T, strict=True)), dt)
+
+
+@dataclass(frozen=True)
+class NarxPredictor(SteppedPredictor):
+    """A learnt difference equation; see `rows`."""
+
+    lags: Lags
+    learnt: Scaled
+
+    def run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
         from ._kernels import difference_run
 
+        before = np.maximum(np.arange(len(driven))[:, None] - np.arange(self.lags.inputs), 0)
+        driven = np.ascontiguousarray(driven[before].reshape(len(driven), -1))
         k, h = len(first), self.step_s
         known = k * self.lags.outputs
         z = np.full((len(driven), k), np.nan)
@@ -146,29 +165,25 @@ class NarxPredictor:
             difference_run(*packed, self.lags.outputs, h, driven, z)
             return z
         x = np.concatenate([np.tile(first, self.lags.outputs), driven[0]])[None]
-        for step in range(len(driven) - 1):
-            x[0, known:] = driven[step]
-            ahead = z[step] + h * self.learnt(x)[0]
-            if not np.isfinite(ahead).all():
-                break
-            z[step + 1] = ahead
-            x[0, k:known] = x[0, : known - k].copy()
-            x[0, :k] = ahead
+        with unchecked():
+            for step in range(len(driven) - 1):
+                x[0, known:] = driven[step]
+                ahead = z[step] + h * self.learnt(x)[0]
+                if not np.isfinite(ahead).all():
+                    break
+                z[step + 1] = ahead
+                x[0, k:known] = x[0, : known - k].copy()
+                x[0, :k] = ahead
         return z
 
-    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
-        """One sample ahead of each row, as `predictor.Predictor`; the rows before it are its past."""
-        time = dt * np.arange(len(states))
-        z = np.column_stack([states[:, self.states.index(name)] for name in self.outputs])
+    def ahead(self, z: np.ndarray, inputs: np.ndarray, time: np.ndarray, dt: float) -> np.ndarray:
         past = [z, *(at_earlier(z, time, j * self.step_s) for j in range(1, self.lags.outputs))]
-        past += [at_earlier(inputs[: len(states)], time, j * self.step_s) for j in range(self.lags.inputs)]
-        with unchecked(), np.errstate(all="ignore"):
-            x = np.hstack(past)
-            known = np.isfinite(x).all(axis=1)
-            ahead = np.full_like(z, np.nan)
+        x = np.hstack([*past, *(at_earlier(inputs, time, j * self.step_s) for j in range(self.lags.inputs))])
+        known, found = np.isfinite(x).all(axis=1), np.full_like(z, np.nan)
+        with unchecked():
             if known.any():
-                ahead[known] = z[known] + dt * self.learnt(x[known])
-            return one_ahead(self.states, states, dict(zip(self.outputs, ahead.T, strict=True)), dt)
+                found[known] = z[known] + dt * self.learnt(x[known])
+        return found
 
     def members(self, count: int, rng: np.random.Generator) -> list[NarxPredictor]:
         """Predictors with the learnt function drawn from its own uncertainty; see `estimation.judgement.ensemble`."""
@@ -192,4 +207,4 @@ def learn_narx(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], model: 
     FitFailed : see `fit_scaled`.
     """
     learnt = fit_scaled(x, y, make, lags.features(model))
-    return NarxPredictor(tuple(model.states), outputs_of(model), lags, lags.stride * dt, learnt)
+    return NarxPredictor(tuple(model.states), outputs_of(model), lags.stride * dt, lags, learnt)

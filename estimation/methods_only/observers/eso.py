@@ -5,7 +5,7 @@ States psi, r, psi_ddot and z5, the part of psi_dddot that b0 u does not explain
     z1' = z2 + l1 e,  z2' = z4 + l2 e,  z4' = z5 + b0 u + l4 e,  z5' = l5 e
 
 with characteristic polynomial s^4 + l1 s^3 + l2 s^2 + l4 s + l5.  psi_dddot is estimated by z5 + b0 u.  z5 lags the
-heading by 4/omega0, the other states by less; `statevariable` has filters with one lag for all derivatives.
+heading by 4/omega0, the other states by less; `observers.linear` has a filter with one lag for all derivatives.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ no rate depends, are not.  f and its derivatives are jax's (`equations`).
 Raissi, Perdikaris & Karniadakis 2019 (J. Comput. Phys. 378, 686) minimise J by Adam and L-BFGS.  The residuals are
 linear in the weights but for f's non-linearity, and in theta too, so that Levenberg-Marquardt steps end after about ten
 iterations, also along the directions of which a record says little; the weights of each network are eliminated from a
-step by orthogonal transformations (`likelihood.arrow`).
+step by orthogonal transformations (`likelihood.linear_problem`).
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from ....datasets.record import Record
 from ....models.errors import FitFailed
 from ....models.linear_algebra import lstsq
 from ....models.model import Model
-from ...likelihood.arrow import Arrow, LinearArrow, RecordRows
+from ...likelihood.linear_problem import Arrow, LinearArrow, RecordRows
 from ...numerics import factors
 from ...observers.smoothed_states import smoothed_states
 from ...records.gaps import unbroken_series

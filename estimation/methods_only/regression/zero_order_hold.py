@@ -15,6 +15,7 @@ from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model
 from ...records.series import steps
 from ...regression.integrated import Roles, roles
+from ...results.fit import mapped
 
 STEP = 1e-6
 """Relative step of the central differences in the map's Jacobian."""
@@ -83,16 +84,10 @@ def exact_with_covariance(
     c: np.ndarray, covariance: np.ndarray, model: Model, dt: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """`exact` of c (p,), and its covariance (p, p) by the Jacobian of the map (delta method)."""
-    mapped = exact(c, model, dt)
     jacobian = np.empty((c.size, c.size))
     for j in range(c.size):
         h = STEP * (abs(c[j]) or 1.0)
         move = np.eye(c.size)[j] * h
         jacobian[:, j] = (exact(c + move, model, dt) - exact(c - move, model, dt)) / (2.0 * h)
-    unknown = ~np.isfinite(np.diag(covariance))
-    finite = np.where(unknown[:, None] | unknown, 0.0, covariance)
-    propagated = jacobian @ finite @ jacobian.T
-    propagated = (propagated + propagated.T) / 2.0
-    undetermined = np.flatnonzero(np.abs(jacobian) @ unknown > 0.0)
-    propagated[undetermined, undetermined] = np.inf
-    return mapped, propagated
+    found = mapped(jacobian, covariance)
+    return exact(c, model, dt), (found + found.T) / 2.0

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.neural_network import MLPRegressor
 
 from .predictor import evenly_spaced
 from .sklearn_regressors import kernel_with_noise
@@ -45,3 +46,26 @@ def gaussian_process(n_features: int) -> QuickGaussianProcess:
     """A new regressor with one length scale for each feature."""
     search: Any = limited
     return QuickGaussianProcess(kernel_with_noise(n_features), optimizer=search)
+
+
+ITERATIONS = 100
+
+
+class Perceptron(MLPRegressor):
+    """A perceptron of tanh units; stopping early is part of its regularisation, so it is no reason to warn."""
+
+    def __init__(self, hidden_layer_sizes: Any = (10,), alpha: Any = 0.1, random_state: int = 0) -> None:
+        super().__init__(
+            hidden_layer_sizes=hidden_layer_sizes,
+            activation="tanh",
+            solver="lbfgs",
+            alpha=alpha,
+            max_iter=ITERATIONS,
+            random_state=random_state,
+        )
+
+    def fit(self, X: Any, y: Any, sample_weight: Any = None) -> Perceptron:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            super().fit(X, y, sample_weight)
+        return self
