@@ -90,9 +90,7 @@ def _fit(found: LeastSquares, covariance: np.ndarray, scheme: Scheme) -> Fit:
     )
 
 
-def replayed_covariance(
-    records: Sequence[Record], fit: Callable[[Sequence[Record]], np.ndarray], draws: int = DRAWS, seed: int = SEED
-) -> np.ndarray:
+def replayed_covariance(records: Sequence[Record], fit: Callable[[Sequence[Record]], np.ndarray]) -> np.ndarray:
     """Covariance (p, p) of the coefficients (p,) that `fit` gives for records with added sensor noise.
 
     Each draw adds white noise to every channel, with the standard deviation of its sensor as estimated from third
@@ -103,10 +101,10 @@ def replayed_covariance(
     ------
     FitFailed : the repetitions give no finite coefficients.
     """
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(SEED)
     spreads = [{name: sensor_sd(values) for name, values in record.channels.items()} for record in records]
     found = []
-    for _ in range(draws):
+    for _ in range(DRAWS):
         noisier = [_noisier(record, sd, rng) for record, sd in zip(records, spreads, strict=True)]
         try:
             found.append(fit(noisier))

@@ -2,43 +2,60 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
+from ...checks.result import Size
+from ...datasets.record import Record
+from ...models.errors import BadInput, CannotFit, FitFailed
 from ...models.extras import extras_told
 from ...models.files import content_writer, write_together
+from ...models.model import Model
+from ...models.published import published_values
 from ...models.result import FilePath, RunsResult, above
+from ..information.identifiability import Identifiability
 from ..likelihood.output_error import ADEQUATE
+from ..records.naming import named, numbered
 from ..validation.horizons import better_at
 from ..validation.result import FREE, Validation
-from .correlation import ChannelResiduals, Correlation
+from ..validation.validate import validate
+from .comparison import Comparison
+from .correlation import ChannelResiduals, Correlation, channel_residuals
+from .estimate import Estimate
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ...models.model import Model
-    from ..information.identifiability import Identifiability
-    from .biases import Biases
-    from .comparison import Comparison
-    from .estimate import Estimate
 
+@dataclass(frozen=True)
+class Biases:
+    """Biases that would clearly lower the errors of a model that was identified without them.
 
-from collections.abc import Sequence
+    sizes : of each bias, SI, with 90 % intervals; `parameter` is `rudder_offset` (the acting rudder angle is the
+    recorded one plus this, in the model's sign, rad) or `yaw_rate_bias` (the sensor shows so much too much, rad/s).
+    parameters : published parameters of the model when they are estimated along with the biases.
+    before, after : channel -> root mean square error of free runs of whole records, SI, of the identified model, and
+    of the model with these parameters behind the biases.
+    """
 
-from ...datasets.record import Record
-from ...models.errors import BadInput, CannotFit, FitFailed
-from ...models.published import published_values
-from ..information.identifiability import Identifiability
-from ..records.naming import named, numbered
-from ..validation.validate import validate
-from .biases import Biases
-from .comparison import Comparison
-from .correlation import channel_residuals
-from .estimate import Estimate
+    sizes: tuple[Size, ...]
+    parameters: Mapping[str, float]
+    before: Mapping[str, float]
+    after: Mapping[str, float]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain values for identification.json."""
+        return {
+            "sizes": [vars(size) for size in self.sizes],
+            "parameters": dict(self.parameters),
+            "rmse_before": dict(self.before),
+            "rmse_after": dict(self.after),
+        }
+
 
 SCHEMA = 1
 EXPLAINS, APPROXIMATES, FAILS = "explains", "approximates", "fails"

@@ -10,38 +10,30 @@ Source of the rule: Hastie, Tibshirani & Friedman 2009, The Elements of Statisti
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-
-from ...models.extras import extras_told
-from ...models.result import Result, above
-from ..run.squares import Squares
-
-if TYPE_CHECKING:
-    import pandas as pd
-    from matplotlib.figure import Figure
-
-    from ...models.model import Model
-    from .estimate import Estimate
-
-
-from collections.abc import Sequence
-from dataclasses import replace
-from itertools import pairwise
 
 from ...datasets.instruments import hull_record
 from ...datasets.record import Record
 from ...models import kernels
 from ...models.errors import BadInput, CannotFit, FitFailed
+from ...models.extras import extras_told
 from ...models.model import Model, resolve
+from ...models.result import Result, above
 from ...models.vessel import vessel_files
 from ..records.naming import named
 from ..run.run import run_along
+from ..run.squares import Squares
 from ..validation.validate import TOGETHER
 from .estimate import Estimate, published
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
 
 
 @dataclass(frozen=True)

@@ -9,34 +9,25 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from ...datasets.columns import CANONICAL
 from ...datasets.instruments import hull_record
-from ...models.model import CHANNELS
+from ...datasets.record import Record
+from ...models.errors import BadInput
+from ...models.model import CHANNELS, Model
 from ..records.gaps import unbroken
-from ..records.series import series_of
+from ..records.series import Series, series_of
+from ..results.predictor import Predictor
 from ..simulation.free_run import residuals
 from ..simulation.selection import fitted_start
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ..records.series import Series
-    from .estimate import Estimate
-
-
-from typing import TYPE_CHECKING, Any
-
-from ...models.errors import BadInput
+from .estimate import Estimate
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ...datasets.record import Record
-    from ...models.model import Model
-    from ..results.predictor import Predictor
 
 LAGS = 25
 """Number of lags above 0; a quarter of the samples in short records."""

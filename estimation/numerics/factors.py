@@ -96,10 +96,10 @@ def rank_message(rank: int, unknowns: int) -> str:
     return "" if rank == unknowns else f"the records determine {rank} of {unknowns} directions"
 
 
-def mark_undetermined(covariance: np.ndarray, null: np.ndarray, share: float = 1e-6) -> None:
+def mark_undetermined(covariance: np.ndarray, null: np.ndarray) -> None:
     """Set the variance of every unknown that has a part in a direction of `null` (m, d) to infinity, in place."""
     if null.shape[1]:
-        unknown = np.flatnonzero(np.linalg.norm(null, axis=1) > share)
+        unknown = np.flatnonzero(np.linalg.norm(null, axis=1) > 1e-6)
         covariance[unknown, unknown] = np.inf
 
 

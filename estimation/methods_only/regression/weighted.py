@@ -20,6 +20,10 @@ SMALLEST_SCALE = 1e-13
 """Smallest scale of an equation's residuals, relative to the root mean square of its left side."""
 
 
+STILL, MOST_ITERATIONS = 1e-8, 100
+"""Change of the coefficients, in standard errors, at which reweighting ends, and its iterations at most."""
+
+
 def mad(values: np.ndarray) -> np.ndarray:
     """Standard deviation (...) of Gaussian values (N, ...) with zero mean, from the median of their sizes."""
     return 1.4826 * np.median(np.abs(values), axis=0)
@@ -104,8 +108,6 @@ def reweighted(
     start: np.ndarray,
     weight: Callable[[np.ndarray], np.ndarray],
     scale: np.ndarray | None = None,
-    tolerance: float = 1e-8,
-    max_iterations: int = 100,
 ) -> Reweighted:
     """Iteratively reweighted least squares: weights w(e/s) of each scaled residual.
 
@@ -114,14 +116,13 @@ def reweighted(
     start : (p,) first coefficients.
     weight : scaled residuals (N, k) -> weights in [0, 1].
     scale : (k,) fixed scale of the residuals; None computes the MAD again in each iteration.
-    tolerance : change of the coefficients, in units of their standard errors, at which the iteration ends.
 
     Raises
     ------
     FitFailed : a solution is not finite.
     """
     c = start
-    for iteration in range(1, max_iterations + 1):
+    for iteration in range(1, MOST_ITERATIONS + 1):
         residuals = rows.residuals(c)
         s = rows.scale(residuals) if scale is None else scale
         solution = factors.solve(rows.factor(weight(residuals / s) / s**2))
@@ -129,6 +130,6 @@ def reweighted(
             raise FitFailed("the reweighted regression has no finite solution")
         change = lstsq(solution.half, solution.x - c)
         c = solution.x
-        if np.abs(change).max(initial=0.0) < tolerance * max(1.0, np.abs(solution.scores).max(initial=0.0) * 1e-4):
+        if np.abs(change).max(initial=0.0) < STILL * max(1.0, np.abs(solution.scores).max(initial=0.0) * 1e-4):
             return Reweighted(solution, s, iteration, True)
-    return Reweighted(solution, s, max_iterations, False)
+    return Reweighted(solution, s, MOST_ITERATIONS, False)
