@@ -10,7 +10,6 @@ import numpy as np
 from ..datasets.record import Record
 from ..datasets.signals import bridged
 from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA, Observed, observe, observe_as_printed
-from ..estimation.methods_only.svr.tuning import Tuner
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.records.series import inputs_of, require, series_of
 from ..estimation.regression.filtered import filtered_rows, stretches
@@ -22,7 +21,7 @@ from ..estimation.simulation.selection import free_run_cost
 from ..models.errors import CannotFit, FitFailed
 from ..models.model import Model
 from .base import Method
-from .ls_svr import CONSTANT, TUNER, fit_svr, ls_svr, rw_ls_svr, stacked_rows
+from .ls_svr import CONSTANT, TUNER, Tuner, fit_svr, ls_svr, rw_ls_svr, stacked_rows
 from .options import POSITIVE, option, words
 
 

@@ -9,7 +9,6 @@ import numpy as np
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
 from ..estimation.methods_only.recursive.recursion import UpdateRule
-from ..estimation.methods_only.regression.zero_order_hold import common_step
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.regression.integrated import Roles, roles
 from ..estimation.regression.samples import RegressionSamples
@@ -18,6 +17,7 @@ from ..estimation.results.fit import Fit
 from ..models.errors import BadInput, CannotFit
 from ..models.model import Model
 from .base import RecursiveMethod
+from .ls import common_step
 from .options import NOT_NEGATIVE, option, whole
 
 SHARE = 0.5
