@@ -1,4 +1,9 @@
-"""Batch least squares: by forward differences, or by the scheme or filter that predicts left-out windows best."""
+"""Batch least squares: by forward differences, or by the scheme or filter that predicts left-out windows best.
+
+Forward differences fit the difference equation r(t+1) = a1 r(t) + ... exactly, but convert its coefficients by the
+explicit Euler rule (paper 002, eq 4 and 6).  The scheme 'zoh' takes the exact inverse map: the matrix logarithm of the
+sampled system gives the continuous model that has these samples under a held rudder.
+"""
 
 from __future__ import annotations
 

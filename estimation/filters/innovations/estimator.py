@@ -2,8 +2,8 @@
 
 A `Setting` says everything that the filter is run at.  An `Estimator` holds the records and never changes; it
 evaluates settings.  The latest runs of single segments are kept, found by the content of everything that a run depends
-on beside the estimator itself: fits come back to what they have just left.  Derivatives are in `derivatives`, the fit of the noise in `noise_fit`, that of parameters in
-`refit`.
+on beside the estimator itself: fits come back to what they have just left.  Derivatives are in `derivatives`, the fit
+of the noise in `noise_fit`, that of parameters in `refit`.
 """
 
 from __future__ import annotations
