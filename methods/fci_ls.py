@@ -45,8 +45,7 @@ class FciLs(RecursiveMethod):
     variants = ("corrected", "as_printed")
     beta: float = option(
         0.005,
-        "gain of the P-type step at the first row, in scaled columns; limited to 1/|phi|^2 (see "
-        "`helmbench.methods.fci_ls.SHARE`)",
+        "gain of the P-type step at the first row, in scaled columns; limited to 1/|phi|^2",
         NOT_NEGATIVE,
         Real(1e-4, 1.0, log=True),
     )

@@ -44,9 +44,8 @@ class Ls(Method):
     scheme: str | None = option(
         None,
         "a scheme of `helmbench.estimation.regression.schemes` ('forward' is explicit Euler, 'midpoint' the trapezoid "
-        "for first-order equations), or 'zoh': forward differences converted by the exact map for a held rudder "
-        "(`helmbench.methods.ls`), for response models.  None takes the one of "
-        "'forward', 'midpoint' and a state-variable filter at 5 corner frequencies whose fits follow left-out windows "
+        "for first-order equations), or 'zoh': forward differences converted by the exact map for a held rudder, for "
+        "response models.  None takes the one of 'forward', 'midpoint' and a state-variable filter at 5 corner frequencies whose fits follow left-out windows "
         "of the records best (`helmbench.estimation.methods_only.regression.left_out`); `extra['scheme']` says which",
         words("difference scheme", (*SCHEMES, "zoh")),
     )

@@ -44,13 +44,13 @@ Tuner = Callable[[Objective, float, float], TunedConstant]
 """Searches [low, high] on a logarithmic scale."""
 
 
-def grid(objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1], points: int = POINTS) -> TunedConstant:
-    """The best of `points` values in geometric progression; among equal ones the smallest."""
-    values = np.geomspace(low, high, points)
+def grid(objective: Objective, low: float, high: float) -> TunedConstant:
+    """The best of POINTS values in geometric progression; among equal ones the smallest."""
+    values = np.geomspace(low, high, POINTS)
     errors = np.array([objective(float(value)) for value in values])
     errors = np.where(np.isfinite(errors), errors, np.inf)
     best = int(np.argmin(errors))
-    return TunedConstant(float(values[best]), float(errors[best]), points)
+    return TunedConstant(float(values[best]), float(errors[best]), POINTS)
 
 
 def colony(

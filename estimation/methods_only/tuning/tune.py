@@ -147,7 +147,7 @@ def tune(
         )
         states = TrialState.COMPLETE, TrialState.PRUNED, TrialState.FAIL
         errors = _optimize(study, states, method, space, split, model, n_trials)
-        trials = study.get_trials(deepcopy=False, states=states)
+        trials: list[Any] = study.get_trials(deepcopy=False, states=states)
     values = [trial for trial in trials if trial.values is not None and math.isfinite(trial.values[0])]
     if not values:
         raise errors[-1] if errors else FitFailed(f"none of {len(trials)} trials has a finite validation error")
