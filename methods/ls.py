@@ -45,8 +45,9 @@ class Ls(Method):
         None,
         "a scheme of `helmbench.estimation.regression.schemes` ('forward' is explicit Euler, 'midpoint' the trapezoid "
         "for first-order equations), or 'zoh': forward differences converted by the exact map for a held rudder, for "
-        "response models.  None takes the one of 'forward', 'midpoint' and a state-variable filter at 5 corner frequencies whose fits follow left-out windows "
-        "of the records best (`helmbench.estimation.methods_only.regression.left_out`); `extra['scheme']` says which",
+        "response models.  None takes the one of 'forward', 'midpoint' and a state-variable filter at 5 corner "
+        "frequencies whose fits follow left-out windows of the records best "
+        "(`helmbench.estimation.methods_only.regression.left_out`); `extra['scheme']` says which",
         words("difference scheme", (*SCHEMES, "zoh")),
     )
 
