@@ -13,7 +13,7 @@ from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA, Obse
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.records.series import inputs_of, require, series_of
 from ..estimation.regression.filtered import filtered_rows, stretches
-from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
+from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner, corner_frequencies
 from ..estimation.regression.least_squares import equation_factors, least_squares
 from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, table
 from ..estimation.results.fit import Fit
@@ -21,7 +21,7 @@ from ..estimation.simulation.selection import free_run_cost
 from ..models.errors import CannotFit, FitFailed
 from ..models.model import Model
 from .base import Method
-from .ls_svr import CONSTANT, TUNER, Tuner, fit_svr, ls_svr, rw_ls_svr, stacked_rows
+from .ls_svr import CONSTANT, TUNER, Tuner, fit_svr, regressors, stacked_rows
 from .options import POSITIVE, option, words
 
 
@@ -83,9 +83,8 @@ class EsoRwLssvr(Method):
         spacing = float(np.median(np.diff(samples[0].time_s)))
         rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)
         extra = {"omega0_rad_s": omega}
-        regressor = (rw_ls_svr if self.weighted else ls_svr)("as_printed" if printed else "corrected")
         tuner = "abc" if proposed else self.tuner
-        return fit_svr(rows, regressor, self.C, tuner, not printed, extra)
+        return fit_svr(rows, regressors(self.weighted, printed), self.C, tuner, printed, extra)
 
 
 def _aligned_rows(records: Sequence[Record], model: Model, omega0: float | None) -> tuple[float, Sequence[Any]]:
@@ -99,8 +98,8 @@ def _aligned_rows(records: Sequence[Record], model: Model, omega0: float | None)
     return found.omega, found.rows
 
 
-POLES = 9
-"""Poles of the observer tried."""
+POLES, SLOWEST = 9, 40.0
+"""Poles of the observer tried, and time constants of the slowest one in the longest record."""
 TRANSIENT = 8.0
 """Time constants of the observer, from the start of a stretch, that are left out."""
 SHORTEST = 16
@@ -116,7 +115,7 @@ def observed_samples(
         return omega0, _checked(_observed(records, model, omega0, discretisation, b0), model)
     series = [series_of(record, model) for record in records]
     best: tuple[float, float, list[RegressionSamples]] | None = None
-    for omega in _poles(records):
+    for omega in corner_frequencies(records, POLES, SLOWEST).tolist():
         samples = _observed(records, model, omega, discretisation, b0)
         try:
             _checked(samples, model)
@@ -139,13 +138,6 @@ def printed_samples(records: Sequence[Record], model: Model, omega0: float) -> l
 def _checked(samples: list[RegressionSamples], model: Model) -> list[RegressionSamples]:
     check_enough_rows(sum(len(part.time_s) for part in samples), model)
     return samples
-
-
-def _poles(records: Sequence[Record]) -> list[float]:
-    """Poles tried, rad/s: from the slowest that the longest record allows to the sampling rate."""
-    dt = max(record.dt for record in records)
-    length = max(record.time_s[-1] - record.time_s[0] for record in records)
-    return np.geomspace(min(40.0 / length, 1.0 / dt), 1.0 / dt, POLES).tolist()
 
 
 def _observed(

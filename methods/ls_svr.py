@@ -84,28 +84,18 @@ BuildRegressor = Callable[..., Any]
 """Makes a scikit-learn regressor with constant `c`; a `rough` one (second argument), for speed, while C is chosen."""
 
 
-def ls_svr(variant: str) -> BuildRegressor:
-    """Regressors without weights: 'corrected' standardises the columns and has no intercept; 'as_printed' does the
-    opposite."""
+def regressors(weighted: bool, printed: bool) -> BuildRegressor:
+    """Regressors with standardised columns and without intercept, as printed the opposite; `weighted` ones remove
+    outliers and weight errors adaptively."""
 
     def build(c: float, rough: bool = False) -> Any:
-        from ..estimation.methods_only.svr.estimators import LSSVR
+        from ..estimation.methods_only.svr.estimators import LSSVR, RWLSSVR
 
-        return LSSVR(C=c, standardise=variant == "corrected", fit_intercept=variant != "corrected")
-
-    return build
-
-
-def rw_ls_svr(variant: str) -> BuildRegressor:
-    """Regressors with outliers removed and adaptive weights; `variant` as in `ls_svr`, also that of the weights."""
-
-    def build(c: float, rough: bool = False) -> Any:
-        from ..estimation.methods_only.svr.estimators import RWLSSVR
-
+        if not weighted:
+            return LSSVR(C=c, standardise=not printed, fit_intercept=printed)
         limits: dict[str, Any] = {"max_iter": 10, "tol": 1e-3} if rough else {}
-        return RWLSSVR(
-            C=c, standardise=variant == "corrected", fit_intercept=variant != "corrected", variant=variant, **limits
-        )
+        variant = "as_printed" if printed else "corrected"
+        return RWLSSVR(C=c, standardise=not printed, fit_intercept=printed, variant=variant, **limits)
 
     return build
 
@@ -168,31 +158,34 @@ def equation_scales(left: np.ndarray, right: np.ndarray) -> np.ndarray:
 
 
 def fit_svr(
-    rows: TrainingRows,
-    build: BuildRegressor,
-    c: float | None,
-    tuner: str | Tuner,
-    whole: bool,
-    extra: dict[str, Any],
+    rows: TrainingRows, build: BuildRegressor, c: float | None, tuner: str | Tuner, printed: bool, extra: dict[str, Any]
 ) -> Fit:
     """The regression of the rows as a method's result.
+
+    Coefficients of columns that are zero, about which the rows have no information, get zero and infinite variance.
 
     Parameters
     ----------
     build : makes the regressor.
     c : regularisation constant; None chooses it by validation with `tuner`.
-    whole : whether all rows are fitted once C is chosen, or the training rows only.
+    printed : whether the training rows alone are fitted once C is chosen; otherwise all are.
     extra : facts to add to `Fit.extra`.
     """
-    if len(rows.y) <= rows.x.shape[1] or rows.training.all() or not rows.training.any():
-        raise CannotFit(f"{len(rows.y)} usable regression rows for {rows.x.shape[1]} coefficients")
-    coefficients, covariance, regressor, tuned = _regress(
-        rows, build, c, TUNERS[tuner] if isinstance(tuner, str) else tuner, whole
-    )
+    p, used = rows.x.shape[1], np.flatnonzero(np.any(rows.x, axis=0))
+    if len(rows.y) <= p or rows.training.all() or not rows.training.any():
+        raise CannotFit(f"{len(rows.y)} usable regression rows for {p} coefficients")
+    rows = TrainingRows(rows.x[:, used], rows.y, rows.training, rows.block)
+    tune = TUNERS[tuner] if isinstance(tuner, str) else tuner
+    tuned = TunedConstant(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
+    rows = rows.of(rows.training) if printed else rows
+    regressor = build(tuned.value).fit(rows.x, rows.y)
+    coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))
+    coefficients[used] = regressor.coef_
+    covariance[np.ix_(used, used)] = _sandwich(rows, regressor)
     weights = getattr(regressor, "weights_", None)
     outliers = {} if weights is None else {"outliers": float(np.mean(weights == 0.0))}
     limit = getattr(regressor, "max_iter", None)
-    converged = limit is None or not whole or regressor.n_iter_ < limit
+    converged = limit is None or printed or regressor.n_iter_ < limit
     return Fit(
         coefficients,
         covariance,
@@ -201,25 +194,6 @@ def fit_svr(
         n_iterations=int(getattr(regressor, "n_iter_", 1)),
         extra={**extra, "C": tuned.value, "evaluations": tuned.evaluations, **outliers},
     )
-
-
-def _regress(
-    rows: TrainingRows, build: BuildRegressor, c: float | None, tune: Tuner, whole: bool
-) -> tuple[np.ndarray, np.ndarray, Any, TunedConstant]:
-    """Coefficients (p,), covariance (p, p), the fitted regressor, and how C was chosen: by validation if it is None.
-
-    Coefficients of columns that are zero, about which the rows have no information, get zero and infinite variance.
-    """
-    used = np.flatnonzero(np.any(rows.x, axis=0))
-    p = rows.x.shape[1]
-    rows = TrainingRows(rows.x[:, used], rows.y, rows.training, rows.block)
-    tuned = TunedConstant(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
-    rows = rows if whole else rows.of(rows.training)
-    regressor = build(tuned.value).fit(rows.x, rows.y)
-    coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))
-    coefficients[used] = regressor.coef_
-    covariance[np.ix_(used, used)] = _sandwich(rows, regressor)
-    return coefficients, covariance, regressor, tuned
 
 
 def _validation(rows: TrainingRows, build: BuildRegressor) -> Callable[[float], float]:
@@ -280,7 +254,7 @@ class LsSvr(Method):
     name = "ls-svr"
     title = "least-squares support vector regression, linear kernel (paper 003)"
     variants = ("corrected", "as_printed")
-    regressor: ClassVar[Callable[[str], BuildRegressor]] = staticmethod(ls_svr)
+    weighted: ClassVar[bool] = False
     C: float | None = CONSTANT
     scheme: str = option(
         FILTER,
@@ -296,14 +270,14 @@ class LsSvr(Method):
     )
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        corrected = self.variant == "corrected"
+        printed = self.variant == "as_printed"
         if self.scheme == FILTER:
             found = best_corner(records, model)
             parts, block, extra = found.rows, int(BLOCK_TIME / DENSE), {"omega_rad_s": found.omega}
         else:
             parts, block, extra = regression_samples(records, model, self.scheme), DIFFERENCED, {}
-        rows = stacked_rows(parts, model, block, physical=not corrected)
-        return fit_svr(rows, self.regressor(self.variant), self.C, self.tuner, corrected, extra)
+        rows = stacked_rows(parts, model, block, physical=printed)
+        return fit_svr(rows, regressors(self.weighted, printed), self.C, self.tuner, printed, extra)
 
 
 class RwLsSvr(LsSvr):
@@ -311,7 +285,7 @@ class RwLsSvr(LsSvr):
 
     name = "rw-ls-svr"
     title = "robust weighted LS-SVR: MAD rule and adaptive weights (paper 003)"
-    regressor = staticmethod(rw_ls_svr)
+    weighted = True
     variant: str = option(
         "corrected",
         "'corrected' applies the rule to residuals and iterates weights in |e| to convergence; 'as_printed' applies it "

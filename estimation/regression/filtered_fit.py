@@ -35,11 +35,12 @@ class FilteredFit(NamedTuple):
     cost: float
 
 
-def corner_frequencies(records: Sequence[Record], count: int = CORNERS) -> np.ndarray:
-    """Corner frequencies (count,), rad/s, from the slowest that the longest record allows to that of the sampling."""
+def corner_frequencies(records: Sequence[Record], count: int = CORNERS, slowest: float = SLOWEST) -> np.ndarray:
+    """Corner frequencies (count,), rad/s, from the slowest that the longest record allows (so many of its time
+    constants) to that of the sampling."""
     dt = max(record.dt for record in records)
     length = max(record.time_s[-1] - record.time_s[0] for record in records)
-    return np.geomspace(min(SLOWEST / length, FASTEST / dt), FASTEST / dt, count)
+    return np.geomspace(min(slowest / length, FASTEST / dt), FASTEST / dt, count)
 
 
 def fit_filtered(records: Sequence[Record], model: Model, omega: float, order: int = ORDER) -> FilteredFit:
