@@ -27,7 +27,7 @@ HORIZONS = (32, 8, 2)
 """Pieces into which records are cut, in turn."""
 SHORTEST_HORIZON = 16
 """Samples of a piece at least."""
-ITERATIONS = 6
+HORIZON_ITERATIONS = 6
 """Of the minimisation at each horizon."""
 
 
@@ -46,7 +46,7 @@ def fit_growing_horizons(problem: Problem, parameters: np.ndarray) -> tuple[np.n
     for pieces in HORIZONS:
         cut = short_runs(problem, pieces)
         if cut is not None:
-            found = levenberg_marquardt(cut, parameters, ITERATIONS, ROUGH)
+            found = levenberg_marquardt(cut, parameters, HORIZON_ITERATIONS, ROUGH)
             parameters, count = found.z, count + found.n_iterations
     return parameters, count
 

@@ -1,4 +1,4 @@
-"""scikit-learn's Gaussian process with a limited search for its kernel."""
+"""scikit-learn's Gaussian process with a limited search for its kernel, and its perceptron with few iterations."""
 
 from __future__ import annotations
 
@@ -48,7 +48,8 @@ def gaussian_process(n_features: int) -> QuickGaussianProcess:
     return QuickGaussianProcess(kernel_with_noise(n_features), optimizer=search)
 
 
-ITERATIONS = 100
+MOST_STEPS = 100
+"""L-BFGS iterations of a perceptron."""
 
 
 class Perceptron(MLPRegressor):
@@ -60,7 +61,7 @@ class Perceptron(MLPRegressor):
             activation="tanh",
             solver="lbfgs",
             alpha=alpha,
-            max_iter=ITERATIONS,
+            max_iter=MOST_STEPS,
             random_state=random_state,
         )
 
