@@ -19,6 +19,7 @@ import numpy as np
 from ....datasets.record import Record
 from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model
+from ...results.fit import Fit
 from .compiled import OUTSIDE
 from .narx import DIGITS, SteppedPredictor, at_earlier, inverse_spread
 from .predictor import LARGEST
@@ -68,10 +69,11 @@ class Training:
     scales: SignalScales
     parts: tuple[Signals, ...]
 
-    def predictor(self, system: System, lags: int) -> StateSpacePredictor:
-        """The system as a predictor of the model's states."""
+    def fit(self, system: System, lags: int) -> Fit:
+        """The system as a predictor of the model's states, whose pasts have so many steps, as a method's result."""
         names = tuple(self.model.states), outputs_of(self.model)
-        return StateSpacePredictor(*names, self.stride * self.dt, lags, self.scales, system)
+        predictor = StateSpacePredictor(*names, self.stride * self.dt, lags, self.scales, system)
+        return Fit(np.empty(0), predictor=predictor, extra={"rows": sum(len(part.whole) for part in self.parts)})
 
 
 def training_of(records: Sequence[Record], model: Model, stride: int) -> Training:
