@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..estimation.methods_only.regression.weighted import RegressionRows
@@ -37,9 +39,7 @@ class Ridge(RegressionMethod):
     )
 
     def solve(self, rows: RegressionRows) -> Fit:
-        sd = rows.least_residual_sd()
-        found = ridge(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.penalty)
-        return found._replace(extra={**found.extra, "residual_sd": sd.tolist()})
+        return _weighted(rows, ridge, self.penalty)
 
 
 def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> Fit:
@@ -87,9 +87,7 @@ class TsvdLs(RegressionMethod):
     scheme: str = option(searched=Choice("forward", "midpoint"))
 
     def solve(self, rows: RegressionRows) -> Fit:
-        sd = rows.least_residual_sd()
-        found = truncated(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.rank)
-        return found._replace(extra={**found.extra, "residual_sd": sd.tolist()})
+        return _weighted(rows, truncated, self.rank)
 
 
 def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> Fit:
@@ -107,3 +105,10 @@ def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> Fit:
     v, s, scores = found.v[:, :rank], found.s[:rank], found.scores[:rank]
     covariance = (v * (residuals[rank] / max(n - rank, 1.0) / s**2)) @ v.T
     return Fit(v @ (scores / s), covariance, extra={"rank": rank})
+
+
+def _weighted(rows: RegressionRows, solve: Callable[..., Fit], option: float | None) -> Fit:
+    """The solution of rows in units of the residuals of least squares."""
+    sd = rows.least_residual_sd()
+    found = solve(rows.factor(1.0 / sd**2), rows.n * rows.used.size, option)
+    return found._replace(extra={**found.extra, "residual_sd": sd.tolist()})

@@ -67,8 +67,8 @@ def respond(system: Discrete, inputs: NDArray[np.float64], x0: ArrayLike) -> NDA
     return states
 
 
-def noise_gains(system: Discrete, noisy: int = 0) -> NDArray[np.float64]:
-    """Standard deviation (n,) of the states in steady state for unit white noise on input `noisy`, sample by sample.
+def noise_gains(system: Discrete) -> NDArray[np.float64]:
+    """Standard deviation (n,) of the states in steady state for unit white noise on the first input, sample by sample.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def noise_gains(system: Discrete, noisy: int = 0) -> NDArray[np.float64]:
 
     if np.abs(np.linalg.eigvals(system.a)).max() >= 1.0:
         raise ValueError("the observer is not stable at this sampling step")
-    now, ahead = system.now[:, noisy], system.ahead[:, noisy]
+    now, ahead = system.now[:, 0], system.ahead[:, 0]
     # x[k] = y[k] + ahead u[k], y[k+1] = a y[k] + (now + a ahead) u[k]: y[k] and u[k] are independent
     drive = now + system.a @ ahead
     unit = np.where(np.abs(drive) > 0.0, np.abs(drive), 1.0)  # similar states keep the equation well conditioned

@@ -132,13 +132,12 @@ def observe_as_printed(
     kp: float,
     lag_s: float,
     omega0: float = PRINTED_OMEGA,
-    l3: float = PRINTED_L3,
 ) -> Observed:
     """Eq 8 as printed by explicit Euler, from rest: headings and heading references (N,) sampled every dt seconds.
 
     The rudder's slope is that of the steering gear at the observer's own states.
     """
-    system = discretised(*printed_observer(gains([-omega0] * 4), l3, kp, lag_s), dt, "euler")
+    system = discretised(*printed_observer(gains([-omega0] * 4), PRINTED_L3, kp, lag_s), dt, "euler")
     z = respond(system, np.column_stack([psi, reference]), np.zeros(5))
     slope = (kp * (reference - z[:, 0]) - z[:, 2]) / lag_s
     return Observed(z[:, 0], z[:, 1], z[:, 3], z[:, 4] + reference, z[:, 2], slope)
