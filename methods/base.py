@@ -223,23 +223,19 @@ class Method:
 
     def _wrap(self, fit: Fit, model: Model, wall_s: float, cpu_s: float) -> Estimate:
         parameters, errors = _published(fit, model)
+        facts = fit._replace(
+            converged=bool(fit.converged), n_iterations=int(fit.n_iterations), extra=dict(fit.extra)
+        )._asdict()
+        del facts["fixed"]  # is told by the standard errors
         return Estimate(
             method=self.name,
             variant=self.variant,
             model=model.with_coefficients(fit.coefficients) if fit.coefficients.size else model.blanked(),
-            coefficients=fit.coefficients,
-            covariance=fit.covariance,
             parameters=parameters,
             stderr=errors,
-            trajectory=fit.trajectory,
-            trajectory_time_s=fit.trajectory_time_s,
-            converged=bool(fit.converged),
-            message=fit.message,
-            n_iterations=int(fit.n_iterations),
             wall_s=wall_s,
             cpu_s=cpu_s,
-            extra=dict(fit.extra),
-            predictor=fit.predictor,
+            **facts,
         )
 
 

@@ -111,17 +111,8 @@ class TunedMethod(Wrapper):
             validation=self.validation,
         )
         best = method.set_params(**found.options).fit(records, model)
-        return Fit(
-            coefficients=best.coefficients,
-            covariance=best.covariance,
-            converged=best.converged,
-            message=best.message,
-            n_iterations=best.n_iterations,
-            trajectory=best.trajectory,
-            trajectory_time_s=best.trajectory_time_s,
-            extra={**best.extra, "tuning": found._asdict()},
-            predictor=best.predictor,
-        )
+        facts = {name: getattr(best, name) for name in Fit._fields if hasattr(best, name)}
+        return Fit(**facts | {"extra": {**best.extra, "tuning": found._asdict()}})
 
 
 def _unpickled(text: str, options: dict[str, Any]) -> TunedMethod:
