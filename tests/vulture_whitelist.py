@@ -18,6 +18,7 @@ from helmbench.models.lanes import open_loops
 USED = (
     ABCSampler.infer_relative_search_space,  # by Optuna
     ABCSampler.sample_relative,
+    ABCSampler.sample_independent,
     CommandGroup.format_commands,  # by click
     CommandGroup.list_commands,
     Interval.low_open,  # by `_asdict`
