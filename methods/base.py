@@ -98,11 +98,6 @@ class Method:
         for name, value in given.arguments.items():
             setattr(self, name, value)
 
-    @classmethod
-    def option_names(cls) -> list[str]:
-        """Names of the options, in the order of the constructor."""
-        return list(cls.options)
-
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """Option name -> value.
 
@@ -129,8 +124,8 @@ class Method:
         """
         for name, value in options.items():
             own, _, inner = name.partition("__")
-            if own not in self.option_names():
-                hint = suggestion(name, self.option_names())
+            if own not in self.options:
+                hint = suggestion(name, list(self.options))
                 raise BadInput(f"method {self.name} has no option {name!r}", hint=hint)
             if inner:
                 self.get_params(deep=False)[own].set_params(**{inner: value})

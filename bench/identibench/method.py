@@ -90,7 +90,7 @@ def _configured(method: Method | str, context: Any) -> Method:
     from ...methods.registry import make
 
     fitter = make(method) if isinstance(method, str) else type(method)(**method.get_params(deep=False))
-    seed = {"seed": context.seed} if "seed" in fitter.option_names() else {}
+    seed = {"seed": context.seed} if "seed" in fitter.options else {}
     return fitter.set_params(**(seed | dict(context.hyperparameters)))
 
 
