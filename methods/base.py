@@ -11,8 +11,7 @@ import numpy as np
 
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
-from ..estimation.methods_only.recursive.recursion import PRIORS, UpdateRule, prior_of, recursion
-from ..estimation.methods_only.recursive.stream import RecordStream
+from ..estimation.methods_only.recursive.recursion import PRIORS, RecordStream, UpdateRule, prior_of, recursion
 from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Domain
 from ..estimation.regression.samples import RegressionSamples

@@ -12,8 +12,7 @@ from ..datasets.signals import bridged
 from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA, Observed, observe, observe_as_printed
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.records.series import inputs_of, require, series_of
-from ..estimation.regression.filtered import filtered_rows, stretches
-from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner, corner_frequencies
+from ..estimation.regression.filtered import BLOCK_TIME, best_corner, corner_frequencies, filtered_rows, stretches
 from ..estimation.regression.least_squares import equation_factors, least_squares
 from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, table
 from ..estimation.results.fit import Fit

@@ -20,8 +20,17 @@ from ..estimation.observers.smoothing import (
     smoothed,
 )
 from ..estimation.records.series import at_equal_steps, inputs_of, require, samples
-from ..estimation.regression.filtered import ORDER, FilteredRows, row_factors, stretches
-from ..estimation.regression.filtered_fit import CORNERS, FilteredFit, best_corner, coloured_covariance, fit_filtered
+from ..estimation.regression.filtered import (
+    CORNERS,
+    ORDER,
+    FilteredFit,
+    FilteredRows,
+    best_corner,
+    coloured_covariance,
+    fit_filtered,
+    row_factors,
+    stretches,
+)
 from ..estimation.regression.least_squares import least_squares
 from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, n_accelerations, table
 from ..estimation.results.fit import Fit

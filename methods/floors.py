@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..datasets.record import Record
-from ..estimation.methods_only.black_box.motion import one_ahead, whole_run
+from ..estimation.methods_only.black_box.narx import one_ahead, whole_run
 from ..estimation.methods_only.black_box.rows import outputs_of, signals_of
 from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed

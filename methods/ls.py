@@ -16,7 +16,7 @@ from ..datasets.signals import sensor_sd
 from ..estimation.methods_only.regression.left_out import SVF, Scheme, best_scheme
 from ..estimation.numerics import factors
 from ..estimation.records.series import steps
-from ..estimation.regression.filtered_fit import coloured_covariance, fit_filtered
+from ..estimation.regression.filtered import coloured_covariance, fit_filtered
 from ..estimation.regression.integrated import Roles, roles
 from ..estimation.regression.least_squares import LeastSquares, fit_by_scheme
 from ..estimation.regression.schemes import INTEGRATED, SCHEMES

@@ -12,8 +12,7 @@ from ..datasets.record import Record
 from ..estimation.methods_only.regression.weighted import mad
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.numerics import factors
-from ..estimation.regression.filtered import DENSE
-from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
+from ..estimation.regression.filtered import BLOCK_TIME, DENSE, best_corner
 from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed

@@ -12,7 +12,7 @@ from ...datasets.record import Record
 from ...models.errors import CannotFit, FitFailed
 from ...models.model import Model
 from ..records.series import averaged
-from .filtered_fit import corner_frequencies, fit_filtered
+from .filtered import corner_frequencies, fit_filtered
 from .least_squares import LeastSquares, fit_by_scheme
 
 AVERAGES = (200, 60)

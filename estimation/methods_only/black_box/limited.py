@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from sklearn.neural_network import MLPRegressor
 
 from .predictor import evenly_spaced
-from .sklearn_regressors import kernel_with_noise
 
 ITERATIONS, SUBSET = 15, 100
 """Steps of the search, and rows whose likelihood is searched."""
@@ -40,6 +40,16 @@ class QuickGaussianProcess(GaussianProcessRegressor):
             self.set_params(kernel=self.kernel_, optimizer=None)
             super().fit(X, y)
         return self
+
+
+def kernel_with_noise(n_features: int) -> Any:
+    """A smooth Gaussian-process kernel with a length scale for each feature, plus white noise.
+
+    scikit-learn's default kernel has no noise.
+    """
+    scales: Any = np.full(n_features, 3.0)
+    smooth = ConstantKernel(1.0, (1e-3, 1e4)) * RBF(scales, (1e-1, 1e3))
+    return smooth + WhiteKernel(1e-2, (1e-10, 1e1))
 
 
 def gaussian_process(n_features: int) -> QuickGaussianProcess:

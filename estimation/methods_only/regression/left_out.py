@@ -19,8 +19,7 @@ from ....models.errors import CannotFit, FitFailed
 from ....models.model import Model
 from ...numerics import factors
 from ...records.series import Series, series_of
-from ...regression.filtered import filtered_pieces, row_factors
-from ...regression.filtered_fit import corner_frequencies
+from ...regression.filtered import corner_frequencies, filtered_pieces, row_factors
 from ...regression.least_squares import equation_factors, least_squares
 from ...regression.schemes import samples_of
 from ...simulation.selection import left_out_cost
