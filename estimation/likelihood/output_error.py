@@ -213,7 +213,8 @@ def fit_output_error(
         found.append(_first_minimum(free, weighted, z, max_iterations, count))
         if found[-1].converged and explains_records(free, found[-1].point, GOOD):
             return _polished(free, found[-1], True, found, max_iterations)
-        if _same_minimum(found) and not explains_records(free, found[-1].point, ADEQUATE):
+        same = len(found) > 1 and abs(found[-1].cost - found[-2].cost) < SAME
+        if same and not explains_records(free, found[-1].point, ADEQUATE):
             break
     best = min(found, key=lambda minimum: minimum.cost)
     if explains_records(free, best.point, ADEQUATE):
@@ -286,11 +287,6 @@ def _approach(weighted: Problem, start: np.ndarray) -> tuple[np.ndarray, int]:
         return weighted.start(parameters), count
     fit = fit_by_shooting(weighted, start, STRETCHES, ITERATIONS)
     return fit.problem.whole_run_unknowns(fit.minimum.z), fit.n_iterations
-
-
-def _same_minimum(found: Sequence[Minimum]) -> bool:
-    """Whether the last two minima are the same one, within the accuracy of a rough search."""
-    return len(found) > 1 and abs(found[-1].cost - found[-2].cost) < SAME
 
 
 def _first_minimum(free: Problem, weighted: Problem, start: np.ndarray, max_iterations: int, count: int) -> Minimum:

@@ -66,8 +66,4 @@ def _forms(records: Sequence[Record], model: Model) -> Iterator[tuple[Callable[[
             yield partial(fit_by_scheme, means, model, "midpoint"), True
     yield partial(fit_by_scheme, records, model, "forward"), False
     for omega in corner_frequencies(records, CORNERS)[:-1].tolist():
-        yield partial(_fit_filtered, records, model, omega), False
-
-
-def _fit_filtered(records: Sequence[Record], model: Model, omega: float) -> LeastSquares:
-    return fit_filtered(records, model, omega).solution
+        yield lambda omega=omega: fit_filtered(records, model, omega).solution, False

@@ -80,20 +80,15 @@ def features_of(window: tuple[int, int, int], dt: float, inputs: np.ndarray, pla
     rise = SLOPE / (distance * dt) * (1.0 - bend**2)
     grid = np.arange(first, last + 1)
     part = inputs[first : last + 1]
-    sums, powers = _integrals(part), _powers(part)
+    sums, powers = _integrals(part), np.hstack([part**power for power in range(1, POWERS + 1)])
     known = np.column_stack([np.interp(place, grid, column) for column in sums.T]) / distance
     slopes = np.column_stack([np.interp(place, grid, column) for column in powers.T]) / (distance * dt)
     one = np.ones((len(place), 1))
     return Features(np.hstack([bend, one, known]), np.hstack([rise, 0.0 * one, slopes]))
 
 
-def _powers(inputs: np.ndarray) -> np.ndarray:
-    """u, u^2, ... (M + 1, POWERS nu)."""
-    return np.hstack([inputs**power for power in range(1, POWERS + 1)])
-
-
 def _integrals(inputs: np.ndarray) -> np.ndarray:
-    """Their integrals over the grid, per step, (M + 1, POWERS nu): exact at the grid for inputs linear in between."""
+    """Integrals of u, u^2, ... per step (M + 1, POWERS nu), exact at the grid for inputs that are linear in between."""
     a, b = inputs[:-1], inputs[1:]
     means = [sum(a**i * b ** (power - i) for i in range(power + 1)) / (power + 1) for power in range(1, POWERS + 1)]
     return np.vstack([np.zeros((1, POWERS * inputs.shape[1])), np.cumsum(np.hstack(means), axis=0)])

@@ -376,18 +376,13 @@ def neighbour(
     shared = [name for name in sorted(valid) if _holds(space[name], other, name)]
     differing = [name for name in shared if own[name] != other[name]]
     if differing:
-        movable = [name for name in shared if name in differing or _n_choices(space[name]) > 1]
+        movable = [name for name in shared if name in differing or len(getattr(space[name], "choices", ())) > 1]
         name = movable[rng.integers(len(movable))]
         params[name] = neighbour_value(space[name], own[name], other[name], rng)
     elif valid == set(space):
         name = sorted(valid)[rng.integers(len(valid))]
         params[name] = random_value(space[name], rng)
     return params
-
-
-def _n_choices(distribution: BaseDistribution) -> int:
-    """Number of a categorical distribution's choices; 0 for numbers."""
-    return len(distribution.choices) if isinstance(distribution, CategoricalDistribution) else 0
 
 
 def _holds(distribution: BaseDistribution, params: Mapping[str, Any], name: str) -> bool:
