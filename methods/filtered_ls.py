@@ -28,10 +28,9 @@ from ..estimation.regression.filtered import (
     best_corner,
     coloured_covariance,
     fit_filtered,
-    row_factors,
     stretches,
 )
-from ..estimation.regression.least_squares import least_squares
+from ..estimation.regression.least_squares import equation_factors, least_squares
 from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, n_accelerations, table
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit
@@ -106,7 +105,7 @@ class RtsLs(Method):
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         rows, walks, dt = smoothed_rows(records, model, self.level)
-        found = least_squares(*row_factors(rows, model))
+        found = least_squares(*equation_factors(rows, model))
         slowest = max(averaging_length(walk) for walk in walks.values()) * dt
         return Fit(
             found.coefficients,

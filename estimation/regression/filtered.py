@@ -19,11 +19,10 @@ from ...datasets.record import Record
 from ...datasets.signals import bridged
 from ...models.errors import CannotFit, FitFailed
 from ...models.model import Model
-from ..numerics import factors
 from ..observers.linear import derivatives, transients
 from ..records.series import inputs_of, require, samples, series_of
 from ..simulation.selection import free_run_cost
-from .least_squares import LeastSquares, least_squares
+from .least_squares import LeastSquares, equation_factors, least_squares
 from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, check_states, n_accelerations, table
 
 ORDER = 4
@@ -193,27 +192,6 @@ def _inputs(record: Record, model: Model, filtered: _Filter) -> dict[str, np.nda
     return found | {"delta": rudder[:, 0], "delta_rate": rudder[:, 1]}
 
 
-def row_factors(
-    found: Sequence[FilteredRows], model: Model, sources: Sequence[str] = ()
-) -> tuple[np.ndarray, np.ndarray]:
-    """Triangular factors (e, p + 1, p + 1) of [Phi | y] and numbers of rows (e,); one per equation and yaw source.
-
-    sources : those that get equations even where no row has them; default: the ones of the rows.
-    """
-    k, p = n_accelerations(model), len(model.coordinates)
-    sources = sources or sorted({rows.source for rows in found})
-    folded = {(s, e): factors.empty(p) for s in sources for e in range(k)}
-    counts = dict.fromkeys(folded, 0)
-    for rows in found:
-        for y, phi in rows.blocks(model):
-            for e in range(k):
-                key = (rows.source, e)
-                folded[key] = factors.fold(folded[key], np.column_stack([phi[:, e], y[:, e]]))
-                counts[key] += len(y)
-    padded = [np.vstack([r, np.zeros((max(p + 1 - len(r), 0), p + 1))])[: p + 1] for r in folded.values()]
-    return np.array(padded), np.maximum([*counts.values()], 1)
-
-
 CORNERS = 11
 """Corner frequencies tried."""
 FASTEST, SLOWEST = 1.0, 60.0
@@ -250,7 +228,7 @@ def fit_filtered(records: Sequence[Record], model: Model, omega: float, order: i
     FitFailed : no column is finite and non-zero.
     """
     rows = filtered_rows(records, model, omega, order)
-    return FilteredFit(omega, rows, least_squares(*row_factors(rows, model)), np.nan)
+    return FilteredFit(omega, rows, least_squares(*equation_factors(rows, model)), np.nan)
 
 
 def best_corner(records: Sequence[Record], model: Model, order: int = ORDER) -> FilteredFit:

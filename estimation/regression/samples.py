@@ -29,6 +29,8 @@ class RegressionSamples:
     inputs: np.ndarray
     time_s: np.ndarray
     scale: float = 1.0
+    source: str = ""
+    """Channel that the yaw rate is taken from, where a record gives rows from several."""
 
     def at(self, rows: slice | np.ndarray) -> Self:
         """The samples of some rows."""
