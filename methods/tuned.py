@@ -111,8 +111,8 @@ class TunedMethod(Wrapper):
             validation=self.validation,
         )
         best = method.set_params(**found.options).fit(records, model)
-        facts = {name: getattr(best, name) for name in Fit._fields if hasattr(best, name)}
-        return Fit(**facts | {"extra": {**best.extra, "tuning": found._asdict()}})
+        facts: dict[str, Any] = {name: getattr(best, name) for name in Fit._fields if hasattr(best, name)}
+        return Fit(**facts)._replace(extra={**best.extra, "tuning": found._asdict()})
 
 
 def _unpickled(text: str, options: dict[str, Any]) -> TunedMethod:
