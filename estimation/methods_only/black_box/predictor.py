@@ -34,6 +34,11 @@ def training_rows(parts: Sequence[RegressionSamples], model: Model) -> tuple[np.
     return x, np.vstack([part.accelerations for part in parts])
 
 
+def features_of(model: Model) -> tuple[str, ...]:
+    """Symbols of the states and inputs that accelerations depend on."""
+    return *(symbol for symbol in model.regression_states if symbol not in PLACES), *model.regression_inputs
+
+
 def evenly_spaced(count: int, most: int | None) -> np.ndarray:
     """Indices of at most `most` of `count` rows, evenly spaced."""
     if most is None or count <= most:
@@ -67,7 +72,7 @@ def learn(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], model: Model
     return BlackBoxPredictor(
         states=tuple(model.states),
         inputs=tuple(model.inputs),
-        features=(*(s for s in model.regression_states if s not in PLACES), *model.regression_inputs),
+        features=features_of(model),
         x_mean=x_mean,
         x_scale=x_scale,
         y_mean=y_mean,
