@@ -12,13 +12,11 @@ import numpy as np
 from ...datasets.record import Record
 from ...models.errors import BadInput, CannotFit
 from ...models.model import Model
+from ..likelihood.linear_problem import NULL
 from ..numerics import factors
 from ..records.series import Series, series_of
 from ..results.fit import blas_limited, prepared, propagate
 from ..simulation import free_run
-
-NULL = 1e-12
-"""Singular values (columns of unit length) below which a direction counts as not identified."""
 
 
 def cramer_rao(
