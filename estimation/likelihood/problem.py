@@ -127,7 +127,7 @@ class Problem:
             return self._with_prior(self._robust(z, self.loss, errors))
         total = np.zeros(len(self.model.states))
         for s, state, _, _ in runs:
-            np.add.at(total, s.columns, free_run.sums_of_squares(s, free_run.residuals(model, s, state)))
+            np.add.at(total, s.columns, free_run.squares(model, s, state))
         sd = np.sqrt(total / np.maximum(self.counts, 1.0) + self.floors) if self.sensor is None else self.sensor
         return self._with_prior(Point(z, self._cost(total), total, sd))
 

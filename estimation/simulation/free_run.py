@@ -37,6 +37,11 @@ def residuals(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
     return series.outputs - series.observe(run[:, series.columns])
 
 
+def squares(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
+    """Sum of squared residuals (c,) of each output; inf if the run diverges."""
+    return sums_of_squares(series, residuals(model, series, state))
+
+
 def sums_of_squares(series: Series, error: np.ndarray) -> np.ndarray:
     """Sum of squares (c,) of residuals (N, c) of each output; inf if one is not finite where the output is known."""
     total = error if series.complete else np.where(series.known, error, 0.0)

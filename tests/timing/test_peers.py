@@ -16,7 +16,7 @@ from helmbench.datasets.io import read_record, write_record
 from helmbench.estimation.likelihood.output_error import fit_output_error, identify
 from helmbench.estimation.records.series import series_of
 from helmbench.estimation.results.fit import blas_limited
-from helmbench.estimation.simulation.free_run import residuals, sums_of_squares
+from helmbench.estimation.simulation.free_run import squares
 from helmbench.estimation.simulation.selection import fitted_start
 from helmbench.methods.registry import make
 from helmbench.models.lanes import open_loops
@@ -208,7 +208,7 @@ def test_filters_and_output_error(ratios, benchmark, name):
     sd = np.array(list(fits[0].extra["residual_sd"].values()))
     own, filtered = (
         sum(
-            float((sums_of_squares(series, residuals(one.model, series, fitted_start(one.model, series)).start) / sd**2).sum())
+            float((squares(one.model, series, fitted_start(one.model, series).start) / sd**2).sum())
             for series in several
         )
         for one in fits
