@@ -52,14 +52,16 @@ def grid(objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1]) 
     return TunedConstant(float(values[best]), float(errors[best]), POINTS)
 
 
-def colony(objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1]) -> TunedConstant:
+def colony(
+    objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1], cycles: int = CYCLES
+) -> TunedConstant:
     """The best that the artificial bee colony of paper 003 finds (Table 3): 30 sources, and 60 moves in every cycle."""
     import optuna
 
     from ..estimation.methods_only.tuning.abc import PAPER_003, ABCSampler
     from ..estimation.methods_only.tuning.tune import quiet
 
-    most = PAPER_003["n_sources"] + CYCLES * (PAPER_003["n_sources"] + PAPER_003["n_onlookers"])
+    most = PAPER_003["n_sources"] + cycles * (PAPER_003["n_sources"] + PAPER_003["n_onlookers"])
     with quiet():
         study = optuna.create_study(sampler=ABCSampler(**PAPER_003, seed=0))
         study.optimize(lambda trial: objective(trial.suggest_float("C", low, high, log=True)), n_trials=most)
