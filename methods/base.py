@@ -5,15 +5,16 @@ from __future__ import annotations
 import inspect
 import time
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
-from ..estimation.methods_only.recursive.recursion import PRIORS, prior_of, recursion
-from ..estimation.methods_only.recursive.stream import RecordStream
+from ..estimation.methods_only.recursive.recursion import PRIORS, RecordStream, UpdateRule, prior_of, recursion
 from ..estimation.methods_only.regression.weighted import RegressionRows
+from ..estimation.methods_only.tuning.space import Domain
+from ..estimation.regression.samples import RegressionSamples
 from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit, blas_limited, numerical_guard, prepared, propagate
 from ..models.errors import BadInput, CannotFit, FitFailed
@@ -32,12 +33,6 @@ from .options import (
     with_options,
     words,
 )
-
-if TYPE_CHECKING:
-    from ..estimation.methods_only.recursive.recursion import UpdateRule
-    from ..estimation.methods_only.tuning.space import Domain
-    from ..estimation.regression.samples import RegressionSamples
-
 
 KINDS: Mapping[str, str] = {
     "grey box": "coefficients of a physical model",
@@ -102,11 +97,6 @@ class Method:
         for name, value in given.arguments.items():
             setattr(self, name, value)
 
-    @classmethod
-    def option_names(cls) -> list[str]:
-        """Names of the options, in the order of the constructor."""
-        return list(cls.options)
-
     def get_params(self, deep: bool = True) -> dict[str, Any]:
         """Option name -> value.
 
@@ -133,8 +123,8 @@ class Method:
         """
         for name, value in options.items():
             own, _, inner = name.partition("__")
-            if own not in self.option_names():
-                hint = suggestion(name, self.option_names())
+            if own not in self.options:
+                hint = suggestion(name, list(self.options))
                 raise BadInput(f"method {self.name} has no option {name!r}", hint=hint)
             if inner:
                 self.get_params(deep=False)[own].set_params(**{inner: value})
@@ -227,23 +217,19 @@ class Method:
 
     def _wrap(self, fit: Fit, model: Model, wall_s: float, cpu_s: float) -> Estimate:
         parameters, errors = _published(fit, model)
+        facts = fit._replace(
+            converged=bool(fit.converged), n_iterations=int(fit.n_iterations), extra=dict(fit.extra)
+        )._asdict()
+        del facts["fixed"]  # is told by the standard errors
         return Estimate(
             method=self.name,
             variant=self.variant,
             model=model.with_coefficients(fit.coefficients) if fit.coefficients.size else model.blanked(),
-            coefficients=fit.coefficients,
-            covariance=fit.covariance,
             parameters=parameters,
             stderr=errors,
-            trajectory=fit.trajectory,
-            trajectory_time_s=fit.trajectory_time_s,
-            converged=bool(fit.converged),
-            message=fit.message,
-            n_iterations=int(fit.n_iterations),
             wall_s=wall_s,
             cpu_s=cpu_s,
-            extra=dict(fit.extra),
-            predictor=fit.predictor,
+            **facts,
         )
 
 
@@ -370,3 +356,35 @@ class RecursiveMethod(Method):
     def reset(self) -> None:
         """Forget the stream of `partial_fit`."""
         self._stream = None
+
+
+class Wrapper(Method):
+    """Base class of methods whose other options are those of what they wrap.
+
+    Options of the wrapped thing are stored in `inner_options`, and only those that are stated.
+    """
+
+    wrapped: ClassVar[Mapping[str, Option]] = {}
+    """Options of the wrapped thing."""
+    own: ClassVar[tuple[str, ...]] = ()
+    """Options that are not those of the wrapped thing."""
+
+    def __init_subclass__(cls) -> None:
+        super().__init_subclass__()
+        cls.own = tuple(cls.options)
+        cls.options = {**cls.options, **{name: one for name, one in cls.wrapped.items() if name not in cls.own}}
+
+    def __init__(self, **options: Any) -> None:
+        self.inner_options: dict[str, Any] = {}
+        for name in self.own:
+            setattr(self, name, self.options[name].value)
+        self.set_params(**options)
+
+    def _options(self) -> dict[str, Any]:
+        return {name: getattr(self, name) for name in self.own} | self.inner_options
+
+    def _set_option(self, name: str, value: Any) -> None:
+        if name in self.own:
+            setattr(self, name, value)
+        else:
+            self.inner_options[name] = value

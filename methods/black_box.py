@@ -13,23 +13,21 @@ from __future__ import annotations
 import inspect
 from collections.abc import Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar
+from importlib import import_module
+from typing import Any, ClassVar
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.methods_only.black_box.predictor import evenly_spaced, learn, training_rows
-from ..estimation.methods_only.black_box.sklearn_regressors import find_regressor, kernel_with_noise, make_regressor
 from ..estimation.methods_only.tuning.space import Choice, Domain, Integer, Real
 from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
-from .base import SCHEME
+from ..models.model import Model
+from ..models.suggestions import near
+from .base import SCHEME, Wrapper
 from .options import Option, option, whole
-from .wrapper import Wrapper
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 PREFIX = "sklearn:"
 ROWS: Mapping[str, int] = {
@@ -127,9 +125,67 @@ class BlackBox(Wrapper):
         if "random_state" in self.options and options.get("random_state") is None:
             options["random_state"] = self.seed
         if self.regressor.__name__ == "GaussianProcessRegressor" and options.get("kernel") is None:
+            from ..estimation.methods_only.black_box.limited import kernel_with_noise
+
             options["kernel"] = kernel_with_noise(n_features)
         return make_regressor(self.regressor, self.name, **options)
 
 
 def _unpickled(name: str, options: Mapping[str, Any]) -> BlackBox:
     return regressor(name)(**options)
+
+
+MODULES = (
+    "linear_model", "svm", "ensemble", "gaussian_process", "neighbors", "neural_network", "kernel_ridge", "tree",
+    "cross_decomposition", "dummy", "compose", "multioutput", "isotonic",
+)  # fmt: skip
+
+
+def find_regressor(name: str) -> Any:
+    """The class of a regressor of scikit-learn, or of a dotted path to a class that keeps scikit-learn's contract.
+
+    Raises
+    ------
+    BadInput : there is no such class.
+    """
+    return _dotted(name) if "." in name else _in_sklearn(name)
+
+
+def _in_sklearn(name: str) -> Any:
+    for module in MODULES:
+        found = getattr(import_module(f"sklearn.{module}"), name, None)
+        if isinstance(found, type):
+            return found
+    from sklearn.utils import all_estimators
+
+    known = [known for known, _ in all_estimators(type_filter="regressor")]
+    hint = near(name, known, most=3, cutoff=0.5) or "scikit-learn's user guide lists them"
+    raise BadInput(f"scikit-learn has no regressor {name!r}", hint=hint)
+
+
+def _dotted(path: str) -> Any:
+    module, _, name = path.rpartition(".")
+    try:
+        return getattr(import_module(module), name)
+    except (ImportError, AttributeError) as error:
+        raise BadInput(f"no regressor {path!r}: {error}") from error
+
+
+def make_regressor(cls: Any, name: str, **options: Any) -> Any:
+    """A regressor of the class with these options.
+
+    Raises
+    ------
+    BadInput : the class needs other objects, or is not a regressor that keeps scikit-learn's contract.
+    """
+    from sklearn.base import is_regressor
+
+    if not (isinstance(cls, type) and all(hasattr(cls, name) for name in ("fit", "predict", "get_params"))):
+        raise BadInput(f"{name} is not a regressor that keeps scikit-learn's contract")  # before it is called
+    try:
+        made = cls(**options)
+    except TypeError as error:
+        raise BadInput(f"{name} cannot be made from an option text: {error}") from error
+    if not is_regressor(made):
+        raise BadInput(f"{name} is not a regressor that keeps scikit-learn's contract")
+    return made

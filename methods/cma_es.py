@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.likelihood.minimiser import Minimum
-from ..estimation.likelihood.output_error import as_fit, problem_of
-from ..estimation.likelihood.problem import explains_records
-from ..estimation.likelihood.search import ADEQUATE, Outcome
+from ..estimation.likelihood.output_error import ADEQUATE, Outcome, as_fit, problem_of
+from ..estimation.likelihood.problem import Problem, explains_records
+from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
+from ..models.model import Model
 from .base import SEED
 from .options import option, whole
 from .output_error import PriorMethod
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.likelihood.problem import Problem
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 SPREAD = 0.5
 """Standard deviation of the start about least squares where there is no prior, relative to each unknown."""

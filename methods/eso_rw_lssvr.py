@@ -3,27 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
-from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA
-from ..estimation.methods_only.regression.observed import observed_samples, printed_samples
-from ..estimation.methods_only.svr.regression import fit_svr, ls_svr, rw_ls_svr, stacked_rows
+from ..datasets.record import Record
+from ..datasets.signals import bridged
+from ..estimation.methods_only.observers.eso import METHODS, PRINTED_OMEGA, Observed, observe, observe_as_printed
 from ..estimation.methods_only.tuning.space import Real
-from ..estimation.records.series import require
-from ..estimation.regression.filtered import filtered_rows
-from ..estimation.regression.filtered_fit import BLOCK_TIME, best_corner
-from ..models.errors import CannotFit
+from ..estimation.records.series import inputs_of, require, series_of
+from ..estimation.regression.filtered import BLOCK_TIME, best_corner, corner_frequencies, filtered_rows, stretches
+from ..estimation.regression.least_squares import equation_factors, least_squares
+from ..estimation.regression.samples import RegressionSamples, check_enough_rows, check_states, table
+from ..estimation.results.fit import Fit
+from ..estimation.simulation.selection import free_run_cost
+from ..models.errors import CannotFit, FitFailed
+from ..models.model import Model
 from .base import Method
-from .ls_svr import CONSTANT, TUNER
+from .ls_svr import CONSTANT, TUNER, Tuner, fit_svr, regressors, stacked_rows
 from .options import POSITIVE, option, words
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.methods_only.svr.tuning import Tuner
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 
 class EsoRwLssvr(Method):
@@ -84,9 +82,8 @@ class EsoRwLssvr(Method):
         spacing = float(np.median(np.diff(samples[0].time_s)))
         rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)
         extra = {"omega0_rad_s": omega}
-        regressor = (rw_ls_svr if self.weighted else ls_svr)("as_printed" if printed else "corrected")
         tuner = "abc" if proposed else self.tuner
-        return fit_svr(rows, regressor, self.C, tuner, not printed, extra)
+        return fit_svr(rows, regressors(self.weighted, printed), self.C, tuner, printed, extra)
 
 
 def _aligned_rows(records: Sequence[Record], model: Model, omega0: float | None) -> tuple[float, Sequence[Any]]:
@@ -98,3 +95,105 @@ def _aligned_rows(records: Sequence[Record], model: Model, omega0: float | None)
         return omega0, filtered_rows(headings, model, omega0)
     found = best_corner(headings, model)
     return found.omega, found.rows
+
+
+POLES, SLOWEST = 9, 40.0
+"""Poles of the observer tried, and time constants of the slowest one in the longest record."""
+TRANSIENT = 8.0
+"""Time constants of the observer, from the start of a stretch, that are left out."""
+SHORTEST = 16
+"""Samples that a stretch without long gaps needs."""
+
+
+def observed_samples(
+    records: Sequence[Record], model: Model, omega0: float | None, discretisation: str = "exact", b0: float = 0.0
+) -> tuple[float, list[RegressionSamples]]:
+    """Poles omega0 [rad/s] and samples of an observer with input gain b0 on the rudder; None takes those poles whose
+    free run follows the records best."""
+    if omega0 is not None:
+        return omega0, _checked(_observed(records, model, omega0, discretisation, b0), model)
+    series = [series_of(record, model) for record in records]
+    best: tuple[float, float, list[RegressionSamples]] | None = None
+    for omega in corner_frequencies(records, POLES, SLOWEST).tolist():
+        samples = _observed(records, model, omega, discretisation, b0)
+        try:
+            _checked(samples, model)
+            coefficients = least_squares(*equation_factors(samples, model)).coefficients
+        except (CannotFit, FitFailed):
+            continue
+        cost = free_run_cost(model.with_coefficients(coefficients), series)
+        if best is None or cost < best[0]:
+            best = cost, omega, samples
+    if best is None:
+        raise CannotFit("no observer gives enough finite rows")
+    return best[1:]
+
+
+def printed_samples(records: Sequence[Record], model: Model, omega0: float) -> list[RegressionSamples]:
+    """Observed samples of eq 8 as printed, with poles omega0 [rad/s]."""
+    return _checked([samples for record in records for samples in _printed(record, model, omega0)], model)
+
+
+def _checked(samples: list[RegressionSamples], model: Model) -> list[RegressionSamples]:
+    check_enough_rows(sum(len(part.time_s) for part in samples), model)
+    return samples
+
+
+def _observed(
+    records: Sequence[Record], model: Model, omega0: float, discretisation: str, b0: float
+) -> list[RegressionSamples]:
+    """Samples of every stretch after the observer's transient."""
+    found = []
+    for record in records:
+        for piece in _stretches(record, model):
+            psi, rudder, others, time, dt = _on_grid(piece, model)
+            states = observe(psi, dt, omega0, discretisation, b0, rudder)
+            samples = _samples(states, rudder, np.gradient(rudder, dt), others, time, model)
+            found.append(samples.at(slice(int(np.searchsorted(time, time[0] + TRANSIENT / omega0)), None)))
+    return [samples for samples in found if len(samples.time_s)]
+
+
+def _stretches(record: Record, model: Model) -> list[Record]:
+    used = [require(record, "psi"), *inputs_of(record, model).values()]
+    return [piece for piece in stretches(record, used) if piece.n >= SHORTEST]
+
+
+def _on_grid(record: Record, model: Model) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray], np.ndarray, float]:
+    """Heading, rudder, other inputs and times (N,) at equal steps dt."""
+    time, dt = record.time_s, record.dt
+    grid = time if record.uniform() else np.arange(time[0], time[-1] + 0.5 * dt, dt)
+    given = {k: np.interp(grid, time, bridged(v, time)) for k, v in inputs_of(record, model).items()}
+    psi = np.interp(grid, time, bridged(require(record, "psi"), time))
+    return psi, given.pop("delta"), given, grid, dt
+
+
+def _samples(
+    observed: Observed,
+    rudder: np.ndarray,
+    slope: np.ndarray,
+    others: dict[str, np.ndarray],
+    time: np.ndarray,
+    model: Model,
+) -> RegressionSamples:
+    states = {"psi": observed.psi, "r": observed.r, "q": observed.psi_ddot}
+    check_states(model, tuple(states))
+    acceleration = observed.psi_dddot if "q" in model.regression_states else observed.psi_ddot
+    inputs = {"delta": rudder, "delta_rate": slope, **others}
+    x, u = table(states, model.regression_states), table(inputs, model.regression_inputs)
+    return RegressionSamples(x, acceleration[:, None].copy(), u, time)
+
+
+def _printed(record: Record, model: Model, omega0: float) -> list[RegressionSamples]:
+    if model.controller is None or not model.rudder.lag_s > 0.0 or not record.has("rudder_command_rad"):
+        raise CannotFit("the printed observer needs a vessel with heading controller, rudder lag and a rudder command")
+    kp, found = model.controller.kp, []
+    for piece in stretches(record, [require(record, "psi"), record.column("rudder_command_rad")]):
+        if piece.n < SHORTEST:
+            continue
+        psi, _, others, time, dt = _on_grid(piece, model)
+        command = piece.column("rudder_command_rad")
+        reference = psi + np.interp(time, piece.time_s, bridged(command, piece.time_s)) / kp
+        observed = observe_as_printed(psi, reference, dt, kp, model.rudder.lag_s, omega0)
+        assert observed.delta is not None and observed.delta_dot is not None
+        found.append(_samples(observed, observed.delta, observed.delta_dot, others, time, model))
+    return found

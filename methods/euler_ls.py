@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.numerics import factors
+from ..estimation.regression.integrated import mass_matrices
 from ..estimation.regression.least_squares import least_squares
 from ..estimation.regression.samples import RegressionSamples, n_accelerations
 from ..estimation.regression.schemes import regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
 from ..models.linear_algebra import condition_number
+from ..models.model import Model
 from .base import Method
 from .options import option, words
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 ALGORITHMS = ("A1", "A2")
 
@@ -107,17 +105,7 @@ def inertia(model: Model, part: RegressionSamples) -> tuple[np.ndarray, np.ndarr
     ------
     CannotFit : it changes with the state, or the regressors hold accelerations.
     """
-    from ..models.simulate import regression
-
-    k, x, u = n_accelerations(model), part.states[:2], part.inputs[:2]
-    at_rest, phi = regression(model, x, np.zeros((2, k)), u)
-    found = []
-    for j in range(k):
-        y, accelerated = regression(model, x, np.tile(np.eye(k)[j], (2, 1)), u)
-        if not np.array_equal(accelerated, phi):
-            raise CannotFit(f"model {model.id} has accelerations among its regressors")
-        found.append(y - at_rest)
-    mass = np.stack(found, axis=2)
+    mass = mass_matrices(model, part.states[:2], part.inputs[:2])
     if not np.allclose(mass[0], mass[1], rtol=1e-12, atol=0.0):
         raise CannotFit(f"the inertia of model {model.id} changes with the state")
     return mass[0], np.linalg.inv(mass[0])

@@ -4,20 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..estimation.methods_only.black_box.motion import one_ahead, whole_run
+from ..datasets.record import Record
+from ..estimation.methods_only.black_box.narx import one_ahead, whole_run
 from ..estimation.methods_only.black_box.rows import outputs_of, signals_of
+from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
+from ..models.model import Model
 from .base import Method
 from .learner import black_box_fit, in_order
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
+from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
 from ..estimation.methods_only.black_box.hybrid import HybridPredictor, innovation_rows
 from ..estimation.methods_only.black_box.narx import fit_scaled
@@ -14,13 +15,10 @@ from ..estimation.methods_only.tuning.space import Choice, Integer, Real
 from ..estimation.methods_only.tuning.tune import validation_of
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
+from ..models.model import Model
 from .learner import Learner, open_option
 from .options import option
 from .registry import make
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 G_SHARE: Any = open_option("of g", Choice(0.0, 0.5, 1.0), 0.0)
 
@@ -118,6 +116,6 @@ class GreyGp(Hybrid):
     share: float | None = G_SHARE
 
     def regressor(self, n_features: int) -> Any:
-        from ..estimation.methods_only.black_box.gaussian_process import gaussian_process
+        from ..estimation.methods_only.black_box.limited import gaussian_process
 
         return gaussian_process(n_features)

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from ..datasets.record import Record
 from ..estimation.methods_only.filters.joint import joint_fit
 from ..estimation.methods_only.tuning.space import Real
+from ..estimation.results.fit import Fit
+from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, SHARE, number, option, whole
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 PASSES: Any = option(4, "runs over all records", whole(1))
 INFLATION: Any = option(

@@ -3,24 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, ClassVar, cast
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
+from ..datasets.record import Record
 from ..estimation.methods_only.black_box.narx import learn_narx
 from ..estimation.methods_only.black_box.predictor import evenly_spaced
 from ..estimation.methods_only.black_box.rows import Lags, narx_rows, signals_of
 from ..estimation.methods_only.tuning.space import Choice, Domain, Integer
 from ..estimation.methods_only.tuning.tune import tune
 from ..estimation.results.fit import Fit
+from ..estimation.results.predictor import Predictor
 from ..models.errors import CannotFit, FitFailed
+from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, option, whole
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.results.predictor import Predictor
-    from ..models.model import Model
 
 LAGS = Integer(1, 3)
 
@@ -55,23 +53,22 @@ class Learner(Method):
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         records = in_order(records)
-        open_options = {name for name in self.search_space if getattr(self, name) is None}
-        if not open_options:
+        space = {name: domain for name, domain in self.search_space.items() if getattr(self, name) is None}
+        if not space:
             return self.learn(records, model)
-        chosen, extra, message = self._chosen(open_options, records, model)
+        chosen, extra, message = self._chosen(space, records, model)
         fit = self._with(chosen).learn(records, model)
         told = "; ".join(filter(None, (message, fit.message)))
         return fit._replace(extra={**fit.extra, **extra}, message=told, converged=fit.converged and not message)
 
     def _chosen(
-        self, names: set[str], records: Sequence[Record], model: Model
+        self, space: Mapping[str, Domain], records: Sequence[Record], model: Model
     ) -> tuple[Mapping[str, Any], Mapping[str, Any], str]:
-        """Values of the open options, what the estimate tells of the search, and why it failed."""
-        usual = {name: self.options[name].usual for name in self.search_space if name in names}
+        """Values of the options that are left open, what the estimate tells of the search, and why it failed."""
+        usual = {name: self.options[name].usual for name in space}
         trials = self.usual_trials if self.trials is None else self.trials
         if not trials:
             return usual, {"options": usual}, ""
-        space = {name: domain for name, domain in self.search_space.items() if name in names}
         try:
             found = tune(
                 self.for_search(records, model), space, records, model, tuner="tpe", n_trials=trials, seed=self.seed

@@ -2,23 +2,233 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, ClassVar
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
-from ..estimation.methods_only.svr.regression import FILTER, BuildRegressor, fit_svr, ls_svr, rows_by_scheme, rw_ls_svr
-from ..estimation.methods_only.svr.tuning import TUNERS
+import numpy as np
+
+from ..datasets.record import Record
+from ..estimation.methods_only.regression.weighted import mad
 from ..estimation.methods_only.tuning.space import Real
-from ..estimation.regression.schemes import SCHEMES
+from ..estimation.numerics import factors
+from ..estimation.regression.filtered import BLOCK_TIME, DENSE, best_corner
+from ..estimation.regression.schemes import SCHEMES, regression_samples
+from ..estimation.results.fit import Fit
+from ..models.errors import CannotFit, FitFailed
+from ..models.linear_algebra import pinv
+from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, option, words
 
-if TYPE_CHECKING:
-    from collections.abc import Callable
+DOMAIN = (1e-2, 1e10)
+"""Search domain of C (paper 003, Table 3)."""
+POINTS = 25
+CYCLES = 30
+"""Of the colony of paper 003, Table 3."""
 
-    from ..datasets.record import Record
-    from ..estimation.methods_only.svr.tuning import Tuner
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
+Objective = Callable[[float], float]
+"""C -> validation error, to be minimised; inf where the fit fails."""
+
+
+class TunedConstant(NamedTuple):
+    """The best value found, its error, and how often the objective was called."""
+
+    value: float
+    error: float
+    evaluations: int
+
+
+Tuner = Callable[[Objective, float, float], TunedConstant]
+"""Searches [low, high] on a logarithmic scale."""
+
+
+def grid(objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1]) -> TunedConstant:
+    """The best of POINTS values in geometric progression; among equal ones the smallest."""
+    values = np.geomspace(low, high, POINTS)
+    errors = np.array([objective(float(value)) for value in values])
+    errors = np.where(np.isfinite(errors), errors, np.inf)
+    best = int(np.argmin(errors))
+    return TunedConstant(float(values[best]), float(errors[best]), POINTS)
+
+
+def colony(
+    objective: Objective, low: float = DOMAIN[0], high: float = DOMAIN[1], cycles: int = CYCLES
+) -> TunedConstant:
+    """The best that the artificial bee colony of paper 003 finds (Table 3): 30 sources, and 60 moves in every cycle."""
+    import optuna
+
+    from ..estimation.methods_only.tuning.abc import PAPER_003, ABCSampler
+    from ..estimation.methods_only.tuning.tune import quiet
+
+    most = PAPER_003["n_sources"] + cycles * (PAPER_003["n_sources"] + PAPER_003["n_onlookers"])
+    with quiet():
+        study = optuna.create_study(sampler=ABCSampler(**PAPER_003, seed=0))
+        study.optimize(lambda trial: objective(trial.suggest_float("C", low, high, log=True)), n_trials=most)
+    return TunedConstant(float(study.best_params["C"]), float(study.best_value), most)
+
+
+TUNERS: dict[str, Tuner] = {"grid": grid, "abc": colony}
+
+
+FILTER = "svf"
+"""Name of the scheme that takes state-variable filtered rows."""
+TRAINING = 0.6
+"""Share of each record, from its start, that is trained on while C is chosen (and for the whole fit, as printed)."""
+TUNED_ROWS = 5_000
+"""Rows above which they are thinned while C is chosen."""
+DIFFERENCED = 20
+"""Rows of differences whose errors may be correlated."""
+
+
+BuildRegressor = Callable[..., Any]
+"""Makes a scikit-learn regressor with constant `c`; a `rough` one (second argument), for speed, while C is chosen."""
+
+
+def regressors(weighted: bool, printed: bool) -> BuildRegressor:
+    """Regressors with standardised columns and without intercept, as printed the opposite; `weighted` ones remove
+    outliers and weight errors adaptively."""
+
+    def build(c: float, rough: bool = False) -> Any:
+        from ..estimation.methods_only.svr.estimators import LSSVR, RWLSSVR
+
+        if not weighted:
+            return LSSVR(C=c, standardise=not printed, fit_intercept=printed)
+        limits: dict[str, Any] = {"max_iter": 10, "tol": 1e-3} if rough else {}
+        variant = "as_printed" if printed else "corrected"
+        return RWLSSVR(C=c, standardise=not printed, fit_intercept=printed, variant=variant, **limits)
+
+    return build
+
+
+@dataclass(frozen=True)
+class TrainingRows:
+    """Rows of one regression problem: x (n, p), y (n,), all equations below each other.
+
+    `training` (n,) marks the first 60 % of each record; rows of equal `block` (n,) may have correlated errors.
+    """
+
+    x: np.ndarray
+    y: np.ndarray
+    training: np.ndarray
+    block: np.ndarray
+
+    def of(self, rows: np.ndarray | slice) -> TrainingRows:
+        """Some of the rows."""
+        return TrainingRows(self.x[rows], self.y[rows], self.training[rows], self.block[rows])
+
+
+def stacked_rows(parts: Sequence[Any], model: Model, block_length: int, physical: bool = False) -> TrainingRows:
+    """Rows of all parts (anything with `blocks(model)`), each equation divided by the scale of its residual.
+
+    `block_length` is the number of rows in a block of correlated errors; `physical` leaves the rows as they are.
+    """
+    pieces = [list(part.blocks(model)) for part in parts]
+    lefts = [np.concatenate([y for y, _ in piece]) for piece in pieces]
+    rights = [np.concatenate([phi for _, phi in piece]) for piece in pieces]
+    if not all(np.isfinite(rows).all() for rows in (*lefts, *rights)):
+        raise FitFailed("the regression has no finite, non-zero columns")
+    scale = np.ones(lefts[0].shape[1]) if physical else equation_scales(np.concatenate(lefts), np.concatenate(rights))
+    used = np.flatnonzero(np.isfinite(scale) & np.any([phi.any(axis=(0, 2)) for phi in rights], axis=0))
+    if not used.size:
+        raise FitFailed("the regression has no finite, non-zero columns")
+    found, blocks = [], 0
+    for left, right in zip(lefts, rights, strict=True):
+        place = np.arange(len(left))
+        training = np.repeat(place < TRAINING * len(left), used.size)
+        block = np.repeat(blocks + place // block_length, used.size)
+        blocks += len(left) // block_length + 1
+        x = (right[:, used] / scale[used, None]).reshape(-1, right.shape[2])
+        found.append((x, (left[:, used] / scale[used]).ravel(), training, block))
+    return TrainingRows(*(np.concatenate(column) for column in zip(*found, strict=True)))
+
+
+def equation_scales(left: np.ndarray, right: np.ndarray) -> np.ndarray:
+    """Robust scale (k,) of each equation's least-squares residual, from rows left (n, k) and right (n, k, p).
+
+    At least 1e-9 of the left side; inf for an equation that is zero throughout.
+    """
+    k, p = right.shape[1:]
+    rms = np.sqrt(np.mean(left**2, axis=0))
+    rms = np.where(rms > 0.0, rms, np.inf)
+    if k == 1:
+        return rms
+    rows = np.column_stack([(right / rms[:, None]).reshape(-1, p), (left / rms).ravel()])
+    solution = factors.solve(factors.fold(factors.empty(p), rows))
+    return np.maximum(mad(left - right @ solution.x), 1e-9 * rms)
+
+
+def fit_svr(
+    rows: TrainingRows, build: BuildRegressor, c: float | None, tuner: str | Tuner, printed: bool, extra: dict[str, Any]
+) -> Fit:
+    """The regression of the rows as a method's result.
+
+    Coefficients of columns that are zero, about which the rows have no information, get zero and infinite variance.
+
+    Parameters
+    ----------
+    build : makes the regressor.
+    c : regularisation constant; None chooses it by validation with `tuner`.
+    printed : whether the training rows alone are fitted once C is chosen; otherwise all are.
+    extra : facts to add to `Fit.extra`.
+    """
+    p, used = rows.x.shape[1], np.flatnonzero(np.any(rows.x, axis=0))
+    if len(rows.y) <= p or rows.training.all() or not rows.training.any():
+        raise CannotFit(f"{len(rows.y)} usable regression rows for {p} coefficients")
+    rows = TrainingRows(rows.x[:, used], rows.y, rows.training, rows.block)
+    tune = TUNERS[tuner] if isinstance(tuner, str) else tuner
+    tuned = TunedConstant(c, np.nan, 0) if c is not None else tune(_validation(rows, build), *DOMAIN)
+    rows = rows.of(rows.training) if printed else rows
+    regressor = build(tuned.value).fit(rows.x, rows.y)
+    coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))
+    coefficients[used] = regressor.coef_
+    covariance[np.ix_(used, used)] = _sandwich(rows, regressor)
+    weights = getattr(regressor, "weights_", None)
+    outliers = {} if weights is None else {"outliers": float(np.mean(weights == 0.0))}
+    limit = getattr(regressor, "max_iter", None)
+    converged = limit is None or printed or regressor.n_iter_ < limit
+    return Fit(
+        coefficients,
+        covariance,
+        converged=bool(converged),
+        message="" if converged else "the weights have not converged",
+        n_iterations=int(getattr(regressor, "n_iter_", 1)),
+        extra={**extra, "C": tuned.value, "evaluations": tuned.evaluations, **outliers},
+    )
+
+
+def _validation(rows: TrainingRows, build: BuildRegressor) -> Callable[[float], float]:
+    """Objective for a tuner: root mean square error on the rows that are not trained on."""
+    stride = max(1, -(-len(rows.y) // TUNED_ROWS))
+    thin = rows.of(slice(None, None, stride))
+    train, test = thin.of(thin.training), thin.of(~thin.training)
+
+    def error(c: float) -> float:
+        try:
+            fitted = build(c, rough=True).fit(train.x, train.y)
+        except (ValueError, np.linalg.LinAlgError):
+            return np.inf
+        return float(np.sqrt(np.mean((test.y - fitted.predict(test.x)) ** 2)))
+
+    return error
+
+
+def _sandwich(rows: TrainingRows, regressor: Any) -> np.ndarray:
+    """Covariance (p, p) of the coefficients from scores summed over blocks of rows."""
+    weights = getattr(regressor, "weights_", None)
+    weights = np.ones(len(rows.y)) if weights is None else weights
+    middle = weights @ rows.x / weights.sum() if regressor.fit_intercept else 0.0
+    x = rows.x - middle
+    error = rows.y - rows.x @ regressor.coef_ - regressor.intercept_
+    scale = np.maximum(np.sqrt(np.mean(x**2, axis=0)), 1e-300)
+    x = x / scale
+    # d(w e)/d e of the adaptive weights is replaced by w: their standard errors are somewhat too large
+    bread = pinv((x * weights[:, None]).T @ x, rcond=1e-14, hermitian=True)
+    labels, place = np.unique(rows.block, return_inverse=True)
+    scores = np.zeros((len(labels), x.shape[1]))
+    np.add.at(scores, place, x * (weights * error)[:, None])
+    small_sample = len(labels) / max(len(labels) - x.shape[1], 1)
+    return bread @ (scores.T @ scores * small_sample) @ bread / np.outer(scale, scale)
 
 
 def _check_tuner(name: str, value: Any) -> None:
@@ -34,8 +244,7 @@ CONSTANT: Any = option(
 )
 TUNER: Any = option(
     "grid",
-    "'grid' (25 values), or a function of (objective, low, high) that returns "
-    "`helmbench.estimation.methods_only.svr.tuning.TunedConstant`",
+    "'grid' (25 values), or a function of (objective, low, high) that returns `helmbench.methods.ls_svr.TunedConstant`",
     _check_tuner,
 )
 
@@ -46,7 +255,7 @@ class LsSvr(Method):
     name = "ls-svr"
     title = "least-squares support vector regression, linear kernel (paper 003)"
     variants = ("corrected", "as_printed")
-    regressor: ClassVar[Callable[[str], BuildRegressor]] = staticmethod(ls_svr)
+    weighted: ClassVar[bool] = False
     C: float | None = CONSTANT
     scheme: str = option(
         FILTER,
@@ -62,9 +271,14 @@ class LsSvr(Method):
     )
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        corrected = self.variant == "corrected"
-        rows, extra = rows_by_scheme(records, model, self.scheme, physical=not corrected)
-        return fit_svr(rows, self.regressor(self.variant), self.C, self.tuner, corrected, extra)
+        printed = self.variant == "as_printed"
+        if self.scheme == FILTER:
+            found = best_corner(records, model)
+            parts, block, extra = found.rows, int(BLOCK_TIME / DENSE), {"omega_rad_s": found.omega}
+        else:
+            parts, block, extra = regression_samples(records, model, self.scheme), DIFFERENCED, {}
+        rows = stacked_rows(parts, model, block, physical=printed)
+        return fit_svr(rows, regressors(self.weighted, printed), self.C, self.tuner, printed, extra)
 
 
 class RwLsSvr(LsSvr):
@@ -72,7 +286,7 @@ class RwLsSvr(LsSvr):
 
     name = "rw-ls-svr"
     title = "robust weighted LS-SVR: MAD rule and adaptive weights (paper 003)"
-    regressor = staticmethod(rw_ls_svr)
+    weighted = True
     variant: str = option(
         "corrected",
         "'corrected' applies the rule to residuals and iterates weights in |e| to convergence; 'as_printed' applies it "

@@ -1,26 +1,35 @@
-"""Bayesian identification: the posterior density of the parameters, sampled."""
+"""Bayesian identification: the posterior density of the parameters, sampled by an affine-invariant ensemble of walkers.
+
+The density is exp(-cost): the likelihood of white sensor noise, whose standard deviations are at their best values at
+every point, times the prior where there is one; initial states are unknowns too.  Goodman & Weare 2010, Communications
+in Applied Mathematics and Computational Science 5; sampled by emcee (Foreman-Mackey et al. 2013).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
+from ..datasets.record import Record
+from ..estimation.likelihood.linear_problem import NULL
+from ..estimation.likelihood.minimiser import Minimum
 from ..estimation.likelihood.output_error import identify
-from ..estimation.methods_only.likelihood.posterior import sample
+from ..estimation.likelihood.problem import Problem
+from ..estimation.numerics import factors
 from ..estimation.results.fit import Fit
-from ..models.errors import BadInput
+from ..models.errors import BadInput, CannotFit, FitFailed
+from ..models.model import Model
 from .options import option, whole
 from .output_error import PriorMethod
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..models.model import Model
 
 QUANTILES = (0.025, 0.5, 0.975)
 ENOUGH = 50.0
 """Autocorrelation times that a chain must be long (Foreman-Mackey et al. 2013, documentation of emcee)."""
+LEAST_WALKERS = 24
+DISCARDED = 0.5
+"""Share of the steps after which the walkers have left their start."""
 MOST_SHOWN = 2000
 """Draws from which quantiles are taken."""
 
@@ -28,7 +37,6 @@ MOST_SHOWN = 2000
 class Mcmc(PriorMethod):
     """Posterior mean and covariance of the grey box, by an ensemble sampler around the output-error estimate.
 
-    The density and its sampler are those of `helmbench.estimation.methods_only.likelihood.posterior`.
     `extra["quantiles"]` has the 2.5, 50 and 97.5 % quantiles of the published parameters.  `steps` are enough where
     they are fifty times `extra["autocorrelation_steps"]`; with fewer the fit says that it has not converged.
     """
@@ -51,7 +59,7 @@ class Mcmc(PriorMethod):
         least = 2 * problem.width
         if self.walkers is not None and self.walkers < least:
             raise BadInput(f"walkers is {self.walkers}, at least {least} are needed")
-        draws, acceptance, time = sample(problem, outcome.minimum, self.steps, self.walkers, self.seed)
+        draws, acceptance, time = self._drawn(problem, outcome.minimum)
         coefficients = np.array([problem.coefficients(z) for z in draws])
         published = np.array([blank.to_parameters(c) for c in coefficients[:: -(-len(coefficients) // MOST_SHOWN)]])
         quantiles = np.quantile(published, QUANTILES, axis=0).T.tolist()
@@ -72,3 +80,33 @@ class Mcmc(PriorMethod):
             extra=extra,
             fixed=() if unknowns is None else unknowns.fixed_names,
         )
+
+    def _drawn(self, problem: Problem, minimum: Minimum) -> tuple[np.ndarray, float, float]:
+        """Draws (n, width) of the unknowns from around a minimum of the cost, the share of the proposals that were
+        accepted, and the largest autocorrelation time of an unknown in steps."""
+        import emcee
+
+        solution = factors.solve(problem.information(minimum.point), NULL)
+        if not np.isfinite(np.diag(solution.covariance)).all():
+            raise CannotFit("the records do not determine every unknown: give a prior, or fix parameters")
+        rng, count = np.random.default_rng(self.seed), self.walkers or max(LEAST_WALKERS, 2 * problem.width + 2)
+        limits = problem.limits()
+
+        def log_density(z: np.ndarray) -> float:
+            if limits is not None and ((z < limits[0]) | (z > limits[1])).any():
+                return -np.inf
+            return -problem.at(z).cost
+
+        start = minimum.z + 0.5 * rng.standard_normal((count, solution.half.shape[1])) @ solution.half.T
+        if limits is not None:
+            start = np.clip(start, *limits)
+        sampler = emcee.EnsembleSampler(count, problem.width, log_density)
+        sampler.random_state = np.random.RandomState(rng.integers(2**32)).get_state()
+        with np.errstate(all="ignore"):
+            sampler.run_mcmc(start, self.steps, skip_initial_state_check=True)
+            times = sampler.get_autocorr_time(discard=int(DISCARDED * self.steps), quiet=True, tol=0)
+        acceptance = float(np.mean(sampler.acceptance_fraction))
+        if not acceptance > 0.0:
+            raise FitFailed("no proposal was accepted: the density has no width around its largest value")
+        draws = np.asarray(sampler.get_chain(discard=int(DISCARDED * self.steps), flat=True))
+        return draws, acceptance, float(np.max(times))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..estimation.methods_only.tuning.space import Choice, Integer, Real
+from ..models.model import Model
 from .learner import LAGS, STRIDE, NarxLearner, open_option
-
-if TYPE_CHECKING:
-    from ..models.model import Model
 
 INPUT_LAGS: Any = open_option("values of the inputs", Integer(1, 2), 1)
 
@@ -128,7 +126,7 @@ class GpNarx(NarxLearner):
     input_lags: int | None = INPUT_LAGS
 
     def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
-        from ..estimation.methods_only.black_box.gaussian_process import gaussian_process
+        from ..estimation.methods_only.black_box.limited import gaussian_process
 
         return gaussian_process(len(symbols))
 
@@ -150,7 +148,7 @@ class Mlp(NarxLearner):
     alpha: float | None = open_option("penalty on the weights", Real(1e-5, 10.0, log=True), 0.1)
 
     def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
-        from ..estimation.methods_only.black_box.perceptron import Perceptron
+        from ..estimation.methods_only.black_box.limited import Perceptron
 
         return Perceptron((int(self.units or 1),), alpha=self.alpha, random_state=self.seed)
 

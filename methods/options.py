@@ -16,14 +16,12 @@ import textwrap
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from numbers import Integral, Real
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ..estimation.methods_only.tuning.space import Domain
 from ..models.errors import BadInput
-
-if TYPE_CHECKING:
-    from ..estimation.methods_only.tuning.space import Domain
 
 ENTRY = re.compile(r"^(?P<names>\w+(?:, \w+)*) : (?P<text>.*)$")
 SECTION = "Parameters\n----------\n"

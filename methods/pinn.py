@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
+from ..datasets.record import Record
+from ..estimation.results.fit import Fit
+from ..models.model import Model
 from .base import Method
 from .options import POSITIVE, number, option, whole
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.results.fit import Fit
-    from ..models.model import Model
 
 
 class Pinn(Method):

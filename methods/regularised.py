@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Choice, Real
-from ..estimation.numerics.factors import spectrum
 from ..estimation.results.fit import Fit
+from ..models.linear_algebra import svd
 from .base import RegressionMethod
 from .options import NOT_NEGATIVE, option, whole
 
@@ -37,9 +39,7 @@ class Ridge(RegressionMethod):
     )
 
     def solve(self, rows: RegressionRows) -> Fit:
-        sd = rows.least_residual_sd()
-        found = ridge(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.penalty)
-        return found._replace(extra={**found.extra, "residual_sd": sd.tolist()})
+        return _weighted(rows, ridge, self.penalty)
 
 
 def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> Fit:
@@ -47,14 +47,13 @@ def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> Fit:
 
     For penalty None, the one with the least GCV = n RSS/(n - freedom)^2; `extra` has both.
     """
-    found = spectrum(factor)
-    s, scores, v = found.s, found.scores, found.v
+    s, scores, v, outside = _spectrum(factor)
     square = s**2 / max(float(s[0]) ** 2, np.finfo(float).tiny)
 
     def residual_and_freedom(value: float) -> tuple[float, float]:
         shrinkage = value / (square + value) if value > 0.0 else np.where(square > DETERMINED, 0.0, 1.0)
         freedom = float((1.0 - shrinkage).sum())
-        return found.outside + float(((shrinkage * scores) ** 2).sum()), freedom
+        return outside + float(((shrinkage * scores) ** 2).sum()), freedom
 
     def gcv(value: float) -> float:
         residual, freedom = residual_and_freedom(value)
@@ -87,9 +86,7 @@ class TsvdLs(RegressionMethod):
     scheme: str = option(searched=Choice("forward", "midpoint"))
 
     def solve(self, rows: RegressionRows) -> Fit:
-        sd = rows.least_residual_sd()
-        found = truncated(rows.factor(1.0 / sd**2), rows.n * rows.used.size, self.rank)
-        return found._replace(extra={**found.extra, "residual_sd": sd.tolist()})
+        return _weighted(rows, truncated, self.rank)
 
 
 def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> Fit:
@@ -97,13 +94,36 @@ def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> Fit:
 
     For rank None, the one with the least GCV = n RSS/(n - rank)^2; `extra` has it.
     """
-    found = spectrum(factor)
-    most = int(np.sum(found.s > KNOWN * found.s[0]))
-    residuals = found.outside + np.append(np.cumsum(found.scores[::-1] ** 2)[::-1], 0.0)
+    s, scores, v, outside = _spectrum(factor)
+    most = int(np.sum(s > KNOWN * s[0]))
+    residuals = outside + np.append(np.cumsum(scores[::-1] ** 2)[::-1], 0.0)
     if rank is None:
         ranks = np.arange(1, most + 1)
         rank = int(ranks[np.argmin(residuals[ranks] / np.maximum(n - ranks, 1.0) ** 2)])
     rank = min(rank, most)
-    v, s, scores = found.v[:, :rank], found.s[:rank], found.scores[:rank]
+    v, s, scores = v[:, :rank], s[:rank], scores[:rank]
     covariance = (v * (residuals[rank] / max(n - rank, 1.0) / s**2)) @ v.T
     return Fit(v @ (scores / s), covariance, extra={"rank": rank})
+
+
+def _weighted(rows: RegressionRows, solve: Callable[..., Fit], option: float | None) -> Fit:
+    """The solution of rows in units of the residuals of least squares."""
+    sd = rows.least_residual_sd()
+    found = solve(rows.factor(1.0 / sd**2), rows.n * rows.used.size, option)
+    return found._replace(extra={**found.extra, "residual_sd": sd.tolist()})
+
+
+def _spectrum(factor: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
+    """The regression behind a triangular factor (m + 1, m + 1) of [A | b] by singular values, columns of unit length.
+
+    Returns
+    -------
+    The values (m,), the left side along their directions (m,), the directions (m, m) in coefficients of the columns as
+    they are, and the squares of the left side that no column explains.
+    """
+    a, b = factor[:, :-1], factor[:, -1]
+    length = np.linalg.norm(a, axis=0)
+    length = np.where(length > 0.0, length, 1.0)
+    u, s, vt = svd(a / length, full_matrices=False)
+    scores = u.T @ b
+    return s, scores, vt.T / length[:, None], max(float(b @ b - scores @ scores), 0.0)

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-from ..estimation.methods_only.recursive.multi_innovation import MultiInnovationRule, one_step_share
+import numpy as np
+
 from ..estimation.methods_only.recursive.recursion import LeastSquaresRule, UpdateRule
 from ..estimation.methods_only.tuning.space import Integer, Real
+from ..estimation.regression.samples import RegressionSamples
 from .base import RecursiveMethod
 from .options import POSITIVE, SHARE, number, option, whole
-
-if TYPE_CHECKING:
-    from ..estimation.regression.samples import RegressionSamples
 
 SEARCHED_PRIOR = option(searched=Real(1e-2, 1e12, log=True))
 """`p0`, tuned."""
@@ -96,3 +94,49 @@ class NmiRls(RecursiveMethod):
         if self.variant == "as_printed":
             return MultiInnovationRule(self.length, (self.omega,), as_printed=True)
         return MultiInnovationRule(self.length, tuple(self.omega * one_step_share(parts)))
+
+
+class MultiInnovationRule(UpdateRule):
+    """A window of `length` samples, and omega of the sine for each equation (paper 004, eq 20-23).
+
+    Without omega the innovations are taken as they are; as printed, one omega serves all equations.  The rule keeps
+    the rows of the last samples: windows reach back over the ends of blocks and records.
+    """
+
+    def __init__(self, length: int, omega: tuple[float, ...] = (), as_printed: bool = False) -> None:
+        self.length, self.omega = length, omega
+        self.repetitions, self.plain_covariance = float(length), as_printed  # every row is in `length` windows
+        self.window: tuple[np.ndarray, np.ndarray] | None = None
+        """Rows (y, h) of the last length - 1 samples, which the next window still needs."""
+
+    def run(self, y, h, per_sample: int, theta, factor, diagonal, path) -> None:
+        first = 0
+        if self.window is not None:
+            first = len(self.window[0])
+            y, h = np.concatenate([self.window[0], y]), np.concatenate([self.window[1], h])
+        if self.plain_covariance:
+            from ..estimation.methods_only.recursive._printed_kernels import multi_innovation_as_printed
+
+            omega = self.omega[0]
+            multi_innovation_as_printed(y, h, first, per_sample, self.length, omega, theta, factor, path)
+        else:
+            from ..estimation.methods_only.recursive._innovation_kernels import multi_innovation
+
+            omegas = np.array(self.omega, float)
+            if omegas.size not in (0, per_sample):  # an equation without unknowns has been left out
+                omegas = np.full(per_sample, omegas.max())
+            multi_innovation(y, h, first, per_sample, self.length, omegas, theta, factor, diagonal, path)
+        kept = min((self.length - 1) * per_sample, len(y))
+        self.window = y[len(y) - kept :].copy(), h[len(y) - kept :].copy()
+
+
+def one_step_share(parts: Sequence[RegressionSamples]) -> np.ndarray:
+    """Root mean square (k,) of the change of each differentiated state over one sample, relative to the state's."""
+    k = parts[0].accelerations.shape[1]
+    change, size = np.zeros(k), np.zeros(k)
+    for part in parts:
+        if len(part.time_s) > 1:
+            dt = float(np.median(np.diff(part.time_s)))
+            change += ((part.accelerations * dt) ** 2).sum(axis=0)
+            size += (part.states[:, :k] ** 2).sum(axis=0)
+    return np.sqrt(np.maximum(change, 1e-300) / np.maximum(size, 1e-300))

@@ -1,17 +1,86 @@
-"""M-estimators: least squares whose rows lose weight as their residuals grow."""
+"""Robust regression: M-estimators by iteratively reweighted least squares, and least trimmed squares (FAST-LTS)."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterator
 
-from ..estimation.methods_only.regression.robust import EFFICIENT, biweight, huber_estimate, huber_weight, m_estimate
+import numpy as np
+
+from ..estimation.methods_only.regression.weighted import RegressionRows, Reweighted, reweighted
 from ..estimation.methods_only.tuning.space import Real
+from ..estimation.numerics import factors
+from ..estimation.results.fit import Fit
 from .base import RegressionMethod
-from .options import POSITIVE, option
+from .options import POSITIVE, number, option, whole
 
-if TYPE_CHECKING:
-    from ..estimation.methods_only.regression.weighted import RegressionRows
-    from ..estimation.results.fit import Fit
+Weight = Callable[[np.ndarray], np.ndarray]
+"""Scaled residuals -> weights in [0, 1], of the same shape."""
+EFFICIENT = 1.345
+"""Huber's k with 95 % efficiency on Gaussian noise."""
+OUTLIER = 0.5
+"""Weight below which a residual counts as an outlier."""
+
+
+def huber_weight(k: float) -> Weight:
+    """Weights min(1, k/|e|) of scaled residuals e."""
+    return lambda e: k / np.maximum(np.abs(e), k)
+
+
+def biweight(k: float) -> Weight:
+    """Tukey's weights (1 - (e/k)^2)^2 of scaled residuals e, zero beyond k."""
+    return lambda e: np.maximum(1.0 - (e / k) ** 2, 0.0) ** 2
+
+
+def huber_estimate(rows: RegressionRows) -> Reweighted:
+    """Huber's estimate from that of least squares: the start of the other robust methods."""
+    return reweighted(rows, rows.start.coefficients, huber_weight(EFFICIENT))
+
+
+def m_estimate(rows: RegressionRows, weight: Weight, start: Reweighted | None = None) -> Fit:
+    """M-estimate with its asymptotic covariance.
+
+    start : estimate that a loss with several minima starts from, whose scale of the residuals is kept; None starts
+    from least squares and computes the scale again in each iteration.
+    """
+    if start is None:
+        found, before = reweighted(rows, rows.start.coefficients, weight), 0
+    else:
+        found, before = reweighted(rows, start.solution.x, weight, start.scale), start.n_iterations
+    solution, count = found.solution, before + found.n_iterations
+    weights = weight(rows.residuals(solution.x) / found.scale)
+    return Fit(
+        solution.x,
+        m_covariance(rows, found.scale, solution.x, weight),
+        found.converged,
+        "" if found.converged else f"not converged after {count} iterations",
+        count,
+        extra={
+            "residual_sd": found.scale.tolist(),
+            "rank": solution.rank,
+            "outliers": float((weights < OUTLIER).mean()),
+        },
+    )
+
+
+def m_covariance(rows: RegressionRows, scale: np.ndarray, c: np.ndarray, weight: Weight) -> np.ndarray:
+    """Asymptotic covariance (p, p) of an M-estimate c (p,): E psi^2/(E psi')^2 times that of least squares.
+
+    scale (k,) is the spread of the residuals of each equation.
+    """
+    residuals = rows.residuals(c) / scale
+    square, slope = psi_moments(residuals, weight)
+    solution = factors.solve(rows.factor(1.0 / scale**2))
+    factor = square / max(slope, 1e-3) ** 2 * residuals.size / max(residuals.size - solution.rank, 1)
+    return solution.covariance * factor
+
+
+def psi_moments(residuals: np.ndarray, weight: Weight) -> tuple[float, float]:
+    """Means of psi(e)^2 and psi'(e) over scaled residuals (N, k), psi(e) = e w(e); psi' by a central difference."""
+    h = 1e-5
+    high, low = residuals + h, residuals - h
+    slope = (high * weight(high) - low * weight(low)) / (2.0 * h)
+    square = (residuals * weight(residuals)) ** 2
+    return float(square.mean()), float(slope.mean())
 
 
 class Huber(RegressionMethod):
@@ -54,3 +123,117 @@ class Tukey(RegressionMethod):
 
     def solve(self, rows: RegressionRows) -> Fit:
         return m_estimate(rows, biweight(self.k), start=huber_estimate(rows))
+
+
+SAMPLE = 600
+"""Samples that the random starts are tried on."""
+TRIED, KEPT = 2, 3
+"""Concentration steps of every random start, and how many starts are iterated to the end."""
+CUT = 2.5
+"""Scaled residual beyond which the final fit leaves out a row."""
+MOST_STEPS = 30
+"""Concentration steps at most."""
+
+
+class Lts(RegressionMethod):
+    """Least squares over the `coverage` share of rows that fit best, then over all rows within 2.5 standard deviations.
+
+    Rousseeuw & Van Driessen 2006, Data Mining and Knowledge Discovery 12.  Rows are first divided by the spread of
+    their equation's residuals under Huber's estimate.
+    """
+
+    name = "lts"
+    title = "robust regression: least trimmed squares (FAST-LTS), reweighted"
+    coverage: float = option(
+        0.75,
+        "share h/n of rows",
+        number("a number above 0.5 and up to 1", lambda value: 0.5 < value <= 1.0),
+        Real(0.55, 1.0),
+    )
+    starts: int = option(20, "random elemental starts, in addition to Huber's estimate", whole(0))
+    seed: int = option(0, "seed of the generator that draws them", whole(0))
+
+    def solve(self, rows: RegressionRows) -> Fit:
+        huber = huber_estimate(rows)
+        random = _random_starts(rows, huber, self.coverage, self.starts, np.random.default_rng(self.seed))
+        found = [_concentrated(rows, huber.scale, c, self.coverage) for c in (huber.solution.x, *random)]
+        best = min(found, key=lambda item: item[1])[0]
+        return _reweighted_once(rows, best, huber.n_iterations)
+
+
+def _random_starts(
+    rows: RegressionRows, huber: Reweighted, coverage: float, count: int, rng: np.random.Generator
+) -> Iterator[np.ndarray]:
+    """The best few of `count` random starts, each after a few concentration steps on a sample of the rows."""
+    y, phi = _sample(rows, huber, rng)
+    h = int(np.ceil(coverage * y.size))
+    tried = []
+    size = rows.p // rows.used.size + 1
+    for _ in range(count):
+        chosen = rng.choice(len(y), min(size, len(y)), replace=False)
+        x = _solve(y[chosen].ravel(), phi[chosen].reshape(-1, rows.p))
+        objective = np.inf
+        for _ in range(TRIED):
+            error = (y - phi @ x).ravel() ** 2
+            kept = np.argpartition(error, h - 1)[:h]
+            x = _solve(y.ravel()[kept], phi.reshape(-1, rows.p)[kept])
+            objective = float(np.partition((y - phi @ x).ravel() ** 2, h - 1)[:h].sum())
+        if np.isfinite(x).all():
+            tried.append((objective, x))
+    yield from (x for _, x in sorted(tried, key=lambda item: item[0])[:KEPT])
+
+
+def _solve(y: np.ndarray, phi: np.ndarray) -> np.ndarray:
+    return factors.solve(factors.fold(factors.empty(phi.shape[1]), np.column_stack([phi, y]))).x
+
+
+def _sample(rows: RegressionRows, huber: Reweighted, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """At most `SAMPLE` scaled rows (n, k), (n, k, p), sorted by residual: the order of records does not matter."""
+    scale = huber.scale
+    order = np.argsort(np.abs(rows.residuals(huber.solution.x) / scale).sum(axis=1), kind="stable")
+    if len(order) > SAMPLE:
+        order = order[np.sort(rng.choice(len(order), SAMPLE, replace=False))]
+    y, phi = np.empty((rows.n, rows.used.size)), np.empty((len(order), rows.used.size, rows.p))
+    place = np.full(rows.n, -1)
+    place[order] = np.arange(len(order))
+    for cut, left, right in rows.blocks():
+        y[cut] = left
+        chosen = place[cut] >= 0
+        phi[place[cut][chosen]] = right[chosen]
+    return y[order] / scale, phi / scale[:, None]
+
+
+def _concentrated(rows: RegressionRows, scale: np.ndarray, c: np.ndarray, coverage: float) -> tuple[np.ndarray, float]:
+    """Concentration steps from c to a fixed point; the coefficients (p,) and their trimmed sum of squares."""
+    best, error = np.inf, (rows.residuals(c) / scale) ** 2
+    h = int(np.ceil(coverage * error.size))
+    for _ in range(MOST_STEPS):
+        limit = np.partition(error.ravel(), h - 1)[h - 1]
+        x = factors.solve(rows.factor((error <= limit) / scale**2)).x
+        error = (rows.residuals(x) / scale) ** 2
+        total = float(np.partition(error.ravel(), h - 1)[:h].sum())
+        if not total < best * (1.0 - 1e-12):
+            break
+        best, c = total, x
+    return c, best
+
+
+def _reweighted_once(rows: RegressionRows, c: np.ndarray, n_iterations: int) -> Fit:
+    """Least squares over the rows within `CUT` spreads of the trimmed fit."""
+    from scipy.stats import chi2, norm
+
+    error = rows.residuals(c)
+    spread = rows.scale(error)
+    kept = np.abs(error) <= CUT * spread
+    solution = factors.solve(rows.factor(kept / spread**2))
+    left = rows.residuals(solution.x)
+    share = 2.0 * norm.cdf(CUT) - 1.0
+    variance = (left**2 * kept).sum(axis=0) / np.maximum(kept.sum(axis=0) - solution.rank / len(spread), 1.0)
+    variance *= share / chi2.cdf(CUT**2, 3)  # consistency factor for Gaussian errors cut off at CUT
+    noise = float(np.mean(variance / spread**2)) / share
+    return Fit(
+        solution.x,
+        solution.covariance * noise,
+        n_iterations=n_iterations,
+        extra={"residual_sd": np.sqrt(variance).tolist(), "rank": solution.rank, "outliers": float(1.0 - kept.mean())},
+    )

@@ -11,21 +11,18 @@ from __future__ import annotations
 import os
 from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, ClassVar, Self
+from typing import Any, ClassVar, Self
 
+from ..datasets.record import Record
+from ..estimation.methods_only.tuning.space import Domain
 from ..estimation.methods_only.tuning.tune import TUNERS, VALIDATIONS, storage_of, tune
 from ..estimation.results.fit import Fit
 from ..models.argument_types import typed
 from ..models.errors import BadInput
-from .base import Method
+from ..models.model import Model
+from .base import Method, Wrapper
 from .options import option, whole, words
 from .registry import find
-from .wrapper import Wrapper
-
-if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.methods_only.tuning.space import Domain
-    from ..models.model import Model
 
 PREFIX = "tuned:"
 STORAGE = "HELMBENCH_STUDIES"
@@ -114,17 +111,8 @@ class TunedMethod(Wrapper):
             validation=self.validation,
         )
         best = method.set_params(**found.options).fit(records, model)
-        return Fit(
-            coefficients=best.coefficients,
-            covariance=best.covariance,
-            converged=best.converged,
-            message=best.message,
-            n_iterations=best.n_iterations,
-            trajectory=best.trajectory,
-            trajectory_time_s=best.trajectory_time_s,
-            extra={**best.extra, "tuning": found.as_dict()},
-            predictor=best.predictor,
-        )
+        facts: dict[str, Any] = {name: getattr(best, name) for name in Fit._fields if hasattr(best, name)}
+        return Fit(**facts)._replace(extra={**best.extra, "tuning": found._asdict()})
 
 
 def _unpickled(text: str, options: dict[str, Any]) -> TunedMethod:

@@ -13,15 +13,16 @@ from helmbench.datasets.record import Record, RecordMeta
 from helmbench.diagnosis.calibration.result import Share
 from helmbench.diagnosis.contract import check_cause
 from helmbench.estimation.estimates.estimate import Estimate
-from helmbench.estimation.methods_only.likelihood.profile import Interval
 from helmbench.estimation.methods_only.tuning.abc import ABCSampler
 from helmbench.methods import contract
 from helmbench.methods.base import RecursiveMethod
+from helmbench.methods.output_error import Interval
 from helmbench.models.lanes import open_loops
 
 USED = (
     ABCSampler.infer_relative_search_space,  # by Optuna
     ABCSampler.sample_relative,
+    ABCSampler.sample_independent,
     CommandGroup.format_commands,  # by click
     CommandGroup.list_commands,
     Interval.low_open,  # by `_asdict`

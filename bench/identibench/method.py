@@ -82,7 +82,7 @@ def identibench_model(
 def _configured(method: Method | str, context: Any) -> Method:
     """A new method with the hyperparameters and the seed of a benchmark."""
     fitter = make(method) if isinstance(method, str) else type(method)(**method.get_params(deep=False))
-    seed = {"seed": context.seed} if "seed" in fitter.option_names() else {}
+    seed = {"seed": context.seed} if "seed" in fitter.options else {}
     return fitter.set_params(**(seed | dict(context.hyperparameters)))
 
 

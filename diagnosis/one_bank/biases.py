@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.instruments import corrected
-from ...estimation.estimates.biases import Biases
+from ...estimation.estimates.assessment import Biases
 from ...estimation.records.naming import named
 from ...estimation.results.fit import arithmetic_guard
 from ...estimation.selection.minimiser import minimise

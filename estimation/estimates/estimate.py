@@ -129,7 +129,7 @@ class Estimate:
         BadInput : another horizon.
         CannotFit : a record lacks an input, or measures no state of the model.
         """
-        from .residual_report import residual_report
+        from .correlation import residual_report
 
         return residual_report(self.model, listed(records), horizon, self.predictor)
 

@@ -6,22 +6,17 @@ Source: Ljung 1999, System Identification, sec 7.4.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import BadInput, CannotFit
+from ...models.model import Model
+from ..likelihood.linear_problem import NULL
 from ..numerics import factors
 from ..records.series import Series, series_of
 from ..results.fit import blas_limited, prepared, propagate
 from ..simulation import free_run
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
-
-NULL = 1e-12
-"""Singular values (columns of unit length) below which a direction counts as not identified."""
 
 
 def cramer_rao(

@@ -10,18 +10,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.generator import record_run
 from ...datasets.manoeuvres import parse_manoeuvre
+from ...datasets.record import Record
 from ...models.errors import BadInput, CannotFit
+from ...models.model import Model
 from .bounds import information
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 LONGEST = 2500
 """Samples of a simulated candidate; longer ones are thinned and their noise is reduced accordingly."""

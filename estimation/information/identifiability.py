@@ -18,12 +18,13 @@ from ...datasets.signals import sensor_sd
 from ...models.display import html_table
 from ...models.errors import CannotFit, FitFailed
 from ...models.linear_algebra import svd
+from ..likelihood.linear_problem import NULL
 from ..likelihood.output_error import identify
 from ..likelihood.unknowns import Unknowns
 from ..numerics import factors
 from ..records.series import MEASURED, samples
 from ..results.fit import blas_limited, numerical_guard, prepared
-from .bounds import NULL, information
+from .bounds import information
 from .design import candidate_information, information_gain
 
 if TYPE_CHECKING:

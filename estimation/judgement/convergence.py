@@ -3,33 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.errors import BadInput
-
-if TYPE_CHECKING:
-    from ..estimates.estimate import Estimate
+from ..estimates.estimate import Estimate
 
 BANDS = (0.05, 0.02)
 """Half widths of the bands, relative to the value."""
 
 
 def convergence(
-    estimate: Estimate, truth: Mapping[str, float] | None = None, bands: Sequence[float] = BANDS, start: float = 0.0
+    estimate: Estimate, truth: Mapping[str, float] | None = None, bands: Sequence[float] = BANDS
 ) -> dict[str, tuple[dict[float, float], float]]:
     """Convergence of every published parameter of a recursive method's estimate.
 
     Parameter -> settling times, band -> seconds of record after which it stays in the band (inf if it ends outside);
-    and its overshoot, the largest excursion beyond the value, coming from the start, relative to the value's size.
+    and its overshoot, the largest excursion beyond the value, coming from zero, relative to the value's size.
 
     Parameters
     ----------
     truth : parameter -> value to converge to; None: the final estimate.  Parameters whose value is zero or not finite
         are left out.
     bands : half widths relative to |value|, > 0.
-    start : value before the first sample, which decides on which side of the value overshoot lies.
 
     Raises
     ------
@@ -47,7 +43,7 @@ def convergence(
     return {
         name: (
             {band: settling_time(paths[name], estimate.trajectory_time_s, value, band) for band in bands},
-            overshoot(paths[name], value, start),
+            overshoot(paths[name], value),
         )
         for name, value in truth.items()
         if value and np.isfinite(value)
@@ -74,8 +70,8 @@ def settling_time(path: np.ndarray, time_s: np.ndarray, value: float, band: floa
     return float(time_s[last + 1]) if last + 1 < len(path) else np.inf
 
 
-def overshoot(path: np.ndarray, value: float, start: float = 0.0) -> float:
-    """Largest distance of path (N,) beyond the value, coming from `start`, relative to |value|; 0 if there is none."""
+def overshoot(path: np.ndarray, value: float) -> float:
+    """Largest distance of path (N,) beyond the value, coming from zero, relative to |value|; 0 if there is none."""
     finite = path[np.isfinite(path)]
-    beyond = (finite - value) * (1.0 if value >= start else -1.0)
+    beyond = (finite - value) * (1.0 if value >= 0.0 else -1.0)
     return float(max(beyond.max(initial=0.0), 0.0) / abs(value))

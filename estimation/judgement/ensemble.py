@@ -1,7 +1,7 @@
 """Ensembles of free runs: what an estimate says of its own uncertainty, and how well it tells the errors.
 
 The coefficients of a model are drawn from the normal density of their covariance; learnt functions from what their
-regressors say of their uncertainty (`black_box.draws`).  The spread of the free runs is compared with the records by
+regressors say of their uncertainty (`black_box.compiled`).  The spread of the free runs is compared with the records by
 the continuous ranked probability score and the share of samples inside the ensemble's 95 % interval.
 """
 
@@ -9,20 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ...datasets.record import Record
+from ...models.model import Model
+from ..estimates.estimate import Estimate
 from ..methods_only.black_box.hybrid import HybridPredictor
 from ..results.predictor import ModelPredictor, Predictor
 from ..run.run import run_of
 from ..run.stretch import Stretch, stretches_of
 from ..validation.validate import TOGETHER
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
-    from ..estimates.estimate import Estimate
 
 COUNT = 20
 """Members of an ensemble."""

@@ -16,8 +16,7 @@ from typing import Generic, NamedTuple, Protocol, TypeVar
 import numpy as np
 
 from ..numerics import factors
-from .arrow import LinearArrow
-from .linear_problem import LinearProblem
+from .linear_problem import LinearArrow, LinearProblem
 from .problem import Point, Problem
 
 ROUGH, FINE = 1.0, 1e-6

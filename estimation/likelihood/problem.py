@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...models.model import Model
 from ..numerics import factors
 from ..records.series import Series
 from ..simulation import free_run
-from .arrow import Arrow, RecordRows
+from .linear_problem import Arrow, RecordRows
 from .loss import Loss
 from .unknowns import Unknowns
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 RELATIVE_FLOOR = 1e-13
 """Smallest residual standard deviation, relative to the channel's size."""
@@ -146,14 +144,15 @@ class Problem:
 
     def _robust(self, z: np.ndarray, loss: Loss, errors: Sequence[np.ndarray]) -> Point:
         """The cost with a robust loss: sum of N consistency log s + rho(e/s) over the channels."""
-        known = [np.isfinite(s.outputs) for s in self.series]
+        known = [s.known for s in self.series]
         diverged = any(not np.isfinite(e[k]).all() for e, k in zip(errors, known, strict=True))
         total, sd, moments = np.zeros(len(self.counts)), np.ones(len(self.counts)), np.ones((len(self.counts), 2))
         if diverged:
             return Point(z, np.inf, total + np.inf, sd)
         cost = 0.0
         for channel in np.flatnonzero(self.counts).tolist():
-            e = np.concatenate([e[k[:, c], c] for e, k, c in self._of(channel, errors, known)])
+            own = zip(self.series, errors, known, strict=True)
+            e = np.concatenate([e[k[:, c], c] for s, e, k in own for c in np.flatnonzero(s.columns == channel)])
             total[channel] = e @ e
             floor = float(np.sqrt(self.floors[channel]))
             sd[channel] = loss.scale(e, floor) if self.sensor is None else self.sensor[channel]
@@ -163,12 +162,6 @@ class Problem:
             moments[channel] = loss.moments(u)
         weights = tuple(loss.weight(e / sd[s.columns]) for e, s in zip(errors, self.series, strict=True))
         return Point(z, cost, total, sd, weights, moments)
-
-    def _of(self, channel: int, errors: Sequence[np.ndarray], known: Sequence[np.ndarray]):
-        """Errors, the mask of known values and the column of a channel, for every series that has it."""
-        for s, e, k in zip(self.series, errors, known, strict=True):
-            for c in np.flatnonzero(s.columns == channel):
-                yield e, k, c
 
     def _with_prior(self, point: Point) -> Point:
         if self.unknowns is None or not np.isfinite(point.cost):

@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.linear_algebra import lstsq, pinv
-
-if TYPE_CHECKING:
-    from ...models.model import Model
-    from ..regression.least_squares import LeastSquares
+from ...models.model import Model
+from ..regression.least_squares import LeastSquares
 
 STEP = 1e-6
 """Relative step of the derivative of coefficients with respect to published parameters."""
@@ -103,16 +100,6 @@ class Unknowns:
     def clipped(self, y: np.ndarray) -> np.ndarray:
         """y (k,) with values outside the bounds set on them."""
         return np.clip(y, self.low[self.estimated], self.high[self.estimated])
-
-    def covariance(self, y: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-        """Covariance (p, p) of the coefficients from that (k, k) of the estimated parameters; inf: undetermined."""
-        jacobian = self.jacobian(y)
-        unknown = ~np.isfinite(np.diag(covariance))
-        finite = np.where(unknown[:, None] | unknown[None, :], 0.0, covariance)
-        found = jacobian @ finite @ jacobian.T
-        undetermined = (np.abs(jacobian) * unknown).sum(axis=1) != 0.0
-        found[undetermined, undetermined] = np.inf
-        return found
 
     def start(self, coefficients: np.ndarray, source: LeastSquares | None = None) -> np.ndarray | None:
         """Estimated parameters (k,) to start from: the least-squares solution `source` with prior and fixed values.

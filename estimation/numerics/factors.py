@@ -96,31 +96,8 @@ def rank_message(rank: int, unknowns: int) -> str:
     return "" if rank == unknowns else f"the records determine {rank} of {unknowns} directions"
 
 
-def mark_undetermined(covariance: np.ndarray, null: np.ndarray, share: float = 1e-6) -> None:
+def mark_undetermined(covariance: np.ndarray, null: np.ndarray) -> None:
     """Set the variance of every unknown that has a part in a direction of `null` (m, d) to infinity, in place."""
     if null.shape[1]:
-        unknown = np.flatnonzero(np.linalg.norm(null, axis=1) > share)
+        unknown = np.flatnonzero(np.linalg.norm(null, axis=1) > 1e-6)
         covariance[unknown, unknown] = np.inf
-
-
-class Spectrum(NamedTuple):
-    """A regression on columns of unit length by singular values.
-
-    s (m,) are the values, scores (m,) the left side along their directions, v (m, m) the directions in coefficients of
-    the columns as they are, outside the squares of the left side that no column explains.
-    """
-
-    s: np.ndarray
-    scores: np.ndarray
-    v: np.ndarray
-    outside: float
-
-
-def spectrum(factor: np.ndarray) -> Spectrum:
-    """The spectrum of the rows behind a triangular factor (m + 1, m + 1) of [A | b]."""
-    a, b = factor[:, :-1], factor[:, -1]
-    length = np.linalg.norm(a, axis=0)
-    length = np.where(length > 0.0, length, 1.0)
-    u, s, vt = svd(a / length, full_matrices=False)
-    scores = u.T @ b
-    return Spectrum(s, scores, vt.T / length[:, None], max(float(b @ b - scores @ scores), 0.0))

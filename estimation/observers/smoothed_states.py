@@ -8,15 +8,12 @@ and yaw rate contradict each other, a run starts from both as they were measured
 from __future__ import annotations
 
 from functools import lru_cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ..records.series import at_equal_steps, samples
 from .smoothing import SHORTEST, SmoothedTrack, fitted_walk, sensor_variances, smoothed
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
 
 CHANNELS = {"psi": ("psi", "r", "q"), "r": ("r", "q"), "u": ("u",), "v": ("v",), "x": ("x",), "y": ("y",)}
 """Measured state -> the states that its smoother gives, the state and its derivatives; later ones replace earlier."""

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit
+from ...models.model import Model
 from .series import Series, series_of
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 LONG_GAP_STEPS, LONG_GAP_S = 5.0, 4.0
 """A gap in the rows or in the rudder longer than both, in median steps and in seconds (on a 160 m ship), cuts a
@@ -68,7 +65,8 @@ def stretches(record: Record, clock: float) -> list[tuple[int, int]]:
         return []
     longest = max(LONG_GAP_STEPS * record.dt, LONG_GAP_S * clock)
     cut = np.flatnonzero(np.diff(record.time_s[known]) > longest)
-    starts = [0 if known[0] == 0 or not _late(record, known[0], longest) else int(known[0])]
+    late = record.time_s[known[0]] - record.time_s[0] > longest
+    starts = [int(known[0]) if late else 0]
     starts += [int(known[i + 1]) for i in cut]
     last = record.n if record.time_s[-1] - record.time_s[known[-1]] <= longest else int(known[-1]) + 1
     ends = [*(int(known[i]) + 1 for i in cut), last]
@@ -105,7 +103,3 @@ def _jumps(values: np.ndarray, time: np.ndarray) -> list[int]:
         if usual > 0.0 and moved and min(before.size, after.size) == BESIDE:
             found.append(int(known[k + 1]))
     return found
-
-
-def _late(record: Record, first: int, longest: float) -> bool:
-    return bool(record.time_s[first] - record.time_s[0] > longest)

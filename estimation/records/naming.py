@@ -4,10 +4,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from ...datasets.record import Record
+from ...datasets.record import Record
 
 
 def numbered(names: Sequence[str]) -> list[str]:

@@ -9,18 +9,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.columns import TWIN
+from ...datasets.record import Record
 from ...datasets.signals import bridged, sensor_sd
 from ...models.errors import CannotFit
+from ...models.model import Model
 from .weather import CURRENT, flow_of, measured_weather
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 MEASURED = ("u", "v", "r", "psi")
 """States whose channels simulation-based methods fit; positions have no information that these lack."""
@@ -238,6 +235,17 @@ class Series:
         """The series without one of its outputs."""
         kept = self.columns != column
         return replace(self, outputs=self.outputs[:, kept], columns=self.columns[kept], noise=self.noise[kept])
+
+    def stretch(self, first: int, last: int, samples: slice | np.ndarray, start: np.ndarray) -> Series:
+        """The points first .. last of the grid with some of the samples, from an initial state (n,)."""
+        return replace(
+            self,
+            inputs=np.ascontiguousarray(self.inputs[first : last + 1]),
+            outputs=self.outputs[samples],
+            index=self.index[samples] - first,
+            part=self.part[samples],
+            start=start,
+        )
 
     def observe(self, grid: np.ndarray) -> np.ndarray:
         """Values (N, ...) at the measured times of something given on the grid (M + 1, ...)."""

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
+from ...datasets.record import Record
+from ...models.model import Model
 
 CURRENT = ("current_speed_m_s", "current_direction_rad", 1.0)
 WIND = ("wind_speed_m_s", "wind_direction_rad", -1.0)

@@ -1,4 +1,4 @@
-"""Rows of a model's regression from records passed through a state-variable filter.
+"""Least squares on records passed through a state-variable filter: rows, the corner frequency, standard errors.
 
 Every channel passes through the same F(s) = omega^n/(s + omega)^n, so all channels have the same lag.  For a linear
 model the filtered equation is exact at every omega; for a nonlinear one it is exact up to the curvature within
@@ -11,20 +11,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...datasets.signals import bridged
-from ...models.errors import CannotFit
-from ..numerics import factors
-from ..observers.statevariable import derivatives, transients
-from ..records.series import inputs_of, require, samples
-from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, n_accelerations, table
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
+from ...models.errors import CannotFit, FitFailed
+from ...models.model import Model
+from ..observers.linear import derivatives, transients
+from ..records.series import inputs_of, require, samples, series_of
+from ..simulation.selection import free_run_cost
+from .least_squares import LeastSquares, equation_factors, least_squares
+from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, check_states, n_accelerations, table
 
 ORDER = 4
 DENSE = 0.1
@@ -53,15 +52,10 @@ class FilteredRows:
         """
         head = int(np.count_nonzero(self.start.any(axis=1)))
         if head:
-            y, phi = next(_cut(self.parts, 0, head).blocks(model, head))
+            y, phi = next(self.parts.at(slice(head)).blocks(model, head))
             basis, _ = np.linalg.qr(self.start[:head])
             yield y - basis @ (basis.T @ y), phi - np.tensordot(basis, np.tensordot(basis.T, phi, 1), 1)
-        yield from _cut(self.parts, head, None).blocks(model)
-
-
-def _cut(parts: RegressionSamples, start: int, stop: int | None) -> RegressionSamples:
-    arrays = (a[start:stop] for a in (parts.states, parts.accelerations, parts.inputs))
-    return RegressionSamples(*arrays, time_s=parts.time_s[start:stop], scale=parts.scale)
+        yield from self.parts.at(slice(head, None)).blocks(model)
 
 
 def filtered_rows(records: Sequence[Record], model: Model, omega: float, order: int = ORDER) -> list[FilteredRows]:
@@ -162,6 +156,7 @@ def filtered_pieces(record: Record, model: Model, omega: float, order: int = ORD
 
 
 def _rows(record: Record, model: Model, omega: float, order: int, source: str) -> FilteredRows:
+    check_states(model)
     filtered = _Filter(record, omega, order)
     states, slopes = _yaw(record, model, filtered, source)
     for symbol in model.regression_states:
@@ -170,8 +165,6 @@ def _rows(record: Record, model: Model, omega: float, order: int, source: str) -
             states[symbol], slopes[symbol] = both.T
         elif symbol in ("x", "y"):
             states[symbol] = np.zeros(len(filtered.time))
-        elif symbol not in ("q", "r", "psi"):
-            raise CannotFit(f"model {model.id} has the state {symbol!r}, for which records have no channel")
     x = table(states, model.regression_states)
     a = table(slopes, model.regression_states[: n_accelerations(model)])
     u = table(_inputs(record, model, filtered), model.regression_inputs)
@@ -199,22 +192,97 @@ def _inputs(record: Record, model: Model, filtered: _Filter) -> dict[str, np.nda
     return found | {"delta": rudder[:, 0], "delta_rate": rudder[:, 1]}
 
 
-def row_factors(
-    found: Sequence[FilteredRows], model: Model, sources: Sequence[str] = ()
-) -> tuple[np.ndarray, np.ndarray]:
-    """Triangular factors (e, p + 1, p + 1) of [Phi | y] and numbers of rows (e,); one per equation and yaw source.
+CORNERS = 11
+"""Corner frequencies tried."""
+FASTEST, SLOWEST = 1.0, 60.0
+"""omega dt of the fastest corner tried, and time constants of the slowest one in the longest record."""
+BLOCK_TIME = 20.0
+"""Length, in time constants of the filter, of the blocks of rows whose errors count as independent."""
+FEWEST_BLOCKS = 10
+"""Blocks per coefficient below which the errors are taken as equally large in all directions."""
 
-    sources : those that get equations even where no row has them; default: the ones of the rows.
+
+class FilteredFit(NamedTuple):
+    """Least squares at one corner frequency omega [rad/s]; `cost` ranks it (smaller is better)."""
+
+    omega: float
+    rows: list[FilteredRows]
+    solution: LeastSquares
+    cost: float
+
+
+def corner_frequencies(records: Sequence[Record], count: int = CORNERS, slowest: float = SLOWEST) -> np.ndarray:
+    """Corner frequencies (count,), rad/s, from the slowest that the longest record allows (so many of its time
+    constants) to that of the sampling."""
+    dt = max(record.dt for record in records)
+    length = max(record.time_s[-1] - record.time_s[0] for record in records)
+    return np.geomspace(min(slowest / length, FASTEST / dt), FASTEST / dt, count)
+
+
+def fit_filtered(records: Sequence[Record], model: Model, omega: float, order: int = ORDER) -> FilteredFit:
+    """Least squares at a corner frequency omega [rad/s], with a filter of `order` poles; its cost is nan.
+
+    Raises
+    ------
+    CannotFit : a record lacks a channel, or there are no more rows than coefficients.
+    FitFailed : no column is finite and non-zero.
     """
-    k, p = n_accelerations(model), len(model.coordinates)
-    sources = sources or sorted({rows.source for rows in found})
-    folded = {(s, e): factors.empty(p) for s in sources for e in range(k)}
-    counts = dict.fromkeys(folded, 0)
-    for rows in found:
-        for y, phi in rows.blocks(model):
-            for e in range(k):
-                key = (rows.source, e)
-                folded[key] = factors.fold(folded[key], np.column_stack([phi[:, e], y[:, e]]))
-                counts[key] += len(y)
-    padded = [np.vstack([r, np.zeros((max(p + 1 - len(r), 0), p + 1))])[: p + 1] for r in folded.values()]
-    return np.array(padded), np.maximum([*counts.values()], 1)
+    rows = filtered_rows(records, model, omega, order)
+    return FilteredFit(omega, rows, least_squares(*equation_factors(rows, model)), np.nan)
+
+
+def best_corner(records: Sequence[Record], model: Model, order: int = ORDER) -> FilteredFit:
+    """The fit, among those at `corner_frequencies`, whose free run follows the training records best.
+
+    Raises
+    ------
+    CannotFit : no corner frequency can be fitted.
+    """
+    fits, reason = [], "no corner frequency gives an estimate"
+    series = [series_of(record, model) for record in records]
+    for omega in corner_frequencies(records).tolist():
+        try:
+            fit = fit_filtered(records, model, omega, order)
+        except (CannotFit, FitFailed) as error:
+            reason = error.reason
+            continue
+        fits.append(fit._replace(cost=free_run_cost(model.with_coefficients(fit.solution.coefficients), series)))
+    if not fits:
+        raise CannotFit(reason)
+    if np.isfinite([fit.cost for fit in fits]).any():
+        return min(fits, key=lambda fit: fit.cost)
+    return fits[len(fits) // 2]
+
+
+def coloured_covariance(fit: FilteredFit, model: Model) -> np.ndarray:
+    """Covariance (p, p) of the coefficients that allows for errors coloured by the filter (block sandwich).
+
+    The scores of the rows are summed over blocks of `BLOCK_TIME` time constants, which count as independent.
+    """
+    solution = fit.solution
+    scores = np.vstack([_block_scores(rows, fit, model) for rows in fit.rows]) @ solution.half
+    p = solution.half.shape[1]
+    middle = scores.T @ scores * len(scores) / max(len(scores) - p, 1)
+    if len(scores) < FEWEST_BLOCKS * p:
+        middle = np.eye(p) * max(np.trace(middle) / max(p, 1), 1.0)
+    covariance = solution.half @ middle @ solution.half.T
+    unknown = ~np.isfinite(np.diag(solution.covariance))
+    covariance[unknown, unknown] = np.inf
+    return covariance
+
+
+def _block_scores(rows: FilteredRows, fit: FilteredFit, model: Model) -> np.ndarray:
+    """Sums (B, p) of Phi' e/sd^2 over blocks of rows."""
+    k = n_accelerations(model)
+    sources = sorted({r.source for r in fit.rows})
+    first = sources.index(rows.source) * k
+    sd = fit.solution.residual_sd[first : first + k]
+    sd = np.where(np.isfinite(sd) & (sd > 0.0), sd, np.inf)
+    scores = []
+    for y, phi in rows.blocks(model):
+        error = (y - phi @ fit.solution.coefficients) / sd**2
+        scores.append(np.einsum("nkp,nk->np", phi, error))
+    block = ((rows.parts.time_s - rows.parts.time_s[0]) * fit.omega / BLOCK_TIME).astype(np.int64)
+    total = np.zeros((block[-1] + 1 if len(block) else 1, phi.shape[2]))
+    np.add.at(total, block, np.vstack(scores))
+    return total

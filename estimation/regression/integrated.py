@@ -10,18 +10,16 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit
+from ...models.model import Model
 from ..numerics import factors
-from ..records.series import inputs_of, require, samples, steps
+from ..records.series import inputs_of, require, samples, steps, yaw_rate_of
 from .samples import LONGEST_STEP, RegressionSamples, n_accelerations, table
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 EXTRA_SAMPLES = 5
 """Samples that a stretch needs in addition to the terms of its polynomial."""
@@ -149,16 +147,10 @@ def triple_integral_rest(record: Record, model: Model) -> RegressionSamples:
 
 def _channels_response(record: Record, model: Model) -> dict[str, np.ndarray]:
     """Channels (N,) that the integrals of a response model take: heading if there is one, yaw rate, rudder."""
-    heading, rate = samples(record, "psi"), samples(record, "r")
-    delta = inputs_of(record, model)["delta"]
+    heading, delta = samples(record, "psi"), inputs_of(record, model)["delta"]
     if heading is None:
         return {"r": require(record, "r"), "delta": delta}
-    if rate is None:
-        known = np.isfinite(heading)
-        rate = np.full(record.n, np.nan)
-        if known.sum() > 1:
-            rate[known] = np.gradient(heading[known], record.time_s[known])
-    return {"psi": heading, "r": rate, "delta": delta}
+    return {"psi": heading, "r": yaw_rate_of(record), "delta": delta}
 
 
 def _channels_3dof(record: Record, model: Model) -> dict[str, np.ndarray]:
@@ -226,15 +218,30 @@ def _rows_3dof(part: dict[str, np.ndarray], time: np.ndarray, model: Model) -> t
     x, u = table(part, model.regression_states), table(part, model.regression_inputs)
     k, dt = n_accelerations(model), np.diff(time)
     at_rest, phi = regression(model, x, np.zeros((len(x), k)), u)
-    mass = np.empty((k, k))
-    for j in range(k):
-        y, accelerated = regression(model, x[:1], np.eye(k)[j : j + 1], u[:1])
-        if not np.array_equal(accelerated, phi[:1]):
-            raise CannotFit(f"model {model.id} has accelerations among its regressors")
-        mass[:, j] = y[0] - at_rest[0]
+    mass = mass_matrices(model, x[:1], u[:1])[0]
     flat = np.column_stack([at_rest, phi.reshape(len(x), -1)])
     flat = integral(flat, np.gradient(flat, time, axis=0, edge_order=2), dt)
     return x[:, :k] @ mass.T + flat[:, :k], flat[:, k:]
+
+
+def mass_matrices(model: Model, x: np.ndarray, u: np.ndarray) -> np.ndarray:
+    """M (N, k, k) of the left side y = M a + y0 at regression states x (N, s) and inputs u (N, i).
+
+    Raises
+    ------
+    CannotFit : the regressors hold accelerations.
+    """
+    from ...models.simulate import regression
+
+    k = n_accelerations(model)
+    at_rest, phi = regression(model, x, np.zeros((len(x), k)), u)
+    columns = []
+    for unit in np.eye(k):
+        y, accelerated = regression(model, x, np.tile(unit, (len(x), 1)), u)
+        if not np.array_equal(accelerated, phi):
+            raise CannotFit(f"model {model.id} has accelerations among its regressors")
+        columns.append(y - at_rest)
+    return np.stack(columns, axis=2)
 
 
 def _without_polynomial(rows: np.ndarray, time: np.ndarray, terms: int) -> np.ndarray:

@@ -7,18 +7,16 @@ equation, the second solution divides by it.  Source: Aitken 1935, Proc. R. Soc.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import FitFailed
+from ...models.model import Model
 from ..numerics import factors
-from .samples import RegressionSamples, n_accelerations
+from .samples import n_accelerations
 from .schemes import regression_samples
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 SMALLEST_RESIDUAL = 1e-14
 """Smallest residual standard deviation of an equation, relative to the root mean square of its left side."""
@@ -54,17 +52,27 @@ class LeastSquares(NamedTuple):
         return self.half @ np.where(np.abs(self.scores) > least, self.scores, 0.0)
 
 
-def equation_factors(parts: Sequence[RegressionSamples], model: Model) -> tuple[np.ndarray, np.ndarray]:
-    """Triangular factors (k, p + 1, p + 1) of [Phi | y] for each equation, and the number of rows (k,) behind each."""
+def equation_factors(parts: Sequence[Any], model: Model, sources: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
+    """Triangular factors (e, p + 1, p + 1) of [Phi | y] for each equation and source of the yaw rate, and the number of
+    rows (e,) behind each.
+
+    Parameters
+    ----------
+    parts : anything with `blocks` and `source` of `RegressionSamples`.
+    sources : those that get equations even where no row has them; default: the ones of the parts.
+    """
     k, p = n_accelerations(model), len(model.coordinates)
-    folded = [factors.empty(p) for _ in range(k)]
-    count = 0
+    every = sources or sorted({part.source for part in parts})
+    folded = {(source, e): factors.empty(p) for source in every for e in range(k)}
+    counts = dict.fromkeys(folded, 0)
     for part in parts:
         for y, phi in part.blocks(model):
-            count += len(y)
-            folded = [factors.fold(folded[e], np.column_stack([phi[:, e], y[:, e]])) for e in range(k)]
-    padded = [np.vstack([r, np.zeros((p + 1 - len(r), p + 1))]) for r in folded]
-    return np.array(padded), np.full(k, count)
+            for e in range(k):
+                key = (part.source, e)
+                folded[key] = factors.fold(folded[key], np.column_stack([phi[:, e], y[:, e]]))
+                counts[key] += len(y)
+    padded = [np.vstack([r, np.zeros((max(p + 1 - len(r), 0), p + 1))])[: p + 1] for r in folded.values()]
+    return np.array(padded), np.maximum([*counts.values()], 1 if sources else 0)
 
 
 def least_squares(equations: np.ndarray, counts: np.ndarray) -> LeastSquares:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Self
 
 import numpy as np
 
 from ...models.errors import CannotFit
+from ...models.model import Model
 from ..numerics import factors
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 LONGEST_STEP = 3.0
 """Multiple of the median time step above which a step counts as a gap."""
@@ -31,6 +29,15 @@ class RegressionSamples:
     inputs: np.ndarray
     time_s: np.ndarray
     scale: float = 1.0
+    source: str = ""
+    """Channel that the yaw rate is taken from, where a record gives rows from several."""
+
+    def at(self, rows: slice | np.ndarray) -> Self:
+        """The samples of some rows."""
+        states, accelerations, inputs = (
+            np.ascontiguousarray(part[rows]) for part in (self.states, self.accelerations, self.inputs)
+        )
+        return replace(self, states=states, accelerations=accelerations, inputs=inputs, time_s=self.time_s[rows])
 
     def blocks(self, model: Model, size: int = factors.BLOCK) -> Iterator[tuple[np.ndarray, np.ndarray]]:
         """Pieces (y (n, k), phi (n, k, p)) of the regression in order, at most `size` samples each."""
@@ -45,6 +52,18 @@ class RegressionSamples:
 def n_accelerations(model: Model) -> int:
     """Number k of the regression's states, counted from the first, whose acceleration stands on the left side."""
     return 3 if model.is_3dof else 1
+
+
+def check_states(model: Model, known: Sequence[str] = ("q", "r", "psi", "u", "v", "x", "y")) -> None:
+    """Refuse a model whose regression has a state beside the known ones.
+
+    Raises
+    ------
+    CannotFit : naming it.
+    """
+    for symbol in model.regression_states:
+        if symbol not in known:
+            raise CannotFit(f"model {model.id} has the state {symbol!r}, for which records have no channel")
 
 
 def check_enough_rows(n: int, model: Model) -> None:

@@ -3,28 +3,147 @@
 The model says which states, accelerations and inputs its regression takes (`models.simulate.regression`); a scheme
 makes them of the channels of a record:
 
-forward, midpoint, heading-difference
-    Difference quotients (`differences`).
+forward
+    x_dot[k] = (x[k+1] - x[k])/dt with state and input at k.  This is the difference equation of explicit Euler, so
+    records made by explicit Euler are recovered to rounding; for others it is a first-order approximation.
+midpoint
+    Central differences.  First-order equations: over one step, states and inputs as the mean of both ends.
+    Second-order equations: over two steps, states and inputs weighted by the hat function of those steps; exact for a
+    rudder that is linear between samples.
+heading-difference
+    Paper 000, eq 7-11: backward differences of the heading alone, rows multiplied by dt^3 as in its eq 9, the ship
+    at rest before the first sample.  Second-order response models only.
 triple-integral, triple-integral-held, triple-integral-rest
     The equations integrated until a measured state is reached (`integrated`), with a rudder that is linear or held
     between samples; the last also takes the ship as at rest on heading zero at the first sample.
+
+Differences take a missing yaw rate from the heading.  Their steps need not be equal; a gap, or a step more than three
+times the median, removes only the rows that use it.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .differences import forward, heading_difference, midpoint
+from ...datasets.record import Record
+from ...models.errors import CannotFit
+from ...models.model import Model
+from ..records.series import inputs_of, require, samples, steps
 from .integrated import triple_integral, triple_integral_held, triple_integral_rest
-from .samples import RegressionSamples, check_enough_rows
+from .samples import LONGEST_STEP, RegressionSamples, check_enough_rows, check_states, n_accelerations, table
 
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
+
+def forward(record: Record, model: Model) -> RegressionSamples:
+    """Forward differences of one record, nan at gaps."""
+    dt = _usable_steps(record)
+    states = _state_columns(record, model, dt, _forward_slope)
+    inputs = inputs_of(record, model)
+    if _second_order(model):
+        states["q"] = _forward_slope(states["r"], dt)
+        inputs["delta_rate"] = _forward_slope(inputs["delta"], dt)
+    x = table(states, model.regression_states)
+    a = np.column_stack([_forward_slope(column, dt) for column in x[:, : n_accelerations(model)].T])
+    return RegressionSamples(x, a, table(inputs, model.regression_inputs), record.time_s)
+
+
+def midpoint(record: Record, model: Model) -> RegressionSamples:
+    """Central differences of one record, nan at gaps."""
+    dt = _usable_steps(record)
+    states = _state_columns(record, model, dt, _central_slope)
+    inputs = inputs_of(record, model)
+    if _second_order(model):
+        return _hat(record, model, dt, states, inputs)
+    x, u = table(states, model.regression_states), table(inputs, model.regression_inputs)
+    a = np.diff(x[:, : n_accelerations(model)], axis=0) / dt[:, None]
+    time = (record.time_s[1:] + record.time_s[:-1]) / 2.0
+    return RegressionSamples((x[1:] + x[:-1]) / 2.0, a, (u[1:] + u[:-1]) / 2.0, time)
+
+
+def heading_difference(record: Record, model: Model) -> RegressionSamples:
+    """Paper 000, eq 7-11: y(k) = psi(k) - psi(k-1), with y(0) = y(-1) = 0.
+
+    Raises
+    ------
+    CannotFit : the model is no second-order response model, or the time steps are not equal.
+    """
+    if not _second_order(model):
+        raise CannotFit(f"the heading-difference scheme needs a second-order response model, not {model.family}")
+    if not record.uniform():
+        raise CannotFit(f"record {record.name}: the heading-difference scheme needs equal time steps")
+    h = float(steps(record)[0])
+    psi, delta = require(record, "psi"), inputs_of(record, model)["delta"]
+    y = np.concatenate([[0.0, 0.0], np.diff(psi)])
+    y0, y1, y2 = y[2:], y[1:-1], y[:-2]
+    columns = {"q": (y0 - y1) / h**2, "r": y0 / h, "psi": psi[1:]}
+    inputs = {"delta": delta[1:], "delta_rate": np.diff(delta) / h}
+    x = table(columns, model.regression_states)
+    a = (y0 - 2.0 * y1 + y2)[:, None] / h**3
+    return RegressionSamples(x, a, table(inputs, model.regression_inputs), record.time_s[1:], scale=h**3)
+
+
+def _second_order(model: Model) -> bool:
+    return "delta_rate" in model.regression_inputs
+
+
+def _usable_steps(record: Record) -> np.ndarray:
+    """Time steps (N - 1,), s; nan for those that count as gaps."""
+    dt = steps(record)
+    if record.uniform():
+        return dt
+    return np.where(dt > LONGEST_STEP * np.median(dt), np.nan, dt)
+
+
+def _forward_slope(values: np.ndarray, dt: np.ndarray) -> np.ndarray:
+    """Forward difference quotient (N,) of values (N,); the last is nan."""
+    return np.append(np.diff(values) / dt, np.nan)
+
+
+def _central_slope(values: np.ndarray, dt: np.ndarray) -> np.ndarray:
+    """Central difference quotient (N,) of values (N,); the ends are nan."""
+    inner = (values[2:] - values[:-2]) / (dt[1:] + dt[:-1])
+    return np.concatenate([[np.nan], inner, [np.nan]])
+
+
+def _state_columns(
+    record: Record, model: Model, dt: np.ndarray, slope: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> dict[str, np.ndarray]:
+    """Samples (N,) of the states by symbol; position is zero, because no model depends on it."""
+    check_states(model)
+    rate = samples(record, "r")
+    heading = samples(record, "psi")
+    if rate is None:
+        rate = slope(require(record, "psi"), dt)
+    columns = {"r": rate, "psi": np.zeros(record.n) if heading is None else heading}
+    for symbol in model.regression_states:
+        if symbol in ("u", "v"):
+            columns[symbol] = require(record, symbol)
+        elif symbol in ("x", "y"):
+            columns[symbol] = np.zeros(record.n)
+    return columns
+
+
+def _hat(
+    record: Record, model: Model, dt: np.ndarray, states: dict[str, np.ndarray], inputs: dict[str, np.ndarray]
+) -> RegressionSamples:
+    """Second-order equations integrated with the hat function over two steps, divided by its area."""
+    before, after = dt[:-1], dt[1:]
+    both = before + after
+
+    def mean(z: np.ndarray) -> np.ndarray:
+        return (before * (z[:-2] + 2.0 * z[1:-1]) + after * (z[2:] + 2.0 * z[1:-1])) / (3.0 * both)
+
+    def slope(z: np.ndarray) -> np.ndarray:
+        return (z[2:] - z[:-2]) / both
+
+    r = states["r"]
+    bend = 2.0 * (np.diff(r)[1:] / after - np.diff(r)[:-1] / before) / both
+    columns = {"q": slope(r), "r": mean(r), "psi": mean(states["psi"])}
+    u = {name: mean(values) for name, values in inputs.items()} | {"delta_rate": slope(inputs["delta"])}
+    x = table(columns, model.regression_states)
+    return RegressionSamples(x, bend[:, None], table(u, model.regression_inputs), record.time_s[1:-1])
+
 
 LOCAL: dict[str, Callable[[Record, Model], RegressionSamples]] = {
     "forward": forward,
@@ -66,10 +185,7 @@ def samples_of(record: Record, model: Model, scheme: str) -> RegressionSamples:
     rows = np.flatnonzero(good)
     in_turn = rows.size and rows[-1] - rows[0] == rows.size - 1
     kept = slice(rows[0], rows[-1] + 1) if in_turn else rows
-    states, accelerations, inputs = (
-        np.ascontiguousarray(part[kept]) for part in (parts.states, parts.accelerations, parts.inputs)
-    )
-    return replace(parts, states=states, accelerations=accelerations, inputs=inputs, time_s=parts.time_s[kept])
+    return parts.at(kept)
 
 
 def _finite(table: np.ndarray) -> np.ndarray:

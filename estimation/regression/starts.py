@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit, FitFailed
+from ...models.model import Model
 from ..records.series import averaged
-from .filtered_fit import corner_frequencies, fit_filtered
+from .filtered import corner_frequencies, fit_filtered
 from .least_squares import LeastSquares, fit_by_scheme
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 AVERAGES = (200, 60)
 """Samples to which records are averaged before they are differenced."""
@@ -68,8 +66,4 @@ def _forms(records: Sequence[Record], model: Model) -> Iterator[tuple[Callable[[
             yield partial(fit_by_scheme, means, model, "midpoint"), True
     yield partial(fit_by_scheme, records, model, "forward"), False
     for omega in corner_frequencies(records, CORNERS)[:-1].tolist():
-        yield partial(_fit_filtered, records, model, omega), False
-
-
-def _fit_filtered(records: Sequence[Record], model: Model, omega: float) -> LeastSquares:
-    return fit_filtered(records, model, omega).solution
+        yield lambda omega=omega: fit_filtered(records, model, omega).solution, False

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import BadInput, CannotFit, FitFailed
 from ...models.linear_algebra import blas_limited
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
-    from .predictor import Predictor
+from ...models.model import Model
+from .predictor import Predictor
 
 SHORTEST = 8
 """Samples below which no record is accepted."""
@@ -74,6 +72,18 @@ def arithmetic_guard() -> Generator[None]:
         raise
     except (ArithmeticError, np.linalg.LinAlgError, ValueError) as error:
         raise FitFailed(f"{type(error).__name__}: {error}") from error
+
+
+def mapped(jacobian: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """Covariance (q, q) of functions with `jacobian` (q, p) of coefficients with `covariance` (p, p).
+
+    A coefficient with infinite variance makes that of every function infinite that depends on it.
+    """
+    unknown = ~np.isfinite(np.diag(covariance))
+    found = jacobian @ np.where(unknown[:, None] | unknown, 0.0, covariance) @ jacobian.T
+    undetermined = np.abs(jacobian) @ unknown > 0.0
+    found[undetermined, undetermined] = np.inf
+    return found
 
 
 def propagate(jacobian: np.ndarray, covariance: np.ndarray) -> np.ndarray:

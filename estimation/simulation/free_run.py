@@ -8,15 +8,12 @@ Pieces of a long record are folded one after the other, so memory does not grow 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...models.model import Model
 from ..numerics import factors
 from ..records.series import Series
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 PIECE = 400_000
 """Numbers of a sensitivity array that are in memory at a time."""

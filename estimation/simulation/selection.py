@@ -4,16 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...models.linear_algebra import lstsq
+from ...models.model import Model
 from ..records.series import Series
 from . import free_run
-
-if TYPE_CHECKING:
-    from ...models.model import Model
 
 Followed = tuple[Series, np.ndarray]
 """A series with the initial state that a free run began from, and what was measured less what ran, (N, c)."""

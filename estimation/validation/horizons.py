@@ -8,17 +8,14 @@ trusted as far ahead as it is better than both, in heading and in yaw rate.
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...datasets.record import Record
 from ...models.errors import CannotFit
+from ...models.model import Model
 from ...models.time_scale import OWN_TIME, time_scale_s
 from .result import ErrorScore
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
 
 LENGTHS = (0.5, 1.5, 3.0, 6.0, 12.0)
 """Times ahead in ship lengths travelled: 10, 31, 62, 124 and 249 s for a ship of 160 m at 15 kn."""

@@ -62,7 +62,8 @@ def simulated_indices(stretch: Stretch, record: Record, found: RecordedManoeuvre
     """
     if "psi" not in stretch.model.states:
         return {}, dict.fromkeys(names_of(found), "the model has no heading")
-    marks = _grid_places(stretch, record, found.executes)
+    places = (record.time_s[list(found.executes)] - stretch.grid_s[0]) / stretch.series.dt
+    marks = np.rint(places).astype(int).tolist()
     source, states, orders, early = sail(stretch, marks, not record.has(RUDDERS[1]))
     values, reasons = _indices(_shown(stretch, record, source, states), found, orders, "the model")
     return values, {name: early or reason for name, reason in reasons.items()}
@@ -108,11 +109,9 @@ def sail(stretch: Stretch, marks: Sequence[int], leaves_late: bool) -> tuple[np.
             reason = f"the simulated heading does not change by {math.degrees(goal - heading[first]):.3g} deg"
             break
         orders.append(order)
-    return source, run.states, orders, _why(run.diverged_s) or reason
-
-
-def _why(diverged_s: float | None) -> str:
-    return "" if diverged_s is None else f"the simulation diverged after {diverged_s:.3g} s"
+    if run.diverged_s is not None:
+        reason = f"the simulation diverged after {run.diverged_s:.3g} s"
+    return source, run.states, orders, reason
 
 
 def _reached(heading: np.ndarray, side: float, change: float, after: int) -> int | None:
@@ -121,11 +120,6 @@ def _reached(heading: np.ndarray, side: float, change: float, after: int) -> int
     step = np.abs(np.diff(heading, append=heading[-1]))
     there = np.flatnonzero(short[after + 1 :] <= 0.5 * step[after + 1 :])
     return after + 1 + int(there[0]) if there.size else None
-
-
-def _grid_places(stretch: Stretch, record: Record, marks: Sequence[int]) -> list[int]:
-    place = (record.time_s[list(marks)] - stretch.grid_s[0]) / stretch.series.dt
-    return np.rint(place).astype(int).tolist()
 
 
 def _shown(stretch: Stretch, record: Record, source: np.ndarray, states: np.ndarray) -> Record:

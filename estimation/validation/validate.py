@@ -5,26 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ...datasets.indices import RecordedManoeuvre, performed
+from ...datasets.record import Record
 from ...models.errors import BadInput, CannotFit
 from ...models.model import CHANNELS as COLUMNS
-from ..run.run import CHANNELS, measured_of, run_of
+from ...models.model import Model
+from ..results.predictor import Predictor
+from ..run.run import CHANNELS, Run, measured_of, run_of
 from ..run.squares import Squares
-from ..run.stretch import SYMBOLS, stretches_of
+from ..run.stretch import SYMBOLS, Stretch, stretches_of
 from .horizons import STRAIGHT, TURNS_ON, Simple, horizons_of, length_of, trusted_s
 from .manoeuvres import IndexValues, measured_indices, rows, simulated_indices
 from .result import FREE, ONE_STEP, ErrorScore, Index, LeftOut, Validation
-
-if TYPE_CHECKING:
-    from ...datasets.record import Record
-    from ...models.model import Model
-    from ..results.predictor import Predictor
-    from ..run.run import Run
-    from ..run.stretch import Stretch
 
 TOGETHER = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 """Channels whose mean R^2 is that of all together; positions, which sum up all errors, are not among them."""

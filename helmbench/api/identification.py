@@ -177,7 +177,7 @@ def assess(
     positive_rudder: str | None,
 ) -> Assessment:
     """What an estimate from these records is worth; raises as `Estimate.assess`."""
-    from ..estimation.judgement import assessment
+    from ..estimation.estimates import assessment
 
     others = as_records(validate, positive_rudder)
     check_no_copies(records, others)
@@ -225,7 +225,7 @@ def compare(
         columns say, or a single record is too short to be cut.
     CannotFit : no candidate can be fitted, or the runs of all of them diverge.
     """
-    from ..estimation.judgement import comparison
+    from ..estimation.estimates import comparison
     from ..methods.registry import make
 
     fitters = [(one, make(one)) if isinstance(one, str) else (one.name, one) for one in listed(methods)]
@@ -238,7 +238,7 @@ def compare(
 
 def candidate_models(models: Model | FilePath | Sequence[Model | FilePath], records: Sequence[Record]) -> list[Model]:
     """The structures that are compared."""
-    from ..estimation.judgement.comparison import families_for
+    from ..estimation.estimates.comparison import families_for
 
     found = [model for one in listed(models) for model in (families_for(records) if one == AUTO else [as_model(one)])]
     if not found:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
-from ...estimation.judgement.comparison import HELD_OUT, TIME_BLOCKS
+from ...estimation.estimates.comparison import HELD_OUT, TIME_BLOCKS
 from ..numbers import SHORT, number, r_squared
 from ..page import GOOD, QUESTIONS, Verdict, result_page
 from ..plots import COLOURS, SOFT

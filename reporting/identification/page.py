@@ -12,7 +12,7 @@ import numpy as np
 
 from ...datasets.display import shown_name, shown_unit
 from ...estimation.estimates.assessment import APPROXIMATES, EXPLAINS, FAILS, POOR
-from ...estimation.likelihood.search import ADEQUATE
+from ...estimation.likelihood.output_error import ADEQUATE
 from ..diagnosis.words import in_line, size
 from ..numbers import SHORT, interval, interval_digits, is_missing, number, r_squared
 from ..page import BAD, FAIR, GOOD, Drawing, Items, Note, Overlays, Section, Verdict, items, overlays, result_page

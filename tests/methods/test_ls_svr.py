@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.svr.tuning import TunedConstant
-from helmbench.methods.ls_svr import LsSvr, RwLsSvr
+from helmbench.methods.ls_svr import LsSvr, RwLsSvr, TunedConstant
 from helmbench.models.model import resolve
 
 SINES = "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s"

@@ -8,9 +8,8 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.likelihood.problem import free_start_problem, sensor_sd_of
-from helmbench.estimation.methods_only.likelihood.moving_horizon import Arrival, Horizon, eliminated, horizon_pass
 from helmbench.estimation.records.series import series_of
-from helmbench.methods.moving_horizon import MovingHorizon
+from helmbench.methods.moving_horizon import Arrival, Horizon, MovingHorizon, eliminated, horizon_pass
 from helmbench.methods.output_error import OutputError
 from helmbench.models.model import resolve
 

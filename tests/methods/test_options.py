@@ -47,7 +47,7 @@ class Plain(Method):
 
 def test_a_declaration_makes_the_constructor_the_list_and_the_docstring():
     assert Tilted(3.0, steps=2).get_params() == {"gain": 3.0, "side": "port", "steps": 2, "loud": False}
-    assert list(inspect.signature(Tilted).parameters) == Tilted.option_names() == ["gain", "side", "steps", "loud"]
+    assert list(inspect.signature(Tilted).parameters) == list(Tilted.options) == ["gain", "side", "steps", "loud"]
     assert Tilted.search_space == {"gain": Real(0.1, 10.0)} and Tilted.gain == 2.0
     assert "gain : a positive number; of the tilt" in Tilted.__doc__
     with pytest.raises(TypeError, match="unexpected keyword argument 'colour'"):
@@ -55,7 +55,7 @@ def test_a_declaration_makes_the_constructor_the_list_and_the_docstring():
 
 
 def test_a_subclass_changes_what_it_states():
-    assert Steeper.option_names() == ["offset", "steps", "gain", "side", "loud"]
+    assert list(Steeper.options) == ["offset", "steps", "gain", "side", "loud"]
     assert Steeper().gain == 4.0 and Tilted().gain == 2.0
     assert Steeper.options["steps"].meaning == Tilted.options["steps"].meaning
     assert set(Steeper.search_space) == {"gain", "steps"}
@@ -72,7 +72,7 @@ class Fixed(Tilted):
 
 def test_a_constructor_may_state_options_of_its_base():
     fixed = Fixed(5.0)
-    assert Fixed.option_names() == ["gain"] and fixed.get_params() == {"gain": 5.0}
+    assert list(Fixed.options) == ["gain"] and fixed.get_params() == {"gain": 5.0}
     assert (fixed.side, fixed.loud) == ("starboard", False)
     with pytest.raises(BadInput, match="gain is -1"):
         Fixed(-1).check_options()

@@ -6,9 +6,8 @@ import pytest
 from helmbench.bench.faults import FaultCase, inject
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.filters.innovations.noise_fit import fit_noise_from_starts
-from helmbench.estimation.methods_only.likelihood.prediction_error import velocity_estimator, with_coefficients
 from helmbench.methods.output_error import OutputError
-from helmbench.methods.pem import Pem
+from helmbench.methods.pem import Pem, velocity_estimator, with_coefficients
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 

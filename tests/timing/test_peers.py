@@ -13,8 +13,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.io import read_record, write_record
-from helmbench.estimation.likelihood.output_error import identify
-from helmbench.estimation.likelihood.search import fit_output_error
+from helmbench.estimation.likelihood.output_error import fit_output_error, identify
 from helmbench.estimation.records.series import series_of
 from helmbench.estimation.results.fit import blas_limited
 from helmbench.estimation.simulation.free_run import squares

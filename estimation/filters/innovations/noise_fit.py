@@ -26,6 +26,8 @@ RULE = Damping(growth=10.0, least=0.1, trials=5)
 are nearly collinear)."""
 REDUCED = 0.1
 """Factor on the damping after a step that succeeds at the first trial."""
+ENOUGH = 0.05
+"""Gain in log likelihood below which a fit ends."""
 RIDGE = 1e-9
 """Share of the Fisher information that is always added to its diagonal."""
 ROUNDING = 1e-6
@@ -52,7 +54,7 @@ class Point(NamedTuple):
         return -self.now.log_likelihood
 
 
-def fit_noise(est: Estimator, s: Setting, most: int = 8, tolerance: float = 0.05) -> tuple[Setting, Innovations]:
+def fit_noise(est: Estimator, s: Setting, most: int = 8) -> tuple[Setting, Innovations]:
     """Noise of largest likelihood near a setting, by at most `most` steps of damped Fisher scoring.
 
     Section 2 of docs/mathematics/diagnosis.md.
@@ -66,7 +68,7 @@ def fit_noise(est: Estimator, s: Setting, most: int = 8, tolerance: float = 0.05
             break
         gain, point = point.cost - trial.point.cost, trial.point
         damping = trial.damping * (REDUCED if trial.number == 0 else 1.0)
-        if gain < tolerance:
+        if gain < ENOUGH:
             break
     return point.setting, point.now
 

@@ -4,24 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....datasets.instruments import quietened, rudder_noise
+from ....datasets.record import Record
 from ....datasets.signals import bridged
 from ....datasets.spikes import without_spikes_in_time
 from ....models.errors import CannotFit
+from ....models.kernels import Kernels
+from ....models.model import Model
 from ...records.gaps import SHORTEST, parts_of
 from ...records.series import initial_state_of, inputs_of, samples
 from ...records.weather import held_weather
 from .vector import CHANNELS, SYMBOLS, state_of
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.kernels import Kernels
-    from ....models.model import Model
-
 
 FEWEST, RARE = 20, 0.2
 """Values below which a channel's noise cannot be estimated, where that is also less than a share RARE of the values of

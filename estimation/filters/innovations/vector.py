@@ -8,18 +8,14 @@ effect is absent.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from ....models.extend import NEUTRAL
 from ....models.instruments import RUDDER
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from ....models.kernels import Kernels
-    from ....models.model import Model
+from ....models.kernels import Kernels
+from ....models.model import Model
 
 SYMBOLS = ("psi", "r", "u", "v", "x", "y")
 """States that the six channels of the filter measure."""

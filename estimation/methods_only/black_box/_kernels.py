@@ -10,7 +10,7 @@ from numba import types
 
 from ....models.compilation import A1, A2, I1, JIT, b1, f8, i8, njit
 from ....models.drivers import RHS, rk4_sample
-from .forms import KERNELS, NETWORKS, OUTSIDE, TERMS
+from .compiled import KERNELS, NETWORKS, OUTSIDE, TERMS
 
 
 @njit(types.void(I1, A1, A1, A1, A1), **JIT)

@@ -6,17 +6,14 @@ from there; what it is compared with are the outputs of each of its steps.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....models.errors import CannotFit
 from ....models.extras import extras_told
 from .predictor import evenly_spaced
-from .state_space import pasts
-
-if TYPE_CHECKING:
-    from .state_space import Training
+from .state_space import Training, pasts
 
 LARGEST_STATE = 30.0
 """Standard deviations at which states are cut while training: a start that diverges has finite gradients."""

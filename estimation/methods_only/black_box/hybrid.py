@@ -5,17 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ....models.errors import CannotFit
+from ....models.model import Model
 from .narx import Scaled
 from .predictor import unchecked
 from .rows import Signals, averaged_signals, outputs_of
-
-if TYPE_CHECKING:
-    from ....models.model import Model
 
 
 def innovation_rows(parts: Sequence[Signals], model: Model, stride: int) -> tuple[np.ndarray, np.ndarray]:

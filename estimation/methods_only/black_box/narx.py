@@ -2,21 +2,52 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
+from ....datasets.geometry import over_ground
 from ....models.errors import FitFailed
-from .compiled import Packed, compiled, stacked
-from .forms import OUTSIDE
-from .motion import one_ahead, whole_run
+from ....models.model import Model
+from .compiled import OUTSIDE, Packed, compiled, drawn, stacked
 from .predictor import CHECKED, LARGEST, evenly_spaced, fit_regressors, unchecked
 from .rows import SYMMETRIC, Lags, outputs_of
 
-if TYPE_CHECKING:
-    from ....models.model import Model
+
+def whole_run(names: Sequence[str], start: np.ndarray, outputs: dict[str, np.ndarray], dt: float) -> np.ndarray:
+    """States (M + 1, n) `names` from start (n,) and outputs (M + 1,) by symbol, dt seconds apart."""
+    count = len(next(iter(outputs.values())))
+    known = dict(outputs)
+    if "w" in names:
+        known["w"] = np.gradient(known["r"], dt) if count > 1 else np.zeros(count)
+    if "psi" in names:
+        known["psi"] = _integral(known["r"], dt, start[names.index("psi")])
+    if "x" in names:
+        way = over_ground(known["u"], known["v"], known["psi"])
+        known |= {s: _integral(rate, dt, start[names.index(s)]) for s, rate in (("x", way.real), ("y", way.imag))}
+    return np.column_stack([known[name] for name in names])
+
+
+def one_ahead(names: Sequence[str], states: np.ndarray, ahead: dict[str, np.ndarray], dt: float) -> np.ndarray:
+    """States (N, n) one sample after each of states (N, n), from the outputs there (N,) by symbol."""
+    now = dict(zip(names, states.T, strict=True))
+    known = dict(ahead)
+    if "w" in names:
+        known["w"] = (ahead["r"] - now["r"]) / dt
+    if "psi" in names:
+        known["psi"] = now["psi"] + dt * (now["r"] + ahead["r"]) / 2.0
+    if "x" in names:
+        before = over_ground(now["u"], now["v"], now["psi"])
+        moved = dt * (before + over_ground(ahead["u"], ahead["v"], known["psi"])) / 2.0
+        known |= {"x": now["x"] + moved.real, "y": now["y"] + moved.imag}
+    return np.column_stack([known[name] for name in names])
+
+
+def _integral(rate: np.ndarray, dt: float, start: float) -> np.ndarray:
+    return start + np.concatenate([[0.0], np.cumsum(dt * (rate[:-1] + rate[1:]) / 2.0)])
+
 
 DIGITS = 9
 """Decimals of scaled rows: rounding errors of the records' units do not decide between two splits of a tree."""
@@ -57,9 +88,7 @@ class Scaled:
         return _near((x - self.mean) * self.scale)
 
     def drawn(self, count: int, rng: np.random.Generator) -> list[Scaled]:
-        """At most `count` functions drawn from the regressors' uncertainty (`draws`); none where they state none."""
-        from .draws import drawn
-
+        """At most `count` functions drawn from the regressors' uncertainty; none where they state none."""
         return [replace(self, fast=one) for one in drawn(self.regressors, len(self.y_scale), count, rng)]
 
 
@@ -109,35 +138,57 @@ def on_steps(inputs: np.ndarray, dt: float, step_s: float) -> tuple[np.ndarray, 
 
 
 @dataclass(frozen=True)
-class NarxPredictor:
-    """A learnt difference equation of step `step_s`; see `rows` and `predictor.Predictor`.
+class SteppedPredictor:
+    """A black box of the outputs at steps of `step_s`; see `predictor.Predictor`.
 
     Before the first sample everything is taken as constant.  Free runs are interpolated between the steps; one sample
-    ahead, a share of the step is taken.
+    ahead, a share of the step is taken.  A subclass implements `run` and `ahead`.
     """
 
     states: tuple[str, ...]
     outputs: tuple[str, ...]
-    lags: Lags
     step_s: float
-    learnt: Scaled
+
+    def run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
+        """Outputs (K, k) at the steps from the first (k,) under inputs (K, nu)."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement run()")
+
+    def ahead(self, z: np.ndarray, inputs: np.ndarray, time: np.ndarray, dt: float) -> np.ndarray:
+        """Outputs (N, k) one sample after each of z (N, k) under inputs (N, nu), at times (N,) dt apart; earlier rows
+        are the past of a row."""
+        raise NotImplementedError(f"{type(self).__name__} does not implement ahead()")
 
     def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
         """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""
         time, grid, driven = on_steps(inputs, dt, self.step_s)
-        before = np.maximum(np.arange(len(grid))[:, None] - np.arange(self.lags.inputs), 0)
         first = np.array([start[self.states.index(name)] for name in self.outputs])
-        with unchecked(), np.errstate(all="ignore"):
-            z = self._run(first, np.ascontiguousarray(driven[before].reshape(len(grid), -1)))
+        with np.errstate(all="ignore"):
+            z = self.run(first, driven)
             found = {name: np.interp(time, grid, z[:, i]) for i, name in enumerate(self.outputs)}
             states = whole_run(self.states, start, found, dt)
         states[0] = start
         return states
 
-    def _run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
-        """Outputs (K, k) from the first (k,) under lagged inputs (K, nu lags)."""
+    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
+        """One sample ahead of each row, as `predictor.Predictor`; the rows before it are its past."""
+        z = np.column_stack([states[:, self.states.index(name)] for name in self.outputs])
+        with np.errstate(all="ignore"):
+            ahead = self.ahead(z, inputs[: len(z)], dt * np.arange(len(z)), dt)
+            return one_ahead(self.states, states, dict(zip(self.outputs, ahead.T, strict=True)), dt)
+
+
+@dataclass(frozen=True)
+class NarxPredictor(SteppedPredictor):
+    """A learnt difference equation; see `rows`."""
+
+    lags: Lags
+    learnt: Scaled
+
+    def run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
         from ._kernels import difference_run
 
+        before = np.maximum(np.arange(len(driven))[:, None] - np.arange(self.lags.inputs), 0)
+        driven = np.ascontiguousarray(driven[before].reshape(len(driven), -1))
         k, h = len(first), self.step_s
         known = k * self.lags.outputs
         z = np.full((len(driven), k), np.nan)
@@ -148,29 +199,25 @@ class NarxPredictor:
             difference_run(*packed, self.lags.outputs, h, driven, z)
             return z
         x = np.concatenate([np.tile(first, self.lags.outputs), driven[0]])[None]
-        for step in range(len(driven) - 1):
-            x[0, known:] = driven[step]
-            ahead = z[step] + h * self.learnt(x)[0]
-            if not np.isfinite(ahead).all():
-                break
-            z[step + 1] = ahead
-            x[0, k:known] = x[0, : known - k].copy()
-            x[0, :k] = ahead
+        with unchecked():
+            for step in range(len(driven) - 1):
+                x[0, known:] = driven[step]
+                ahead = z[step] + h * self.learnt(x)[0]
+                if not np.isfinite(ahead).all():
+                    break
+                z[step + 1] = ahead
+                x[0, k:known] = x[0, : known - k].copy()
+                x[0, :k] = ahead
         return z
 
-    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
-        """One sample ahead of each row, as `predictor.Predictor`; the rows before it are its past."""
-        time = dt * np.arange(len(states))
-        z = np.column_stack([states[:, self.states.index(name)] for name in self.outputs])
+    def ahead(self, z: np.ndarray, inputs: np.ndarray, time: np.ndarray, dt: float) -> np.ndarray:
         past = [z, *(at_earlier(z, time, j * self.step_s) for j in range(1, self.lags.outputs))]
-        past += [at_earlier(inputs[: len(states)], time, j * self.step_s) for j in range(self.lags.inputs)]
-        with unchecked(), np.errstate(all="ignore"):
-            x = np.hstack(past)
-            known = np.isfinite(x).all(axis=1)
-            ahead = np.full_like(z, np.nan)
+        x = np.hstack([*past, *(at_earlier(inputs, time, j * self.step_s) for j in range(self.lags.inputs))])
+        known, found = np.isfinite(x).all(axis=1), np.full_like(z, np.nan)
+        with unchecked():
             if known.any():
-                ahead[known] = z[known] + dt * self.learnt(x[known])
-            return one_ahead(self.states, states, dict(zip(self.outputs, ahead.T, strict=True)), dt)
+                found[known] = z[known] + dt * self.learnt(x[known])
+        return found
 
     def members(self, count: int, rng: np.random.Generator) -> list[NarxPredictor]:
         """Predictors with the learnt function drawn from its own uncertainty; see `estimation.judgement.ensemble`."""
@@ -194,4 +241,4 @@ def learn_narx(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], model: 
     FitFailed : see `fit_scaled`.
     """
     learnt = fit_scaled(x, y, make, lags.features(model))
-    return NarxPredictor(tuple(model.states), outputs_of(model), lags, lags.stride * dt, learnt)
+    return NarxPredictor(tuple(model.states), outputs_of(model), lags.stride * dt, lags, learnt)

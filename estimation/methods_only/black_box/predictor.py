@@ -8,20 +8,19 @@ and unit variance first.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from ....models.errors import FitFailed
-from ...regression.samples import RegressionSamples, n_accelerations
-from .compiled import Packed, compiled, stacked
-from .forms import OUTSIDE
+from ....models.model import Model
+from ...regression.samples import RegressionSamples
+from .compiled import OUTSIDE, Packed, compiled, stacked
 
-if TYPE_CHECKING:
-    from ....models.model import Model
-
+PLACES = ("psi", "x", "y")
+"""States that accelerations do not depend on."""
 LARGEST = 1e100
 """Size of a feature or target above which it counts as not finite."""
 CHECKED = 50
@@ -30,19 +29,14 @@ CHECKED = 50
 
 def training_rows(parts: Sequence[RegressionSamples], model: Model) -> tuple[np.ndarray, np.ndarray]:
     """Features (N, d) and accelerations (N, k) of all records."""
-    states, inputs = features_of(model)
-    x = np.vstack([_features(part.states, part.inputs, model, states, inputs) for part in parts])
+    kept = [place for place, symbol in enumerate(model.regression_states) if symbol not in PLACES]
+    x = np.vstack([np.column_stack([part.states[:, kept], part.inputs]) for part in parts])
     return x, np.vstack([part.accelerations for part in parts])
 
 
-def features_of(model: Model) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """States and inputs of the model that accelerations depend on."""
-    return tuple(s for s in model.regression_states if s not in ("psi", "x", "y")), tuple(model.regression_inputs)
-
-
-def _features(states: np.ndarray, inputs: np.ndarray, model: Model, names, input_names) -> np.ndarray:
-    columns = [states[:, model.regression_states.index(name)] for name in names]
-    return np.column_stack([*columns, *(inputs[:, model.regression_inputs.index(name)] for name in input_names)])
+def features_of(model: Model) -> tuple[str, ...]:
+    """Symbols of the states and inputs that accelerations depend on."""
+    return *(symbol for symbol in model.regression_states if symbol not in PLACES), *model.regression_inputs
 
 
 def evenly_spaced(count: int, most: int | None) -> np.ndarray:
@@ -75,12 +69,10 @@ def learn(x: np.ndarray, y: np.ndarray, make: Callable[[int], Any], model: Model
     (x_mean, x_scale), (y_mean, y_scale) = _scaling(x), _scaling(y)
     scaled, target = (x - x_mean) / x_scale, (y - y_mean) / y_scale
     regressors = fit_regressors(scaled, target, make)
-    states, inputs = features_of(model)
     return BlackBoxPredictor(
         states=tuple(model.states),
         inputs=tuple(model.inputs),
-        features=(*states, *inputs),
-        is_3dof=n_accelerations(model) == 3,
+        features=features_of(model),
         x_mean=x_mean,
         x_scale=x_scale,
         y_mean=y_mean,
@@ -114,7 +106,6 @@ class BlackBoxPredictor:
     states: tuple[str, ...]
     inputs: tuple[str, ...]
     features: tuple[str, ...]
-    is_3dof: bool
     x_mean: np.ndarray
     x_scale: np.ndarray
     y_mean: np.ndarray
@@ -168,15 +159,13 @@ class BlackBoxPredictor:
         current["delta_rate"] = slope[:, self.inputs.index("delta")]
         known = state | current
         found = self.accelerations(np.column_stack([known[name] for name in self.features])).T
-        rates = {"psi": state["r"]} | (self._planar(state, found) if self.is_3dof else self._yaw(state, found))
+        rates = {"psi": state["r"]}
+        if len(found) == 3:
+            u, v, cos, sin = state["u"], state["v"], np.cos(state["psi"]), np.sin(state["psi"])
+            rates |= {"u": found[0], "v": found[1], "r": found[2], "x": u * cos - v * sin, "y": u * sin + v * cos}
+        else:
+            rates |= {"q": found[0], "r": state["q"]} if "q" in state else {"r": found[0]}
         return np.column_stack([rates[name] for name in state])
-
-    def _planar(self, state: Mapping[str, np.ndarray], found: np.ndarray) -> dict[str, np.ndarray]:
-        u, v, cos, sin = state["u"], state["v"], np.cos(state["psi"]), np.sin(state["psi"])
-        return {"u": found[0], "v": found[1], "r": found[2], "x": u * cos - v * sin, "y": u * sin + v * cos}
-
-    def _yaw(self, state: Mapping[str, np.ndarray], found: np.ndarray) -> dict[str, np.ndarray]:
-        return {"q": found[0], "r": state["q"]} if "q" in state else {"r": found[0]}
 
 
 def unchecked():

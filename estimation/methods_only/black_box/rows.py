@@ -11,17 +11,15 @@ takes out sensor noise.  Heading and position are no features: the ship's behavi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....datasets.signals import bridged
 from ....models.errors import CannotFit
+from ....models.model import Model
 from ...records.series import at_equal_steps, inputs_of, require, yaw_rate_of
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 OUTPUTS = ("u", "v", "r")
 SYMMETRIC = ("v", "r", "delta")

@@ -12,20 +12,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import CannotFit, FitFailed
-from .forms import OUTSIDE
-from .motion import one_ahead, whole_run
-from .narx import DIGITS, at_earlier, inverse_spread, on_steps
+from ....models.model import Model
+from ...results.fit import Fit
+from .compiled import OUTSIDE
+from .narx import DIGITS, SteppedPredictor, at_earlier, inverse_spread
 from .predictor import LARGEST
 from .rows import SYMMETRIC, Signals, averaged_signals, outputs_of, signals_of
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 
 class System(Protocol):
@@ -71,10 +69,11 @@ class Training:
     scales: SignalScales
     parts: tuple[Signals, ...]
 
-    def predictor(self, system: System, lags: int) -> StateSpacePredictor:
-        """The system as a predictor of the model's states."""
+    def fit(self, system: System, lags: int) -> Fit:
+        """The system as a predictor of the model's states, whose pasts have so many steps, as a method's result."""
         names = tuple(self.model.states), outputs_of(self.model)
-        return StateSpacePredictor(*names, lags, self.stride * self.dt, self.scales, system)
+        predictor = StateSpacePredictor(*names, self.stride * self.dt, lags, self.scales, system)
+        return Fit(np.empty(0), predictor=predictor, extra={"rows": sum(len(part.whole) for part in self.parts)})
 
 
 def training_of(records: Sequence[Record], model: Model, stride: int) -> Training:
@@ -117,33 +116,14 @@ def pasts(signals: Signals, place: np.ndarray, stride: int, lags: int) -> np.nda
 
 
 @dataclass(frozen=True)
-class StateSpacePredictor:
-    """A learnt state-space model of step `step_s`; see `predictor.Predictor`.
+class StateSpacePredictor(SteppedPredictor):
+    """A learnt state-space model."""
 
-    Before the first sample everything is taken as constant.  Free runs are interpolated between the steps; one sample
-    ahead, a share of the step is taken.
-    """
-
-    states: tuple[str, ...]
-    outputs: tuple[str, ...]
     lags: int
-    step_s: float
     scales: SignalScales
     system: System
 
-    def simulate(self, inputs: np.ndarray, dt: float, start: np.ndarray) -> np.ndarray:
-        """Free run, as `predictor.Predictor`; rows from where it diverges on are nan."""
-        time, grid, driven = on_steps(inputs, dt, self.step_s)
-        first = np.array([start[self.states.index(name)] for name in self.outputs])
-        with np.errstate(all="ignore"):
-            z = self._run(first, driven)
-            found = {name: np.interp(time, grid, z[:, i]) for i, name in enumerate(self.outputs)}
-            states = whole_run(self.states, start, found, dt)
-        states[0] = start
-        return states
-
-    def _run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
-        """Outputs (K, k) from the first (k,) under inputs (K, nu)."""
+    def run(self, first: np.ndarray, driven: np.ndarray) -> np.ndarray:
         z, w = self.scales.z(first[None]), self.scales.w(driven)
         still = Signals(self.step_s, z, w[:1], np.ones(1, bool))
         state = self.system.begin(pasts(still, np.zeros(1, np.int64), 1, self.lags))
@@ -158,18 +138,13 @@ class StateSpacePredictor:
         run[0] = first
         return run
 
-    def step(self, states: np.ndarray, inputs: np.ndarray, dt: float) -> np.ndarray:
-        """One sample ahead of each row, as `predictor.Predictor`; the rows before it are its past."""
-        time, n = dt * np.arange(len(states)), len(states)
-        z = np.column_stack([states[:, self.states.index(name)] for name in self.outputs])
+    def ahead(self, z: np.ndarray, inputs: np.ndarray, time: np.ndarray, dt: float) -> np.ndarray:
         back = self.step_s * np.arange(self.lags + 1)
         past = [self.scales.z(z if not t else at_earlier(z, time, t)) for t in back[:-1]]
-        past += [self.scales.w(at_earlier(inputs[:n], time, t)) for t in back[1:]]
-        with np.errstate(all="ignore"):
-            begun = self.system.begin(np.hstack(past))
-            ahead = self.system.advance(begun, self.scales.w(inputs[:n]))[:, : z.shape[1]]
-            ahead = z + dt / self.step_s * (self._unscaled(ahead, z) - z)
-            return one_ahead(self.states, states, dict(zip(self.outputs, ahead.T, strict=True)), dt)
+        past += [self.scales.w(at_earlier(inputs, time, t)) for t in back[1:]]
+        begun = self.system.begin(np.hstack(past))
+        found = self.system.advance(begun, self.scales.w(inputs))[:, : z.shape[1]]
+        return z + dt / self.step_s * (self._unscaled(found, z) - z)
 
     def _unscaled(self, scaled: np.ndarray, before: np.ndarray) -> np.ndarray:
         """Outputs (N, k) in SI units; one that was constant in training stays as it was before."""

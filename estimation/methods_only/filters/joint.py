@@ -10,20 +10,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import FitFailed
+from ....models.model import Model
 from ...records.gaps import unbroken_series
 from ...records.series import Series, noise_floor
 from ...regression.least_squares import LeastSquares
 from ...regression.starts import Start, starts_of
 from ...results.fit import LONGEST_PATH, Fit
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 NARROWER = (1.0, 0.1, 0.01)
 """Factors on the prior's standard deviations, tried in turn while the filter diverges."""
@@ -102,11 +100,6 @@ def joint_start(model: Model, series: Series, density: CoefficientDensity) -> tu
     return z, covariance
 
 
-def grid_points(series: Series) -> np.ndarray:
-    """Nearest point of the time grid (N,) for every sample."""
-    return np.round(series.index + series.part).astype(np.int64)
-
-
 def filter_record(
     model: Model,
     series: Series,
@@ -131,9 +124,10 @@ def filter_record(
     n, p, e = len(model.states), len(model.coordinates), len(density.mean)
     z, covariance = joint_start(model, series, density)
     path, innovations = np.empty((len(series.outputs), p)), np.empty_like(series.outputs)
+    nearest = np.round(series.index + series.part).astype(np.int64)  # points of the time grid
     before = (
         z, np.concatenate([density.coefficients, model.constants]), covariance, density.origin,
-        np.ascontiguousarray(density.factor), series.inputs, series.outputs, grid_points(series), series.columns,
+        np.ascontiguousarray(density.factor), series.inputs, series.outputs, nearest, series.columns,
         series.dt, substeps(model, series.dt),
     )  # fmt: skip
     variances = noise.process, noise.sensor[series.columns]
@@ -150,21 +144,6 @@ def filter_record(
         cost = _unscented_kernels.unscented(model.kernels.rhs, *before, *variances, *sigma, path, innovations)
     after = density._replace(mean=z[n:], covariance=covariance[n:, n:])
     return FilteredRecord(after, path, innovations, cost if np.isfinite(z).all() else np.inf)
-
-
-def filter_pass(
-    model: Model,
-    series: Sequence[Series],
-    density: CoefficientDensity,
-    noise: NoiseVariances,
-    sigma: tuple[float, float] | None = None,
-) -> list[FilteredRecord]:
-    """All records in turn: the density of the coefficients is carried over, the states start from each record."""
-    found: list[FilteredRecord] = []
-    for s in series:
-        found.append(filter_record(model, s, density, noise, sigma))
-        density = found[-1].density
-    return found
 
 
 def smoother_arrays(model: Model, series: Series) -> tuple[np.ndarray, ...]:
@@ -326,7 +305,10 @@ def run_passes(
     for _ in range(passes):
         _, noise = best_noise(model, series, change, sensor, levels)
         levels = [level for level in PROCESS if 1.0 / NEAR < level / noise.level < NEAR]
-        found = filter_pass(model, series, CoefficientDensity.prior(model.coefficients, prior), noise, sigma)
+        density, found = CoefficientDensity.prior(model.coefficients, prior), []
+        for s in series:  # the density of the coefficients is carried over, the states start from each record
+            found.append(filter_record(model, s, density, noise, sigma))
+            density = found[-1].density
         if not np.isfinite([one.cost for one in found]).all():
             break
         after = found[-1].density

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -23,22 +23,15 @@ Entry = TypeVar("Entry", "PriorEntry", "BoundsEntry", "FixedEntry")
 FILES = (".yaml", ".yml", ".json")
 
 
-def read(option: str, value: Any) -> Any:
-    """The value of an option, or the content of the YAML or JSON file that it names.
-
-    Raises
-    ------
-    BadInput : the file cannot be read, or is neither YAML nor JSON.
-    """
+def read(value: Any) -> Any:
+    """The value of an option, or the content of the YAML or JSON file that it names."""
     if not isinstance(value, str | Path) or Path(value).suffix.lower() not in FILES:
         return value
     return load(value)
 
 
-def entries(option: str, value: Any, kind: Callable[[], type[Entry]]) -> dict[str, Entry]:
-    """Parameter -> what a mapping or a file says of it.
-
-    kind : gives the model of an entry; called when there is something to read, so that pydantic is not imported before.
+def entries(option: str, value: Any, model: type[Entry]) -> dict[str, Entry]:
+    """Parameter -> what a mapping or a file says of it, by the model of an entry.
 
     Raises
     ------
@@ -47,7 +40,7 @@ def entries(option: str, value: Any, kind: Callable[[], type[Entry]]) -> dict[st
     from ....models.yaml_file import checked, shortened
     from .prior_file import SHORT, written_out
 
-    model, given = kind(), read(option, value)
+    given = read(value)
     short = ", ".join(SHORT[model])
     hint = f"{option} takes a mapping NAME: {f'[{short}]' if ',' in short else short}, or the path of a file with one"
     if not isinstance(given, Mapping):
@@ -74,7 +67,9 @@ def priors(value: Any) -> float | dict[str, PriorEntry]:
         if not 0.0 < value < np.inf:
             raise BadInput(f"prior is {value!r}, a positive share is needed", hint="prior=0.3: 30 % standard deviation")
         return float(value)
-    return entries("prior", value, lambda: _models().PriorEntry)
+    from .prior_file import PriorEntry
+
+    return entries("prior", value, PriorEntry)
 
 
 def limits(value: Any) -> dict[str, BoundsEntry]:
@@ -84,7 +79,9 @@ def limits(value: Any) -> dict[str, BoundsEntry]:
     ------
     BadInput : low is not below high.
     """
-    return entries("bounds", value, lambda: _models().BoundsEntry)
+    from .prior_file import BoundsEntry
+
+    return entries("bounds", value, BoundsEntry)
 
 
 def fixings(value: Any) -> dict[str, FixedEntry | None]:
@@ -94,18 +91,14 @@ def fixings(value: Any) -> dict[str, FixedEntry | None]:
     ------
     BadInput : the value is neither a mapping nor names.
     """
-    given = read("fixed", value)
+    given = read(value)
     if not isinstance(given, Mapping):
         return dict.fromkeys(names("fixed", given))
     own = dict.fromkeys(str(name) for name, entry in given.items() if entry is None)
     stated = {name: entry for name, entry in given.items() if entry is not None}
-    return own | entries("fixed", stated, lambda: _models().FixedEntry)
+    from .prior_file import FixedEntry
 
-
-def _models() -> Any:
-    from . import prior_file
-
-    return prior_file
+    return own | entries("fixed", stated, FixedEntry)
 
 
 def in_units(option: str, model: Model, name: str, unit: str | None) -> tuple[int, float]:

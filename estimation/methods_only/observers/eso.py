@@ -5,7 +5,7 @@ States psi, r, psi_ddot and z5, the part of psi_dddot that b0 u does not explain
     z1' = z2 + l1 e,  z2' = z4 + l2 e,  z4' = z5 + b0 u + l4 e,  z5' = l5 e
 
 with characteristic polynomial s^4 + l1 s^3 + l2 s^2 + l4 s + l5.  psi_dddot is estimated by z5 + b0 u.  z5 lags the
-heading by 4/omega0, the other states by less; `statevariable` has filters with one lag for all derivatives.
+heading by 4/omega0, the other states by less; `observers.linear` has a filter with one lag for all derivatives.
 """
 
 from __future__ import annotations
@@ -132,13 +132,12 @@ def observe_as_printed(
     kp: float,
     lag_s: float,
     omega0: float = PRINTED_OMEGA,
-    l3: float = PRINTED_L3,
 ) -> Observed:
     """Eq 8 as printed by explicit Euler, from rest: headings and heading references (N,) sampled every dt seconds.
 
     The rudder's slope is that of the steering gear at the observer's own states.
     """
-    system = discretised(*printed_observer(gains([-omega0] * 4), l3, kp, lag_s), dt, "euler")
+    system = discretised(*printed_observer(gains([-omega0] * 4), PRINTED_L3, kp, lag_s), dt, "euler")
     z = respond(system, np.column_stack([psi, reference]), np.zeros(5))
     slope = (kp * (reference - z[:, 0]) - z[:, 2]) / lag_s
     return Observed(z[:, 0], z[:, 1], z[:, 3], z[:, 4] + reference, z[:, 2], slope)

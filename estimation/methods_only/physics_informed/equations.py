@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any, cast
 
 import numpy as np
 
+from ....models.model import Model
 from ..black_box.free_runs import require_jax
-
-if TYPE_CHECKING:
-    from ....models.model import Model
 
 POINTS = 201
 """States that one call of a compiled function takes: jax compiles once for a family."""

@@ -10,22 +10,19 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
+from ....datasets.record import Record
 from ....models.errors import CannotFit, FitFailed
+from ....models.model import Model
 from ...numerics import factors
 from ...records.series import Series, series_of
-from ...regression.filtered import filtered_pieces, row_factors
-from ...regression.filtered_fit import corner_frequencies
+from ...regression.filtered import corner_frequencies, filtered_pieces
 from ...regression.least_squares import equation_factors, least_squares
 from ...regression.schemes import samples_of
 from ...simulation.selection import left_out_cost
-
-if TYPE_CHECKING:
-    from ....datasets.record import Record
-    from ....models.model import Model
 
 WINDOWS = 6
 """Windows that all records together are cut into; a record into at least two."""
@@ -111,7 +108,7 @@ def _window_factors(scheme: Scheme, records: Sequence[Record], model: Model) -> 
         sources = sorted({part.source for own in rows for part in own})
         if not sources:
             raise CannotFit("every window is too short for the filter")
-        found = [row_factors(own, model, sources) for own in rows]
+        found = [equation_factors(own, model, sources) for own in rows]
     else:
         found = [equation_factors([samples_of(record, model, scheme.name)], model) for record in records]
     return np.array([equations for equations, _ in found]), np.array([counts for _, counts in found])

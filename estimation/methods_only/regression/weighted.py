@@ -3,23 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ....models.errors import FitFailed
 from ....models.linear_algebra import lstsq
+from ....models.model import Model
 from ...numerics import factors
 from ...regression.least_squares import equation_factors, least_squares
 from ...regression.samples import RegressionSamples, n_accelerations
-
-if TYPE_CHECKING:
-    from ....models.model import Model
 
 KEPT = 20_000_000
 """Numbers up to which an evaluated regression is kept in memory; a larger one is evaluated again in each pass."""
 SMALLEST_SCALE = 1e-13
 """Smallest scale of an equation's residuals, relative to the root mean square of its left side."""
+
+
+STILL, MOST_ITERATIONS = 1e-8, 100
+"""Change of the coefficients, in standard errors, at which reweighting ends, and its iterations at most."""
 
 
 def mad(values: np.ndarray) -> np.ndarray:
@@ -106,8 +108,6 @@ def reweighted(
     start: np.ndarray,
     weight: Callable[[np.ndarray], np.ndarray],
     scale: np.ndarray | None = None,
-    tolerance: float = 1e-8,
-    max_iterations: int = 100,
 ) -> Reweighted:
     """Iteratively reweighted least squares: weights w(e/s) of each scaled residual.
 
@@ -116,14 +116,13 @@ def reweighted(
     start : (p,) first coefficients.
     weight : scaled residuals (N, k) -> weights in [0, 1].
     scale : (k,) fixed scale of the residuals; None computes the MAD again in each iteration.
-    tolerance : change of the coefficients, in units of their standard errors, at which the iteration ends.
 
     Raises
     ------
     FitFailed : a solution is not finite.
     """
     c = start
-    for iteration in range(1, max_iterations + 1):
+    for iteration in range(1, MOST_ITERATIONS + 1):
         residuals = rows.residuals(c)
         s = rows.scale(residuals) if scale is None else scale
         solution = factors.solve(rows.factor(weight(residuals / s) / s**2))
@@ -131,6 +130,6 @@ def reweighted(
             raise FitFailed("the reweighted regression has no finite solution")
         change = lstsq(solution.half, solution.x - c)
         c = solution.x
-        if np.abs(change).max(initial=0.0) < tolerance * max(1.0, np.abs(solution.scores).max(initial=0.0) * 1e-4):
+        if np.abs(change).max(initial=0.0) < STILL * max(1.0, np.abs(solution.scores).max(initial=0.0) * 1e-4):
             return Reweighted(solution, s, iteration, True)
-    return Reweighted(solution, s, max_iterations, False)
+    return Reweighted(solution, s, MOST_ITERATIONS, False)

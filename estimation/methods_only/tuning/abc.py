@@ -1,4 +1,13 @@
-"""The artificial bee colony as an Optuna sampler (`bee_colony`, `moves`).
+"""The artificial bee colony as an Optuna sampler.
+
+Karaboga & Basturk 2007, J. Global Optimization 39, 459-471.  A colony holds food sources, each a point with its cost.
+In every cycle one employed bee per source, and then as many onlookers as configured, try a neighbour of a source,
+
+    v_j = x_j + phi (x_j - y_j),   phi uniform in (-1, 1), y another source, j one parameter,
+
+on the parameter's own scale (continuous, integer, logarithmic, categorical) and reflected at its bounds.  The neighbour
+replaces the source where it is better.  Onlookers choose sources by fitness.  A source whose neighbours fail `limit`
+times in a row is abandoned, and a scout puts a random point in its place.
 
 The sampler itself has no state: the role of a trial is stored with the trial, and the colony is built from
 the trials in the order of their numbers.  So threads, processes and machines that share a storage work on one colony,
@@ -8,35 +17,125 @@ and a stored study is continued as if it had never been interrupted.
 from __future__ import annotations
 
 import zlib
-from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, NamedTuple
 
 import numpy as np
-from optuna.distributions import BaseDistribution
+from optuna.distributions import BaseDistribution, CategoricalDistribution, FloatDistribution, IntDistribution
 from optuna.samplers import BaseSampler
 from optuna.search_space import IntersectionSearchSpace
-from optuna.study import StudyDirection
+from optuna.study import Study, StudyDirection
 from optuna.trial import FrozenTrial, TrialState
 
 from ....datasets import randomness
-from .bee_colony import EMPLOYED, FITNESS, ONLOOKER, SCOUT, Colony, Role, selection_probabilities
-from .moves import neighbour, random_value
 
-if TYPE_CHECKING:
-    from optuna.study import Study
-
+SCOUT, EMPLOYED, ONLOOKER = "scout", "employed", "onlooker"
 ROLE = "helmbench:abc"
 """System attribute under which a trial's role is stored."""
 PAPER_003: Mapping[str, Any] = {"n_sources": 30, "n_onlookers": 30, "limit": 35, "fitness": "reciprocal"}
 """Settings of paper 003, table 3, and the fitness 1/(1 + f) of the algorithm it refers to; 30 cycles: 1830 trials."""
 
 
+class Role(NamedTuple):
+    """Role of a trial in the colony: a scout for the `life`-th place of a source, or a neighbour of that place."""
+
+    kind: str
+    source: int
+    life: int
+
+
+@dataclass(frozen=True)
+class Source:
+    """A food source: parameters and cost of its place, failures since the last improvement, times it was abandoned."""
+
+    params: Mapping[str, Any] = field(default_factory=dict)
+    cost: float = np.inf
+    failures: int = 0
+    life: int = 0
+    occupied: bool = False
+
+
+class Colony:
+    """All sources, and the number of neighbours tried so far."""
+
+    def __init__(self, n_sources: int) -> None:
+        self.sources = [Source() for _ in range(n_sources)]
+        self.moves = 0
+
+    def copy(self) -> Colony:
+        """An independent copy."""
+        other = Colony(0)
+        other.sources, other.moves = list(self.sources), self.moves
+        return other
+
+    @property
+    def occupied(self) -> list[int]:
+        """Indices of the sources that have a place."""
+        return [k for k, source in enumerate(self.sources) if source.occupied]
+
+    def observe(self, role: Role | None, params: Mapping[str, Any], cost: float | None) -> None:
+        """Update the sources with a finished trial; cost None: it failed."""
+        if role is not None and role.kind != SCOUT:
+            self._neighbour(role, params, cost)
+        elif cost is not None:
+            self._place(role, params, cost)
+
+    def _neighbour(self, role: Role, params: Mapping[str, Any], cost: float | None) -> None:
+        self.moves += 1
+        source = self.sources[role.source]
+        if not source.occupied or source.life != role.life:
+            return  # the source was abandoned in the meantime
+        if cost is not None and cost < source.cost:
+            self.sources[role.source] = replace(source, params=params, cost=cost, failures=0)
+        else:
+            self.sources[role.source] = replace(source, failures=source.failures + 1)
+
+    def _place(self, role: Role | None, params: Mapping[str, Any], cost: float) -> None:
+        """A scout's place, or a trial from elsewhere: for its source, else for an empty one, else for the worst one."""
+        if role is not None:
+            source = self.sources[role.source]
+            if not source.occupied or source.life < role.life:
+                self.sources[role.source] = Source(params, cost, 0, role.life, True)
+                return
+        empty = next((k for k, source in enumerate(self.sources) if not source.occupied), None)
+        if empty is not None:
+            self.sources[empty] = Source(params, cost, 0, self.sources[empty].life, True)
+            return
+        worst = max(range(len(self.sources)), key=lambda k: self.sources[k].cost)
+        if cost < self.sources[worst].cost:
+            self.sources[worst] = Source(params, cost, 0, self.sources[worst].life + 1, True)
+
+
+def rank_fitness(costs: np.ndarray) -> np.ndarray:
+    """Fitness (S,) from 1 (worst) to S (best) by rank, equal costs (S,) sharing their mean rank."""
+    worse = (costs[None, :] > costs[:, None]).sum(axis=1)
+    equal = (costs[None, :] == costs[:, None]).sum(axis=1)
+    return worse + (equal + 1.0) / 2.0
+
+
+def reciprocal_fitness(costs: np.ndarray) -> np.ndarray:
+    """Fitness (S,) as printed: 1/(1 + f), or 1 + |f| for f < 0, of costs (S,); nearly equal for costs far below 1."""
+    return np.where(costs >= 0.0, 1.0 / (1.0 + np.abs(costs)), 1.0 + np.abs(costs))
+
+
+FITNESS: dict[str, Callable[[np.ndarray], np.ndarray]] = {"rank": rank_fitness, "reciprocal": reciprocal_fitness}
+
+
+def selection_probabilities(fitness: np.ndarray) -> np.ndarray:
+    """Probabilities (S,) proportional to fitness values (S,) >= 0; equal where these have no finite positive sum."""
+    total = fitness.sum()
+    if not (np.isfinite(total) and total > 0.0):
+        return np.full(fitness.size, 1.0 / fitness.size)
+    return fitness / total
+
+
 class ABCSampler(BaseSampler):
     """Artificial bee colony for one objective, with numerical and categorical parameters, logarithmic ones included.
 
-    Parameters that not all trials have (conditional ones, changing ranges) are sampled independently.  A pruned trial
-    counts as the worst of all, a failed one as a neighbour that was no better.  Trials from elsewhere (enqueued ones,
-    those of another sampler) take an empty source or replace the worst one.
+    Parameters that not all trials have (conditional ones, changing ranges) are uniform on their own scale.  A pruned
+    trial counts as the worst of all, a failed one as a neighbour that was no better.  Trials from elsewhere (enqueued
+    ones, those of another sampler) take an empty source or replace the worst one.
 
     Parameters
     ----------
@@ -46,7 +145,6 @@ class ABCSampler(BaseSampler):
     fitness : 'rank' (linear in the rank), or 'reciprocal' as printed.
     seed : integer or Generator.  The random numbers of a trial follow from the seed and the trial's number, so a study
         that is continued, or shared by processes with the same seed, repeats nothing.
-    independent_sampler : for parameters outside the common search space; default: uniform.
 
     Raises
     ------
@@ -60,7 +158,6 @@ class ABCSampler(BaseSampler):
         limit: int | None = None,
         fitness: str = "rank",
         seed: int | np.random.Generator | None = None,
-        independent_sampler: BaseSampler | None = None,
     ) -> None:
         if n_sources < 2 or (n_onlookers is not None and n_onlookers < 0) or (limit is not None and limit < 1):
             raise ValueError("a colony needs n_sources >= 2, n_onlookers >= 0 and limit >= 1")
@@ -69,14 +166,8 @@ class ABCSampler(BaseSampler):
         self.n_sources, self.limit, self.fitness = n_sources, limit, fitness
         self.n_onlookers = n_sources if n_onlookers is None else n_onlookers
         self.entropy = _entropy(seed)
-        self._independent = independent_sampler
         self._space = IntersectionSearchSpace(include_pruned=True)
         self._finished: tuple[int, Any, Colony] = (0, None, Colony(n_sources))
-
-    def reseed_rng(self) -> None:
-        """Reseed the independent sampler; the numbers of this sampler differ from trial to trial anyway."""
-        if self._independent is not None:
-            self._independent.reseed_rng()
 
     def infer_relative_search_space(self, study: Study, trial: FrozenTrial) -> dict[str, BaseDistribution]:
         return {name: found for name, found in self._space.calculate(study).items() if not found.single()}
@@ -100,17 +191,7 @@ class ABCSampler(BaseSampler):
         self, study: Study, trial: FrozenTrial, param_name: str, param_distribution: BaseDistribution
     ) -> Any:
         self._raise_error_if_multi_objective(study)
-        if self._independent is not None:
-            return self._independent.sample_independent(study, trial, param_name, param_distribution)
         return random_value(param_distribution, self._generator(trial, zlib.crc32(param_name.encode())))
-
-    def before_trial(self, study: Study, trial: FrozenTrial) -> None:
-        if self._independent is not None:
-            self._independent.before_trial(study, trial)
-
-    def after_trial(self, study: Study, trial: FrozenTrial, state: TrialState, values: Sequence[float] | None) -> None:
-        if self._independent is not None:
-            self._independent.after_trial(study, trial, state, values)
 
     def _generator(self, trial: FrozenTrial, *more: int) -> np.random.Generator:
         return np.random.default_rng(np.random.SeedSequence(self.entropy, spawn_key=(trial.number, *more)))
@@ -209,3 +290,106 @@ def _pending(colony: Colony, trials: Iterable[FrozenTrial], sign: float) -> set[
         elif role is not None:
             colony.moves += 1
     return scouting
+
+
+# ---- Random values of parameters and neighbours of points.
+
+
+def levels(distribution: BaseDistribution) -> int | None:
+    """Number of values of a stepped distribution; None for continuous and logarithmic ones."""
+    step = getattr(distribution, "step", None)
+    if step is None or getattr(distribution, "log", False):
+        return None
+    assert isinstance(distribution, IntDistribution | FloatDistribution)
+    return round((distribution.high - distribution.low) / step) + 1
+
+
+def _scale(distribution: IntDistribution | FloatDistribution) -> tuple[float, float]:
+    """Ends of the continuous scale; for integers, half a step beyond the lowest and highest value."""
+    room = 0.5 if isinstance(distribution, IntDistribution) else 0.0
+    low, high = float(distribution.low) - room, float(distribution.high) + room
+    return (np.log(low), np.log(high)) if distribution.log else (low, high)
+
+
+def encode(distribution: IntDistribution | FloatDistribution, value: float) -> float:
+    """Place of a numerical value in [0, 1], on the distribution's own scale."""
+    count = levels(distribution)
+    if count is not None:
+        return (round((value - distribution.low) / (distribution.step or 1)) + 0.5) / count
+    low, high = _scale(distribution)
+    return ((np.log(value) if distribution.log else value) - low) / (high - low)
+
+
+def decode(distribution: IntDistribution | FloatDistribution, place: float) -> int | float:
+    """Value at a place in [0, 1]; the inverse of `encode`."""
+    count = levels(distribution)
+    if count is not None:
+        index = min(int(place * count), count - 1)
+        value = distribution.low + index * (distribution.step or 1)
+    else:
+        low, high = _scale(distribution)
+        value = low + place * (high - low)
+        value = np.exp(value) if distribution.log else value
+    if isinstance(distribution, IntDistribution):
+        return int(min(max(round(value), distribution.low), distribution.high))
+    return float(min(max(value, distribution.low), distribution.high))
+
+
+def random_value(distribution: BaseDistribution, rng: np.random.Generator) -> Any:
+    """A random value, uniform on the distribution's own scale."""
+    if isinstance(distribution, CategoricalDistribution):
+        return distribution.choices[rng.integers(len(distribution.choices))]
+    assert isinstance(distribution, IntDistribution | FloatDistribution)
+    return decode(distribution, rng.random())
+
+
+def neighbour_value(distribution: BaseDistribution, own: Any, other: Any, rng: np.random.Generator) -> Any:
+    """A neighbour of the value `own`, towards `other` or away from it; not `own` itself where another value exists."""
+    if isinstance(distribution, CategoricalDistribution):
+        rest = [choice for choice in distribution.choices if choice != own]
+        return other if rng.random() < 0.5 and other in rest else rest[rng.integers(len(rest))]
+    assert isinstance(distribution, IntDistribution | FloatDistribution)
+    at = encode(distribution, own)
+    step = rng.uniform(-1.0, 1.0) * (at - encode(distribution, other))
+    place = abs(at + step)
+    value = decode(distribution, min(place, 2.0 - place))  # reflected at the bounds
+    return value if value != own else _next(distribution, own, step)
+
+
+def _next(distribution: IntDistribution | FloatDistribution, own: Any, direction: float) -> Any:
+    """The next value of a discrete distribution in a direction, at its end the one before; else `own`."""
+    if isinstance(distribution, FloatDistribution) and distribution.step is None:
+        return own
+    step = (distribution.step or 1) * (1 if direction >= 0.0 else -1)
+    return own + step if distribution.low <= own + step <= distribution.high else own - step
+
+
+def neighbour(
+    space: Mapping[str, BaseDistribution], own: Mapping[str, Any], other: Mapping[str, Any], rng: np.random.Generator
+) -> dict[str, Any]:
+    """Parameters that differ from `own` in one of them, which is moved along the line to `other`.
+
+    A category may change even where both agree: otherwise a category that all sources share could never change.
+    """
+    valid = {name for name in space if _holds(space[name], own, name)}
+    params = {name: own[name] if name in valid else random_value(space[name], rng) for name in space}
+    shared = [name for name in sorted(valid) if _holds(space[name], other, name)]
+    differing = [name for name in shared if own[name] != other[name]]
+    if differing:
+        movable = [name for name in shared if name in differing or len(getattr(space[name], "choices", ())) > 1]
+        name = movable[rng.integers(len(movable))]
+        params[name] = neighbour_value(space[name], own[name], other[name], rng)
+    elif valid == set(space):
+        name = sorted(valid)[rng.integers(len(valid))]
+        params[name] = random_value(space[name], rng)
+    return params
+
+
+def _holds(distribution: BaseDistribution, params: Mapping[str, Any], name: str) -> bool:
+    """Whether `params` has a value that the distribution allows (an earlier session may have had another range)."""
+    if name not in params:
+        return False
+    try:
+        return distribution._contains(distribution.to_internal_repr(params[name]))
+    except (ValueError, TypeError):
+        return False

@@ -7,10 +7,10 @@ import math
 import warnings
 from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self, cast
 
 from ....models.errors import BadInput, CannotFit, FitFailed
 from ...estimates.estimate import Estimate, predictor_of
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from optuna.samplers import BaseSampler
     from optuna.storages import BaseStorage
     from optuna.study import Study
+    from optuna.trial import TrialState
 
     from ....datasets.record import Record
     from ....models.model import Model
@@ -46,8 +47,7 @@ class Tunable(Protocol):
     def fit(self, records: Sequence[Record], model: Model) -> Estimate: ...
 
 
-@dataclass(frozen=True)
-class Tuning:
+class Tuning(NamedTuple):
     """Outcome of a study.
 
     `options` are the best found and `error` is their validation error.  `trials` is the number of finished trials in
@@ -63,10 +63,6 @@ class Tuning:
     failed: int
     seconds: float
     study: str
-
-    def as_dict(self) -> dict[str, Any]:
-        """Plain values."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)
@@ -113,10 +109,9 @@ def tune(
     records: Sequence[Record],
     model: Model,
     *,
-    tuner: str | BaseSampler = "abc",
+    tuner: str = "abc",
     n_trials: int = 40,
     storage: str | None = None,
-    study_name: str | None = None,
     seed: int = 0,
     validation: str = "split",
 ) -> Tuning:
@@ -125,11 +120,10 @@ def tune(
     Parameters
     ----------
     method : its other options are kept; not modified.
-    tuner : one of `TUNERS`, or any Optuna sampler.
+    tuner : one of `TUNERS`.
     n_trials : number of finished trials at the end, including those that a stored study already has.
     storage : None (memory), `PATH.journal` (a file that several processes and machines may share) or a database URL
         such as `sqlite:///PATH`.  Calls with the same storage, records and options work on the same study.
-    study_name : default: made from the method, the model, the records and all other arguments.
     validation : see `validation_of`.
 
     Raises
@@ -140,36 +134,46 @@ def tune(
     if not space or n_trials < 1:
         raise BadInput(f"method {method.name} has no options to tune" if not space else f"{n_trials} trials")
     split = validation_of(records, validation)
-    sampler = sampler_of(tuner, space, n_trials, seed, shared=storage is not None) if isinstance(tuner, str) else tuner
-    label = tuner if isinstance(tuner, str) else type(tuner).__name__
-    name = study_name or study_name_of(method, space, records, model, label, seed, validation)
+    sampler = sampler_of(tuner, space, n_trials, seed, shared=storage is not None)
     with quiet():
-        study = _study(storage, name, sampler)
-        errors = _optimize(study, method, space, split, model, n_trials)
-        return _summary(study, label, validation, errors)
+        from optuna import create_study
+        from optuna.trial import TrialState
 
-
-def _study(storage: str | None, name: str, sampler: BaseSampler) -> Study:
-    import optuna
-
-    return optuna.create_study(
-        storage=None if storage is None else storage_of(storage),
-        study_name=name,
-        sampler=sampler,
-        direction="minimize",
-        load_if_exists=True,
+        study = create_study(
+            storage=None if storage is None else storage_of(storage),
+            study_name=study_name_of(method, space, records, model, tuner, seed, validation),
+            sampler=sampler,
+            load_if_exists=True,
+        )
+        states = TrialState.COMPLETE, TrialState.PRUNED, TrialState.FAIL
+        errors = _optimize(study, states, method, space, split, model, n_trials)
+        trials: list[Any] = study.get_trials(deepcopy=False, states=states)
+    values = [trial for trial in trials if trial.values is not None and math.isfinite(trial.values[0])]
+    if not values:
+        raise errors[-1] if errors else FitFailed(f"none of {len(trials)} trials has a finite validation error")
+    best = min(values, key=lambda trial: (trial.values[0], trial.number))
+    return Tuning(
+        options=dict(best.params),
+        error=float(best.values[0]),
+        tuner=tuner,
+        validation=validation,
+        trials=len(trials),
+        failed=sum(trial.values is None for trial in trials),
+        seconds=float(sum(trial.duration.total_seconds() for trial in trials if trial.duration is not None)),
+        study=study.study_name,
     )
 
 
 def _optimize(
     study: Study,
+    states: tuple[TrialState, ...],
     method: Tunable,
     space: Mapping[str, Domain],
     split: TuningSplit,
     model: Model,
     n_trials: int,
 ) -> list[Exception]:
-    """Run the trials that the study still needs; returns the errors of those that failed."""
+    """Run the trials that the study still needs, counting those that ended in `states`; the errors of failed ones."""
     from optuna.study import MaxTrialsCallback
     from sklearn.base import clone
 
@@ -184,41 +188,10 @@ def _optimize(
             errors.append(error)
             raise
 
-    left = n_trials - len(_finished(study))
+    left = n_trials - len(study.get_trials(deepcopy=False, states=states))
     if left > 0:
-        enough = MaxTrialsCallback(n_trials, states=_states())
-        study.optimize(objective, n_trials=left, callbacks=[enough], catch=FAILURES)
+        study.optimize(objective, n_trials=left, callbacks=[MaxTrialsCallback(n_trials, states=states)], catch=FAILURES)
     return errors
-
-
-def _states():
-    from optuna.trial import TrialState
-
-    return TrialState.COMPLETE, TrialState.PRUNED, TrialState.FAIL
-
-
-def _finished(study: Study) -> list[Any]:
-    return study.get_trials(deepcopy=False, states=_states())
-
-
-def _summary(study: Study, tuner: str, validation: str, errors: Sequence[Exception]) -> Tuning:
-    trials = _finished(study)
-    values = [trial for trial in trials if trial.values is not None and math.isfinite(trial.values[0])]
-    if not values:
-        raise errors[-1] if errors else FitFailed(f"none of {len(trials)} trials has a finite validation error")
-    best = min(values, key=lambda trial: (trial.values[0], trial.number))
-    durations = [trial.duration.total_seconds() for trial in trials if trial.duration is not None]
-    failed = sum(trial.values is None for trial in trials)
-    return Tuning(
-        options=dict(best.params),
-        error=float(best.values[0]),
-        tuner=tuner,
-        validation=validation,
-        trials=len(trials),
-        failed=failed,
-        seconds=float(sum(durations)),
-        study=study.study_name,
-    )
 
 
 def sampler_of(

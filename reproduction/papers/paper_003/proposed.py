@@ -13,9 +13,9 @@ import numpy as np
 
 from ....datasets.record import Record
 from ....estimation.estimates.estimate import Estimate
-from ....estimation.methods_only.svr.tuning import TunedConstant, Tuner, colony, grid
 from ....estimation.methods_only.tuning.abc import PAPER_003
 from ....methods.eso_rw_lssvr import EsoRwLssvr
+from ....methods.ls_svr import TunedConstant, Tuner, colony, grid
 from ....models.model import Model, resolve
 from ..study import StudyResult
 from . import vessels

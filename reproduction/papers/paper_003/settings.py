@@ -6,9 +6,9 @@ import numpy as np
 
 from ....estimation.methods_only.observers import eso
 from ....estimation.methods_only.svr.solve import adaptive_weights
-from ....estimation.methods_only.svr.tuning import DOMAIN
 from ....estimation.methods_only.tuning.abc import PAPER_003
 from ....estimation.observers.linear import noise_gains
+from ....methods.ls_svr import DOMAIN
 from ....models.model import resolve
 from ..study import StudyResult
 from . import vessels

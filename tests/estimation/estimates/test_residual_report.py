@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.estimates.residual_report import LARGEST_LAG, ljung_box
+from helmbench.estimation.estimates.correlation import LARGEST_LAG, ljung_box
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve

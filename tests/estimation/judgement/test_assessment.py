@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.estimates.assessment import APPROXIMATES, EXPLAINS, FAILS
-from helmbench.estimation.judgement.assessment import assess
+from helmbench.estimation.estimates.assessment import APPROXIMATES, EXPLAINS, FAILS, assess
 from helmbench.estimation.validation.validate import validate
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.judgement.comparison import compare, families_for
+from helmbench.estimation.estimates.comparison import compare, families_for
 from helmbench.estimation.validation.validate import validate
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit, FitFailed

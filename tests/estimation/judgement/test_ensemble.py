@@ -7,8 +7,8 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.judgement.ensemble import COUNT, ensemble_scores, members, spread_scores
-from helmbench.estimation.methods_only.black_box.draws import drawn
-from helmbench.estimation.methods_only.black_box.gaussian_process import gaussian_process
+from helmbench.estimation.methods_only.black_box.compiled import drawn
+from helmbench.estimation.methods_only.black_box.limited import gaussian_process
 from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve

@@ -5,8 +5,7 @@ import pytest
 
 import helmbench
 from helmbench.estimation.likelihood import problem as problems
-from helmbench.estimation.likelihood.arrow import Arrow, LinearArrow, RecordRows
-from helmbench.estimation.likelihood.linear_problem import LinearProblem
+from helmbench.estimation.likelihood.linear_problem import Arrow, LinearArrow, LinearProblem, RecordRows
 from helmbench.methods.output_error import OutputError
 from helmbench.models.model import resolve
 

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.likelihood.search import fit_output_error
+from helmbench.estimation.likelihood.output_error import fit_output_error
 from helmbench.estimation.records.series import series_of
 from helmbench.models.errors import FitFailed
 

@@ -8,8 +8,8 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import parse_noise
+from helmbench.estimation.likelihood.output_error import fit_output_error
 from helmbench.estimation.likelihood.problem import free_start_problem, sensor_sd_of
-from helmbench.estimation.likelihood.search import fit_output_error
 from helmbench.estimation.likelihood.shooting import shooting_problem
 from helmbench.estimation.records.series import series_of
 from helmbench.methods.output_error import OutputError

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.estimation.observers.linear import respond
-from helmbench.estimation.observers.statevariable import derivatives, sampled_filter, transients
+from helmbench.estimation.observers.linear import derivatives, respond, sampled_filter, transients
 from helmbench.estimation.regression.filtered import sharpened
 
 

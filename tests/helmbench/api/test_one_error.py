@@ -14,9 +14,8 @@ from helmbench.diagnosis.calibration.calibrate import calibrate
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.registry import find
-from helmbench.estimation.estimates.assessment import scores
+from helmbench.estimation.estimates.assessment import assess, scores
 from helmbench.estimation.estimates.estimate import Estimate
-from helmbench.estimation.judgement.assessment import assess
 from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.estimation.validation.validate import validate
 from helmbench.models.model import resolve

@@ -10,8 +10,8 @@ import pytest
 
 from helmbench.datasets.display import shown_name, shown_unit
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.judgement.assessment import assess
-from helmbench.estimation.judgement.comparison import compare
+from helmbench.estimation.estimates.assessment import assess
+from helmbench.estimation.estimates.comparison import compare
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
 from helmbench.reporting import media

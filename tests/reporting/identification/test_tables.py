@@ -6,7 +6,7 @@ from dataclasses import replace
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.judgement.assessment import assess
+from helmbench.estimation.estimates.assessment import assess
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
 from helmbench.reporting.identification.page import assessed_table, share, standard_error

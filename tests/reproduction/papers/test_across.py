@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from helmbench.estimation.methods_only.svr.tuning import TUNERS, colony
+from helmbench.methods.ls_svr import TUNERS, colony
 from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 from helmbench.reproduction import stability

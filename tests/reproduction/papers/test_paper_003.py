@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from helmbench.estimation.methods_only.svr.tuning import CYCLES, TUNERS, colony
+from helmbench.methods.ls_svr import CYCLES, TUNERS, colony
 from helmbench.methods.registry import make
 from helmbench.models.model import resolve
 from helmbench.reproduction import results

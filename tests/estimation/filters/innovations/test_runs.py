@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.estimation.filters.innovations.estimator import estimator
-from helmbench.estimation.filters.innovations.runs import Recent, content_of
+from helmbench.estimation.filters.innovations.estimator import Recent, content_of, estimator
 
 
 @pytest.fixture

@@ -5,8 +5,7 @@ import pytest
 from sklearn.kernel_ridge import KernelRidge
 from sklearn.linear_model import LinearRegression
 
-from helmbench.estimation.methods_only.black_box.compiled import compiled, stacked
-from helmbench.estimation.methods_only.black_box.forms import KERNELS, NETWORKS, TREES
+from helmbench.estimation.methods_only.black_box.compiled import KERNELS, NETWORKS, TREES, compiled, stacked
 from helmbench.estimation.methods_only.black_box.predictor import fit_regressors
 from helmbench.methods.registry import make
 

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.black_box import koopman
 from helmbench.estimation.methods_only.black_box.rows import Signals
 from helmbench.estimation.methods_only.black_box.state_space import SignalScales, Training, pasts
 from helmbench.estimation.methods_only.black_box.terms import evaluate
 from helmbench.estimation.records.series import MEASURED, series_of
+from helmbench.methods import edmd as koopman
 from helmbench.methods.registry import make
 from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve

@@ -8,11 +8,11 @@ from scipy.special import expit
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.black_box.free_runs import mean_square, require_jax, windows_of
-from helmbench.estimation.methods_only.black_box.lstm import LAGS, STEP_SIZE, STEPS, LstmNetwork, train
 from helmbench.estimation.methods_only.black_box.rows import Signals
 from helmbench.estimation.methods_only.black_box.state_space import pasts
 from helmbench.estimation.run.prediction import prediction_scores
 from helmbench.methods import contract
+from helmbench.methods.lstm import LAGS, STEP_SIZE, STEPS, LstmNetwork, train
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import resolve

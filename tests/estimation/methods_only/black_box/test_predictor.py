@@ -11,11 +11,11 @@ from helmbench.models.simulate import accelerations, initial_state
 
 def perfect(model):
     """A predictor whose regressor knows the model's own accelerations."""
-    states, inputs = features_of(model)
+    names = features_of(model)
     k = 3 if model.is_3dof else 1
 
     def exact(features):
-        given = dict(zip((*states, *inputs), features.T, strict=True))
+        given = dict(zip(names, features.T, strict=True))
         x = np.zeros((len(features), len(model.states)))
         gain = model.kernels.RATE_GAIN
         shift = 0.0 if gain is None else model.coefficients[gain]
@@ -28,9 +28,9 @@ def perfect(model):
         rates = accelerations(model, x, u)[:, :k]
         return rates if gain is None else rates + shift * given["delta_rate"][:, None]
 
-    d = len(states) + len(inputs)
+    d = len(names)
     scaling = (np.zeros(d), np.ones(d), np.zeros(k), np.ones(k))
-    return BlackBoxPredictor(model.states, model.inputs, (*states, *inputs), model.is_3dof, *scaling, (), exact)
+    return BlackBoxPredictor(model.states, model.inputs, names, *scaling, (), exact)
 
 
 @pytest.mark.parametrize("ship", ["mariner", "response-1", "response-2", "kvlcc2-l7"])

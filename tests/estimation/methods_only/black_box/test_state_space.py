@@ -8,11 +8,11 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.black_box.free_runs import windows_of
-from helmbench.estimation.methods_only.black_box.recurrent import LAGS, STEPS, WINDOWS, RecurrentNetwork, train
 from helmbench.estimation.methods_only.black_box.rows import Signals
 from helmbench.estimation.methods_only.black_box.state_space import SignalScales, Training, pasts, training_of
-from helmbench.estimation.methods_only.black_box.subspace import identify
+from helmbench.methods.recurrent import LAGS, STEPS, WINDOWS, RecurrentNetwork, train
 from helmbench.methods.registry import make
+from helmbench.methods.subspace import identify
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 

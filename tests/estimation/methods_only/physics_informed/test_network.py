@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.estimation.methods_only.black_box.free_runs import require_jax
 from helmbench.estimation.methods_only.physics_informed.equations import PinnEquations, rates_of
-from helmbench.estimation.methods_only.physics_informed.network import features_of
+from helmbench.estimation.methods_only.physics_informed.fit import features_of
 from helmbench.models.kernels import catalogue
 from helmbench.models.model import list_vessels, resolve
 from helmbench.models.simulate import accelerations

@@ -4,9 +4,8 @@ import numpy as np
 import pytest
 
 from helmbench.estimation.methods_only.recursive import _kernels, recursion
-from helmbench.estimation.methods_only.recursive.multi_innovation import MultiInnovationRule
 from helmbench.estimation.methods_only.recursive.recursion import RecursionPrior, RecursionState, RowScales
-from helmbench.methods.rls import Rls
+from helmbench.methods.rls import MultiInnovationRule, Rls
 
 
 @pytest.mark.parametrize("variant", ["corrected", "as_printed"])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.estimation.methods_only.regression.instrumental import restarted_run
+from helmbench.methods.iv import restarted_run
 from helmbench.models.model import resolve
 
 

@@ -14,7 +14,7 @@ from sklearn.utils.estimator_checks import estimator_checks_generator
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.svr import solve
 from helmbench.estimation.methods_only.svr.estimators import LSSVR, RWLSSVR
-from helmbench.estimation.methods_only.svr.tuning import colony, grid
+from helmbench.methods.ls_svr import colony, grid
 from helmbench.models.model import resolve
 
 SINES = "heading:10deg/0.0105rad_s+6deg/0.031rad_s+4deg/0.083rad_s"

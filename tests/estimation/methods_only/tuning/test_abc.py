@@ -13,9 +13,8 @@ from optuna.storages.journal import JournalFileBackend
 from optuna.testing.pytest_samplers import BasicSamplerTestCase, RelativeSamplerTestCase, SingleOnlySamplerTestCase
 from optuna.trial import TrialState
 
-from helmbench.estimation.methods_only.tuning import abc, bee_colony
-from helmbench.estimation.methods_only.tuning.abc import ROLE, ABCSampler
-from helmbench.estimation.methods_only.tuning.bee_colony import Colony, Role
+from helmbench.estimation.methods_only.tuning import abc
+from helmbench.estimation.methods_only.tuning.abc import ROLE, ABCSampler, Colony, Role
 
 PLANE = {"x": FloatDistribution(-5.0, 5.0), "y": FloatDistribution(-5.0, 5.0)}
 
@@ -280,10 +279,10 @@ def test_random_search_is_not_as_good_as_niapy():
 
 def test_rank_fitness_separates_small_costs():
     costs = np.array([3e-11, 1e-11, 2e-11, 2e-11])
-    np.testing.assert_array_equal(bee_colony.rank_fitness(costs), [1.0, 4.0, 2.5, 2.5])
-    assert np.ptp(bee_colony.reciprocal_fitness(costs)) < 1e-10
-    np.testing.assert_allclose(bee_colony.reciprocal_fitness(np.array([1.0, np.inf, -2.0])), [0.5, 0.0, 3.0])
-    np.testing.assert_array_equal(bee_colony.selection_probabilities(np.zeros(4)), 0.25)
+    np.testing.assert_array_equal(abc.rank_fitness(costs), [1.0, 4.0, 2.5, 2.5])
+    assert np.ptp(abc.reciprocal_fitness(costs)) < 1e-10
+    np.testing.assert_allclose(abc.reciprocal_fitness(np.array([1.0, np.inf, -2.0])), [0.5, 0.0, 3.0])
+    np.testing.assert_array_equal(abc.selection_probabilities(np.zeros(4)), 0.25)
 
 
 def test_neighbours_of_an_abandoned_source_do_not_bring_it_back():

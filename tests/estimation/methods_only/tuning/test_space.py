@@ -29,7 +29,7 @@ def test_every_search_space_is_of_the_methods_own_options():
     from helmbench.methods.registry import methods
 
     for cls in [*methods().values(), *(regressor(name) for name in SPACES)]:
-        assert set(cls.search_space) <= set(cls.option_names()), cls.name
+        assert set(cls.search_space) <= set(cls.options), cls.name
         for name, domain in cls.search_space.items():
             for value in domain.grid(2):
                 make(cls.name).set_params(**{name: value}).check_options()

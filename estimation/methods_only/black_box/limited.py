@@ -1,4 +1,4 @@
-"""scikit-learn's Gaussian process with a limited search for its kernel."""
+"""scikit-learn's Gaussian process with a limited search for its kernel, and its perceptron with few iterations."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import Any
 import numpy as np
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+from sklearn.neural_network import MLPRegressor
 
 from .predictor import evenly_spaced
-from .sklearn_regressors import kernel_with_noise
 
 ITERATIONS, SUBSET = 15, 100
 """Steps of the search, and rows whose likelihood is searched."""
@@ -41,7 +42,41 @@ class QuickGaussianProcess(GaussianProcessRegressor):
         return self
 
 
+def kernel_with_noise(n_features: int) -> Any:
+    """A smooth Gaussian-process kernel with a length scale for each feature, plus white noise.
+
+    scikit-learn's default kernel has no noise.
+    """
+    scales: Any = np.full(n_features, 3.0)
+    smooth = ConstantKernel(1.0, (1e-3, 1e4)) * RBF(scales, (1e-1, 1e3))
+    return smooth + WhiteKernel(1e-2, (1e-10, 1e1))
+
+
 def gaussian_process(n_features: int) -> QuickGaussianProcess:
     """A new regressor with one length scale for each feature."""
     search: Any = limited
     return QuickGaussianProcess(kernel_with_noise(n_features), optimizer=search)
+
+
+MOST_STEPS = 100
+"""L-BFGS iterations of a perceptron."""
+
+
+class Perceptron(MLPRegressor):
+    """A perceptron of tanh units; stopping early is part of its regularisation, so it is no reason to warn."""
+
+    def __init__(self, hidden_layer_sizes: Any = (10,), alpha: Any = 0.1, random_state: int = 0) -> None:
+        super().__init__(
+            hidden_layer_sizes=hidden_layer_sizes,
+            activation="tanh",
+            solver="lbfgs",
+            alpha=alpha,
+            max_iter=MOST_STEPS,
+            random_state=random_state,
+        )
+
+    def fit(self, X: Any, y: Any, sample_weight: Any = None) -> Perceptron:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            super().fit(X, y, sample_weight)
+        return self

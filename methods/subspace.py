@@ -1,24 +1,52 @@
-"""Subspace identification of a linear state-space model: order from a projection, input matrices from free runs.
+"""Linear state-space model by a subspace method: order from a projection, input matrices from free runs.
 
-With the scaled signals of `state_space`,
+With the scaled signals of `black_box.state_space`,
 
     x(t + h) = A x(t) + B w(t) + c,    z(t + h) = C x(t) + D w(t) + d,    x(t) = M p(t) + m
 
 Extended observability matrix: left singular vectors of the part of the future outputs that the past explains beyond the
-future inputs (PO-MOESP: Verhaegen 1994, Automatica 30(1), 61).  A by its shift invariance; B, D, c, d by least squares
-on free runs (Ljung 1999, section 10.6); M and m by least squares on the states that explain the future best.
+future inputs.  A by its shift invariance; B, D, c, d by least squares on free runs; M and m by least squares on the
+states that explain the future best.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ....models.errors import CannotFit, FitFailed
-from ....models.linear_algebra import lstsq, svd
-from .rows import Signals
-from .state_space import Training, pasts
+from ..datasets.record import Record
+from ..estimation.methods_only.black_box.rows import Signals
+from ..estimation.methods_only.black_box.state_space import Training, pasts, training_of
+from ..estimation.methods_only.tuning.space import Integer
+from ..estimation.results.fit import Fit
+from ..models.errors import CannotFit, FitFailed
+from ..models.linear_algebra import lstsq, svd
+from ..models.model import Model
+from .learner import STRIDE, Learner, open_option
+
+
+class Subspace(Learner):
+    """Linear state-space model of velocities and yaw rate by a subspace method (PO-MOESP).
+
+        x(t + h) = A x(t) + B w(t) + c,    z(t + h) = C x(t) + D w(t) + d
+
+    The subspace of the states is what the past explains of the future outputs beyond the future inputs; B and D follow
+    by least squares on free runs.  Eigenvalues of A outside the unit circle are reflected into it.  Sources: Verhaegen
+    1994, Automatica 30(1), 61; Ljung 1999, System Identification, section 10.6.  The order is chosen by free runs, not
+    by a gap of singular values.
+    """
+
+    name = "subspace"
+    title = "linear state space by a subspace method (MOESP)"
+    stride: int | None = STRIDE
+    order: int | None = open_option("number of states x", Integer(1, 8), 2)
+
+    def learn(self, records: Sequence[Record], model: Model) -> Fit:
+        training = training_of(records, model, int(self.stride or 1))
+        return training.fit(*identify(training, int(self.order or 1)))
+
 
 RIDGE = 1e-8
 """Penalty of the least-squares problems relative to the mean square of a column."""

@@ -1,13 +1,14 @@
-"""A long short-term memory network as a predictor, trained on free runs of windows by gradients from jax.
+"""A long short-term memory network, trained on free runs of windows by gradients from jax.
 
-With the scaled signals of `state_space`, a hidden state m and a cell state c of as many entries as there are units,
+With the scaled signals of `black_box.state_space`, a hidden state m and a cell state c of as many entries as there are
+units,
 
     i, f, o = sigma(W (z(t), w(t), m(t), 1)),    g = tanh(W' (z(t), w(t), m(t), 1))
     c(t + h) = f c(t) + i g,    m(t + h) = o tanh(c(t + h)),    z(t + h) = z(t) + V (m(t + h), 1)
 
 (Hochreiter & Schmidhuber 1997, Neural Comput. 9(8), 1735, with the forget gate f of Gers, Schmidhuber & Cummins 2000,
-Neural Comput. 12(10), 2451; for ships Woo, Park, Yu & Kim 2018, Appl. Ocean Res. 73).  A run begins with m = c = 0 at
-the oldest sample of its past and takes the measured outputs up to its own first sample; from there on, its own.
+Neural Comput. 12(10), 2451).  A run begins with m = c = 0 at the oldest sample of its past and takes the measured
+outputs up to its own first sample; from there on, its own.
 
 Training is Adam (Kingma & Ba 2015, arXiv 1412.6980, algorithm 1) with decoupled decay of the weights (Loshchilov &
 Hutter 2019, arXiv 1711.05101, algorithm 2), a step size that falls as half a cosine, and gradients cut to a length of 1
@@ -16,15 +17,62 @@ Hutter 2019, arXiv 1711.05101, algorithm 2), a step size that falls as half a co
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from ....models.errors import FitFailed
-from .free_runs import FreeRunWindows, beside, mean_square, require_jax, tanh, windows_of
-from .state_space import Training
+from ..datasets.record import Record
+from ..estimation.methods_only.black_box.free_runs import (
+    FreeRunWindows,
+    beside,
+    mean_square,
+    require_jax,
+    tanh,
+    windows_of,
+)
+from ..estimation.methods_only.black_box.state_space import Training, training_of
+from ..estimation.methods_only.tuning.space import Integer, Real
+from ..estimation.results.fit import Fit
+from ..models.errors import FitFailed
+from ..models.model import Model
+from .base import Method
+from .learner import in_order
+from .options import NOT_NEGATIVE, option, whole
+
+
+class Lstm(Method):
+    """Long short-term memory network of outputs and inputs, trained on free runs of windows.
+
+        z(t + h) = z(t) + V (m, 1),    m: hidden state of an LSTM layer that takes z and w of every step
+
+    A run begins with a memory of zeros some steps before its first sample and takes the measured outputs up to there.
+    Training is Adam on mini batches with a decay of the weights, for a fixed number of updates.  There is neither early
+    stopping nor a choice of options within the fit: on five simulated ships, both judged by the later part of the same
+    training records, neither predicted other manoeuvres better, and the choice twice much worse.  Gradients through the
+    recursion are jax's, so the method needs the extra `deep` and does not apply without it.  Sources: Hochreiter &
+    Schmidhuber 1997, Neural Comput. 9(8), 1735; for ships Woo, Park, Yu & Kim 2018, Appl. Ocean Res. 73.
+    """
+
+    name = "lstm"
+    title = "long short-term memory network (LSTM), trained on free runs"
+    kind = "black box"
+    minutes = True
+    brief: ClassVar = {"units": 8, "iterations": 100}
+    stride: int = option(2, "h in samples", whole(1), Integer(1, 8, log=True))
+    decay: float = option(
+        0.4, "of the weights at each update, relative to the step size", NOT_NEGATIVE, Real(0.1, 1.0, log=True)
+    )
+    units: int = option(32, "hidden states, and as many cell states", whole(1))
+    iterations: int = option(2000, "updates of the weights", whole(1))
+    seed: int = option(0, "of the first weights and the batches", whole(0))
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        training = training_of(in_order(records), model, self.stride)
+        network = train(training, self.units, self.iterations, self.decay, self.seed)
+        return training.fit(network, LAGS)._replace(n_iterations=self.iterations)
+
 
 LAGS = 5
 """Steps of a past."""

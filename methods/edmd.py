@@ -1,27 +1,57 @@
 """Extended dynamic mode decomposition with control: outputs lifted to monomials, which move on linearly.
 
-With the scaled signals of `state_space` and q(t) = z(t), z(t - h), ..., z(t - (l - 1) h),
+With the scaled signals of `black_box.state_space` and q(t) = z(t), z(t - h), ..., z(t - (l - 1) h),
 
     g(q) = (q, their products of 2 to `degree` factors),    g(q(t + h)) = A g(q(t)) + B p(t) + c
 
 by ridge regression over all whole steps.  p are the inputs w and, in the bilinear form, their products with every entry
-of g as well.  A free run lifts the past of its first sample and then moves the lifted state on linearly: products are
-not computed anew at every step, which would be a polynomial difference equation.  The first
-k entries of the state are the outputs.  Sources: Proctor, Brunton & Kutz 2016, SIAM J. Appl. Dyn. Syst. 15(1), 142
-(without products: dynamic mode decomposition with control, DMDc); Williams, Kevrekidis & Rowley 2015, J. Nonlinear Sci.
-25, 1307 (products); Korda & Mezic 2018, Automatica 93, 149 (inputs that act linearly on the lifted state); Bruder, Fu &
-Vasudevan 2021, IEEE Robot. Autom. Lett. 6(3), 4416 (bilinear).
+of g as well (Bruder, Fu & Vasudevan 2021, IEEE Robot. Autom. Lett. 6(3), 4416).  The first k entries of the state are
+the outputs.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from ....models.errors import CannotFit
-from .state_space import Training, pasts
-from .terms import TermRegression, evaluate, monomials
+from ..datasets.record import Record
+from ..estimation.methods_only.black_box.state_space import Training, pasts, training_of
+from ..estimation.methods_only.tuning.space import Integer, Real
+from ..estimation.results.fit import Fit
+from ..models.errors import CannotFit
+from ..models.model import Model
+from .learner import LAGS, STRIDE, Learner, open_option
+from .options import option
+
+
+class Edmd(Learner):
+    """Extended dynamic mode decomposition with control (EDMDc), a finite approximation of the Koopman operator.
+
+        g(z(t + h)) = A g(z(t)) + B w(t) + c
+
+    g(z) are velocities, yaw rate and their products up to a degree, also of earlier steps; A, B and c follow by ridge
+    regression.  A free run moves the lifted state on linearly and computes no product anew: this makes it a Koopman
+    model, and `narx-poly` none.  With degree=1 it is dynamic mode decomposition with control (DMDc).  Inputs act
+    linearly: what a rudder does in proportion to the state, such as the loss of speed in a turn, has no place in this
+    form.  A is not made stable: options whose free runs diverge are not chosen.  Sources: Proctor, Brunton & Kutz 2016,
+    SIAM J. Appl. Dyn. Syst. 15(1), 142; Williams, Kevrekidis & Rowley 2015, J. Nonlinear Sci. 25, 1307; Korda & Mezic
+    2018, Automatica 93, 149.
+    """
+
+    name = "edmd"
+    title = "linear model of lifted outputs (EDMD with control, Koopman)"
+    stride: int | None = STRIDE
+    degree: int | None = open_option("of the products, 1, 2 or 3", Integer(1, 3), 1)
+    output_lags: int | None = open_option("values of the outputs that are lifted", LAGS, 1)
+    alpha: float | None = open_option("ridge penalty", Real(1e-9, 1e-1, log=True), 1e-6)
+    bilinear: bool = option(True, "whether products of inputs and lifted outputs act too")
+
+    def learn(self, records: Sequence[Record], model: Model) -> Fit:
+        training, lags = training_of(records, model, int(self.stride or 1)), int(self.output_lags or 1)
+        system = lift(training, int(self.degree or 1), lags, self.alpha or 0.0, self.bilinear)
+        return training.fit(system, lags)
 
 
 class LiftedSystem(NamedTuple):
@@ -42,6 +72,8 @@ class LiftedSystem(NamedTuple):
 
     def begin(self, past: np.ndarray) -> np.ndarray:
         """States (N, n) after pasts (N, l (k + nu))."""
+        from ..estimation.methods_only.black_box.terms import evaluate
+
         return evaluate(self.terms, past)
 
     def advance(self, state: np.ndarray, inputs: np.ndarray) -> np.ndarray:
@@ -62,6 +94,8 @@ def lift(training: Training, degree: int, output_lags: int, alpha: float, biline
     ------
     CannotFit : there are no more rows than unknowns of an equation, or no record is long enough for a row.
     """
+    from ..estimation.methods_only.black_box.terms import TermRegression, evaluate, monomials
+
     terms = monomials(training.parts[0].outputs.shape[1] * output_lags, degree)[1:]
     past, inputs, ahead = _rows(training, output_lags)
     state = evaluate(terms, past)

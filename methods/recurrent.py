@@ -1,27 +1,63 @@
 """A small recurrent network: a neural state-space model, trained on free runs of windows by gradients from jax.
 
-With the scaled signals of `state_space` and the state s = (z, hidden states),
-
-    s(t + h) = s(t) + A (s, w, 1) + V tanh(U (s, w, 1)),    hidden states at the start of a run: E (p, 1)
-
+Signals are the scaled ones of `black_box.state_space`; hidden states at the start of a run are E (p, 1), p the past.
 The mean square of errors over windows of `STEPS` steps, each begun from the samples before it, plus a penalty on A, U,
-V and E, is minimised by L-BFGS.  Sources: Suykens, De Moor & Vandewalle 1995, Int. J. Control 62(1), 129 (neural state
-space); Beintema, Toth & Schoukens 2021, PMLR 144, 1021 (windows begun by an encoder of past samples).
+V and E, is minimised by L-BFGS.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import minimize
 
-from ....models.errors import FitFailed
-from ....models.linear_algebra import lstsq
-from .free_runs import FreeRunWindows, beside, mean_square, require_jax, tanh, windows_of
-from .state_space import Training
+from ..datasets.record import Record
+from ..estimation.methods_only.black_box.free_runs import (
+    FreeRunWindows,
+    beside,
+    mean_square,
+    require_jax,
+    tanh,
+    windows_of,
+)
+from ..estimation.methods_only.black_box.state_space import Training, training_of
+from ..estimation.methods_only.tuning.space import Real
+from ..estimation.results.fit import Fit
+from ..models.errors import FitFailed
+from ..models.linear_algebra import lstsq
+from ..models.model import Model
+from .learner import STRIDE, Learner, open_option
+from .options import option, whole
+
+
+class Recurrent(Learner):
+    """Recurrent network: a neural state-space model with hidden states, trained on free runs of windows.
+
+        s(t + h) = s(t) + A (s, w, 1) + V tanh(U (s, w, 1)),    s = (z, hidden states)
+
+    Hidden states begin as a linear function of past samples.  Gradients through the recursion are jax's, so the method
+    needs the extra `deep` and does not apply without it.  Sources: Suykens, De Moor & Vandewalle 1995, Int. J. Control
+    62(1), 129; Beintema, Toth & Schoukens 2021, PMLR 144, 1021.
+    """
+
+    name = "recurrent"
+    title = "recurrent neural network (neural state space), trained on free runs"
+    usual_trials = 4
+    stride: int | None = STRIDE
+    alpha: float | None = open_option("penalty on the weights", Real(1e-7, 1e-3, log=True), 1e-5)
+    units: int = option(8, "tanh units", whole(1))
+    hidden: int = option(2, "hidden states", whole(0))
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        require_jax()
+        return super().estimate(records, model)
+
+    def learn(self, records: Sequence[Record], model: Model) -> Fit:
+        training = training_of(records, model, int(self.stride or 1))
+        return training.fit(train(training, self.hidden, self.units, self.alpha or 0.0, self.seed), LAGS)
+
 
 LAGS = 3
 """Steps of a past."""
@@ -62,6 +98,8 @@ def train(training: Training, hidden: int, units: int, alpha: float, seed: int) 
     CannotFit : jax is not installed or too old, or there are too few samples.
     FitFailed : no finite network is found.
     """
+    from scipy.optimize import minimize
+
     jax = require_jax()
     windows = windows_of(training, LAGS, STEPS, WINDOWS)
     start = _first(windows, hidden, units, np.random.default_rng(seed))
