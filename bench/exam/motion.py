@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...diagnosis.gain.held_out_flows import FIRST_PART
+from ...diagnosis.innovations.as_model import FIRST_PART
 from ...estimation.validation.validate import TOGETHER, validate
 from ...models.errors import BadInput
 from ..kinds.diagnosis.columns import CHANNELS

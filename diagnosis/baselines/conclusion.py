@@ -14,9 +14,8 @@ from ...estimation.filters.innovations.estimator import estimator
 from ...models.linear_algebra import pinv
 from ..causes.base import Cause
 from ..causes.registry import causes, testable
-from ..gain.extension import extended_model
-from ..gain.held_out_flows import adapted, of_held_out, transferred
 from ..gain.runs import with_runs
+from ..innovations.as_model import adapted, extended_model, of_held_out, transferred
 from ..prepared import prepared
 from ..registry import Diagnoser
 from ..report.verdict import diagnosis_of
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.settings import Parameter, Setting
     from ...models.model import Model
-    from ..candidate import Variant
+    from ..innovations.state import Variant
     from ..options import Options
     from ..result import Diagnosis
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.tails import chi2_tail
-from ..searches.change_point import ByChangePoint, longest
+from ..innovations.searches import ByChangePoint, longest
 from .conclusion import Chosen, OfFreeRuns, fittable
 from .output_error import FilterRuns, RunFit, cost, rms
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from ...checks.base import Check
     from ...datasets.record import Record
     from ...models.model import Model
-    from ..candidate import Variant
     from ..causes.base import Cause
+    from ..innovations.state import Variant
     from ..options import Options
 
 MOST = 2

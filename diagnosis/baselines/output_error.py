@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.settings import Parameter, Setting
     from ...models.model import Model
-    from ..candidate import Variant
+    from ..innovations.state import Variant
 
 START_S = 10.0
 """Time (s, of a 160 m ship) that a free run starts after."""

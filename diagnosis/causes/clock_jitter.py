@@ -7,15 +7,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.result import NORMAL_90, Size
-from ..residuals.tests import rate_statistic
-from ..searches.scan import ByScan
+from ..innovations.searches import ByScan
+from ..innovations.tests import rate_statistic
 from .base import Cause
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.settings import Setting
-    from ..candidate import Variant
-    from ..state import State
+    from ..innovations.state import State, Variant
 
 SHARES = (0.03, 0.1, 0.3)
 """Errors that are scanned first, as shares of the sampling step."""

@@ -11,16 +11,15 @@ from ...checks.integrity.runs import common_step
 from ...checks.result import NORMAL_90, Size
 from ...estimation.filters.innovations.noise_fit import fit_noise
 from ...models.linear_algebra import finite
-from ..candidate import candidate
-from ..searches.base import Search
-from ..statistics.bootstrap import independent_variances
+from ..innovations.score_tests import independent_variances
+from ..innovations.searches import Search
+from ..innovations.state import candidate
 from .base import DEGREE, Cause
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.settings import Setting
-    from ..candidate import Candidate, Variant
-    from ..state import State
+    from ..innovations.state import Candidate, State, Variant
 
 ENTRIES = ("wave_frequency", "wave_damping", "wave_rms")
 FAINT = 0.1

@@ -1,4 +1,7 @@
-"""The state of a forward selection: records, present setting, accepted causes; frozen, each step returns a new one."""
+"""The state of a forward selection: records, present setting, accepted causes; frozen, each step returns a new one.
+
+A cause is a candidate of the selection: screened by its score, then refitted.
+"""
 
 from __future__ import annotations
 
@@ -9,19 +12,84 @@ from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
-from ..estimation.diagnosis_only.refit import refit
-from ..estimation.filters.innovations.derivatives import columns
-from ..estimation.filters.innovations.estimator import Estimator, Innovations
-from ..estimation.filters.innovations.settings import Parameter, Setting
-from ..estimation.filters.innovations.vector import CHANNELS
-from ..estimation.numerics.threads import in_context
-from ..models.linear_algebra import information_inverse, pinv
-from .candidate import Candidate, Screened, Unmodelled, Variant
-from .statistics.gusts import GustLikelihood
-from .statistics.score_tests import Projector
+from ...checks.tails import log_tail
+from ...estimation.diagnosis_only.refit import refit
+from ...estimation.filters.innovations.derivatives import columns
+from ...estimation.filters.innovations.estimator import Estimator, Innovations
+from ...estimation.filters.innovations.settings import Parameter, Setting
+from ...estimation.filters.innovations.vector import CHANNELS
+from ...estimation.numerics.threads import in_context
+from ...models.linear_algebra import information_inverse, pinv
+from .gusts import GustLikelihood
+from .score_tests import Projector
 
 if TYPE_CHECKING:
-    from .causes.base import Cause
+    from ...estimation.filters.innovations.estimator import Innovations
+    from ...estimation.filters.innovations.settings import Setting
+    from ..causes.base import Cause
+    from .score_tests import Score
+
+
+Variant = tuple[Parameter, ...]
+"""Parameters by which a cause is tried; a cause may have several variants."""
+
+
+@dataclass(frozen=True)
+class Screened:
+    """One cause's best variant by its score.
+
+    start : where a refit begins, for searches that need it.  tests : number of independent tests among its values.
+    """
+
+    cause: Cause
+    variant: Variant
+    log_p: float
+    score: Score
+    start: tuple[float, ...] = ()
+    tests: float = 1.0
+
+
+@dataclass(frozen=True)
+class Unmodelled:
+    """An effect outside the bank, by the label of its best description."""
+
+    label: str
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A cause (or an unmodelled effect) after refitting it with the noise.
+
+    statistic : likelihood-ratio statistic, less the cost of gusts where that was judged; log_p its log p-value.
+    tests : number of variants or starts that were tried.  k : degrees of freedom.
+    penalised : penalised log likelihood of the records with an unmodelled effect (see `statistics.gusts`).
+    tied : causes that it cannot be told from.
+    """
+
+    cause: Cause | Unmodelled
+    variant: Variant
+    log_p: float
+    statistic: float
+    setting: Setting
+    now: Innovations
+    tests: float = 1.0
+    k: int = 0
+    penalised: float = np.nan
+    tied: tuple[Cause, ...] = ()
+
+    def with_statistic(self, statistic: float) -> Candidate:
+        """The candidate with another statistic and the log p-value that goes with it."""
+        moved = self.log_p + log_tail(statistic, self.k) - log_tail(self.statistic, self.k)
+        return replace(self, statistic=statistic, log_p=moved)
+
+
+def candidate(
+    cause: Cause | Unmodelled, variant: Variant, k: int, tests: float, before: float, setting: Setting, now: Innovations
+) -> Candidate:
+    """A refitted cause against the log likelihood `before` without it."""
+    statistic = 2.0 * (now.log_likelihood - before)
+    return Candidate(cause, variant, log_tail(statistic, k) + np.log(tests), statistic, setting, now, tests=tests, k=k)
+
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -64,7 +132,8 @@ class Point:
     @cached_property
     def projector(self) -> Projector:
         """Scores with all that a refit moves projected out."""
-        return projector(self.est, self.setting, self.now, self.parameters, self.prior)
+        fixed = columns(self.est, self.setting, self.parameters) if self.parameters else np.zeros((0, self.now.e.size))
+        return Projector(self.now, fixed, self.prior)
 
 
 @dataclass(frozen=True)
@@ -174,14 +243,6 @@ def first_state(
     start = est.start()
     point = Point(est, start, start, est.evaluate(start), nuisance, prior)
     return State(est, start, point, bank, alpha, nuisance, prior)
-
-
-def projector(
-    est: Estimator, s: Setting, now: Innovations, parameters: Sequence[Parameter], prior: np.ndarray | None
-) -> Projector:
-    """Scores at a setting with parameters projected out."""
-    fixed = columns(est, s, parameters) if parameters else np.zeros((0, now.e.size))
-    return Projector(now, fixed, prior)
 
 
 def covariance(state: State) -> np.ndarray:

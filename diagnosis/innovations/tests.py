@@ -19,7 +19,7 @@ from .features import word
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
     from ..causes.base import Cause
-    from ..statistics.score_tests import Projector
+    from .score_tests import Projector
 
 
 ENOUGH = 50

@@ -11,12 +11,11 @@ import numpy as np
 from ...checks.tails import adjusted, chi2_quantile, shifted_chi2_tail
 from ...estimation.filters.innovations.vector import SYMBOLS
 from ...models.model import CHANNELS as COLUMNS
-from ..candidate import Unmodelled
 from ..causes.base import Cause
 from ..causes.registry import causes
 from ..report.bank import BY_RESIDUALS, lines, of_channels
 from ..result import Entry, Finding
-from ..state import covariance, matters
+from .state import Unmodelled, covariance, matters
 from .unmodelled import confirmed
 
 if TYPE_CHECKING:
@@ -24,8 +23,8 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.settings import Setting
-    from ..candidate import Candidate
-    from ..state import State
+    from .state import Candidate, State
+
 
 EXCITED = 8.0
 """Yaw motion over its sensor's noise (rms, smoothed) below which a record tells nothing about manoeuvring."""

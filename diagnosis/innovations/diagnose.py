@@ -8,32 +8,31 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks.tails import adjusted, log_tail
-from ..estimation.filters.innovations.estimator import estimator
-from ..estimation.filters.innovations.settings import Parameter
-from .candidate import Candidate, Unmodelled
-from .causes.registry import terms_for, testable
-from .gain.extension import extended_model
-from .gain.guard import worsens
-from .gain.held_out_flows import of_state
-from .gain.runs import with_runs
-from .prepared import thinned
-from .report.bank import BY_RESIDUALS, DECIDED, of_fault
-from .report.verdict import diagnosis_of
-from .residuals.criterion import material, select, without
-from .residuals.judged import unexplained
-from .residuals.report import SMALL, bank_of, decide, findings_of, hypothesis_of, noise_of, undecidable
-from .residuals.tests import LATER, Memory, noise_with_memory
-from .state import State, first_state
+from ...checks.tails import adjusted, log_tail
+from ...estimation.filters.innovations.estimator import estimator
+from ...estimation.filters.innovations.settings import Parameter
+from ..causes.registry import terms_for, testable
+from ..gain.guard import worsens
+from ..gain.runs import with_runs
+from ..prepared import thinned
+from ..report.bank import BY_RESIDUALS, DECIDED, of_fault
+from ..report.verdict import diagnosis_of
+from .as_model import extended_model, of_state
+from .criterion import material, select, without
+from .report import SMALL, bank_of, decide, findings_of, hypothesis_of, noise_of, undecidable
+from .state import Candidate, State, Unmodelled, first_state
+from .tests import LATER, Memory, noise_with_memory
+from .unmodelled import unexplained
 
 if TYPE_CHECKING:
-    from ..datasets.record import Record
-    from ..estimation.filters.innovations.estimator import Estimator
-    from ..models.model import Model
-    from .causes.base import Cause
-    from .options import Options
-    from .prepared import Prepared
-    from .result import Diagnosis
+    from ...datasets.record import Record
+    from ...estimation.filters.innovations.estimator import Estimator
+    from ...models.model import Model
+    from ..causes.base import Cause
+    from ..options import Options
+    from ..prepared import Prepared
+    from ..result import Diagnosis
+
 
 PREDICTS_WORSE = "whole records are predicted worse with it"
 IN_NOISE = "not significant where the sensors' noise has a memory"

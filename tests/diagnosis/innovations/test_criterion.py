@@ -7,14 +7,25 @@ import pytest
 
 from helmbench.bench.faults import FaultCase, inject
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis.candidate import Candidate, Unmodelled
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
-from helmbench.diagnosis.residuals import criterion, judged
-from helmbench.diagnosis.residuals.judged import RIVALLED_LEVEL, RIVALLED_NATS
-from helmbench.diagnosis.residuals.unmodelled import FURTHER_NATS, margin_over_unmodelled
-from helmbench.diagnosis.state import channel_shares, exceeds_misfit, first_state, misfit_allowance
-from helmbench.diagnosis.statistics.gusts import penalised_likelihood
+from helmbench.diagnosis.innovations import criterion, tests
+from helmbench.diagnosis.innovations.gusts import penalised_likelihood
+from helmbench.diagnosis.innovations.state import (
+    Candidate,
+    Unmodelled,
+    channel_shares,
+    exceeds_misfit,
+    first_state,
+    misfit_allowance,
+)
+from helmbench.diagnosis.innovations.unmodelled import (
+    FURTHER_NATS,
+    RIVALLED_LEVEL,
+    RIVALLED_NATS,
+    margin_over_unmodelled,
+    unexplained,
+)
 from helmbench.estimation.diagnosis_only.refit import refit
 from helmbench.estimation.filters.innovations.derivatives import columns
 from helmbench.estimation.filters.innovations.estimator import estimator
@@ -85,13 +96,13 @@ def test_one_unmodelled_effect_outdoes_two_causes_that_fit_little_better(under_c
 def test_what_an_unmodelled_effect_rivals_must_be_the_same_throughout(under_current, monkeypatch, rng):
     """A size that changes a little counts where an unmodelled effect fits nearly as well, and nowhere else."""
     label = "current of another size late"
-    monkeypatch.setattr(judged, "size_tests", lambda state: [(label, np.log(0.5 * RIVALLED_LEVEL))])
+    monkeypatch.setattr(tests, "size_tests", lambda *of: [(label, np.log(0.5 * RIVALLED_LEVEL))])
     est = under_current.est
     s, now = fit_noise_from_starts(est, est.start(), est.start())
     here = penalised_likelihood(est, s, now) - np.log(under_current.n_effective)
     for behind, named in ((0.5 * RIVALLED_NATS, True), (1.5 * RIVALLED_NATS, False)):
         rival = Candidate(Unmodelled("r"), (), -40.0, 90.0, s, now, penalised=here - behind)
-        found = judged.unexplained(replace(under_current.at(s, now), rival=rival), rng)
+        found = unexplained(replace(under_current.at(s, now), rival=rival), rng)
         assert (found is not None and label in found.cause.label) == named
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
-from helmbench.diagnosis.gain.extension import extended_model
+from helmbench.diagnosis.innovations.as_model import extended_model
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import model_to_json, resolve
 

@@ -12,10 +12,9 @@ from helmbench.datasets.generator import generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
 from helmbench.diagnosis.causes.wave_motion import _waves_at
-from helmbench.diagnosis.residuals.criterion import noise_fitted, refined
-from helmbench.diagnosis.residuals.screening import screen
-from helmbench.diagnosis.state import first_state
-from helmbench.diagnosis.statistics.bootstrap import independent_values, independent_variances
+from helmbench.diagnosis.innovations.criterion import noise_fitted, refined, screen
+from helmbench.diagnosis.innovations.score_tests import independent_values, independent_variances
+from helmbench.diagnosis.innovations.state import first_state
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve
 

@@ -1,4 +1,6 @@
-"""Effects outside the bank: features, sets of them and pulses tried by their likelihood, and held-out confirmation."""
+"""Effects outside the bank: features, sets of them and pulses tried by their likelihood; whether one stays unexplained
+once causes are named, and whether held-out records confirm it.
+"""
 
 from __future__ import annotations
 
@@ -14,19 +16,20 @@ from ...estimation.filters.innovations.estimator import Estimator, estimator
 from ...estimation.filters.innovations.settings import Noise, Setting
 from ...estimation.filters.innovations.vector import CHANNELS
 from ...models.linear_algebra import pinv
-from ..candidate import Candidate, Unmodelled, candidate
-from ..state import IN_SPAN, State, exceeds_misfit, projector
-from ..statistics.gusts import gust_cost, penalised_likelihood
-from ..statistics.score_tests import independent_tests
-from . import features
-from .features import Feature
+from ..causes.sensors import HeadingDelay
+from . import features, tests
+from .features import YAW_RATE_IN_HEADING, Feature
+from .gusts import gust_cost, penalised_likelihood
+from .score_tests import cauchy_combination, independent_tests
+from .state import IN_SPAN, Candidate, State, Unmodelled, candidate, exceeds_misfit, misfit_allowance
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.filters.innovations._arguments import Trace
-    from ..statistics.score_tests import Projector
+    from .score_tests import Projector
 
     Series = tuple[np.ndarray, ...]
+
 
 T = TypeVar("T")
 GUST_LEVELS = (0.0, 0.03, 0.2, 1.0)
@@ -36,6 +39,8 @@ SEARCHES = 4
 """Searches that share the level: features, periodic moments, pulses, and forces unlike gusts."""
 BLOCK, PAIRS, LONGEST_PULSE = 32, 16, 8
 """Features, and pairs of them, whose columns are held at once, and windows that a pulse may last."""
+UNMODELLED = 0.3
+"""Share of the family-wise level that effects outside the bank have."""
 FURTHER_NATS = 12.0
 """Log likelihood, less the log of how many were tried, by which every named cause after the first must beat a single
 unmodelled effect: that several act at once has to be worth more than that one is not known."""
@@ -101,7 +106,7 @@ def try_features(state: State, before: float, rng: np.random.Generator) -> list[
             continue
         project = state.point.projector
         if level < 1.0:
-            project = projector(est, at, now, state.parameters, state.precisions()).with_residual(now)
+            project = state.at(at, now).point.projector.with_residual(now)
         here = Linearised(est, traces(est, at), project)
         of_sets, terms = _of_sets(state, every, here, level == 1.0)
         if terms is not None:
@@ -255,3 +260,64 @@ def confirmed(state: State, left: Candidate, records: Sequence[Record]) -> bool 
             return None
         s = held.moved(s, by_key[p.name].parameter(), est.value(left.setting, p))
     return bool(held.evaluate(s).log_likelihood > now.log_likelihood + 2.0)
+
+
+RIVALLED_NATS, RIVALLED_LEVEL = 30.0, 0.05
+"""How near an unmodelled effect may come to what was named before its sizes are tested at a level of their own, and
+that level: right names stand so near where effects are faint, and faint ones' small faults of description do not
+show."""
+
+
+def unexplained(state: State, rng: np.random.Generator) -> Candidate | None:
+    """An effect outside the bank that the innovations still show, or that alone beats all that was named.
+
+    What an unmodelled effect comes near to must be the same throughout the records at a level of its own.
+    """
+    threshold = float(np.log(state.alpha * UNMODELLED))
+    effect = best_unmodelled(state, threshold, rng) if state.accepted else state.rival
+    if effect is not None and not _is_small_delay(state, effect):
+        return effect
+    margin = margin_over_unmodelled(state)
+    if margin < 0.0:
+        return state.rival
+    own = {cause: rows for cause, rows in state.effects.items() if len(rows)}
+    sizes = tests.size_tests(state.est, state.now, state.point.projector, own) if own else []
+    if margin < RIVALLED_NATS and sizes:
+        log_p = cauchy_combination([p for _, p in sizes])
+        if log_p < np.log(RIVALLED_LEVEL):
+            return _without_form(state, smallest(sizes)[0], log_p)
+    line = tests.line_test(state.est, state.now)
+    label, log_p = smallest(
+        [
+            *tests.activity_tests(state.est, state.now),
+            *tests.whiteness_tests(state.est, state.now),
+            *sizes,
+            (f"a periodic error at {line[1]:.3g} rad/s", line[0]),
+        ]
+    )
+    allowed = min(threshold, -0.5 * float(misfit_allowance(state).sum()))
+    return _without_form(state, label, log_p) if log_p < allowed else None
+
+
+def _is_small_delay(state: State, candidate: Candidate) -> bool:
+    """Whether an unmodelled effect is a heading that is late, or early, by less than the cause of that name counts,
+    where the sensors' channels have decided on that cause."""
+    tested = any(isinstance(cause, HeadingDelay) for cause in state.bank)
+    if tested or [p.name.split(":")[0] for p in candidate.variant] != [YAW_RATE_IN_HEADING]:
+        return False
+    est = state.est
+    rate = state.now.states[:, est.kernels.STATES.index("r")]
+    late_s = est.value(candidate.setting, candidate.variant[0]) / float(np.sqrt(np.mean(rate**2)))
+    delay = HeadingDelay()
+    return not delay.matters(est, delay.variants(est)[0], np.array([late_s]))
+
+
+def smallest(rows: Sequence[tuple[str, float]]) -> tuple[str, float]:
+    """Label of the most significant test, and its log p-value, their number taken into account."""
+    label, log_p = min(rows, key=lambda t: t[1])
+    return label, log_p + float(np.log(len(rows)))
+
+
+def _without_form(state: State, label: str, log_p: float) -> Candidate:
+    """An effect that shows in a test and has no form of its own."""
+    return Candidate(Unmodelled(label), (), log_p, -2.0 * log_p, state.setting, state.now)

@@ -5,7 +5,7 @@ import pytest
 from scipy.stats import chi2
 
 from helmbench.checks.tails import log_tail
-from helmbench.diagnosis.statistics.score_tests import (
+from helmbench.diagnosis.innovations.score_tests import (
     Projector,
     canonical_correlation,
     cauchy_combination,

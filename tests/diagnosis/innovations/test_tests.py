@@ -9,11 +9,11 @@ from scipy.signal import lfilter
 import helmbench
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
-from helmbench.diagnosis.residuals.features import LINES, MOST_LINES, lines
-from helmbench.diagnosis.residuals.tests import noise_with_memory, size_tests
-from helmbench.diagnosis.residuals.unmodelled import _periodic
-from helmbench.diagnosis.state import first_state
-from helmbench.diagnosis.statistics.score_tests import Projector
+from helmbench.diagnosis.innovations.features import LINES, MOST_LINES, lines
+from helmbench.diagnosis.innovations.score_tests import Projector
+from helmbench.diagnosis.innovations.state import first_state
+from helmbench.diagnosis.innovations.tests import noise_with_memory, size_tests
+from helmbench.diagnosis.innovations.unmodelled import _periodic
 from helmbench.estimation.filters.innovations.estimator import Innovations, estimator
 from helmbench.models.model import resolve
 

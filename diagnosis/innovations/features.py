@@ -21,6 +21,7 @@ from ...estimation.filters.innovations.vector import SENSORS, SYMBOLS
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator, Innovations
 
+
 LAGS_S = (5.0, 12.0, 30.0, 75.0)
 LINES = (0.08, 0.6)
 """Angular frequencies of periodic moments that are tried, rad/s for a 160 m ship."""

@@ -7,13 +7,11 @@ import pytest
 
 from helmbench.bench.faults import FaultCase, inject
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis.candidate import Candidate
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
-from helmbench.diagnosis.residuals import criterion
-from helmbench.diagnosis.state import first_state
-from helmbench.diagnosis.statistics import gusts
-from helmbench.diagnosis.statistics.gusts import GustLikelihood, penalised_likelihood
+from helmbench.diagnosis.innovations import criterion, gusts
+from helmbench.diagnosis.innovations.gusts import GustLikelihood, penalised_likelihood
+from helmbench.diagnosis.innovations.state import Candidate, first_state
 from helmbench.estimation.filters.innovations.derivatives import columns
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.estimation.filters.innovations.noise_fit import fit_noise_from_starts

@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from helmbench.diagnosis.by_residuals import PREDICTS_WORSE
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.innovations.diagnose import PREDICTS_WORSE
 from helmbench.diagnosis.options import Options
 from helmbench.models.model import resolve
 
-from ..expectations.injections import injected
+from ...expectations.injections import injected
 
 
 def test_a_cause_that_worsens_held_out_records_is_withdrawn(rng):

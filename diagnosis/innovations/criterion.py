@@ -1,13 +1,15 @@
 """Causes beside an exact base model, or one whose coefficients are free: by the likelihood of the filter's innovations.
 
-What enters is refitted with all else; what then no longer gains significantly leaves again.
+The score of every cause says which are refitted.  What enters is refitted with all else; what then no longer gains
+significantly leaves again.  A cause whose fit fails stands in the bank with the reason, and the selection goes on
+without it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -16,20 +18,112 @@ from ...estimation.diagnosis_only.refit import refit
 from ...estimation.filters.innovations.derivatives import columns
 from ...estimation.filters.innovations.noise_fit import fit_noise_from_starts
 from ...models.errors import FitFailed
-from ..candidate import Candidate, Screened, Unmodelled, candidate
-from ..state import HIDING, State, exceeds_misfit, is_large, matters
-from ..statistics.gusts import penalised_likelihood
-from ..statistics.score_tests import canonical_correlation
-from . import tests
-from .screening import Failed, attempted, counted, itself, screen, sorted_out
-from .unmodelled import best_unmodelled
+from .gusts import penalised_likelihood
+from .score_tests import canonical_correlation, effective_number
+from .state import (
+    HIDING,
+    IN_SPAN,
+    Candidate,
+    Screened,
+    State,
+    Unmodelled,
+    Variant,
+    candidate,
+    exceeds_misfit,
+    is_large,
+    matters,
+)
+from .unmodelled import UNMODELLED, best_unmodelled
 
 if TYPE_CHECKING:
-    from ...estimation.filters.innovations.settings import Setting
+    from ...estimation.filters.innovations.estimator import Estimator, Innovations
+    from ...estimation.filters.innovations.settings import Parameter, Setting
     from ..causes.base import Cause
 
-FIRST, LATER, UNMODELLED = 0.5, 0.2, 0.3
-"""How the family-wise level is spent: first cause, later ones, effects outside the bank."""
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+
+Failures = dict["Cause", str]
+"""Causes that linear algebra or arithmetic gave no numbers for, with the reason."""
+
+
+def attempted(work: Callable[[T], R | None], failed: Failures | None = None) -> Callable[[T], R | None]:
+    """Work on a cause, or on what has one, that gives None where a matrix is singular or a number not finite.
+
+    failed : gets the cause, with the reason.
+    """
+
+    def guarded(item: T) -> R | None:
+        try:
+            return work(item)
+        except (np.linalg.LinAlgError, ArithmeticError) as error:
+            cause: Any = getattr(item, "cause", item)
+            if failed is not None:
+                failed[cause] = f"its fit fails: {error}"
+            return None
+
+    return guarded
+
+
+class Screen(NamedTuple):
+    """Screened causes, best first; those that the nuisance absorbs; columns of the rest by cause and variant; causes
+    whose screen failed, with the reason."""
+
+    items: list[Screened]
+    in_span: frozenset[Cause]
+    families: list[list[np.ndarray]]
+    failed: Failures
+
+
+def screen(state: State, s: Setting, now: Innovations, rng: np.random.Generator) -> Screen:
+    """Score of every cause not accepted yet, best variant each."""
+    here = state.point if s is state.setting else state.at(s, now).point
+    bank = {cause: variants for cause, variants in state.bank.items() if cause not in state.causes}
+    out, families, in_span = [], [], set()
+    scored = {cause: variants for cause, variants in bank.items() if cause.search.scored}
+    for cause, own in _columns(state.est, s, scored).items():
+        scores = [here.projector.score(c) for c in own]
+        if all(score.share < IN_SPAN for score in scores):
+            in_span.add(cause)
+            continue
+        families.append(own)
+        variants = scored[cause]
+        ranked = [
+            log_tail(score.statistic, len(v)) + np.log(len(variants)) for score, v in zip(scores, variants, strict=True)
+        ]
+        best = int(np.argmin(ranked))
+        out.append(Screened(cause, variants[best], float(ranked[best]), scores[best]))
+
+    failed: Failures = {}
+    by_search = attempted(lambda cause: cause.search.screen(cause, state, here, rng), failed)
+    out += filter(None, map(by_search, [cause for cause in bank if not cause.search.scored]))
+    return Screen(sorted(out, key=lambda c: c.log_p), frozenset(in_span), families, failed)
+
+
+def counted(state: State, screen: Screen, rng: np.random.Generator) -> State:
+    """The state with the first screen and the number of independent tests that the bank amounts to."""
+    n = effective_number(state.point.projector, screen.families, rng) if screen.families else 0.0
+    return replace(
+        state, n_effective=1.0 + n, screened={i.cause: i for i in screen.items}, in_span=state.in_span | screen.in_span
+    )
+
+
+def _columns(est: Estimator, s: Setting, bank: Mapping[Cause, Sequence[Variant]]) -> dict[Cause, list[np.ndarray]]:
+    """Columns (k, n) of each variant of each cause; a parameter that stands in several is run once."""
+    unique: dict[tuple, Parameter] = {}
+    for p in (p for variants in bank.values() for variant in variants for p in variant):
+        unique.setdefault((p.name, p.slots, p.record), p)
+    rows = dict(zip(unique, columns(est, s, list(unique.values())), strict=True))
+    return {
+        cause: [np.stack([rows[p.name, p.slots, p.record] for p in variant]) for variant in variants]
+        for cause, variants in bank.items()
+    }
+
+
+FIRST, LATER = 0.5, 0.2
+"""How the family-wise level is spent: first cause, later ones; effects outside the bank have the rest (UNMODELLED)."""
 LEADERS = 4
 """Most screened causes that are refitted: of 83 injected effects and the stronger ones of 27 pairs all that were
 significant stood among the first four; what another hides is screened again beside that one."""
@@ -99,40 +193,32 @@ def noise_fitted(state: State) -> State:
 def _candidates(state: State, step: int, before: float, rng: np.random.Generator) -> tuple[State, list[Candidate]]:
     screened = screen(state, state.setting, state.now, rng)
     state = counted(state, screened, rng) if step == 0 else replace(state, in_span=state.in_span | screened.in_span)
-    state = replace(state, failed={**state.failed, **screened.failed})
-    state, candidates = _refitted(state, screened.items, before, rng)
+    failed = {**state.failed, **screened.failed}
+    candidates = _refitted(state, screened.items, before, rng, failed)
     for complicated in list(candidates):
         simpler = simplified(state, complicated, before, rng)
         if simpler is not None and all(c.log_p > simpler.log_p for c in candidates if c.cause == simpler.cause):
             candidates = [*(c for c in candidates if c.cause != simpler.cause), simpler]
 
-    def by_search(cause: Cause) -> Candidate | None:
-        return cause.search.attempt(cause, state, before, rng)
-
-    attempt = attempted(by_search, itself)
-    state, tried = sorted_out(state, [attempt(cause) for cause in state.bank if cause not in state.causes])
-    candidates += [one for one in tried if one is not None]
-    return state, under_gusts(state, refined(state, candidates, before), before)
+    by_search = attempted(lambda cause: cause.search.attempt(cause, state, before, rng), failed)
+    candidates += filter(None, map(by_search, [cause for cause in state.bank if cause not in state.causes]))
+    return replace(state, failed=failed), under_gusts(state, refined(state, candidates, before), before)
 
 
 def simplified(state: State, candidate: Candidate, before: float, rng: np.random.Generator) -> Candidate | None:
     """A simpler cause that describes what a candidate does; None where there is none, or its fit fails."""
-    simpler = attempted(lambda c: _cause(c).simpler(state, c, before, rng), _cause)(candidate)
-    return None if isinstance(simpler, Failed) else simpler
+    return attempted(lambda c: _cause(c).simpler(state, c, before, rng))(candidate)
 
 
 def _refitted(
-    state: State, items: Sequence[Screened], before: float, rng: np.random.Generator
-) -> tuple[State, list[Candidate]]:
+    state: State, items: Sequence[Screened], before: float, rng: np.random.Generator, failed: Failures
+) -> list[Candidate]:
     """The leaders of the screen and of one without gusts, then those behind them whose scores promise more."""
 
-    def refit_one(job: tuple[Screened, np.random.Generator]) -> Candidate:
-        item, own = job
-        return item.cause.search.refit(item.cause, state, item, before, own)
-
-    def refits(chosen: Sequence[Screened]) -> list[Candidate | Failed]:
-        jobs = list(zip(chosen, rng.spawn(len(chosen)), strict=True))  # draws the same whoever comes first
-        return state.in_threads(attempted(refit_one, lambda job: job[0].cause), jobs)
+    def refits(chosen: Sequence[Screened]) -> list[Candidate]:
+        own = dict(zip([i.cause for i in chosen], rng.spawn(len(chosen)), strict=True))  # the same whoever comes first
+        refit_one = attempted(lambda i: i.cause.search.refit(i.cause, state, i, before, own[i.cause]), failed)
+        return list(filter(None, state.in_threads(refit_one, chosen)))
 
     level = np.log(0.1 / state.n_effective)
     chosen = _leaders(items, level, LEADERS, LEADING)
@@ -141,12 +227,11 @@ def _refitted(
     if state.setting.noise.has_forces and calm.log_likelihood > before - HIDING:
         quiet = screen(state, replace(state.setting, noise=state.start.noise), calm, rng).items
         chosen += [i for i in _leaders(quiet, -15.0, 3, LEADING) if i.cause not in have]
-    (state, candidates), have = sorted_out(state, refits(chosen)), {i.cause for i in chosen}
+    candidates, have = refits(chosen), {i.cause for i in chosen}
     kept = max((c.statistic for c in candidates), default=0.0)
     further = _leaders(items, level, FURTHER, PROMISING)
     more = [i for i in further if i.cause not in have and -2.0 * i.log_p > kept]
-    state, others = sorted_out(state, refits(more))
-    return state, candidates + others
+    return candidates + refits(more)
 
 
 def _leaders(items: Sequence[Screened], level: float, most: int, share: float) -> list[Screened]:
@@ -165,8 +250,8 @@ def refined(state: State, candidates: Sequence[Candidate], before: float) -> lis
         return candidate(c.cause, c.variant, c.k, c.tests, before, setting, now)
 
     leaders = [c for c in candidates if c.statistic > least]
-    ends = state.in_threads(attempted(to_the_end, _cause), leaders)
-    done = [first if isinstance(end, Failed) else end for first, end in zip(leaders, ends, strict=True)]
+    ends = state.in_threads(attempted(to_the_end), leaders)
+    done = [end or first for first, end in zip(leaders, ends, strict=True)]
     return [*done, *(c for c in candidates if c.statistic <= least)]
 
 
@@ -250,12 +335,6 @@ def lacking(state: State, cause: Candidate) -> Setting:
     if cause.variant or isinstance(cause.cause, Unmodelled):
         return bare
     return est.with_entries(bare, {name: float(est.base[est.index[name]]) for name in cause.cause.search.entries})
-
-
-def size_tests(state: State) -> list[tuple[str, float]]:
-    """Log p-values of the accepted causes having one size throughout."""
-    own = {cause: rows for cause, rows in state.effects.items() if len(rows)}
-    return tests.size_tests(state.est, state.now, state.point.projector, own) if own else []
 
 
 def _cause(c: Candidate) -> Cause:

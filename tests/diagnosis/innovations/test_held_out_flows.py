@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.causes.registry import cause as cause_of
-from helmbench.diagnosis.gain.held_out_flows import adapted, transferred
+from helmbench.diagnosis.innovations.as_model import adapted, transferred
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve
 
