@@ -11,8 +11,7 @@ import numpy as np
 
 from ...checks.tails import chi2_tail
 from ..innovations.searches import ByChangePoint, longest
-from .conclusion import Chosen, OfFreeRuns, fittable
-from .output_error import FilterRuns, RunFit, cost, rms
+from .output_error import Chosen, FilterRuns, OfFreeRuns, RunFit, cost, fittable, rms
 
 if TYPE_CHECKING:
     from ...checks.base import Check

@@ -38,12 +38,14 @@ class Search:
     scored : the variants are scored together with those of other causes (`screen` is then not called).
     steady : what belongs to a record holds all through it, so that other records have their own.
     counts_values : the level counts how many independent tests the tried values amount to.
+    of_first : the first parameter alone measures the effect's strength, else all do.
     entries : numbers of the filter's vector that hold a cause without parameters.
     """
 
     scored = False
     steady = True
     counts_values = False
+    of_first = False
 
     @property
     def entries(self) -> tuple[str, ...]:
@@ -61,10 +63,6 @@ class Search:
         """The cause tried without a screen; None where it gains nothing, or was screened."""
         return None
 
-    def n_sizes(self, variant: Variant) -> int:
-        """How many of a variant's parameters, the first ones, measure the effect's strength."""
-        return len(variant)
-
     def starts(self, est: Estimator, s: Setting, variant: Variant) -> Sequence[Setting]:
         """Settings that a refit may start from, the given one first."""
         return [s]
@@ -75,11 +73,6 @@ def refitted(
 ) -> Candidate:
     """A candidate after the first steps of a refit."""
     return candidate(cause, variant, k, tests, before, *state.refit(start, variant, FIRST_STEPS))
-
-
-def most_likely(state: State, settings: Sequence[Setting]) -> int:
-    """Index of the setting of largest likelihood."""
-    return int(np.argmax([now.log_likelihood for now in state.est.many(settings)]))
 
 
 @dataclass(frozen=True)
@@ -119,7 +112,7 @@ class ByProfile(Search):
     """
 
     values: tuple[float, ...]
-    counts_values = True
+    counts_values = of_first = True
 
     def screen(self, cause: Cause, state: State, here: Point, rng: np.random.Generator) -> Screened:
         est, (variant,) = state.est, state.bank[cause]
@@ -135,9 +128,6 @@ class ByProfile(Search):
         s = est.at(est.at(state.setting, second, item.start[1]), first, item.start[0])
         s, _ = state.refit(s, (first,), 2)
         return refitted(cause, state, item.variant, s, 2, float(len(state.bank[cause])), before)
-
-    def n_sizes(self, variant: Variant) -> int:
-        return 1
 
 
 @dataclass(frozen=True)
@@ -200,7 +190,7 @@ class ByChangePoint(Search):
 
     grid: int = 12
     steady = False
-    counts_values = True
+    counts_values = of_first = True
 
     def screen(self, cause: Cause, state: State, here: Point, rng: np.random.Generator) -> Screened:
         est = state.est
@@ -235,10 +225,7 @@ class ByChangePoint(Search):
 
     def _best(self, state: State, s: Setting, time, values: list[float]) -> Setting:
         settings = [s, *(state.est.at(s, time, value) for value in values)]
-        return settings[most_likely(state, settings)]
-
-    def n_sizes(self, variant: Variant) -> int:
-        return 1
+        return settings[int(np.argmax([now.log_likelihood for now in state.est.many(settings)]))]
 
 
 def longest(est: Estimator) -> float:

@@ -310,7 +310,7 @@ def strengths(state: State) -> list[float]:
     """Squares of the accepted causes' sizes in units of their standard errors, or their statistics where larger."""
     out, spread, at = [], covariance(state), len(state.nuisance)
     for a in state.accepted:
-        k = len(a.variant) if isinstance(a.cause, Unmodelled) else a.cause.search.n_sizes(a.variant)
+        k = 1 if not isinstance(a.cause, Unmodelled) and a.cause.search.of_first else len(a.variant)
         size = np.array([state.est.value(state.setting, p) for p in a.variant[:k]])
         block = spread[at : at + k, at : at + k]
         wald = float(size @ pinv(block, hermitian=True) @ size) if a.variant else 0.0

@@ -9,9 +9,9 @@ from helmbench.bench.faults import FaultCase, inject
 from helmbench.checks.tails import log_tail
 from helmbench.datasets.generator import Case as Generated
 from helmbench.datasets.generator import generate
+from helmbench.diagnosis.causes.noise import _waves_at
 from helmbench.diagnosis.causes.registry import cause as cause_of
 from helmbench.diagnosis.causes.registry import testable as bank_of
-from helmbench.diagnosis.causes.wave_motion import _waves_at
 from helmbench.diagnosis.innovations.criterion import noise_fitted, refined, screen
 from helmbench.diagnosis.innovations.score_tests import independent_values, independent_variances
 from helmbench.diagnosis.innovations.state import first_state
