@@ -6,7 +6,7 @@ model of them, and `calibrate` moves the numbers of it that the training records
 
 from __future__ import annotations
 
-from ..diagnosis.craft.ship import corrected
+from ..diagnosis.calibration.calibrate import corrected_particulars
 from ..estimation.run.prediction import prediction_scores
 from ..models.model import Model, model_from_particulars, resolve
 from ..models.particulars import particulars_of
@@ -42,4 +42,4 @@ def _error(task: Task, simulation: Model) -> float:
     train, held_out = (
         [record.turned(simulation.positive_rudder) for record in own] for own in (records.train, records.held_out)
     )
-    return mean_nrmse(prediction_scores(corrected(simulation, train)[0], held_out), CHANNELS)
+    return mean_nrmse(prediction_scores(corrected_particulars(simulation, train)[0], held_out), CHANNELS)

@@ -17,10 +17,9 @@ from ..datasets.columns import HEADING, RUDDERS
 from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
 from .base import Fault, FileCheck, cleaned
-from .comparison.alternatives import as_clock, as_curve
 from .comparison.chains import Chain, chains, sums, why_not
-from .comparison.courses import deviation
-from .comparison.selection import Compared, compare
+from .comparison.drift import deviation
+from .comparison.selection import Compared, as_clock, as_curve, compare
 from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
 from .integrity.averages import averages_of
 from .registry import check_of, column_checks, file_checks, sensor_errors

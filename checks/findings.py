@@ -11,8 +11,7 @@ import numpy as np
 from ..datasets.columns import HEADING, VELOCITIES
 from ..models.errors import CannotFit
 from .base import Check
-from .comparison.courses import FLOOR, Deviation
-from .comparison.drift import Drift, drifts, interval, is_there, rivals
+from .comparison.drift import FLOOR, Deviation, Drift, drifts, interval, is_there, rivals
 from .comparison.selection import DIFFERENT, TIE, Compared, Sizes
 from .registry import check_of, sensor_errors
 from .result import NORMAL_90, CheckFinding, Size

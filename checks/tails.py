@@ -8,19 +8,16 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from scipy.special import chdtr, chdtrc, chdtri, chndtr, fdtrc, gammaln, log_ndtr, ndtr, ndtri, stdtr, stdtrit
 
 
 def chi2_tail(x: Any, k: float) -> Any:
     """P(chi2_k > x) for x >= 0."""
-    from scipy.special import chdtrc
-
     return chdtrc(k, x)
 
 
 def chi2_log_tail(x: float, k: float) -> float:
     """log P(chi2_k > x) for x >= 0; -inf where the probability underflows."""
-    from scipy.special import chdtr, chdtrc
-
     tail = float(chdtrc(k, x))
     with np.errstate(divide="ignore"):
         return float(np.log(tail) if tail < 0.5 else np.log1p(-chdtr(k, x)))
@@ -28,64 +25,46 @@ def chi2_log_tail(x: float, k: float) -> float:
 
 def chi2_quantile(tail: float, k: float) -> float:
     """x with P(chi2_k > x) = tail."""
-    from scipy.special import chdtri
-
     return float(chdtri(k, tail))
 
 
 def shifted_chi2_tail(x: float, k: float, noncentrality: float) -> float:
     """P(chi2_k(noncentrality) > x)."""
-    from scipy.special import chndtr
-
     return 1.0 - float(chndtr(x, k, noncentrality))
 
 
 def normal_tail(x: float) -> float:
     """P(z > x) of a standard normal z."""
-    from scipy.special import ndtr
-
     return float(ndtr(-x))
 
 
 def normal_log_tail(x: float) -> float:
     """log P(z > x) of a standard normal z."""
-    from scipy.special import log_ndtr
-
     return float(log_ndtr(-x))
 
 
 def normal_quantile(p: float) -> float:
     """x with P(z <= x) = p of a standard normal z."""
-    from scipy.special import ndtri
-
     return float(ndtri(p))
 
 
 def student_tail(x: float, dof: float) -> float:
     """P(t_dof > x)."""
-    from scipy.special import stdtr
-
     return float(stdtr(dof, -x))
 
 
 def student_quantile(p: float, dof: float) -> float:
     """x with P(t_dof <= x) = p."""
-    from scipy.special import stdtrit
-
     return float(stdtrit(dof, p))
 
 
 def f_tail(x: float, k: float, dof: float) -> float:
     """P(F_k,dof > x); 1 for x <= 0."""
-    from scipy.special import fdtrc
-
     return float(fdtrc(k, dof, max(x, 0.0)))
 
 
 def log_tail(statistic: float, k: int) -> float:
     """log P(chi2_k > statistic), also far in the tail."""
-    from scipy.special import gammaln
-
     x = max(float(statistic), 1e-9)
     if x < 300.0:
         return chi2_log_tail(x, k)

@@ -32,11 +32,10 @@ from ..estimation.records.series import series_of
 from ..models.families.extensions import extension_of, is_made_up
 from ..models.model import CHANNELS, Model, model_to_json, resolve
 from ..models.simulate import simulate
-from .candidate import Variant
 from .causes.base import WHERE, Cause, NotTestable, StageCause
-from .gain.extension import extended_model
-from .searches.base import Search
-from .state import first_state
+from .innovations.as_model import extended_model
+from .innovations.searches import Search
+from .innovations.state import Variant, first_state
 
 SECOND = "kvlcc2-l7"
 VESSELS = ("mariner", SECOND, "response-1", "nomoto-1")

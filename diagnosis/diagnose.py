@@ -12,9 +12,9 @@ from ..datasets.columns import INPUTS, POSITIONS
 from ..estimation.results.fit import arithmetic_guard, blas_limited
 from ..models.errors import BadInput, CannotFit, FitFailed
 from ..models.model import CHANNELS
-from .by_residuals import by_innovations
 from .checked import with_checks
 from .gain.guard import worsens
+from .innovations.diagnose import by_innovations
 from .one_bank.diagnose import by_pieces
 from .one_bank.force_answer import INSTEAD
 from .one_bank.remaining import with_remaining

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ...datasets.record import Record
-from ...diagnosis.gain.held_out_flows import FIRST_PART
+from ...diagnosis.innovations.as_model import FIRST_PART
 from ...estimation.validation.validate import TOGETHER, validate
 from ...models.errors import BadInput
 from ...models.model import Model

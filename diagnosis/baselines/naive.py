@@ -10,16 +10,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.tails import chi2_tail
-from ..searches.change_point import ByChangePoint, longest
-from .conclusion import Chosen, OfFreeRuns, fittable
-from .output_error import FilterRuns, RunFit, cost, rms
+from ..innovations.searches import ByChangePoint, longest
+from .output_error import Chosen, FilterRuns, OfFreeRuns, RunFit, cost, fittable, rms
 
 if TYPE_CHECKING:
     from ...checks.base import Check
     from ...datasets.record import Record
     from ...models.model import Model
-    from ..candidate import Variant
     from ..causes.base import Cause
+    from ..innovations.state import Variant
     from ..options import Options
 
 MOST = 2

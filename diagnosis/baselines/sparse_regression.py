@@ -10,8 +10,8 @@ import numpy as np
 from ...datasets.geometry import body_velocities
 from ...models.linear_algebra import lstsq
 from ..causes.registry import testable
-from .conclusion import Chosen, OfFreeRuns
 from .naive import fit_cause
+from .output_error import Chosen, OfFreeRuns
 
 if TYPE_CHECKING:
     from ...datasets.record import Record

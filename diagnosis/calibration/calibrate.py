@@ -6,7 +6,7 @@ import time
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -16,37 +16,40 @@ from ...estimation.run.run import squares_of
 from ...estimation.selection.score import jackknife
 from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import OWN, Group, groups_of, grown, with_values
-from ...models.errors import BadInput, CannotFit
+from ...models.errors import BadInput, CannotFit, FitFailed
 from ...models.instruments import combined
 from ..causes.missing_terms import ConstantForce
 from ..causes.registry import causes_of
 from ..free_runs.units import FEWEST, names_of_units
 from ..gain.guard import WORSE
-from ..gain.runs import own_run
+from ..gain.runs import own_run, trace_of
 from ..one_bank.answer import in_wind
 from ..one_bank.behind import behind_causes, in_flows, instruments_behind
 from ..one_bank.diagnose import choice_and_diagnosis
 from ..options import Options
 from ..prepared import corrected_records
 from ..report.verdict import by_share
-from .advice import next_runs
 from .group_fits import (
     GroupFit,
     GroupSteps,
+    HeldOut,
     NamedGroup,
+    columns_of_states,
     errors_of,
     every_number,
     fit_groups,
     loses,
     on_whole_records,
+    runs_along,
     score_fall,
+    states_of,
     whole_and_parts,
+    whole_records,
+    with_held_out,
 )
-from .ingredients import floor, ingredients
-from .left_out import left_out_traces, remaining
 from .regimes import confirmation, places_of
 from .result import Calibration, Moved, RunEffect, Share, StepTold
-from .whole_records import HeldOut, columns_of_states, states_of, whole_records, with_held_out
+from .what_remains import floor, ingredients, left_out_traces, next_runs, remaining
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -56,8 +59,8 @@ if TYPE_CHECKING:
     from ..free_runs.problem import FreeRuns
     from ..one_bank.search import Choice
     from ..prepared import Prepared
+    from .group_fits import Errors, WholeRecords
     from .regimes import Confirmation
-    from .whole_records import Errors, WholeRecords
 
 
 ADEQUATE = 0.05
@@ -83,6 +86,15 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
         return _calibration(model, train, held_out)
 
 
+def corrected_particulars(ship: Model, train: Sequence[Record]) -> tuple[Model, list[str]]:
+    """A simulation of a craft's particulars with the numbers that the training records move under their priors, and
+    what must be known: why it is as it was given."""
+    try:
+        return calibrate(ship, train).calibrated, []
+    except (CannotFit, FitFailed) as reason:
+        return ship, [f"The simulation of the particulars is as it was given: {reason}."]
+
+
 def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
     if not train:
         raise BadInput("no training record", hint="give at least one")
@@ -94,26 +106,13 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     try:
         choice, _ = choice_and_diagnosis(model, records, held_out, options, never=(ConstantForce.id,))
     except CannotFit:
-        return _calibrated(_Sides.without_causes(records, held_out), model, instruments, None)
+        return _calibrated(records, records, HeldOut(held_out, held_out), model, instruments, None)
     behind = replace(
         records, train=behind_causes(choice, records.train), held_out=behind_causes(choice, records.held_out)
     )
     held = HeldOut(held_out, [in_flows(record, choice) for record in held_out])
     instruments = combined(instruments, instruments_behind(choice))
-    return _calibrated(_Sides(records, behind, held), in_wind(model, choice), instruments, choice)
-
-
-class _Sides(NamedTuple):
-    """Records as they were corrected, without what known causes explain, and the held-out ones as they were read."""
-
-    corrected: Prepared
-    behind: Prepared
-    held_out: HeldOut
-
-    @classmethod
-    def without_causes(cls, records: Prepared, recorded: Sequence[Record]) -> _Sides:
-        """Records that no known cause is taken off; recorded : held-out ones as they were read."""
-        return cls(records, records, HeldOut(recorded, recorded))
+    return _calibrated(records, behind, held, in_wind(model, choice), instruments, choice)
 
 
 def _named_groups(
@@ -130,12 +129,19 @@ def _named_groups(
     return out
 
 
-def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], choice: Choice | None) -> Calibration:
+def _calibrated(
+    corrected: Prepared,
+    behind: Prepared,
+    held: HeldOut,
+    model: Model,
+    instruments: dict[str, float],
+    choice: Choice | None,
+) -> Calibration:
     """The calibration on true motions by the choice of pieces; None: they cannot be made.
 
-    instruments : of the model, of what was corrected and of known causes.
+    corrected, behind : records as they were corrected, and without what known causes explain.  instruments : of the
+    model, of what was corrected and of known causes.
     """
-    corrected, behind, held = records
     started, train, groups = time.perf_counter(), corrected.train, groups_of(model)
     whole = grown(model, groups)
     inside = outside = whole_records(whole, behind)
@@ -144,11 +150,9 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
         outside = outside if _names(outside) == _names(inside) else inside
     selection = _selection(inside.train, groups, model, choice)
     base = selection.base if outside is inside else fit_groups(outside.train, ())
-    if not selection.steps and loses(
-        inside.train, base, selection.base
-    ):  # causes that need numbers which are not confirmed
-        plain = _Sides.without_causes(corrected, held.recorded)
-        return _calibrated(plain, model, combined(model.instruments, corrected.instruments), None)
+    if not selection.steps and loses(inside.train, base, selection.base):  # causes need numbers that are not confirmed
+        plain, own = HeldOut(held.recorded, held.recorded), combined(model.instruments, corrected.instruments)
+        return _calibrated(corrected, corrected, plain, model, own, None)
     local = None if choice is None else confirmation(inside.train, selection, groups, choice)
     if local is not None:
         selection, groups = local.selection, [*groups, local.group]
@@ -166,13 +170,15 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
     wide = selection.final if sparse else every_number(inside.train, groups, selection)
     built = partial(_built, inside.train, instruments, extended, selection.final, local)
     alone = errors_of(outside, base)
-    before = with_held_out(alone, held.base_runs(model))
-    after = with_held_out(errors_of(inside, selection.final), held.runs(built(selection.final)))
-    wide_model = built(wide)
-    predicted = after if wide is selection.final else with_held_out(errors_of(inside, wide), held.runs(wide_model))
-    calibrated = extended
+    base_runs, final_runs = runs_along(model, held.recorded), runs_along(built(selection.final), held.explained)
+    before, after = with_held_out(alone, base_runs), with_held_out(errors_of(inside, selection.final), final_runs)
+
+    def errors(fit: GroupFit) -> Errors:
+        return with_held_out(errors_of(inside, fit), runs_along(built(fit), held.explained))
+
+    predicted, calibrated = after, extended
     if wide is not selection.final:
-        calibrated = _with_numbers(model, inside.train, wide, "calibrated", instruments)
+        predicted, calibrated = errors(wide), _with_numbers(model, inside.train, wide, "calibrated", instruments)
     return Calibration(
         model=model,
         extended=extended,
@@ -188,7 +194,7 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
                 s.fall.gain,
                 s.fall.error,
                 s.tied_with,
-                *_both(with_held_out(errors_of(inside, s.fit), held.runs(built(s.fit)))),
+                *_both(errors(s.fit)),
             )
             for s in selection.steps
         ),
@@ -202,14 +208,14 @@ def _calibrated(records: _Sides, model: Model, instruments: dict[str, float], ch
         ),
         traces=(
             *left_out_traces(outside.train, inside.train, selection.final),
-            *held.traces(model, built(selection.final)),
+            *(trace_of(old, new, "held_out") for old, new in zip(base_runs, final_runs, strict=True)),
         ),
         next_runs=advised,
         worse=tuple(c for c, (_, new) in after.items() if new is not None and new > WORSE * (before[c][1] or np.inf)),
         wall_s=time.perf_counter() - started,
         regime=None if local is None else local.stated,
         predicted=predicted,
-        own=_own(held, model, wide_model, before),
+        own=_own(held, model, built(wide), before),
         ingredients=ingredients(inside, alone, wide),
         floor=floor(inside, wide, groups),
     )
@@ -263,7 +269,8 @@ def _values(runs: FreeRuns, fit: GroupFit) -> dict[str, float]:
 
 def _own(held: HeldOut, model: Model, moved: Model, columns: Errors) -> dict[str, tuple[float, float]]:
     """Column -> errors of base and calibrated model with every held-out record's own neutral angle and start."""
-    both = [squares_of(held.base_runs(model, own_run)), squares_of(held.runs(moved, own_run))]
+    pairs = (model, held.recorded), (moved, held.explained)
+    both = [squares_of(runs_along(one, records, own_run)) for one, records in pairs]
     return {c: (both[0][c].scores()[0], both[1][c].scores()[0]) for c in columns if all(c in side for side in both)}
 
 

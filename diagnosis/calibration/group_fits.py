@@ -1,4 +1,5 @@
-"""Groups of numbers fitted to free runs of whole records, and what is judged by them.
+"""Training and held-out records, whole, with a model whose numbers move; groups of numbers fitted to them, and what is
+judged by that.  The errors of free runs are the same as of every command.
 
 Free runs of pieces choose (`one_bank.search`); free runs of records that were left out only judge: what entered last
 is taken back as long as a state of these is predicted worse than by the base model.
@@ -9,7 +10,7 @@ beside it still make other records better (`every_number`).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from types import MappingProxyType
@@ -18,19 +19,107 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.tails import student_quantile
+from ...estimation.run.run import run_along, squares_of
+from ...estimation.run.stretch import Stretch
 from ...estimation.selection.minimiser import STEPS, Fitted, minimise
 from ...estimation.selection.number import distinct
 from ...estimation.selection.score import Fall, fall
 from ...estimation.selection.selection import floor_squares, mean_squares
 from ...models.coefficient_groups import parts_of
-from ..free_runs.bank import numbers_of
+from ...models.time_scale import time_scale_s
+from ..free_runs.bank import Place, numbers_of, of_numbers
+from ..free_runs.problem import FreeRuns
+from ..free_runs.units import units_of, whole_unit
 from ..gain.guard import WORSE
-from .whole_records import blind_errors, root_mean_squares, states_of
 
 if TYPE_CHECKING:
+    from ...datasets.record import Record
+    from ...estimation.run.run import Run
+    from ...estimation.run.stretch import FreeRun
     from ...models.coefficient_groups import Group
-    from ..free_runs.problem import FreeRuns
-    from .whole_records import WholeRecords
+    from ...models.model import Model
+    from ..prepared import Prepared
+
+
+class WholeRecords(NamedTuple):
+    """Free runs of training and held-out records."""
+
+    train: FreeRuns
+    held_out: FreeRuns | None
+
+    def with_numbers(self, places: Mapping[str, Place]) -> WholeRecords:
+        """The same with further numbers, and what these move."""
+        held_out = None if self.held_out is None else self.held_out.with_numbers(places, {})
+        return WholeRecords(self.train.with_numbers(places, {}), held_out)
+
+    def with_inputs(self, change: Callable[[np.ndarray], np.ndarray]) -> WholeRecords:
+        """The same with the inputs (M + 1, nu) of every run changed."""
+
+        def changed(runs: FreeRuns) -> FreeRuns:
+            stretches = [u.stretch for u in runs.units]
+            series = [replace(s.series, inputs=change(s.series.inputs)) for s in stretches]
+            parts = zip(runs.units, stretches, series, strict=True)
+            return runs.along([replace(u, stretch=replace(s, series=own)) for u, s, own in parts])
+
+        return WholeRecords(changed(self.train), None if self.held_out is None else changed(self.held_out))
+
+
+def whole_records(model: Model, records: Prepared) -> WholeRecords:
+    """The records of a calibration; those of training are cut into pieces where they are few.
+
+    Raises
+    ------
+    CannotFit : a record lacks what free runs need, or the records are too short to leave a part out.
+    """
+    bank, length_s = of_numbers(model), time_scale_s(model)
+    train = FreeRuns(bank, units_of(model, records.train, length_s, whole=True), length_s, whole=True)
+    held_out = [replace(whole_unit(model, r, length_s), number=i) for i, r in enumerate(records.held_out)]
+    return WholeRecords(train, FreeRuns(bank, held_out, length_s, whole=True) if held_out else None)
+
+
+def blind_errors(runs: FreeRuns, values: Mapping[str, float]) -> dict[str, float]:
+    """Column -> root mean square error at values of the numbers, without own effects of the records."""
+    return root_mean_squares(runs, runs.squares([values] * len(runs.units), runs.no_own))
+
+
+def root_mean_squares(runs: FreeRuns, squares: np.ndarray) -> dict[str, float]:
+    """Column -> root mean square error from sums of squares (K, C)."""
+    return dict(zip(runs.channels, np.sqrt(mean_squares(runs, squares)).tolist(), strict=True))
+
+
+def states_of(runs: FreeRuns, values: np.ndarray) -> np.ndarray:
+    """Of values (C,) by channel those of the states."""
+    return values[: len(runs.symbols)]
+
+
+def columns_of_states(runs: FreeRuns) -> Sequence[str]:
+    """Columns of the states that count."""
+    return runs.channels[: len(runs.symbols)]
+
+
+Errors = Mapping[str, tuple[float, float | None]]
+"""Column -> errors of left-out training records and of held-out records, SI."""
+
+
+class HeldOut(NamedTuple):
+    """Held-out records as they were read, and with the current and wind that known causes add to what they measure."""
+
+    recorded: Sequence[Record]
+    explained: Sequence[Record]
+
+
+def runs_along(
+    model: Model, records: Sequence[Record], by: Callable[[Stretch], FreeRun] = Stretch.free_run
+) -> list[Run]:
+    """Runs of a model along records; by as `run_along` has it."""
+    return [run_along(model, record, by=by) for record in records]
+
+
+def with_held_out(errors: Errors, runs: Sequence[Run]) -> Errors:
+    """Errors with those of the runs in the place of held-out ones, in the columns that the runs have."""
+    by_column = {column: sums.scores()[0] for column, sums in squares_of(runs).items()}
+    return {column: (own, by_column.get(column, held)) for column, (own, held) in errors.items()}
+
 
 SHORT = 4
 """Gauss-Newton steps of a fit that only compares."""

@@ -16,9 +16,8 @@ from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import Group
 from ...models.families.extensions import OFFSET
 from ..one_bank.regimes import place_in
-from .group_fits import GroupFit, GroupStep, GroupSteps, fit_groups, score_fall, whole_and_parts
+from .group_fits import GroupFit, GroupStep, GroupSteps, fit_groups, score_fall, states_of, whole_and_parts
 from .result import StatedRegime
-from .whole_records import states_of
 
 if TYPE_CHECKING:
     from ...models.model import Model

@@ -20,9 +20,8 @@ from ...estimation.filters.innovations.vector import SENSORS, SYMBOLS
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Candidate, Variant
-    from ..searches.base import Search
-    from ..state import State
+    from ..innovations.searches import Search
+    from ..innovations.state import Candidate, State, Variant
 
 DEGREE = np.pi / 180.0
 DESCRIBED = 1e-3

@@ -11,13 +11,13 @@ from ...checks.base import Prior
 from ...checks.result import Size
 from ...estimation.filters.innovations.settings import Parameter
 from ...models.families.extensions import EXTENSIONS
-from ..searches.score import ByScore
+from ..innovations.searches import ByScore
 from .base import Cause, NotTestable, Number, StageCause, require_3dof
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.settings import Setting
-    from ..candidate import Variant
+    from ..innovations.state import Variant
 
 OF = "fraction of "
 """What the parameters' names start with; the coefficient follows."""

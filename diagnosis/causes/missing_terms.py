@@ -10,14 +10,14 @@ import numpy as np
 
 from ...estimation.filters.innovations.settings import Parameter
 from ...estimation.filters.innovations.vector import SYMBOLS
-from ..searches.score import ByProfile, ByScore
+from ..innovations.searches import ByProfile, ByScore
 from .base import NEEDS_3DOF, Cause, NotTestable, require_3dof, term
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...estimation.filters.innovations.segments import Segment
-    from ..candidate import Variant
     from ..free_runs.motion import Motion
+    from ..innovations.state import Variant
 
 HEADING, YAW_RATE = SYMBOLS.index("psi"), SYMBOLS.index("r")
 

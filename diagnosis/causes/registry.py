@@ -15,7 +15,7 @@ from .base import Cause, NotTestable, StageCause
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ...models.model import Model
-    from ..candidate import Variant
+    from ..innovations.state import Variant
 
 
 @lru_cache(maxsize=1)

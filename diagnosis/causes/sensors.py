@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 
 from ...checks import sensors
 from ...checks.base import Prior
-from ..searches.score import ByScore
+from ..innovations.searches import ByScore
 from .base import DEGREE, Cause, Number, require_channels
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+    from ..innovations.state import Variant
 
 
 class AxisMisalignment(Cause):

@@ -11,16 +11,12 @@ import numpy as np
 from ...checks.base import Prior
 from ...datasets.signals import lagged
 from ...estimation.filters.innovations.settings import Parameter
-from ..searches.base import refitted
-from ..searches.change_point import ByChangePoint, longest
-from ..searches.scan import ByScan
-from ..searches.score import ByScore
+from ..innovations.searches import ByChangePoint, ByScan, ByScore, longest, refitted
 from .base import DEGREE, Cause, NotTestable, Number, StageCause
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Candidate, Variant
-    from ..state import State
+    from ..innovations.state import Candidate, State, Variant
 
 LIMITS = (1.5, 1.2, 1.0, 0.9985, 0.995, 0.985, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)
 """Limits that are tried first, as shares of the command's largest value: just below it a little changes much."""

@@ -12,12 +12,12 @@ from ...checks.base import Prior
 from ...checks.result import Size
 from ...checks.sensors import CurrentDrift
 from ...estimation.filters.innovations.settings import Parameter, Setting
-from ..searches.score import ByRings, ByScore
+from ..innovations.searches import ByRings, ByScore
 from .base import DESCRIBED, Cause, NotTestable, require_3dof
 
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
-    from ..candidate import Variant
+    from ..innovations.state import Variant
 
 DRAWS = 2000
 GRAVITY = 9.81

@@ -18,9 +18,9 @@ from ...estimation.validation.horizons import STRAIGHT, TRUSTED, mean_ratio
 from ...estimation.validation.validate import label, validate
 from ...models.errors import BadInput
 from ...models.instruments import INSTRUMENTS
+from ..calibration.calibrate import corrected_particulars
 from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
-from .band import heading_band
 from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb, model_of, steering
 from .own_speed import numbers_of, with_own_speed
 from .records import copied_input, craft_of, outside, weak_motion, without_spikes
@@ -39,8 +39,7 @@ from .result import (
     by_thrust,
 )
 from .rungs import TURNS
-from .ship import corrected
-from .verdict import GOOD, NEAR, r2, verdict_of, window_s
+from .verdict import GOOD, NEAR, heading_band, r2, verdict_of, window_s
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -110,7 +109,7 @@ def _built(
     found = climb(ladder)
     watch(LEFT_OUT)
     kept = _guarded(ladder, found, [*train, *held_out])
-    simulation, told = (None, []) if ship is None else corrected(ship, train)
+    simulation, told = (None, []) if ship is None else corrected_particulars(ship, train)
     speed = numbers_of(train, scales.time_s, TURNS in given)
     watch(AHEAD)
     grown = _judged(ladder, found, kept, train, held_out, simulation, speed)

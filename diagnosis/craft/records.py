@@ -64,7 +64,7 @@ def without_spikes(record: Record) -> tuple[Record, int]:
 def craft_of(records: Sequence[Record], scales: Scales) -> tuple[Craft, frozenset[str]]:
     """The craft's units, and the inputs that all records measure, held-out ones among them."""
     given = {name for name, known in ((SPEED, scales.speed > 0.0), (TURNS, scales.turns > 0.0)) if known}
-    if not all(_has_speed(r) for r in records):
+    if any(_speeds(r) is None for r in records):
         given.discard(SPEED)
     given |= {ASTERN} if SPEED in given and _goes_astern(records, scales.speed) else set()
     if not all(samples(r, "n") is not None for r in records):
@@ -79,11 +79,13 @@ def craft_of(records: Sequence[Record], scales: Scales) -> tuple[Craft, frozense
     return Craft(scales, step_s, max(square, 1e-6), max(thrust, 1e-6)), frozenset(given)
 
 
-def _has_speed(record: Record) -> bool:
+def _speeds(record: Record) -> np.ndarray | None:
+    """Speed (N,); None where it is not known in half of the samples."""
     try:
-        return bool(np.isfinite(speed_of(record)).mean() > 0.5)
+        speed = speed_of(record)
     except CannotFit:
-        return False
+        return None
+    return speed if np.isfinite(speed).mean() > 0.5 else None
 
 
 def _goes_astern(records: Sequence[Record], speed: float) -> bool:
@@ -144,10 +146,6 @@ def outside(train: Sequence[Record], other: Record) -> list[str]:
         share = float(np.nanmean((own < low - room) | (own > high + room)))
         told += [f"{name} ({100.0 * share:.0f} % of the time)"] if share > OUTSIDE else []
     return told
-
-
-def _speeds(record: Record) -> np.ndarray | None:
-    return speed_of(record) if _has_speed(record) else None
 
 
 ENVELOPE = {

@@ -9,8 +9,8 @@ from scipy.stats import binom
 
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.innovations.report import SMALL
 from helmbench.diagnosis.options import Options
-from helmbench.diagnosis.residuals.report import SMALL
 from helmbench.models.model import resolve
 
 from ..expectations.injections import ALONE, COMMON, SPECIAL, fewest, injected, most_draws, passes

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.record import Record, RecordMeta
-from helmbench.diagnosis.by_residuals import PREDICTS_WORSE, concluded, selected
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose, identified
+from helmbench.diagnosis.innovations.diagnose import PREDICTS_WORSE, concluded, selected
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.prepared import Prepared
 from helmbench.diagnosis.report.bank import DECIDED

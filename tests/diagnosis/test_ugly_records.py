@@ -10,9 +10,8 @@ import pytest
 import helmbench
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.innovations.searches import ByChangePoint, ByScore
 from helmbench.diagnosis.options import Options
-from helmbench.diagnosis.searches.change_point import ByChangePoint
-from helmbench.diagnosis.searches.score import ByScore
 from helmbench.models.errors import CannotFit, FitFailed
 from helmbench.models.model import resolve
 

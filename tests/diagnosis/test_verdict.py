@@ -5,9 +5,9 @@ import pytest
 
 from helmbench.checks.result import Size
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis.candidate import Candidate, Unmodelled
+from helmbench.diagnosis.innovations import report
+from helmbench.diagnosis.innovations.state import Candidate, Unmodelled
 from helmbench.diagnosis.report import verdict
-from helmbench.diagnosis.residuals import report
 from helmbench.diagnosis.result import Finding, Trace
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve

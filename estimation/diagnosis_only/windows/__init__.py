@@ -5,6 +5,5 @@ for a few ship lengths.  What a free run of minutes adds up (trim, wind, current
 end, and a record gives many windows: structure can be judged by leaving blocks of time out.
 
 For yaw alone and structures that are unknown: `diagnosis/craft` tries hundreds of fits, each of a second.  Where a
-model is given and its numbers are asked, free runs of whole records know more: that is
-`estimation/diagnosis_only/mixed_effects`, for every state and for thrust, on which `diagnosis/calibration` stands.
+model is given and its numbers are asked, free runs know more (`diagnosis/free_runs`), for every state and for thrust.
 """

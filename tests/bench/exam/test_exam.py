@@ -28,7 +28,7 @@ from helmbench.bench.suites import load_suite
 from helmbench.cli import status_of
 from helmbench.datasets import randomness
 from helmbench.datasets.record import Record
-from helmbench.diagnosis.gain.held_out_flows import FIRST_PART
+from helmbench.diagnosis.innovations.as_model import FIRST_PART
 from helmbench.models.errors import BadInput
 from helmbench.models.model import resolve
 from helmbench.reporting.exam import folder_texts

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from helmbench.diagnosis.causes.clock_jitter import LARGEST_SHARE, largest
+from helmbench.diagnosis.causes.noise import LARGEST_SHARE, largest_clock_error
 from helmbench.diagnosis.causes.registry import terms_for
 from helmbench.estimation.filters.innovations.estimator import estimator
 from helmbench.models.model import resolve
@@ -18,6 +18,6 @@ def test_clock_errors_are_bounded_by_the_roughness_of_the_samples(rng):
     late = {name: np.interp(taken, smooth.time_s, smooth.column(name)) for name in ("heading_rad", "yaw_rate_rad_s")}
     model = resolve("response-1")
     calm, rough = (estimator(model, [r], terms=terms_for(model)) for r in (smooth, smooth.with_channels(**late)))
-    print(step, largest(calm), largest(rough))
-    assert 0.4 * step < largest(rough) <= LARGEST_SHARE * step * (1.0 + 1e-9)
-    assert largest(calm) < largest(rough)
+    print(step, largest_clock_error(calm), largest_clock_error(rough))
+    assert 0.4 * step < largest_clock_error(rough) <= LARGEST_SHARE * step * (1.0 + 1e-9)
+    assert largest_clock_error(calm) < largest_clock_error(rough)

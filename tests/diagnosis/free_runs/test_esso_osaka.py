@@ -7,7 +7,7 @@ import pytest
 
 from helmbench.datasets.instruments import corrected
 from helmbench.datasets.measured import data_dir, load
-from helmbench.diagnosis.calibration.whole_records import blind_errors
+from helmbench.diagnosis.calibration.group_fits import blind_errors
 from helmbench.diagnosis.free_runs.bank import of_numbers
 from helmbench.diagnosis.free_runs.problem import FreeRuns
 from helmbench.diagnosis.free_runs.units import whole_unit

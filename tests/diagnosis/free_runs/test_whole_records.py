@@ -6,8 +6,7 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
-from helmbench.diagnosis.calibration.group_fits import fit_groups, score_fall
-from helmbench.diagnosis.calibration.whole_records import blind_errors
+from helmbench.diagnosis.calibration.group_fits import blind_errors, fit_groups, score_fall
 from helmbench.diagnosis.free_runs.bank import of_numbers
 from helmbench.diagnosis.free_runs.problem import LIMIT, FreeRuns, Lane
 from helmbench.diagnosis.free_runs.units import THRUST, names_of_units, units_of

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis.calibration.whole_records import blind_errors
+from helmbench.diagnosis.calibration.group_fits import blind_errors
 from helmbench.diagnosis.free_runs.bank import of_numbers
 from helmbench.diagnosis.free_runs.problem import FreeRuns, Lane
 from helmbench.diagnosis.free_runs.units import whole_unit

@@ -1,1 +1,0 @@
-"""What no named cause explains."""

@@ -1,1 +1,0 @@
-"""How a cause is looked for: score, profile, change point, scan."""

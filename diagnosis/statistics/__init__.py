@@ -1,1 +1,0 @@
-"""Score tests, their levels, and penalised log likelihoods under random forces."""
