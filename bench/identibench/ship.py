@@ -83,7 +83,12 @@ def ship_record(path: Path) -> Record:
     ------
     BadInput : the file cannot be read, h5py is missing, or a column is missing or of another length.
     """
-    content, _ = hdf_content(read_bytes(path), path)
+    try:
+        content, _ = hdf_content(read_bytes(path), path)
+    except BadInput:
+        raise
+    except Exception:  # whatever h5py raises on damaged files
+        raise BadInput("not an HDF5 file that can be read", file=path, hint="is it whole?") from None
     columns = {name: _column(content, name, path) for name in (*SHIP_INPUTS, *SHIP_OUTPUTS)}
     if len({values.size for values in columns.values()}) > 1:
         raise BadInput("its columns have unequal lengths", file=path)

@@ -45,6 +45,8 @@ ANY_RATE = 1e6
 """Limit of velocities, m/s, and of the yaw rate, rad/s, where the record shows no motion."""
 FOLLOW = 0.25
 """Ship lengths sailed after which a run that follows the record takes up the measured states anew."""
+FINEST = 1e-3
+"""Share of a model's own step that the step of its runs is at least."""
 NEXT = 1.5
 """A sample follows another directly where it comes within so many median steps."""
 
@@ -214,12 +216,12 @@ class Stretch:
 
 def _finely_integrated(model: Model, record: Record, series: Series) -> Model:
     """The response model with steps in which its runs are stable at the largest yaw rate of a record: those of a small
-    craft that spins are far shorter than a ship's."""
+    craft that spins are far shorter than a ship's.  One that would need far shorter ones runs away."""
     with suppress(CannotFit):
         state = np.zeros(len(model.states))
         state[model.states.index("r")] = np.nanmax(np.abs(yaw_rate_of(record)))
         step_s = stable_step_s(model, state, series.inputs[0])
-        return replace(model, max_step_s=step_s) if step_s < model.max_step_s else model
+        return replace(model, max_step_s=step_s) if FINEST < step_s / model.max_step_s < 1.0 else model
     return model
 
 

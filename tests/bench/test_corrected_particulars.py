@@ -32,7 +32,9 @@ def test_of_a_ship_with_too_few_particulars_nothing_is_told():
 def test_the_error_is_that_of_heading_and_yaw_rate_of_each_draw_of_the_noise(monkeypatch):
     """With a correction that does nothing: that of the simulation itself, and infinite where it diverges."""
     seen = []
-    monkeypatch.setattr(corrected_particulars, "corrected", lambda ship, train: (seen.append(train) or ship, []))
+    monkeypatch.setattr(
+        corrected_particulars, "corrected_particulars", lambda ship, train: (seen.append(train) or ship, [])
+    )
     found = corrected_particulars.errors_of(TANKER)
     simulation = corrected_particulars.simulation_of("esso-osaka-l3")
     known = error_of(prediction_scores(simulation, problem(task_of(0)).held_out))
@@ -40,7 +42,7 @@ def test_the_error_is_that_of_heading_and_yaw_rate_of_each_draw_of_the_noise(mon
     drawn = [train[0].column("yaw_rate_rad_s") for train in seen]
     assert len(drawn) == SEEDS and not np.array_equal(drawn[0], drawn[1])
     lost = simulation.with_coefficients(simulation.coefficients * 1e6)
-    monkeypatch.setattr(corrected_particulars, "corrected", lambda ship, train: (lost, []))
+    monkeypatch.setattr(corrected_particulars, "corrected_particulars", lambda ship, train: (lost, []))
     assert corrected_particulars.errors_of(TANKER) == [math.inf] * SEEDS
 
 

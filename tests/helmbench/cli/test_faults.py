@@ -55,7 +55,7 @@ def test_a_fault_while_writing_leaves_nothing(error, said, folder, told, monkeyp
 
     before = sorted(folder.iterdir())
     with monkeypatch.context() as patch:
-        patch.setattr(Path, "write_text", fails)
+        patch.setattr(Path, "write_bytes", fails)
         status, line = told(*identify(folder))
     assert status == 2 and said in line
     assert sorted(folder.iterdir()) == before
