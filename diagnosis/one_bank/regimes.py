@@ -48,8 +48,9 @@ PROMISING = 0.6
 """Share of what the choice without a regime takes off the score that a number in one must be predicted to take off."""
 LITTLE = 0.05
 """Fall of the score that is no matter between two thresholds."""
-PART = 0.05
-"""Share of the samples that lie in a regime, and out of it, at least."""
+INSIDE, OUTSIDE = 0.05, 0.2
+"""Shares of the samples that lie in a regime, and out of it, at least: a number that is wrong in nearly all is wrong
+everywhere."""
 LEADERS, FINE, FITTED, HALVINGS = 6, 9, 3, 2
 """Numbers in a variable whose thresholds are refined, thresholds between the neighbours of one, the kinds that are
 fitted at their best one, and times that the steps about the best fit are halved."""
@@ -148,8 +149,13 @@ def _columns(model: Model, values: Mapping[str, np.ndarray]) -> Iterator[_Column
     known = {*names_of(model)}
     numbers = [n for n in local_numbers(model) if {*n.change} <= known]
     for where in _screened(values):
-        if PART < float(np.mean(where.inside(values[where.variable]))) < 1.0 - PART:
+        if _splits(where, values[where.variable]):
             yield from (_column(n, where) for n in numbers if where.variable != "side" or n.name in ONE_SIDED)
+
+
+def _splits(where: Regime, x: np.ndarray) -> bool:
+    """Whether enough of the samples (N,) of a variable lie in a regime, and out of it."""
+    return INSIDE < float(np.mean(where.inside(x))) < 1.0 - OUTSIDE
 
 
 def _screened(values: Mapping[str, np.ndarray]) -> Iterator[Regime]:
@@ -259,7 +265,8 @@ def _between(where: Regime, x: np.ndarray) -> list[Regime]:
     at = int(np.argmin(np.abs(grid - where.threshold)))
     ends = grid[max(at - 1, 0)], grid[min(at + 1, grid.size - 1)]
     fine = {where.threshold, *np.linspace(*ends, FINE + 2)[1:-1].tolist()}
-    return [regime(where.variable, where.side, t) for t in sorted(fine) if t > 0.0]
+    every = [regime(where.variable, where.side, t) for t in sorted(fine) if t > 0.0]
+    return [one for one in every if one.threshold == where.threshold or _splits(one, x)]
 
 
 def _interval(runs: FreeRuns, column: _Column, profile: Sequence[tuple[_Column, np.ndarray]]) -> tuple[float, float]:
