@@ -352,5 +352,8 @@ def _point(record: Record, model: Model | None) -> Iterator[Doubt]:
         f"turns about a point {abs(ahead):.3g} m {'ahead of' if ahead > 0.0 else 'abaft'} the one recorded"
         f"{where if np.isfinite(place) else ''}"
     )
+    length = model.particulars.get("L") if model is not None else None
+    outside = length is not None and abs(place) > 0.5 * length
     hint = "an antenna's velocities? take its distance ahead of midship times yaw rate off the sway; else check signs"
+    hint = "no point of the ship: the sway counts to the other side, or it is no sway" if outside else hint
     yield Doubt(record.name, message, hint, "sway_m_s", fatal=False)

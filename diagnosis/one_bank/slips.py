@@ -93,8 +93,8 @@ def with_findings(findings: Sequence[Finding], slips: Sequence[Slip], rest: Mapp
         return list(findings)
     own = next((f for f in findings if f.cause == BaseCoefficients.id), None)
     first = own or Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), details={}, evidence="")
-    told = {size.parameter for size in first.sizes}
-    new = [s for s in slips if s.name not in told]
+    names = {size.parameter for size in first.sizes}
+    new = [s for s in slips if s.name not in names]
     sizes = tuple(Size(s.name, x := rest[s.name], x - s.half_range, x + s.half_range, "1") for s in new)
     titles = list(dict.fromkeys([*(s.title for s in slips), *first.details.get("groups", ())]))
     said = "; ".join([*(s.evidence for s in slips), *filter(None, [first.evidence])])

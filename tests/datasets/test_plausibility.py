@@ -185,3 +185,9 @@ def test_revolutions_of_the_engine_before_its_gear_are_told():
     assert doubts(record.with_channels(propeller_rps=0.8 * turns), model) == []
     (doubt,) = doubts(record.with_channels(propeller_rps=2.5 * turns), model)
     assert doubt.column == "propeller_rps" and not doubt.fatal and "gear" in doubt.hint
+
+
+def test_a_sway_that_no_point_of_the_ship_has_counts_to_the_other_side():
+    record = generate(Case("kvlcc2-l7", "turn:25", duration_s=200.0))
+    (doubt,) = doubts(record.with_channels(sway_m_s=-record.column("sway_m_s")), resolve("kvlcc2-l7"))
+    assert "ahead of midship" in doubt.message and "no point of the ship" in doubt.hint
