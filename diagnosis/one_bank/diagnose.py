@@ -47,8 +47,9 @@ if TYPE_CHECKING:
     from .search import Choice
     from .slips import Slip
 
-TRIED = 3
-"""Records that are left out in turn, where no cause explains the errors in all of them."""
+TRIED, MOST = 3, 6
+"""Records that are left out in turn, where no cause explains the errors in all of them, and the most that there may be:
+each takes a diagnosis of its own."""
 BARRED = 2
 """Candidates that are barred at most, as whole records are predicted worse with them."""
 
@@ -127,7 +128,7 @@ def _without_one(
     """The choice and the diagnosis without one record, where that explains the others and leaves far more in this one;
     else those of all records.  A record that is wrong by itself takes part in the fit to all, and need not err most."""
     errors = errors_by_record(of_all[0].runs, of_all[0].selection.base)
-    for name in sorted(errors, key=lambda n: -errors[n])[:TRIED] if len(errors) >= SEVERAL else ():
+    for name in sorted(errors, key=lambda n: -errors[n])[:TRIED] if SEVERAL <= len(errors) <= MOST else ():
         others = [e for n, e in errors.items() if n != name]
         both = _with_apart(of_all, ({name: errors[name]}, max(others)), model, behind, held_out, options)
         if both[1].apart:
