@@ -15,7 +15,7 @@ from ..models.model import CHANNELS
 from .checked import with_checks
 from .gain.guard import worsens
 from .innovations.diagnose import by_innovations
-from .one_bank.diagnose import by_pieces
+from .one_bank.diagnose import by_pieces, without_one
 from .one_bank.force_answer import INSTEAD
 from .one_bank.remaining import with_remaining
 from .options import Options
@@ -82,6 +82,9 @@ def _diagnosed(
     diagnosis = _named(model, records, held, options, watch)
     alike = replace(records, train=[r for r in records.train if r.name not in diagnosis.apart])
     diagnosis = _described(diagnosis, alike if diagnosis.apart else records, held, options, watch)
+    if diagnosis.verdict == "unexplained" and options.only is None and options.coefficient_sd != 0.0:
+        with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
+            diagnosis = without_one(diagnosis, diagnosis.model, records, held, options)
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]

@@ -13,6 +13,7 @@ from ...datasets.signals import sensor_sd
 from ...estimation.records.series import MEASURED
 from ...estimation.records.weather import WIND, flow_of
 from ...estimation.selection.minimiser import minimise
+from ...estimation.selection.selection import Selection
 from ...models.errors import CannotFit, FitFailed
 from ...models.instruments import combined
 from ...models.model import CHANNELS
@@ -35,7 +36,7 @@ from .answer import (
     verdict,
 )
 from .catalogue import FLOWS, Facts, bank_of
-from .search import SMALL, chosen, with_own_numbers, withdrawn
+from .search import SMALL, Choice, chosen, with_own_numbers, withdrawn
 from .slips import with_findings, without_slips
 
 if TYPE_CHECKING:
@@ -44,7 +45,6 @@ if TYPE_CHECKING:
     from ..options import Options
     from ..prepared import Prepared
     from ..result import Diagnosis, Finding
-    from .search import Choice
     from .slips import Slip
 
 TRIED, MOST = 3, 6
@@ -70,8 +70,6 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     few, most = apart(choice)
     if few:
         choice, diagnosis = _with_apart((choice, diagnosis), (few, most), model, behind, held_out, options)
-    elif diagnosis.verdict == "unexplained":
-        choice, diagnosis = _without_one((choice, diagnosis), model, behind, held_out, options)
     diagnosis, wide = _with_held_out_verdict(diagnosis), with_own_numbers(choice)
     if wide is None:
         return diagnosis
@@ -122,18 +120,26 @@ def _with_apart(
     return choice, replace(diagnosis, doubts=(*diagnosis.doubts, said))
 
 
-def _without_one(
-    of_all: tuple[Choice, Diagnosis], model: Model, behind: Prepared, held_out: Sequence[Record], options: Options
-) -> tuple[Choice, Diagnosis]:
-    """The choice and the diagnosis without one record, where that explains the others and leaves far more in this one;
-    else those of all records.  A record that is wrong by itself takes part in the fit to all, and need not err most."""
-    errors = errors_by_record(of_all[0].runs, of_all[0].selection.base)
+def without_one(
+    diagnosis: Diagnosis, model: Model, records: Prepared, held_out: Sequence[Record], options: Options
+) -> Diagnosis:
+    """The diagnosis without one record, where that explains the others and leaves far more in this one; else that of
+    all records.  A record that is wrong by itself takes part in the fit to all, and need not err most.
+
+    Raises
+    ------
+    CannotFit : the records lack what free runs need.
+    """
+    behind = records.behind_sensors(options.causes())
+    runs = runs_of(model, behind.train, options, behind.decided)
+    base = minimise(runs, (), {}, runs.no_own)
+    of_all, errors = (Choice(runs, Selection(base, (), base)), diagnosis), errors_by_record(runs, base)
     for name in sorted(errors, key=lambda n: -errors[n])[:TRIED] if SEVERAL <= len(errors) <= MOST else ():
         others = [e for n, e in errors.items() if n != name]
-        both = _with_apart(of_all, ({name: errors[name]}, max(others)), model, behind, held_out, options)
-        if both[1].apart:
-            return both
-    return of_all
+        _, rest = _with_apart(of_all, ({name: errors[name]}, max(others)), model, behind, held_out, options)
+        if rest.apart:
+            return _with_held_out_verdict(rest)
+    return diagnosis
 
 
 def _are_apart(of_all: Choice, rest: Choice, few: Collection[str]) -> bool:
