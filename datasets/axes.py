@@ -111,9 +111,9 @@ def _slopes(heading: np.ndarray, angle: np.ndarray, speed: np.ndarray) -> tuple[
     return 1.0 + turn, faster
 
 
-def goes_astern(record: Record) -> bool:
-    """Whether a record's log says that the craft goes astern most of the time."""
-    return record.has("surge_m_s") and float(np.nanmedian(record.column("surge_m_s"))) < 0.0
+def goes_astern(record: Record, faster_than_m_s: float = 0.0) -> bool:
+    """Whether a record's log says that the craft goes astern most of the time, faster than at a speed."""
+    return record.has("surge_m_s") and float(np.nanmedian(record.column("surge_m_s"))) < -faster_than_m_s
 
 
 def lever_arm(record: Record, length_m: float | None) -> tuple[float, float] | None:

@@ -18,6 +18,7 @@ from .changes import NEAR, changes, integral_over_gaps, median_ratio
 from .columns import RUDDERS, TURN, TWIN
 from .copies import check_no_copies
 from .geometry import over_ground, unwrapped
+from .instruments import REVOLUTIONS
 from .record import Record
 from .time_faults import time_fault
 
@@ -63,10 +64,8 @@ WAY_UNITS = {
     "minutes in time_s": ("time_s", 60.0),
 }
 """The same for positions against speeds."""
-
-
-TURNS, SLIPPING = "propeller_rps", 1.7
-"""Column of the propeller's revolutions, and factor on what a model turns at a speed from which they are doubtful."""
+SLIPPING = 1.7
+"""Factor on the revolutions that a model turns at a speed, from which recorded ones are doubtful."""
 
 
 @dataclass(frozen=True)
@@ -216,16 +215,16 @@ def _scale(record: Record, model: Model) -> Iterator[Doubt]:
 def _revolutions(record: Record, model: Model) -> Iterator[Doubt]:
     """The propeller turns at another rate than the model's does at this speed."""
     speed, own = _straight_speed(record), model.n0_rps
-    if speed is None or not own or not np.isfinite(model.speed_m_s) or not record.has(TURNS):
+    if speed is None or not own or not np.isfinite(model.speed_m_s) or not record.has(REVOLUTIONS):
         return
-    rate = float(np.nanmedian(np.abs(record.column(TURNS))))
+    rate = float(np.nanmedian(np.abs(record.column(REVOLUTIONS))))
     usual = own * speed / model.speed_m_s
     if rate > 0.0 and not 1.0 / SLIPPING < rate / usual < SLIPPING:
         message = (
             f"{rate:.3g} rps is {rate / usual:.3g} times what {model.id} turns at {speed:.3g} m/s ({usual:.3g} rps)"
         )
         hint = "revolutions of the engine before the gear, or in another unit? else the model's n0_rps is wrong"
-        yield Doubt(record.name, message, hint, TURNS, fatal=False)
+        yield Doubt(record.name, message, hint, REVOLUTIONS, fatal=False)
 
 
 def _straight_speed(record: Record) -> float | None:
@@ -343,7 +342,8 @@ def _track(record: Record, model: Model | None) -> Iterator[Doubt]:
 
 def _point(record: Record, model: Model | None) -> Iterator[Doubt]:
     """The sway is that of a point far from midship: an antenna's velocities, not the ship's."""
-    found = lever_arm(record, model.particulars.get("L") if model is not None else None)
+    length = model.particulars.get("L") if model is not None else None
+    found = lever_arm(record, length)
     if found is None:
         return
     ahead, place = found
@@ -352,8 +352,7 @@ def _point(record: Record, model: Model | None) -> Iterator[Doubt]:
         f"turns about a point {abs(ahead):.3g} m {'ahead of' if ahead > 0.0 else 'abaft'} the one recorded"
         f"{where if np.isfinite(place) else ''}"
     )
-    length = model.particulars.get("L") if model is not None else None
-    outside = length is not None and abs(place) > 0.5 * length
     hint = "an antenna's velocities? take its distance ahead of midship times yaw rate off the sway; else check signs"
-    hint = "no point of the ship: the sway counts to the other side, or it is no sway" if outside else hint
+    if length is not None and abs(place) > 0.5 * length:
+        hint = "no point of the ship: the sway counts to the other side, or it is no sway"
     yield Doubt(record.name, message, hint, "sway_m_s", fatal=False)

@@ -151,7 +151,6 @@ def _part(group: Group, name: str, sd: float) -> Group:
         {name: scope.low},
         of=group.id,
         high={name: scope.high},
-        unlikely={key: x for key, x in group.unlikely.items() if key == name},
     )
 
 

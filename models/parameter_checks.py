@@ -204,8 +204,13 @@ def scopes(family: str, numbers: Numbers, speed_m_s: float) -> dict[str, Scope]:
         low, high, usual = (mass * (r**2 + numbers["x_G"] ** 2) for r in (radius.low, radius.high, radius.usual))
         by_name["I_zz"] = Scope(0.5 * (high - low), low, high, usual)
     if "U0" in numbers and math.isfinite(speed_m_s):
-        by_name["U0"] = Scope(0.5 * (NEAR - 1.0) * speed_m_s, speed_m_s / NEAR, NEAR * speed_m_s, speed_m_s)
+        by_name["U0"] = _of_speed(speed_m_s)
     return by_name
+
+
+def _of_speed(speed_m_s: float) -> Scope:
+    """The scope of the speed that coefficients are for, of a model that states one beside it."""
+    return Scope(0.5 * (NEAR - 1.0) * speed_m_s, speed_m_s / NEAR, NEAR * speed_m_s, speed_m_s)
 
 
 def unusual_numbers(model: Model) -> list[str]:
@@ -217,10 +222,10 @@ def unusual_numbers(model: Model) -> list[str]:
     numbers = with_gyration(dict(zip(names, model.theta.tolist(), strict=True)))
     ranges = RANGES.get(model.family.partition("+")[0], ())
     said = [f"{one.name} of the model is {one.value:.4g}: {one.expected}" for one in doubts(numbers, ranges)]
-    speed, approach = numbers.get("U0", math.nan), model.speed_m_s
-    if math.isfinite(speed / approach) and not 1.0 / NEAR < speed / approach < NEAR:
+    speed, scope = numbers.get("U0", math.nan), _of_speed(model.speed_m_s)
+    if math.isfinite(speed + scope.usual) and not scope.low < speed < scope.high:
         said.append(
-            f"U0 of the model is {speed:.4g} m/s, and the speed that it states {approach:.4g}: they are one speed"
+            f"U0 of the model is {speed:.4g} m/s, and the speed that it states {scope.usual:.4g}: they are one speed"
         )
     side = side_of(model)
     if side not in (None, model.positive_rudder):

@@ -114,8 +114,9 @@ class WrongUnit(FileCheck):
         if unit is None:
             said = f"the way of the velocities is {ratio:.4g} times that of the positions"
             return _odd(said, ratio, ODD_WAY, (*VELOCITIES[:1], *POSITIONS))
-        factor, known = 1.0 / next(k for k, v in units.items() if v == unit), [n for n in names if record.has(n)]
-        factors = min([dict.fromkeys(known, factor), *({n: factor} for n in known)], key=lambda f: _left(record, f))
+        factor, columns = 1.0 / next(k for k, v in units.items() if v == unit), [n for n in names if record.has(n)]
+        readings = [dict.fromkeys(columns, factor), *({name: factor} for name in columns)]
+        factors = min(readings, key=lambda reading: _disagreement(record, reading))
         said = f"{' and '.join(factors)} seem to hold {unit}: the velocities' way is {ratio:.4g} times the positions'"
         return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), factors=factors)
 
@@ -129,7 +130,7 @@ class WrongUnit(FileCheck):
         return faults
 
 
-def _left(record: Record, factors: Mapping[str, float]) -> float:
+def _disagreement(record: Record, factors: Mapping[str, float]) -> float:
     """Disagreement of the track with the velocities where columns are multiplied by factors; 0 where none is told."""
     error = track_error(averages_of(record.with_channels(**{n: x * record.column(n) for n, x in factors.items()})))
     return 0.0 if np.isnan(error) else error

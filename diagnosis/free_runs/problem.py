@@ -263,11 +263,16 @@ class FreeRuns:
     def no_matter(self, units: Sequence[int] | slice = ALL) -> np.ndarray:
         """Squared errors (C,) of some units that are irregular, as they are estimated, and of what counts as none, eq.
         13 of docs/mathematics/pieces.md."""
+        return self._noise_factor * self.irregular(units) + self.floor**2
+
+    @cached_property
+    def _noise_factor(self) -> np.ndarray:
+        """Factor (C,) on what is irregular, by the samples that tell it."""
         records = {u.number: u.record for u in self.units}.values()
         columns = [CHANNELS[s] for s in self.symbols]
         samples = [sum(np.count_nonzero(np.isfinite(r.column(c))) for r in records if r.has(c)) for c in columns]
         error = NOISE_ERROR / np.sqrt(np.maximum(np.array(samples, float), 1.0))
-        return (NOISE + np.pad(error, (0, len(self.floor) - len(error)))) * self.irregular(units) + self.floor**2
+        return NOISE + np.pad(error, (0, len(self.floor) - len(error)))
 
     def excess(self, fitted: Fitted) -> np.ndarray:
         """Mean squared errors (C,) of left-out units beyond what is no matter, as shares of the motion squared."""

@@ -27,7 +27,8 @@ CORRELATION = 1.7
 """Correlation time of the residuals of free runs, in ship lengths sailed (10 s for a 7 m model at 1.18 m/s)."""
 STEP, INTEGRATION_STEP, SAFE = 0.035, 0.05, 0.5
 """Time step, in ship lengths sailed, that records are thinned to, and the largest of the integration: RK4 with it errs
-by under 1e-5 of the yaw rate and the speeds of every vessel here."""
+by under 1e-5 of the yaw rate and the speeds of every vessel here; and the share that a step is of one that some unit's
+runs need, as their numbers move in a fit."""
 NEUTRAL_ANGLE_SD = np.deg2rad(0.3)
 """Standard deviation of a record's neutral rudder angle about the common one, rad."""
 START_SD = {"u": 2.5e-3, "v": 2.5e-3, "r": 3e-3, "psi": 2e-3}

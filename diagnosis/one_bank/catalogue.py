@@ -93,12 +93,13 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     series = {name: terms[name].along for name, place in places.items() if place.kind == "term"}
     windage = model.windage if model.windage or not model.is_3dof else usual_windage(ship_length_m(model))
     titles = dict([*((g.id, g.title) for g in groups), WIND_FORCE])
-    wind_share = NEARLY_NONE if _exposed(model, facts) else 1.0
+    lacking = _lacks_windage(model, facts)
+    wind_share = NEARLY_NONE if lacking else 1.0
     bank = Bank(whole, tuple(kept), tuple(own.values()), places, cause_of, titles, series, windage, wind_share)
-    return replace(bank, model=replace(whole, windage=bank.windage_with({}))) if _exposed(model, facts) else bank
+    return replace(bank, model=replace(whole, windage=bank.windage_with({}))) if lacking else bank
 
 
-def _exposed(model: Model, facts: Facts) -> bool:
+def _lacks_windage(model: Model, facts: Facts) -> bool:
     """Whether wind is measured that the model knows no coefficients for."""
     return facts.windy and model.is_3dof and not model.windage
 
@@ -190,14 +191,11 @@ def _flows(model: Model, facts: Facts, speed: float) -> Iterator[tuple[Candidate
     """Steady current and wind: the same in all records, or each record's own; where the model states no windage, with
     coefficients of the wind force, which are all that is not known of a measured wind."""
     coefficients = {f"{Wind.id} {n}": Place("windage", (n,)) for n in WIND_COEFFICIENTS}
-    unknown = {} if model.windage else coefficients
-    flows = [(Current.id, Current.prior.sd, {}), (Wind.id, Wind.prior.sd, unknown)]
-    if _exposed(model, facts):
-        yield Candidate(Wind.id, tuple(Number(name, IN_WIND_SD) for name in coefficients), INPUT), coefficients
-        flows.pop()
-    elif facts.windy:
-        yield Candidate(WIND_FORCE[0], tuple(Number(name, IN_WIND_SD) for name in coefficients), HULL), coefficients
-    for cause, sd, more in flows:
+    wind = (Wind.id, Wind.prior.sd, {} if model.windage else coefficients)
+    in_wind, lacking = tuple(Number(name, IN_WIND_SD) for name in coefficients), _lacks_windage(model, facts)
+    if facts.windy:
+        yield Candidate(*((Wind.id, in_wind, INPUT) if lacking else (WIND_FORCE[0], in_wind, HULL))), coefficients
+    for cause, sd, more in ((Current.id, Current.prior.sd, {}), *(() if lacking else (wind,))):
         for records in ((None,), range(facts.records)) if facts.records > 1 else ((None,),):
             places = {
                 flow_name(cause, side, r): Place("flow", column=FLOWS[cause] + i, record=r)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...checks.result import Size
+from ...datasets.axes import goes_astern
 from ...datasets.columns import POSITIONS
 from ...estimation.selection.selection import Selection, is_enough, mean_squares
 from ...models.extend import extended
@@ -192,7 +193,7 @@ def event_forces(now: Beside, of_pieces: Sequence[Event]) -> tuple[RemainingForc
         size = Size(f"{event.axis}_event", event.size, event.size - half, event.size + half,
                     unit_of(event.axis, runs.model), event.record)  # fmt: skip
         said = f"a {AXES[event.axis]} that acts for a time: {event.record}, {event.begin_s:.0f} to {event.end_s:.0f} s"
-        astern = goes_astern(runs.units[event.unit].record, event)
+        astern = is_astern(runs.units[event.unit].record, event)
         said += ", while she goes astern" if astern else ""
         axis, share = BODY.get(event.axis, event.axis), float(np.clip(taken / whole, 0.0, 1.0))
         reading = READINGS["astern" if astern else "event"]
@@ -200,13 +201,13 @@ def event_forces(now: Beside, of_pieces: Sequence[Event]) -> tuple[RemainingForc
     return tuple(out)
 
 
-def goes_astern(record: Record, event: Event) -> bool:
+def is_astern(record: Record, event: Event) -> bool:
     """Whether the craft goes astern for most of the time of an event, as far as that is measured."""
     if not record.has("surge_m_s"):
         return False
-    time_s, speed = record.time_s - record.time_s[0], record.column("surge_m_s")
-    own = speed[(time_s >= event.begin_s) & (time_s <= event.end_s)]
-    return float(np.mean(own < -ASTERN * float(np.nanmax(np.abs(speed))))) > 0.5
+    first, end = np.searchsorted(record.time_s - record.time_s[0], [event.begin_s, event.end_s])
+    fastest = float(np.nanmax(np.abs(record.column("surge_m_s"))))
+    return goes_astern(record.slice(int(first), int(max(end, first + 1))), ASTERN * fastest)
 
 
 def _sizes(rest: Remainder, one: Entered) -> Iterator[Size]:

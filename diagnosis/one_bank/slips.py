@@ -70,10 +70,10 @@ def without_slips(model: Model, runs_of: Callable[[Model], FreeRuns]) -> tuple[M
             error = runs.worst(base)
         other = with_values(model, {name: usual})
         runs = runs_of(other)
-        left = runs.worst(minimise(runs, (), {}, runs.no_own))
-        if left < SLIP * error:
-            slips.append(Slip(name, title, values_of(model)[name], usual, half_range, error, left))
-            model, error = other, left
+        error_after = runs.worst(minimise(runs, (), {}, runs.no_own))
+        if error_after < SLIP * error:
+            slips.append(Slip(name, title, values_of(model)[name], usual, half_range, error, error_after))
+            model, error = other, error_after
     return model, tuple(slips), base if slips else None
 
 

@@ -54,11 +54,12 @@ def of_left_out_samples(name: str, checks: Sequence[CheckFinding], records: Sequ
 
 
 def of_columns(name: str, checks: Sequence[CheckFinding]) -> Finding:
-    """Columns that were corrected as a whole: their sign or unit."""
+    """Columns that were corrected as a whole, their sign or unit, in so many records."""
     own = [f for f in checks if f.cause == name]
     columns = list(dict.fromkeys(channel for f in own for channel in f.channels))
+    records = {record for f in own for record in f.records}
     said = "; ".join(f.evidence for f in own)
-    return Finding(name, (), BY_CHANNELS, FAINT, FAINT, (), details={"columns": columns}, evidence=said)
+    return Finding(name, (), BY_CHANNELS, float(len(records)), FAINT, (), details={"columns": columns}, evidence=said)
 
 
 def of_sensor(f: CheckFinding, known: Collection[str]) -> Finding:

@@ -15,7 +15,7 @@ from helmbench.diagnosis.free_runs.problem import Lane
 from helmbench.diagnosis.one_bank.curve import curve_of
 from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.events import Event
-from helmbench.diagnosis.one_bank.force_answer import goes_astern
+from helmbench.diagnosis.one_bank.force_answer import is_astern
 from helmbench.diagnosis.one_bank.forces import Force, forces_along, shapes, with_force
 from helmbench.diagnosis.one_bank.remaining import with_remaining
 from helmbench.diagnosis.options import Options
@@ -270,7 +270,7 @@ def test_a_craft_that_goes_astern_during_a_force_is_said_to(begin_s, astern, mar
     record = record.with_channels(surge_m_s=np.where(backs, -1.0, record.column("surge_m_s")))
     squares = np.zeros(4)
     event = Event(0, "N", record.name, begin_s, begin_s + 40.0, 1e6, 1e5, 90.0, squares, squares)
-    assert goes_astern(record, event) == astern
+    assert is_astern(record, event) == astern
 
 
 @pytest.mark.nightly
