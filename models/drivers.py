@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import types
 
-from .compilation import A1, A2, BORROWED, I1, JIT, b1, f8, i8, njit
+from .compilation import A1, A2, A3, BORROWED, I1, JIT, b1, f8, i8, njit
 from .rudder_chain import STATE, advance, begin, felt, steer
 
 RHS = types.FunctionType(types.void(A1, A1, A1, A1))
@@ -86,6 +86,23 @@ def one_step(rhs, states, inputs, theta, dt, substeps, ahead):
     """ahead[k] (N, n) = the state one sample after states[k], from each row on its own."""
     ahead[:] = states
     _row_by_row(rhs, inputs, theta, dt, substeps, np.empty(3 * states.shape[1] + inputs.shape[1]), ahead)
+
+
+@njit(types.void(A3, A3, I1, A2, A3), **JIT)
+def responses(by_state, by_input, place, inputs, states):
+    """states (N+1, n, q) = small changes by q small inputs (N+1, q), linear between samples, from none on.
+
+    by_state (N, n, n), by_input (N, n, m) : slopes of the state a sample ahead;  place (q,) : of each among the m.
+    """
+    states[0] = 0.0
+    for k in range(by_state.shape[0]):
+        for i in range(by_state.shape[1]):
+            for j in range(place.size):
+                states[k + 1, i, j] = by_input[k, i, place[j]] * 0.5 * (inputs[k, j] + inputs[k + 1, j])
+            for other in range(by_state.shape[2]):
+                slope = by_state[k, i, other]
+                for j in range(place.size):
+                    states[k + 1, i, j] += slope * states[k, other, j]
 
 
 @njit(types.void(TANGENT, A1, A1, A1, A1, A1, f8, i8, b1, I1, I1, A1), **JIT, **BORROWED)

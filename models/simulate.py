@@ -6,7 +6,7 @@ RK4 with a fixed step of at most `model.max_step_s`.  A diverging run gives non-
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil
@@ -201,6 +201,39 @@ def step_map(model: Model, states: ArrayLike, inputs: ArrayLike, dt: float) -> N
     ahead = np.empty_like(x)
     drivers.one_step(model.kernels.rhs, x, _array(inputs, 2), model.theta, dt, substeps(model, dt), ahead)
     return ahead
+
+
+def slopes_along(
+    model: Model, theta: ArrayLike, states: ArrayLike, inputs: ArrayLike, dt: float, steps: Mapping[int, float]
+) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
+    """Slopes of the state one sample ahead along a run: by the state (N, n, n), and for each of some inputs that acts
+    on both ends of the sample, (N, n).
+
+    theta (p + c,) : numbers of the model.  states (N+1, n), inputs (N+1, nu) : as in `simulate`.
+    steps : column of an input -> its step, over which the slope is a difference.
+    """
+    from . import drivers
+
+    x, u = _array(states, 2), _array(inputs, 2)
+    kernels, numbers = variant(model, u.shape[1], _array(theta, 1))
+
+    def ahead(x: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
+        after = np.empty_like(x)
+        drivers.one_step(kernels.rhs, x, u, numbers, dt, substeps(model, dt), after)
+        return after
+
+    here = x[:-1].copy()
+    base, by_state = ahead(here, u), []
+    for i, step in enumerate((DIFFERENCE * (1.0 + np.max(np.abs(here), axis=0))).tolist()):
+        moved = here.copy()
+        moved[:, i] += step
+        by_state.append((ahead(moved, u) - base) / step)
+    by_input = []
+    for column, step in steps.items():
+        pushed = u.copy()
+        pushed[:, column] += step
+        by_input.append((ahead(here, pushed) - base) / step)
+    return np.stack(by_state, axis=2), by_input
 
 
 def regression(

@@ -22,8 +22,7 @@ from ...estimation.records.series import MEASURED
 from ...estimation.selection.number import distinct
 from ...models.model import CHANNELS
 from ..free_runs.bank import numbers_of
-from ..free_runs.problem import Lane
-from ..free_runs.units import names_of_units, whole_unit
+from ..free_runs.units import Lane, names_of_units, whole_unit
 from ..result import Trace
 from .group_fits import (
     SHORT,

@@ -19,7 +19,6 @@ from ...datasets.instruments import REVOLUTIONS
 from ...datasets.signals import sensor_sd
 from ...estimation.records.gaps import SHORTEST
 from ...estimation.records.series import MEASURED
-from ...estimation.selection.quadratic import Quadratic
 from ...estimation.selection.selection import mean_squares
 from ...models.coefficient_groups import names_of
 from ...models.errors import CannotFit
@@ -27,6 +26,8 @@ from ...models.instruments import SENSORS, bent, similar, straightened
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from ...models.outputs import thrust_of
+from ...models.simulate import DIFFERENCE
+from .linearisation import Linearisation
 from .motion import motion_of
 from .units import (
     CORRELATION,
@@ -35,6 +36,7 @@ from .units import (
     NEUTRAL_ANGLE_SD,
     OF_PIECES,
     THRUST,
+    Lane,
     Rudder,
     coarsely_integrated,
     scales,
@@ -46,20 +48,18 @@ from .units import (
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted, Point
     from ...estimation.selection.number import Number
+    from ...estimation.selection.quadratic import Quadratic
+    from ...models.model import Model
     from ...models.regimes import Regime
     from .bank import Bank, Place
     from .motion import Motion, Series
     from .units import Unit
 
-STEP, OWN_STEP = 0.05, 0.3
-"""Steps of the differences, in prior standard deviations of numbers and of own effects."""
 LIMIT = 3e3
 """Error, in floors, beyond which a run counts as lost; larger ones count as this."""
 NOISE, NOISE_ERROR = 1.1, 6.0
 """Factor on the sensors' squared noise, and two relative standard errors of that as it is estimated from n samples,
 times sqrt(n): the median of third differences, which depend on each other."""
-LANES = 1024
-"""Runs that are simulated at once, about: more only need memory."""
 SENSOR = {symbol: short for short, (column, _) in SENSORS.items() for symbol in MEASURED if column == CHANNELS[symbol]}
 """State -> short name of the sensor that shows it."""
 SMOOTH = 0.3
@@ -72,14 +72,6 @@ ALL: slice = slice(None)
 """All units."""
 OUTSIDE, PUSH = 7, 1
 """Inputs of the environment variant behind the model's own, and of the variant of a response model that is pushed."""
-
-
-class Lane(NamedTuple):
-    """One run: number of its unit, values of the numbers by name, own effects (m,) of the unit."""
-
-    unit: int
-    values: Mapping[str, float]
-    own: np.ndarray
 
 
 @dataclass(eq=False)
@@ -118,7 +110,7 @@ class _Run(NamedTuple):
         return self.numbers.kinds.get(kind, {})
 
 
-class _Driven(NamedTuple):
+class Driven(NamedTuple):
     """Lanes of one time step: states (B, M + 1, n), inputs (B, M + 1, nu), numbers of the model (B, m)."""
 
     states: np.ndarray
@@ -154,7 +146,7 @@ class FreeRuns:
         self._columns = [bank.model.states.index(s) for s in self.symbols]
         self.floor = self._floors()
         self.floor[: len(self.symbols)] *= 1.0 if whole else OF_PIECES
-        self._limit = LIMIT * self.floor
+        self.limit = LIMIT * self.floor
         self._own_places = [bank.model.states.index(s) for s in started_states(bank.model)]
         starts = start_sd(bank.model, length_s, self.symbols)
         self.own_sd = np.array([NEUTRAL_ANGLE_SD, *starts]) if whole else starts
@@ -167,6 +159,7 @@ class FreeRuns:
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
         self._terms: dict[tuple[int, str], np.ndarray] = {}
+        self._about: Linearisation | None = None
 
     @property
     def channels(self) -> list[str]:
@@ -316,34 +309,9 @@ class FreeRuns:
 
     def quadratic(self, values: Mapping[str, float], own: np.ndarray, numbers: Sequence[Number]) -> Quadratic:
         """Linearisation about a point, eq. 1 of docs/mathematics/pieces.md."""
-        steps = np.array([_step(n, values.get(n.name, 0.0)) for n in numbers])
-        steps = np.concatenate([steps, OWN_STEP * self.own_sd])
-        count = max(1, LANES // (steps.size + 1))
-        parts = [range(len(self.units))[i : i + count] for i in range(0, len(self.units), count)]
-        grams = [g for part in parts for g in self._grams(part, values, own, numbers, steps)]
-        return Quadratic(np.array(grams), self.weight, own, self.own_sd)
-
-    def _grams(
-        self,
-        part: Sequence[int],
-        values: Mapping[str, float],
-        own: np.ndarray,
-        numbers: Sequence[Number],
-        steps: np.ndarray,
-    ) -> list[np.ndarray]:
-        """Products (C, q, q) of the columns and errors of some units; steps (q - 1,) of the columns."""
-        moved = [{**values, n.name: values.get(n.name, 0.0) + h} for n, h in zip(numbers, steps.tolist(), strict=False)]
-        own_moves = np.diag(steps[len(numbers) :])
-        lanes = [
-            Lane(k, *one)
-            for k in part
-            for one in (*((v, own[k]) for v in moved), *((values, own[k] + row) for row in own_moves), (values, own[k]))
-        ]
-        grams = []
-        for block in self.errors(lanes):
-            block[:, :-1] = (block[:, :-1] - block[:, -1:]) / steps[:, None]
-            grams.append(block @ block.transpose(0, 2, 1))
-        return grams
+        if self._about is None or not self._about.is_at(values, own):
+            self._about = Linearisation(self, values, own)
+        return self._about.quadratic(self, numbers)
 
     # ---- runs
     def errors(self, lanes: Sequence[Lane]) -> list[np.ndarray]:
@@ -362,11 +330,11 @@ class FreeRuns:
             driven, first = self._driven([lane for k in units_ for lane in by_unit[k]]), 0
             for k in units_:
                 last = first + len(by_unit[k])
-                out[k] = self._errors(by_unit[k], _Driven(*(part[first:last] for part in driven)))
+                out[k] = self._errors(by_unit[k], Driven(*(part[first:last] for part in driven)))
                 first = last
         return [out[k] for k in by_unit]
 
-    def _driven(self, lanes: Sequence[_Run]) -> _Driven:
+    def _driven(self, lanes: Sequence[_Run]) -> Driven:
         """Lanes of one time step; shorter ones go on with their last input."""
         inputs = _equally_long(self._once(self._inputs, INPUTS, lanes))
         thetas = {own: self._theta(own.kinds.get("model", {})) for own in {lane.numbers for lane in lanes}}
@@ -389,9 +357,13 @@ class FreeRuns:
         with np.errstate(all="ignore"):
             for (clock, regimes, windage), own in together.items():
                 within = zip(*(self._inside(lanes[i], theta[i]) for i in own), strict=True) if regimes else ()
-                model = replace(self.model, windage=self.bank.windage_with(dict(windage))) if windage else self.model
+                model = self._in_wind(dict(windage))
                 states[own] = open_loops(model, theta[own], inputs[own], dt / clock, start[own], *within)
-        return _Driven(states, inputs, theta)
+        return Driven(states, inputs, theta)
+
+    def _in_wind(self, windage: Mapping[str, float]) -> Model:
+        """The model with numbers of its windage."""
+        return replace(self.model, windage=self.bank.windage_with(windage)) if windage else self.model
 
     def _turns_recorded(self, unit: int) -> bool:
         """Whether the revolutions along a unit are an input of the model, and are recorded."""
@@ -437,10 +409,17 @@ class FreeRuns:
             where = replace(where, threshold=where.threshold - (unit.grid_s[0] - unit.record.time_s[0]))
         return inside, where
 
+    def driven(self, lane: Lane) -> Driven:
+        """States, inputs and numbers of one run."""
+        return self._driven(self._sorted([lane]))
+
+    def model_at(self, values: Mapping[str, float]) -> Model:
+        """The model with numbers of its windage."""
+        return self._in_wind({n: x for n, x in values.items() if x and self.places[n].kind == "windage"})
+
     def states_of(self, point: Point) -> list[np.ndarray]:
         """States (M + 1, n) of the run of every unit at a point."""
-        lanes = self._sorted([Lane(k, point.values, own) for k, own in enumerate(point.own)])
-        return [self._driven([lane]).states[0] for lane in lanes]
+        return [self.driven(Lane(k, point.values, own)).states[0] for k, own in enumerate(point.own)]
 
     def _start(self, lane: _Run) -> np.ndarray:
         """The state (n,) that a lane starts from: the smoothed one, without what its sensors add to it."""
@@ -501,12 +480,17 @@ class FreeRuns:
                 linkage[entry] = 1.0 / x if place.inverse else linkage.get(entry, 0.0) + x
                 linkage |= dict(place.fixed)
                 continue
-            if inputs.shape[1] == nu:
-                inputs = np.hstack([inputs, np.zeros((len(inputs), OUTSIDE if self.model.is_3dof else PUSH))])
-            inputs[:, nu + place.column] += x * (1.0 if place.kind == "flow" else self._term(lane.unit, name))
+            inputs = self.with_environment(inputs)
+            inputs[:, nu + place.column] += x * (1.0 if place.kind == "flow" else self.force_along(lane.unit, name))
         if linkage:
             inputs[:, 0] += self._change(lane.unit, tuple(sorted(linkage.items())))
         return inputs
+
+    def with_environment(self, inputs: np.ndarray) -> np.ndarray:
+        """Inputs (M + 1, nu) with the environment's columns."""
+        if inputs.shape[1] > len(self.model.inputs):
+            return inputs
+        return np.hstack([inputs, np.zeros((len(inputs), OUTSIDE if self.model.is_3dof else PUSH))])
 
     @lru_cache(maxsize=4096)  # noqa: B019 (lives as long as one diagnosis)
     def _change(self, k: int, linkage: tuple[tuple[str, float], ...]) -> np.ndarray:
@@ -517,7 +501,7 @@ class FreeRuns:
         """Number of a record -> its measured motion."""
         return {n: motion_of(self.model, r.record, SMOOTH * self.length_s) for n, r in self.rudders.items()}
 
-    def _term(self, k: int, name: str) -> np.ndarray:
+    def force_along(self, k: int, name: str) -> np.ndarray:
         """Force (M + 1,) on the grid of a unit for a number of one."""
         if (k, name) not in self._terms:
             self._terms[k, name] = self._term_of(k, name)
@@ -532,7 +516,7 @@ class FreeRuns:
         motion = self.motions[unit.number]
         return np.interp(unit.grid_s, motion.time_s, self.bank.series[name](motion))
 
-    def _errors(self, lanes: Sequence[_Run], driven: _Driven) -> np.ndarray:
+    def _errors(self, lanes: Sequence[_Run], driven: Driven) -> np.ndarray:
         """Errors (C, B, N) of the lanes of one unit."""
         k = lanes[0].unit
         series = self.units[k].stretch.series
@@ -546,10 +530,27 @@ class FreeRuns:
             channels[:, places] = self._shown(lanes[places[0]], channels[:, places], series.dt)
         measured, known = self._by_channel[k]
         error = measured - np.moveaxis(series.observe(np.moveaxis(channels, 2, 0)), 0, 2)
-        limit = self._limit[:, None, None]
+        limit = self.limit[:, None, None]
         return np.fmax(np.fmin(error, limit), -limit) * known  # a run that is lost has the limit in the place of nan
 
-    def _thrust(self, driven: _Driven, points: int) -> np.ndarray:
+    def errors_by(self, k: int, states: np.ndarray, thrust: np.ndarray) -> np.ndarray:
+        """Changes (C, q, N) of the errors of a unit whose sensors are ideal by small changes of states (M + 1, n, q),
+        and of the thrust (M + 1, q)."""
+        series = self.units[k].stretch.series
+        own = [] if self.thrust is None else [thrust[:, None]]
+        channels = np.concatenate([states[:, self._columns], *own], axis=1)[: len(series.inputs)]
+        return -series.observe(channels).transpose(1, 2, 0) * self._by_channel[k][1]
+
+    def thrust_slopes(self, driven: Driven) -> np.ndarray:
+        """Slopes (M + 1, n) of a run's thrust by the states; none where it is no channel."""
+        states, inputs, theta = driven.states[0], driven.inputs[0, :, : len(self.model.inputs)], driven.theta[0]
+        if self.thrust is None:
+            return np.zeros_like(states)
+        steps = DIFFERENCE * np.diag(1.0 + np.max(np.abs(states), axis=0))
+        moved = [self.thrust(states + step, inputs, theta[None]) for step in steps]
+        return (np.column_stack(moved) - self.thrust(states, inputs, theta[None])[:, None]) / np.diag(steps)
+
+    def _thrust(self, driven: Driven, points: int) -> np.ndarray:
         """Thrust (B, M) of lanes, N."""
         assert self.thrust is not None
         inputs = driven.inputs[:, :points, : len(self.model.inputs)]
@@ -594,13 +595,6 @@ def _equally_long(inputs: Sequence[np.ndarray]) -> np.ndarray:
 def _gain(instruments: Mapping[str, float], short: str) -> tuple[float, float]:
     """Gain of a sensor, and its growth with the channel."""
     return 1.0 + instruments.get(f"{short}_scale", 0.0), instruments.get(f"{short}_curve", 0.0)
-
-
-def _step(number: Number, value: float) -> float:
-    """Step of the difference for a number: of a size that is not negative (slowness, play) a share of it at most."""
-    if number.trial is not None:
-        return number.trial - value
-    return STEP * (min(number.sd, value) if number.low == 0.0 < value else number.sd)
 
 
 def _turned(u: np.ndarray, v: np.ndarray, angle: float) -> tuple[np.ndarray, np.ndarray]:

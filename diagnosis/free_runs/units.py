@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -98,6 +98,14 @@ class Unit:
         total = np.convolve(np.where(known, values, 0.0), window, "same")
         mean = np.where(count > 0.0, total / np.maximum(count, 1.0), np.nan)
         return np.interp(piece.time_s, self.record.time_s, mean)
+
+
+class Lane(NamedTuple):
+    """One run: number of its unit, values of the numbers by name, own effects (m,) of the unit."""
+
+    unit: int
+    values: Mapping[str, float]
+    own: np.ndarray
 
 
 @dataclass(frozen=True)

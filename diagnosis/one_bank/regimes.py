@@ -246,7 +246,7 @@ def _screened_columns(runs: FreeRuns, base: Fitted, columns: Sequence[_Column]) 
     """Columns with the squares (K, C) of left-out pieces that are predicted with them, the best first."""
     by_name = {c.candidate.id: c for c in columns}
     predicted = predictions(runs, [c.candidate for c in columns], base)
-    return [(by_name[candidate.id], left) for candidate, left in predicted]
+    return [(by_name[one.candidate.id], one.left_out) for one in predicted]
 
 
 def _first_of_each(columns: Sequence[tuple[_Column, np.ndarray]]) -> list[_Column]:

@@ -127,7 +127,7 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     faults = choice.selection.candidates
     before = _fitted_beside(choice, faults) if faults else few.base
     singles = [c for c in choice.bank.candidates if len(c.names) == 1 and {*c.names} <= sds.keys()]
-    own += [c for c, _ in predictions(runs, singles, before)[:SINGLES] if c not in own]
+    own += [p.candidate for p in predictions(runs, singles, before)[:SINGLES] if p.candidate not in own]
     final, most = choice.selection.final, list[tuple[Selection, float]]()
     whole, gross = _taken(runs, before, final), any(abs(final.value(n)) > FAR * sd for n, sd in sds.items())
     for candidate in own if gross else (c for c in own if not {*c.names} & sds.keys()):

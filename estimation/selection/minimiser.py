@@ -28,8 +28,9 @@ WEIGHINGS, ALIKE = 2, 1.3
 SLACK, NEGLIGIBLE = 1.2, 0.1
 """Factor on the sensors' noise, as it is estimated, up to which errors are noise; least square of other errors, in
 those that count as none."""
-ENOUGH = 0.02
-"""Fall of the cost for each number that ends the steps."""
+ENOUGH, SIZINGS = 0.02, 8
+"""Fall of the cost for each number that ends the steps, or error of what a linearisation tells of it; and most times
+that its least cost is looked for with other sizes of the channels."""
 
 
 class UnitErrors(Protocol):
@@ -125,7 +126,18 @@ def point_at(
     """
     if weight is None:
         weight = np.broadcast_to(problem.weight[:, None], problem.counts.shape)
-    squares = problem.squares([values] * len(own), own)
+    return _with_squares(problem, numbers, values, own, problem.squares([values] * len(own), own), weight)
+
+
+def _with_squares(
+    problem: UnitErrors,
+    numbers: Sequence[Number],
+    values: dict[str, float],
+    own: np.ndarray,
+    squares: np.ndarray,
+    weight: np.ndarray,
+) -> Point:
+    """The point with squares (K, C) of its errors."""
     total = np.maximum(np.sum(weight * problem.counts, axis=0), 1e-9)
     mean = np.sum(weight * squares, axis=0) / total
     size = np.where(problem.known, problem.floor, np.sqrt(mean + problem.floor**2))
@@ -155,18 +167,24 @@ def minimise(
     steps: int = STEPS,
     weight: np.ndarray | None = None,
     weighings: int = WEIGHINGS,
+    coarse: float = 0.0,
 ) -> Fitted:
     """The fit of some numbers from a point; other numbers keep their values there.
 
     weight (K, C) : of the samples at first; None: that of errors that are correlated.  weighings : most times that they
-    are weighed anew by the errors that the fit leaves.
+    are weighed anew by the errors that the fit leaves.  coarse : fall of the cost for each independent value that ends
+    the steps, where that is more than ENOUGH for each number.
     """
-    end = _descended(problem, numbers, point_at(problem, numbers, dict(values), own, weight), steps)
+    here = point_at(problem, numbers, dict(values), own, weight)
+    enough = max(ENOUGH * max(len(numbers), 1), coarse * float(np.sum(here.weight * problem.counts)))
+    end = _descended(problem, numbers, here, steps, enough)
     for _ in range(weighings):
-        weight = weight_at(problem, end.point)
-        if are_alike(weight, end.point.weight):
+        here = end.point
+        weight = weight_at(problem, here)
+        if are_alike(weight, here.weight):
             break
-        end = _descended(problem, numbers, point_at(problem, numbers, end.point.values, end.point.own, weight), steps)
+        here = _with_squares(problem, numbers, here.values, here.own, here.squares, weight)
+        end = _descended(problem, numbers, here, steps, enough, end.about)
     return _concluded(problem, tuple(numbers), end)
 
 
@@ -175,58 +193,114 @@ def are_alike(weight: np.ndarray, other: np.ndarray) -> bool:
     return bool(np.max(np.abs(np.log(weight / other))) < np.log(ALIKE))
 
 
+class _About(NamedTuple):
+    """A linearisation, and values and own effects (K, m) that it is about."""
+
+    values: dict[str, float]
+    own: np.ndarray
+    quadratic: Quadratic
+
+
 class _End(NamedTuple):
-    """Where steps no longer gain, and the last linearisation with its point: the same one, or the one before."""
+    """Where steps no longer gain, and the last linearisation."""
 
     point: Point
-    quadratic: Quadratic
-    before: Point
+    about: _About
 
 
-def _descended(problem: UnitErrors, numbers: Sequence[Number], here: Point, steps: int) -> _End:
-    """The end of at most so many steps."""
+def _descended(
+    problem: UnitErrors,
+    numbers: Sequence[Number],
+    here: Point,
+    steps: int,
+    enough: float,
+    about: _About | None = None,
+) -> _End:
+    """The end of at most so many steps; about : a linearisation that may still hold at the point.
+
+    enough : fall of the cost that ends the steps, or error of the cost of a linearisation's least point.
+    """
     damping = 0.0
     for _ in range(steps):
-        quadratic = problem.quadratic(here.values, here.own, numbers)
-        following = _stepped(problem, numbers, here, quadratic, damping)
-        if following is None:
-            return _End(here, quadratic, here)
-        there, damping = following
-        if here.cost - there.cost < ENOUGH * max(len(numbers), 1):
-            return _End(there, quadratic, here)
-        here = there
-    return _End(here, problem.quadratic(here.values, here.own, numbers), here)
+        known = about is not None
+        about = about or _About(here.values, here.own, problem.quadratic(here.values, here.own, numbers))
+        following = _stepped(problem, numbers, here, about, damping)
+        if following is None and not known:
+            return _End(here, about)
+        if following is not None:
+            there, damping, error = following
+            if min(error, here.cost - there.cost) < enough:
+                return _End(there, about)
+            here = there
+        about = None
+    return _End(here, _About(here.values, here.own, problem.quadratic(here.values, here.own, numbers)))
 
 
 def _stepped(
-    problem: UnitErrors, numbers: Sequence[Number], here: Point, quadratic: Quadratic, damping: float
-) -> tuple[Point, float] | None:
-    """The next point of lower cost, and the damping after it; None where there is none."""
-    prior, normal = prior_of(numbers, here.values), quadratic.normal(here.size, here.weight)
-    matrix, slope = joint(normal, prior)
-    low, high = prior.low - prior.values, prior.high - prior.values
-    for _ in range(TRIALS):
-        step = bounded_solve(matrix + damping * np.diag(np.diag(matrix)), slope, low, high)
-        moved = (prior.values + step).tolist()
-        values = here.values | {n.name: x for n, x in zip(numbers, moved, strict=True)}
-        own = here.own + own_step(normal, np.tile(step, (len(here.own), 1))) / (1.0 + damping)
-        there = point_at(problem, numbers, values, own, here.weight)
+    problem: UnitErrors, numbers: Sequence[Number], here: Point, about: _About, damping: float
+) -> tuple[Point, float, float] | None:
+    """The next point of lower cost, the damping after it, and by how much the linearisation errs in the cost of its
+    least point, infinite where it is another one; None where there is none."""
+    if not damping:
+        least = _least(problem, numbers, here, about)
+        there = point_at(problem, numbers, least.values, least.own, here.weight)
         if there.cost < here.cost:
-            return there, damping / GROWTH
-        damping = max(GROWTH * damping, FIRST_GROWTH)
+            return there, 0.0, _difference(here, least, there)
+    prior, normal = prior_of(numbers, about.values), about.quadratic.normal(here.size, here.weight)
+    matrix, slope = joint(normal, prior)
+    for _ in range(TRIALS):
+        damping = max(damping, FIRST_GROWTH)
+        step = _bounded(prior, matrix + damping * np.diag(np.diag(matrix)), slope)
+        own = about.own + own_step(normal, np.tile(step, (len(here.own), 1))) / (1.0 + damping)
+        there = point_at(problem, numbers, _moved(numbers, about, step), own, here.weight)
+        if there.cost < here.cost:
+            return there, damping / GROWTH, np.inf
+        damping *= GROWTH
     return None
+
+
+def _least(problem: UnitErrors, numbers: Sequence[Number], here: Point, about: _About) -> Point:
+    """The point of least cost by a linearisation: the sizes of the channels follow its errors."""
+    prior, least = prior_of(numbers, about.values), here
+    for _ in range(SIZINGS):
+        size, normal = least.size, about.quadratic.normal(least.size, here.weight)
+        step = _bounded(prior, *joint(normal, prior))
+        steps = np.tile(step, (len(here.own), 1))
+        own = own_step(normal, steps)
+        squares = about.quadratic.squares(steps, own, range(len(numbers)))
+        least = _with_squares(problem, numbers, _moved(numbers, about, step), about.own + own, squares, here.weight)
+        if are_alike(least.size, size):
+            break
+    return least
+
+
+def _difference(here: Point, linear: Point, there: Point) -> float:
+    """Cost by which the squares of the units at a point differ from those of a linearisation."""
+    return 0.5 * float(np.sum(here.weight * np.abs(linear.squares - there.squares) / there.size**2))
+
+
+def _bounded(prior: Prior, matrix: np.ndarray, slope: np.ndarray) -> np.ndarray:
+    """The step (p,) of normal equations within the bounds of the numbers."""
+    return bounded_solve(matrix, slope, prior.low - prior.values, prior.high - prior.values)
+
+
+def _moved(numbers: Sequence[Number], about: _About, step: np.ndarray) -> dict[str, float]:
+    """Values by name after a step (p,) of the numbers."""
+    return about.values | {
+        n.name: about.values.get(n.name, 0.0) + x for n, x in zip(numbers, step.tolist(), strict=True)
+    }
 
 
 def _concluded(problem: UnitErrors, numbers: tuple[Number, ...], end: _End) -> Fitted:
     """The end with its left-out units, each run once with the numbers and own effects that follow without it."""
-    here = end.before
-    prior, normal = prior_of(numbers, here.values), end.quadratic.normal(here.size, here.weight)
+    here, about = end
+    prior, normal = prior_of(numbers, about.values), about.quadratic.normal(here.size, here.weight)
     if not numbers:
-        return Fitted((), end.point, end.point.squares, (here.values,) * len(here.own), np.zeros((0, 0)), np.zeros(0))
+        return Fitted((), here, here.squares, (here.values,) * len(here.own), np.zeros((0, 0)), np.zeros(0))
     steps = left_out_steps(normal, prior)
     names = [n.name for n in numbers]
-    each = [here.values | dict(zip(names, (prior.values + step).tolist(), strict=True)) for step in steps]
-    left_out = problem.squares(each, here.own + own_step(normal, steps))
+    each = [about.values | dict(zip(names, (prior.values + step).tolist(), strict=True)) for step in steps]
+    left_out = problem.squares(each, about.own + own_step(normal, steps))
     covariance = np.linalg.inv(joint(normal, prior)[0])
     sd = np.maximum(np.sqrt(np.diag(covariance)), np.nan_to_num(jackknife(steps), posinf=0.0))
-    return Fitted(numbers, end.point, left_out, tuple(each), covariance, sd)
+    return Fitted(numbers, here, left_out, tuple(each), covariance, sd)

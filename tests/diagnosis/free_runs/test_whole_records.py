@@ -8,8 +8,8 @@ from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.calibration.group_fits import blind_errors, fit_groups, score_fall
 from helmbench.diagnosis.free_runs.bank import of_numbers
-from helmbench.diagnosis.free_runs.problem import LIMIT, FreeRuns, Lane
-from helmbench.diagnosis.free_runs.units import THRUST, names_of_units, units_of
+from helmbench.diagnosis.free_runs.problem import LIMIT, FreeRuns
+from helmbench.diagnosis.free_runs.units import THRUST, Lane, names_of_units, units_of
 from helmbench.models.coefficient_groups import Group
 from helmbench.models.model import resolve
 from helmbench.models.time_scale import time_scale_s

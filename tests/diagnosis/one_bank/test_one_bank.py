@@ -13,10 +13,11 @@ from helmbench.datasets.record import Record
 from helmbench.diagnosis.causes.missing_terms import MissingTerm
 from helmbench.diagnosis.causes.registry import causes
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.free_runs.problem import STEP, Lane
-from helmbench.diagnosis.free_runs.units import length_s, units_of
+from helmbench.diagnosis.free_runs.linearisation import FEW, STEP
+from helmbench.diagnosis.free_runs.units import Lane, length_s, units_of
 from helmbench.diagnosis.one_bank.catalogue import Facts, bank_of
 from helmbench.diagnosis.one_bank.diagnose import runs_of
+from helmbench.diagnosis.one_bank.forces import forces_along
 from helmbench.diagnosis.options import Options
 from helmbench.estimation.run.run import run_along
 from helmbench.models.errors import CannotFit
@@ -257,6 +258,24 @@ def test_a_column_is_the_difference_of_two_runs(mariner):
         np.full((len(runs.units), 1), step), runs.no_own, [0]
     )
     assert np.allclose(by_algebra, runs.squares([{number.name: step}] * len(runs.units), runs.no_own), rtol=1e-6)
+
+
+def test_columns_of_many_forces_are_those_of_runs_with_each(mariner):
+    model, records = mariner
+    bare = runs_of(model, records, Options().checked(model))
+    forces = forces_along(bare)
+    runs = bare.with_numbers(forces.places, forces.series)
+    numbers = [n for c in forces.candidates for n in c.numbers if forces.places[n.name].kind == "term"][::9]
+    point = {numbers[3].name: STEP * numbers[3].sd}
+    quadratic = runs.quadratic(point, runs.no_own, numbers)
+    assert len(numbers) > FEW and {runs.places[n.name].column for n in numbers} == {4, 5, 6}
+    for place, number in enumerate(numbers):
+        step = 1e-3 * number.sd
+        values = point | {number.name: point.get(number.name, 0.0) + step}
+        by_algebra = quadratic.squares(np.full((len(runs.units), 1), step), runs.no_own, [place])
+        by_run = runs.squares([values] * len(runs.units), runs.no_own)
+        at_rest = runs.squares([point] * len(runs.units), runs.no_own)
+        assert np.allclose(by_algebra - at_rest, by_run - at_rest, rtol=0.01, atol=1e-4 * at_rest.max(axis=0))
 
 
 def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):

@@ -11,7 +11,7 @@ from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record, RecordMeta
 from helmbench.datasets.signals import lagged, sensor_sd
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.free_runs.problem import Lane
+from helmbench.diagnosis.free_runs.units import Lane
 from helmbench.diagnosis.one_bank.curve import curve_of
 from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.events import Event

@@ -8,8 +8,8 @@ import pytest
 from helmbench.datasets.generator import Case, generate
 from helmbench.diagnosis.calibration.group_fits import blind_errors
 from helmbench.diagnosis.free_runs.bank import of_numbers
-from helmbench.diagnosis.free_runs.problem import FreeRuns, Lane
-from helmbench.diagnosis.free_runs.units import whole_unit
+from helmbench.diagnosis.free_runs.problem import FreeRuns
+from helmbench.diagnosis.free_runs.units import Lane, whole_unit
 from helmbench.estimation.records.weather import measured_weather
 from helmbench.models.model import resolve
 from helmbench.models.time_scale import time_scale_s
