@@ -207,7 +207,7 @@ class FreeRuns:
     def without(self, ids: Collection[str]) -> FreeRuns:
         """The same runs without candidates (`Candidate.of`) of the bank."""
         runs = copy(self)
-        runs.bank = replace(self.bank, candidates=tuple(c for c in self.bank.candidates if c.of not in ids))
+        runs.bank = self.bank.without(ids)
         return runs
 
     def without_begin(self, late_s: float) -> FreeRuns:

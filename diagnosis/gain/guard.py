@@ -47,21 +47,23 @@ def worsens(said: Diagnosis) -> bool:
     with it and no better without; or the motion of these or of whole training records clearly worse without it, in the
     mean over channels.
 
-    Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and they sum up what
-    the speed and the heading show.
+    Where the motion is predicted clearly better in that mean, with trim and without, a channel is worse only where it
+    is much worse.  Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and
+    they sum up what the speed and the heading show.
     """
     blind = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
     own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
     if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training_errors(said))):
         return True
-    pairs = [(blind[c], own[c]) for c in said.gain if c not in POSITIONS]
+    least = MUCH_WORSE if min(map(_motion_fall, (blind, own))) > CLEARLY else WORSE
+    pairs = [(least, blind[c], own[c]) for c in said.gain if c not in POSITIONS]
     places = [c for c in said.gain if c in POSITIONS]
     if places:
-        pairs.append((_distances(blind, places), _distances(own, places, _place_floor(said))))
+        pairs.append((WORSE, _distances(blind, places), _distances(own, places, _place_floor(said))))
     return any(
-        all(after > WORSE * before for before, after in (plain, trimmed))
+        all(after > ratio * before for before, after in (plain, trimmed))
         or (trimmed[1] > MUCH_WORSE * trimmed[0] and plain[1] > plain[0] / WORSE)
-        for plain, trimmed in pairs
+        for ratio, plain, trimmed in pairs
     )
 
 

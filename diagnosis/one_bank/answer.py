@@ -11,7 +11,7 @@ import numpy as np
 
 from ...checks.base import SensorError
 from ...checks.result import Size
-from ...checks.tails import chi2_tail, student_tail
+from ...checks.tails import chi2_tail, student_quantile, student_tail
 from ...estimation.selection.selection import independent
 from ...models.coefficient_groups import grown, stated_groups, with_values
 from ...models.extend import extended
@@ -26,7 +26,7 @@ from ..report.bank import BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
-from .search import SMALL, half_intervals, main_number
+from .search import INTERVAL, SMALL, half_intervals, main_number
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -202,7 +202,7 @@ def _areas(choice: Choice) -> str:
 # ---- bank and verdict
 def bank_lines(choice: Choice, findings: Sequence[Finding], sensors: Mapping[str, float]) -> tuple[Entry, ...]:
     """One line for every cause of the taxonomy; sensors : statistics of those that the channels have decided on."""
-    tried = {choice.bank.cause_of(c) for c in choice.bank.candidates}
+    tried, barred = ({choice.bank.cause_of(c) for c in own} for own in (choice.bank.candidates, choice.bank.barred))
 
     def otherwise(check: Check) -> Entry:
         if check.id in sensors:
@@ -210,6 +210,8 @@ def bank_lines(choice: Choice, findings: Sequence[Finding], sensors: Mapping[str
         if check.id in tried:
             why = "free runs of left-out pieces are predicted no better with it"
             return Entry(check.id, "not_significant", None, None, None, why)
+        if check.id in barred:
+            return Entry(check.id, "not_significant", None, None, None, "whole records are predicted worse with it")
         why = check.stage if not isinstance(check, Cause) else "no candidate for this model and these channels"
         return Entry(check.id, "not_testable", None, None, None, why)
 
@@ -290,18 +292,31 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
         known = {n: own.get(n, 0.0) for n in extension_of(cause).units}
         out = extended(out, cause, known)
     numbers: dict[str, float] = {}
+    of_records: dict[str, list[float]] = {}
     for name, x in values.items():
         place = places[name]
         for entry in place.entries if place.kind in ("steering", "sensor") else ():
-            share = x if place.record is None else x / len(choice.runs.record_names)
-            numbers[entry] = numbers.get(entry, 0.0) + (1.0 / share if place.inverse else share)
+            if place.record is not None:
+                of_records.setdefault(entry, []).append(x)
+                continue
+            numbers[entry] = numbers.get(entry, 0.0) + (1.0 / x if place.inverse else x)
         numbers |= dict(place.fixed)
+    for entry, own in of_records.items():
+        numbers[entry] = numbers.get(entry, 0.0) + expected_of(own, len(choice.runs.record_names))
     if choice.local is not None:
         out = choice.local.extended(out, values.get(choice.local.size, 0.0))
     instruments = combined(combined(model.instruments, numbers), corrected)
     ids = [choice.bank.cause_of(c) for c in choice.selection.candidates]
     name = "+".join([model.id.partition("+")[0], *dict.fromkeys(ids)])
     return replace(out, id=name, instruments=instruments)
+
+
+def expected_of(own: Sequence[float], records: int) -> float:
+    """What a further record is expected to have of a number that each has of its own (some of them zero): the mean
+    where it differs from zero by more than its 90 % interval, else none."""
+    each = np.pad(own, (0, records - len(own)))
+    half = student_quantile(INTERVAL, max(records - 1, 1)) * float(np.std(each, ddof=1)) / np.sqrt(records)
+    return float(np.mean(each)) if abs(np.mean(each)) > half else 0.0
 
 
 def in_wind(model: Model, choice: Choice) -> Model:

@@ -36,7 +36,7 @@ from .answer import (
     verdict,
 )
 from .catalogue import FLOWS, Facts, bank_of
-from .search import SMALL, Choice, chosen, with_own_numbers, withdrawn
+from .search import SMALL, Choice, alone, chosen, with_own_numbers, withdrawn
 from .slips import with_findings, without_slips
 
 if TYPE_CHECKING:
@@ -73,7 +73,9 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     diagnosis, wide = _with_held_out_verdict(diagnosis), with_own_numbers(choice)
     if wide is None:
         return diagnosis
-    return with_calibrated(diagnosis, extended_model(model, wide, behind.instruments), held_out, options.channels)
+    calibrated = extended_model(model, wide, behind.instruments)
+    outcome = with_calibrated(diagnosis, calibrated, held_out, options.channels)
+    return diagnosis if worsens(replace(outcome, gain=outcome.calibrated_gain, traces=())) else outcome
 
 
 def _with_held_out_verdict(diagnosis: Diagnosis) -> Diagnosis:
@@ -161,8 +163,8 @@ def choice_and_diagnosis(
 ) -> tuple[Choice, Diagnosis]:
     """The choice without what worsens whole records, and the diagnosis by it.
 
-    The candidate that entered last is barred, and another choice is made without it; at the end what entered last is
-    withdrawn as long as the errors grow.
+    What stands beside the model's own numbers is tried without them.  Then the candidate that entered last is barred,
+    and another choice is made without it; at the end what entered last is withdrawn as long as the errors grow.
 
     behind : records behind their sensors.  held_out : as they were read.  never : candidates (`Candidate.of`) that are
         not tried.
@@ -188,7 +190,10 @@ def choice_and_diagnosis(
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
     while worsens(diagnosis):
+        few = alone(choice)
         last = {one.candidate.of for one in choice.selection.entered[-1:]} - without_gain
+        if few is not None and not worsens(of_few := diagnosed(few)):
+            return few, of_few
         if last and len(without_gain) < BARRED:
             without_gain |= last
             choice = chosen(runs.without(without_gain), options)

@@ -63,9 +63,10 @@ LOCAL = 0.1
 number above some speed took 2 % off."""
 LATE = 0.1
 """Delay of the rudder, as a share of a piece, from which it matters what acted before a record's begin."""
-MOST, SINGLES, FAR = 0.8, 4, 2.0
-"""Share of what all of the model's own numbers take off the squared error, from which one of them is told that takes it
-off alone; single numbers that are tried beside those of the choice; prior standard deviations that it is off by."""
+MOST, NEARLY_ALL, SINGLES, FAR = 0.8, 0.95, 4, 2.0
+"""Shares of what all of the model's own numbers take off the squared error, from which one of them is told that takes
+it off alone: where some are far off, and where none is; single numbers that are tried beside those of the choice; prior
+standard deviations that are far."""
 INTERVAL, WIDER = 0.95, 3.0
 """Quantile of Student's t over pieces that a 90 % interval ends at, and factor on it beside numbers that are all
 uncertain, and alike to both sides: of a delay beside ten Mariners whose numbers were off by 10 % the error was 2.9
@@ -113,8 +114,8 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     sensors alone takes most of what all take off the squared error of left-out pieces, and its share; None where there
     is none.
 
-    Some number has to be off by more than its prior says (FAR) beside all others: where all are a little off, any of
-    many takes most.
+    Some number has to be off by more than its prior says (FAR) beside all others, or the one has to take NEARLY_ALL:
+    where all are a little off, any of many takes most.
     """
     few, runs = choice.few, choice.runs
     if few is None:
@@ -130,9 +131,10 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     own += [p.candidate for p in predictions(runs, singles, before)[:SINGLES] if p.candidate not in own]
     final, most = choice.selection.final, list[tuple[Selection, float]]()
     whole, gross = _taken(runs, before, final), any(abs(final.value(n)) > FAR * sd for n, sd in sds.items())
-    for candidate in own if gross else (c for c in own if not {*c.names} & sds.keys()):
+    for candidate in own:
         fitted = _fitted_beside(choice, (*faults, candidate))
-        if (share := _taken(runs, before, fitted) / whole) > MOST:
+        needed = MOST if gross or not {*candidate.names} & sds.keys() else NEARLY_ALL
+        if (share := _taken(runs, before, fitted) / whole) > needed:
             one = Entered(candidate, fall_between(runs, before, fitted))
             most.append((Selection(before, (one,), fitted), share))
     most.sort(key=lambda pair: (len(pair[0].candidates[0].numbers), -pair[1]))
@@ -150,6 +152,12 @@ def _taken(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
     """What a fit takes off the squared error of left-out pieces, in squares of the motion, sum over channels."""
     old, new = (mean_squares(runs, fitted.left_out) for fitted in (before, after))
     return max(float(np.sum((old - new) / runs.motion**2)), 1e-12)
+
+
+def alone(choice: Choice) -> Choice | None:
+    """What was selected without the model's own numbers; None where the choice is this, or nothing was."""
+    few = choice.few
+    return None if few is None or not few.entered else Choice(choice.runs, few)
 
 
 def withdrawn(choice: Choice) -> Choice | None:
@@ -201,10 +209,10 @@ def interval_factor(runs: FreeRuns) -> float:
 
 
 def _may_be_none(choice: Choice, one: Entered) -> bool:
-    """Whether the intervals of all numbers of a candidate beside uncertain ones, or of a fault that has another size in
-    each record, hold zero."""
+    """Whether the intervals of all numbers of a candidate beside the model's own, or of a fault that has another size
+    in each record, hold zero."""
     of_records = len({choice.bank.places[n].record for n in one.candidate.names}) > 1
-    if choice.few is None and (not of_records or choice.bank.cause_of(one.candidate) in FLOWS):
+    if not choice.beside and (not of_records or choice.bank.cause_of(one.candidate) in FLOWS):
         return False
     final = choice.selection.final
     halves = half_intervals(choice.runs, final, choice.beside)

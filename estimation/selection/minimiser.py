@@ -292,15 +292,20 @@ def _moved(numbers: Sequence[Number], about: _About, step: np.ndarray) -> dict[s
 
 
 def _concluded(problem: UnitErrors, numbers: tuple[Number, ...], end: _End) -> Fitted:
-    """The end with its left-out units, each run once with the numbers and own effects that follow without it."""
+    """The end with its left-out units, each run once with the numbers and own effects that follow without it.
+
+    The linearisation tells by how much they differ from those of all units, eq. 7 of docs/mathematics/pieces.md.
+    """
     here, about = end
     prior, normal = prior_of(numbers, about.values), about.quadratic.normal(here.size, here.weight)
     if not numbers:
         return Fitted((), here, here.squares, (here.values,) * len(here.own), np.zeros((0, 0)), np.zeros(0))
-    steps = left_out_steps(normal, prior)
-    names = [n.name for n in numbers]
-    each = [about.values | dict(zip(names, (prior.values + step).tolist(), strict=True)) for step in steps]
-    left_out = problem.squares(each, about.own + own_step(normal, steps))
-    covariance = np.linalg.inv(joint(normal, prior)[0])
+    steps, (matrix, slope) = left_out_steps(normal, prior), joint(normal, prior)
+    whole = np.tile(_bounded(prior, matrix, slope), (len(steps), 1))
+    final = np.array([here.values.get(n.name, 0.0) for n in numbers])
+    moved = np.clip(final + steps - whole, prior.low, prior.high).tolist()
+    each = [here.values | dict(zip((n.name for n in numbers), row, strict=True)) for row in moved]
+    left_out = problem.squares(each, here.own + own_step(normal, steps) - own_step(normal, whole))
+    covariance = np.linalg.inv(matrix)
     sd = np.maximum(np.sqrt(np.diag(covariance)), np.nan_to_num(jackknife(steps), posinf=0.0))
     return Fitted(numbers, here, left_out, tuple(each), covariance, sd)

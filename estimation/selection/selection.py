@@ -156,10 +156,14 @@ def fall_between(problem: UnitErrors, before: Fitted, after: Fitted) -> Fall:
 
 def enters(problem: UnitErrors, rules: Rules, fitted: Fitted, by: Fall) -> bool:
     """Whether the fall of the score with a fit matters and is no chance, eq. 10 of docs/mathematics/pieces.md."""
-    least = rules.least * int((problem.counts.sum(axis=0) > 0).sum())
     evident = by.gain * independent(problem, fitted) > EVIDENT
     level = min(rules.level, rules.evident) if evident else rules.level
-    return by.gain > max(least, quantile(problem, level) * by.error)
+    return by.gain > max(least_gain(problem, rules), quantile(problem, level) * by.error)
+
+
+def least_gain(problem: UnitErrors, rules: Rules) -> float:
+    """Fall of the score that matters, of all channels together."""
+    return rules.least * int((problem.counts.sum(axis=0) > 0).sum())
 
 
 def is_enough(problem: UnitErrors, fitted: Fitted, enough: np.ndarray) -> bool:
@@ -205,7 +209,7 @@ class _Search:
         if not good:
             return None
         best = max(good, key=lambda t: t.fall.gain)
-        order = sorted(good, key=lambda t: (t.candidate.rank, len(t.candidate.numbers), -t.fall.gain))
+        order = sorted(good, key=lambda t: (_place(t.candidate), len(t.candidate.numbers), -t.fall.gain))
         first = next(t for t in order if t is best or not self._worse(t, best))
         rivals = (t.candidate for t in good if self._rivals(t, first))
         one = Entered(first.candidate, first.fall, tuple({c.of: c for c in rivals}.values()))
@@ -235,11 +239,13 @@ class _Search:
         return Trial(candidate, fitted, fall_between(self.problem, now.final, fitted))
 
     def _worse(self, one: Trial, other: Trial) -> bool:
-        """Whether a trial is clearly worse than another one; than one of the last rank by more."""
+        """Whether a trial is clearly worse than another one; than one of the last rank by more, and than one of more
+        numbers by what each of these has to gain."""
         between = fall_between(self.problem, one.fitted, other.fitted)
         last = self.rules.last_rank
         far = LAST if last is not None and other.candidate.rank == last > one.candidate.rank else CLEAR
-        return between.gain > max(far * between.error, self.rules.least)
+        more = len(other.candidate.numbers) - len(one.candidate.numbers)
+        return between.gain > max(far * between.error, self.rules.least, more * least_gain(self.problem, self.rules))
 
     def _rivals(self, other: Trial, chosen: Trial) -> bool:
         """Whether another candidate would have done as well with no more numbers."""
@@ -342,6 +348,12 @@ def _parts(bank: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
     ends = np.cumsum([len(c.numbers) for c in bank]) // COLUMNS
     for part in np.unique(ends):
         yield [c for c, end in zip(bank, ends, strict=True) if end == part]
+
+
+def _place(candidate: Candidate) -> int:
+    """The place of a candidate's rank: one of many numbers, as a flow of its own in each record, stands behind those of
+    its rank."""
+    return candidate.rank + (len(candidate.numbers) > MANY)
 
 
 def _column(number: Number) -> Column:

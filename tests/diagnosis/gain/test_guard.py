@@ -36,4 +36,12 @@ def test_a_position_within_what_a_perfect_speed_leaves_is_no_worse(diagnosis_of,
 
 
 def test_other_channels_are_judged_each_by_itself(diagnosis_of):
-    assert worsens(of_errors(diagnosis_of, heading_rad=(0.1, 0.05), surge_m_s=(0.1, 0.11)))
+    assert worsens(of_errors(diagnosis_of, heading_rad=(0.1, 0.095), surge_m_s=(0.1, 0.11)))
+
+
+@pytest.mark.parametrize(("after_m_s", "worse"), [(0.13, False), (0.16, True)])
+def test_a_channel_that_is_a_little_worse_is_outweighed_by_motion_that_is_clearly_better(
+    diagnosis_of, after_m_s, worse
+):
+    said = of_errors(diagnosis_of, heading_rad=(0.1, 0.02), yaw_rate_rad_s=(0.01, 0.006), surge_m_s=(0.1, after_m_s))
+    assert worsens(said) == worse
