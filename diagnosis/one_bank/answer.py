@@ -39,6 +39,9 @@ if TYPE_CHECKING:
 LARGE = 0.3
 """Error, as a share of the motion, from which a model without a finding is not adequate."""
 ASSUMED = "the base model states no areas above water: the speed of the wind is that on a usual ship of her length"
+OTHER_SHIP = 2.0
+"""Prior standard deviations (rms) by which all numbers of a model move, from which it may be of another ship: those of
+a tanker moved by 2.4 to follow another tanker, by .7 to follow her own records."""
 APART, SEVERAL = 3.0, 3
 """Factor between the errors of records of which some are told apart, and records from which that is looked at."""
 
@@ -68,6 +71,21 @@ def _all_numbers(choice: Choice) -> Finding:
     titles = ", ".join(one.details["groups"])
     taken = f"{100.0 * share:.0f} % of what they take off the squared error"
     return replace(one, evidence=f"{said}; {titles} alone takes {taken}")
+
+
+def doubts_of(choice: Choice) -> Iterator[str]:
+    """That the model may be of another ship, where all its numbers are needed and move far beyond their priors; that
+    the measured wind may be told the other way round, where it acts against its direction."""
+    final, bank = choice.selection.final, choice.bank
+    moves = [final.value(n.name) / n.sd for n in bank.own] if choice.beside else []
+    far = float(np.sqrt(np.mean(np.square(moves)))) if moves else 0.0
+    if far > OTHER_SHIP:
+        said = f"the numbers of the model move by {far:.1f} of their prior standard deviations (root mean square)"
+        yield f"{said}: it may be of another ship, or of this one in another loading, scale or system of units"
+    chosen = {n for c in choice.selection.candidates for n in c.names if bank.places[n].kind == "windage"}
+    shares = {bank.places[n].entries[0]: bank.wind_share + final.value(n) for n in chosen}
+    if all(shares.get(name, 1.0) < 0.0 for name in ("wind_cx", "wind_cy")):
+        yield "the wind acts against its measured direction: that may be where it blows to, not where it comes from"
 
 
 def _moves(choice: Choice) -> dict[str, list[float]]:

@@ -28,6 +28,7 @@ from .answer import (
     SEVERAL,
     apart,
     bank_lines,
+    doubts_of,
     errors_by_record,
     extended_model,
     findings,
@@ -246,7 +247,8 @@ def _concluded(model: Model, slips: Sequence[Slip], records: Prepared, choice: C
     lines = bank_lines(choice, every, records.tested)
     noise = noise_of(records.train, choice)
     outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
-    return replace(outcome, of_held_out=of_held_out(model, choice, records))
+    doubts = () if options.base_parameters == "identify" else doubts_of(choice)
+    return replace(outcome, of_held_out=of_held_out(model, choice, records), doubts=(*outcome.doubts, *doubts))
 
 
 def noise_of(records: Sequence[Record], choice: Choice) -> dict[str, Any]:

@@ -209,11 +209,11 @@ def shapes(
     longest_s.
 
     ranges : north, east [m], v, r (prime system), d [rad] -> the first value that is reached, and the span of all.
-    turned : range of the headings, rad: of less than half a wave the records show a steady force.
+    turned : range of the headings, rad: of less than half a turn the records show a force that follows the turning.
     """
     motions, speed = [x for x in MOTIONS if x != "v" or "Y" in axes], "X" in axes
     return [
-        *(_by_heading(count) for count in range(1, len(COUNTS) + 1) if count * turned >= np.pi),
+        *(_by_heading(count) for count in range(1, len(COUNTS) + 1) if turned >= np.pi),
         *_by_motion(motions),
         *([_by_speed()] if speed else []),
         *(_by_past(x, now, share * length_s) for x in motions for share in LAGS for now in (False, True)),
