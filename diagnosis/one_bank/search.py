@@ -320,7 +320,7 @@ def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:
             worse = fall_between(runs, wider.final, selection.final)
             selection = selection if worse.gain > quantile(runs, CLEAR) * worse.error else wider
     between = fall_between(runs, choice.selection.final, selection.final)
-    least = 0.0 if len(choice.selection.entered) > FEW else max(between.error, MATTERS[0])
+    least = 0.0 if len(choice.selection.entered) > FEW else max(quantile(runs, CLEAR) * between.error, MATTERS[0])
     return replace(selection, base=base) if between.gain > least else None
 
 
