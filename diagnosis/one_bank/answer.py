@@ -39,9 +39,9 @@ if TYPE_CHECKING:
 LARGE = 0.3
 """Error, as a share of the motion, from which a model without a finding is not adequate."""
 ASSUMED = "the base model states no areas above water: the speed of the wind is that on a usual ship of her length"
-OTHER_SHIP = 2.0
-"""Prior standard deviations (rms) by which all numbers of a model move, from which it may be of another ship: those of
-a tanker moved by 2.4 to follow another tanker, by .7 to follow her own records."""
+OTHER_SHIP, MANY = 2.0, 9
+"""Prior standard deviations (rms) by which all numbers of a model of more than MANY move, from which it may be of another
+ship: those of a tanker moved by 2.4 to follow another tanker, by .7 to follow her own records."""
 APART, SEVERAL = 3.0, 3
 """Factor between the errors of records of which some are told apart, and records from which that is looked at."""
 
@@ -79,7 +79,7 @@ def doubts_of(choice: Choice) -> Iterator[str]:
     final, bank = choice.selection.final, choice.bank
     moves = [final.value(n.name) / n.sd for n in bank.own] if choice.beside else []
     far = float(np.sqrt(np.mean(np.square(moves)))) if moves else 0.0
-    if far > OTHER_SHIP:
+    if len(moves) > MANY and far > OTHER_SHIP:
         said = f"the numbers of the model move by {far:.1f} of their prior standard deviations (root mean square)"
         yield f"{said}: it may be of another ship, or of this one in another loading, scale or system of units"
     chosen = {n for c in choice.selection.candidates for n in c.names if bank.places[n].kind == "windage"}

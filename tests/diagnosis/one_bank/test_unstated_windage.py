@@ -54,3 +54,11 @@ def test_no_wind_is_named_where_there_is_none(rng):
     case = inject(FaultCase("mariner", ()), rng)
     found = diagnose(replace(resolve("mariner"), windage=None), case.train, case.held_out)
     assert found.verdict == "adequate" and not found.causes and found.extended.windage is None
+
+
+def test_a_measured_wind_that_is_told_the_other_way_round(rng):
+    case = inject(FaultCase("mariner", effects=(Effect("wind", {"speed": 12.0, "from": 0.6}),)), rng)
+    train, held_out = (measured(records, 12.0, 0.6 - np.pi) for records in (case.train, case.held_out))
+    found = diagnose(resolve("mariner"), train, held_out)
+    print(found.causes, found.doubts)
+    assert any("where it blows to" in doubt for doubt in found.doubts)

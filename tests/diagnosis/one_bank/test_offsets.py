@@ -1,0 +1,38 @@
+"""The zero of the rudder that belongs to a record: named with its record, and expected of others only where all have
+it."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from helmbench.bench.faults import Effect, FaultCase, inject
+from helmbench.diagnosis.diagnose import diagnose
+from helmbench.diagnosis.one_bank.answer import expected_of
+from helmbench.models.coefficient_groups import values_of, with_values
+from helmbench.models.model import resolve
+
+ZERO = float(np.deg2rad(2.0))
+
+
+@pytest.mark.parametrize(
+    ("own", "records", "expected"),
+    [((ZERO,), 3, 0.0), ((0.03, -0.03), 3, 0.0), ((0.02, 0.021, 0.019), 3, 0.02), ((0.02, 0.021), 2, 0.0205)],
+)
+def test_a_further_record_has_the_mean_where_it_differs_from_zero(own, records, expected):
+    assert expected_of(own, records) == pytest.approx(expected)
+
+
+def test_a_zero_that_is_off_in_one_record_is_named_beside_a_base_that_is_off(rng):
+    """Records that are left out have none of it: neither is their error larger, nor is the name withdrawn."""
+    ship = resolve("kvlcc2-l7")
+    clean = inject(FaultCase("kvlcc2-l7"), rng)
+    off = inject(FaultCase("kvlcc2-l7", effects=(Effect("rudder_offset", {"delta0": ZERO}),)), rng)
+    base = with_values(ship, {n: x * f for (n, x), f in zip(values_of(ship).items(), (1.05, 0.96) * 99, strict=False)})
+    found = diagnose(base, [*clean.train, replace(off.train[0], name="off")], clean.held_out)
+    print(found.verdict, found.causes, found.gain["heading_rad"])
+    (offset,) = [f for f in found.causes if f.cause == "rudder_offset"]
+    sizes = {s.record: s for s in offset.sizes}
+    assert sizes["off"].value == pytest.approx(ZERO, rel=0.2)
+    assert all(abs(s.value) < 0.3 * ZERO for name, s in sizes.items() if name != "off")
+    assert found.gain["heading_rad"].rmse_after < 1.05 * found.gain["heading_rad"].rmse_before
