@@ -40,8 +40,8 @@ LARGE = 0.3
 """Error, as a share of the motion, from which a model without a finding is not adequate."""
 ASSUMED = "the base model states no areas above water: the speed of the wind is that on a usual ship of her length"
 OTHER_SHIP, MANY = 2.0, 9
-"""Prior standard deviations (rms) by which all numbers of a model of more than MANY move, from which it may be of another
-ship: those of a tanker moved by 2.4 to follow another tanker, by .7 to follow her own records."""
+"""Prior standard deviations (rms) by which all numbers of a model of more than MANY move, from which it may be of
+another ship: those of a tanker moved by 2.4 to follow another tanker, by .7 to follow her own records."""
 APART, SEVERAL = 3.0, 3
 """Factor between the errors of records of which some are told apart, and records from which that is looked at."""
 
