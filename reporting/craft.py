@@ -17,8 +17,10 @@ from ..diagnosis.craft.result import (
     UNEXPLAINED,
     by_thrust,
 )
+from ..diagnosis.craft.sensors import CORRECTED
 from ..estimation.validation.horizons import TRUSTED
 from ..estimation.validation.validate import label
+from .diagnosis.words import cause, listed
 from .numbers import DEG, SHORT, number, r_squared
 from .page import BAD, FAIR, GOOD, Section, Verdict, equation_parts, items, overlays, result_page, sides
 from .runs import of_validation
@@ -69,7 +71,11 @@ def page(diagnosis: CraftDiagnosis) -> Page:
     return result_page(
         "A model from records",
         f"{diagnosis.model.title or diagnosis.model.family}; {sides(diagnosis.records)}",
-        Verdict(HEADLINES[diagnosis.verdict][0], said, (_steers(diagnosis), *_lacks(diagnosis), *_neutral(diagnosis))),
+        Verdict(
+            HEADLINES[diagnosis.verdict][0],
+            said,
+            (*_sensors(diagnosis), _steers(diagnosis), *_lacks(diagnosis), *_neutral(diagnosis)),
+        ),
         seen=[first, r2_table(diagnosis)],
         changed=[
             make_table(STEPS, diagnosis.steps),
@@ -97,8 +103,17 @@ def told_in_a_line(diagnosis: CraftDiagnosis) -> str:
     chosen = next(law for law in diagnosis.laws if law.chosen)
     if diagnosis.verdict == FOLLOWS:
         return f"{headline(diagnosis)}. {OF_LOOP}"
-    added = "; ".join(step.title for step in diagnosis.steps[1:] if step.gain > 0.0)
+    seen = [f"corrected: {cause(f.cause)}" for f in diagnosis.causes if f.cause in CORRECTED]
+    added = "; ".join([*(step.title for step in diagnosis.steps[1:] if step.gain > 0.0), *seen])
     return f"{headline(diagnosis)}. {chosen.title[:1].upper()}{chosen.title[1:]}{f'; {added}' if added else ''}."
+
+
+def _sensors(diagnosis: CraftDiagnosis) -> list[str]:
+    """What the records show of their sensors."""
+    corrected = [f for f in diagnosis.causes if f.cause in CORRECTED]
+    others = [f for f in diagnosis.causes if f not in corrected]
+    said = [f"Found in the records themselves, and corrected: {listed(corrected)}."] if corrected else []
+    return said + ([f"The records show, and it is not corrected: {listed(others)}."] if others else [])
 
 
 def _steers(diagnosis: CraftDiagnosis) -> str:

@@ -39,6 +39,7 @@ from .result import (
     by_thrust,
 )
 from .rungs import TURNS
+from .sensors import behind_sensors
 from .verdict import GOOD, NEAR, heading_band, r2, verdict_of, window_s
 
 if TYPE_CHECKING:
@@ -93,7 +94,9 @@ def build(
         cleaned = [without_spikes(r.turned("starboard")) for r in (*train, *held_out)]
         spikes = [f"{r.name}: {n} samples that stand out of their neighbours are left out." for r, n in cleaned if n]
         records = [r for r, _ in cleaned]
-        return _built(records[: len(train)], records[len(train) :], ship, spikes, watch)
+        seen = behind_sensors(records[: len(train)], records[len(train) :])
+        found = _built(seen.train, seen.held_out, ship, [*spikes, *seen.notes], watch)
+        return found.seen_by(seen.instruments, seen.findings)
 
 
 def _built(

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from ...models.instruments import combined
 from ...models.plain import plain
 from ...models.result import RunsResult
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
 
     from ...estimation.validation.result import Validation
     from ...models.model import Model
+    from ..result import Finding
 
 SCHEMA = 1
 ADEQUATE, PARTLY, UNEXPLAINED, INCONCLUSIVE = "adequate", "partly_named", "unexplained", "inconclusive"
@@ -94,6 +96,8 @@ class CraftDiagnosis(RunsResult):
     refused : rungs that were tried last: id, fall of the errors, standard error.
     covariance : (p, p) of the model's coefficients.
     own_angles : record -> its own neutral angle beside the common one, rad or the command's unit.
+    causes : what the channels show of their sensors; errors of the yaw rate were corrected in the records, and are
+        instruments of the models.
     notes : what a reader must know, a sentence each.
     """
 
@@ -117,11 +121,27 @@ class CraftDiagnosis(RunsResult):
     wall_s: float
     ship: Model | None = None
     own_speed: Model | None = None
+    causes: tuple[Finding, ...] = ()
     notes: tuple[str, ...] = ()
     doubts: tuple[str, ...] = ()
     room: ClassVar[str] = "craft"
     files: ClassVar[tuple[str, ...]] = ("diagnosis.json", "diagnosis.html", "extended_model.json")
     pictured: ClassVar[str] = "measured channels and free runs"
+
+    def seen_by(self, instruments: Mapping[str, float], causes: tuple[Finding, ...]) -> CraftDiagnosis:
+        """The outcome with what the sensors of the records were found to be, and its models with such instruments."""
+
+        if not instruments:
+            return replace(self, causes=causes)
+
+        def own(model: Model) -> Model:
+            return replace(model, instruments=combined(model.instruments, instruments))
+
+        model, first, ship, speed = own(self.model), own(self.first), self.ship, self.own_speed
+        return replace(
+            self, causes=causes, model=model, first=first,
+            ship=None if ship is None else own(ship), own_speed=None if speed is None else own(speed),
+        )  # fmt: skip
 
     def to_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, without the models' equations."""

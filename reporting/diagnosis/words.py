@@ -201,12 +201,12 @@ def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     of_records, of_model = _by_stage(diagnosis)
     current = [f for f in of_records if f.cause == Current.id]
     sensors = [f for f in of_records if f not in current]
-    shown = [f"Found in the records themselves, and corrected: {_listed(sensors)}."] if sensors else []
+    shown = [f"Found in the records themselves, and corrected: {listed(sensors)}."] if sensors else []
     if current:
-        shown.append(f"Positions against the log show a {_listed(current)}: they are not compared with the model.")
+        shown.append(f"Positions against the log show a {listed(current)}: they are not compared with the model.")
     lacking = _lacking(diagnosis, of_model) if of_model else f"The simulation agrees with {_alike(diagnosis)}"
     unexplained = "The simulation is wrong in a way that none of the known causes explains"
-    best = f"; of these, {_listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
+    best = f"; of these, {listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
     return " ".join(shown), {
         "adequate": f"The simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}: no further cause is needed.",
         "inconclusive": "The records do not allow a conclusion.",
@@ -230,7 +230,7 @@ def _lacking(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     wrong = [f for f in findings if f.cause == BaseCoefficients.id and not f.tied_with]
     lacked = [f for f in findings if f not in wrong]
     parts = [f"has wrong {_groups(diagnosis, wrong) or _together(diagnosis, wrong)}"] if wrong else []
-    parts += [f"lacks {_listed(lacked)}"] if lacked else []
+    parts += [f"lacks {listed(lacked)}"] if lacked else []
     return f"The simulation {' and '.join(parts)}"
 
 
@@ -296,7 +296,7 @@ def _by_stage(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding]]:
     return of_records, [f for f in diagnosis.causes if f.stage != "kinematics"]
 
 
-def _listed(findings: Sequence[Finding]) -> str:
+def listed(findings: Sequence[Finding]) -> str:
     """Causes with the sizes that hold for all records, or with the first ones of single records."""
     named = []
     for finding in findings:
