@@ -331,9 +331,11 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
 
 def expected_of(own: Sequence[float], records: int) -> float:
     """What a further record is expected to have of a number that each has of its own (some of them zero): the mean
-    where it differs from zero by more than its 90 % interval, else none."""
+    where it differs from zero by more than its 90 % interval, else none; the number of a single record as it is."""
+    if records == 1:
+        return float(own[0])
     each = np.pad(own, (0, records - len(own)))
-    half = student_quantile(INTERVAL, max(records - 1, 1)) * float(np.std(each, ddof=1)) / np.sqrt(records)
+    half = student_quantile(INTERVAL, records - 1) * float(np.std(each, ddof=1)) / np.sqrt(records)
     return float(np.mean(each)) if abs(np.mean(each)) > half else 0.0
 
 

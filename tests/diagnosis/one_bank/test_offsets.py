@@ -17,7 +17,13 @@ ZERO = float(np.deg2rad(2.0))
 
 @pytest.mark.parametrize(
     ("own", "records", "expected"),
-    [((ZERO,), 3, 0.0), ((0.03, -0.03), 3, 0.0), ((0.02, 0.021, 0.019), 3, 0.02), ((0.02, 0.021), 2, 0.0205)],
+    [
+        ((ZERO,), 1, ZERO),
+        ((ZERO,), 3, 0.0),
+        ((0.03, -0.03), 3, 0.0),
+        ((0.02, 0.021, 0.019), 3, 0.02),
+        ((0.02, 0.021), 2, 0.0205),
+    ],
 )
 def test_a_further_record_has_the_mean_where_it_differs_from_zero(own, records, expected):
     assert expected_of(own, records) == pytest.approx(expected)
