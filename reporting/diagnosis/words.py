@@ -308,10 +308,11 @@ def _listed(findings: Sequence[Finding]) -> str:
 def gain_sentence(diagnosis: Diagnosis) -> str:
     """How the extension changes the error on held-out records; empty where no gain was measured."""
     shown = [name for name in ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s") if name in diagnosis.gain]
-    if not shown or not diagnosis.causes:
+    forces = [force for force in diagnosis.remaining if force.extended]
+    if not shown or not (diagnosis.causes or forces):
         return ""
     changed = [name for name in shown if len(set(_before_and_after(diagnosis, name))) > 1]
-    of_model = _by_stage(diagnosis)[1]
+    of_model = [*_by_stage(diagnosis)[1], *forces]
     error, what = "the free-run error on held-out records", "it" if len(of_model) == 1 else "them"
     if changed:
         told = f"Including {what} changes {error}: {', '.join(_change(diagnosis, name) for name in changed[:2])}."
