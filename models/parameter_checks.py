@@ -221,7 +221,11 @@ def unusual_numbers(model: Model) -> list[str]:
     names = (*model.coordinates, *model.constant_names)
     numbers = with_gyration(dict(zip(names, model.theta.tolist(), strict=True)))
     ranges = RANGES.get(model.family.partition("+")[0], ())
-    said = [f"{one.name} of the model is {one.value:.4g}: {one.expected}" for one in doubts(numbers, ranges)]
+    titles = {"gyration": "the radius of gyration, m, by I_zz"}
+    said = [
+        f"{titles.get(one.name, one.name)} of the model is {one.value:.4g}: {one.expected}"
+        for one in doubts(numbers, ranges)
+    ]
     speed, scope = numbers.get("U0", math.nan), _of_speed(model.speed_m_s)
     if math.isfinite(speed + scope.usual) and not scope.low < speed < scope.high:
         said.append(

@@ -104,7 +104,7 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     records = corrected_records(model, train, held_out, options).behind_sensors(None)
     instruments = combined(model.instruments, records.instruments)
     try:
-        choice, _ = choice_and_diagnosis(model, records, held_out, options, never=(ConstantForce.id,))
+        choice = choice_and_diagnosis(model, records, held_out, options, never=(ConstantForce.id,)).choice
     except CannotFit:
         return _calibrated(records, records, HeldOut(held_out, held_out), model, instruments, None)
     behind = replace(

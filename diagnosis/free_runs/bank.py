@@ -62,7 +62,7 @@ class Bank:
     it moves.  causes : id of a candidate's `of` -> cause that it is told as.  titles : the same -> words.
     series : number of a term -> its force along a motion.  windage : what wind acts on (`Model.windage`): the model's
     own, or a usual one.  wind_share : the share of it that wind acts on without a number: nearly none where the
-    model states no windage and the wind is measured.  barred : candidates that are not tried, as whole records are
+    model states no windage and the wind is measured.  outside : candidates that are not tried, as whole records are
     predicted worse with them.
     """
 
@@ -75,12 +75,12 @@ class Bank:
     series: Mapping[str, Series] = field(default_factory=dict)
     windage: Mapping[str, float] | None = None
     wind_share: float = 1.0
-    barred: tuple[Candidate, ...] = ()
+    outside: tuple[Candidate, ...] = ()
 
     def without(self, ids: Collection[str]) -> Bank:
-        """The bank that bars candidates (`Candidate.of`)."""
+        """The bank without candidates (`Candidate.of`)."""
         kept = tuple(c for c in self.candidates if c.of not in ids)
-        return replace(self, candidates=kept, barred=(*self.barred, *(c for c in self.candidates if c.of in ids)))
+        return replace(self, candidates=kept, outside=(*self.outside, *(c for c in self.candidates if c.of in ids)))
 
     def windage_with(self, numbers: Mapping[str, float]) -> dict[str, float] | None:
         """What wind acts on with numbers (name -> value) of coefficients of the wind force."""

@@ -42,20 +42,22 @@ def training_errors(diagnosis: Diagnosis) -> dict[str, tuple[float, float]]:
     return {c: (before, after) for c, (before, after) in rms.items()}
 
 
-def worsens(said: Diagnosis) -> bool:
+def worsens(said: Diagnosis, outweighed: bool = False) -> bool:
     """Whether some channel of the held-out records is predicted worse, also with each record's own trim, or much worse
     with it and no better without; or the motion of these or of whole training records clearly worse without it, in the
     mean over channels.
 
-    Where the motion is predicted clearly better in that mean, with trim and without, a channel is worse only where it
-    is much worse.  Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and
-    they sum up what the speed and the heading show.
+    Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and they sum up what
+    the speed and the heading show.
+
+    outweighed : where the motion is predicted clearly better in that mean, with trim and without, a channel is worse
+        only where it is much worse.
     """
     blind = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
     own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
     if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training_errors(said))):
         return True
-    least = MUCH_WORSE if min(map(_motion_fall, (blind, own))) > CLEARLY else WORSE
+    least = MUCH_WORSE if outweighed and min(map(_motion_fall, (blind, own))) > CLEARLY else WORSE
     pairs = [(least, blind[c], own[c]) for c in said.gain if c not in POSITIONS]
     places = [c for c in said.gain if c in POSITIONS]
     if places:

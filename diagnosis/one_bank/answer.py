@@ -220,15 +220,15 @@ def _areas(choice: Choice) -> str:
 # ---- bank and verdict
 def bank_lines(choice: Choice, findings: Sequence[Finding], sensors: Mapping[str, float]) -> tuple[Entry, ...]:
     """One line for every cause of the taxonomy; sensors : statistics of those that the channels have decided on."""
-    tried, barred = ({choice.bank.cause_of(c) for c in own} for own in (choice.bank.candidates, choice.bank.barred))
+    inside, outside = ({choice.bank.cause_of(c) for c in own} for own in (choice.bank.candidates, choice.bank.outside))
 
     def otherwise(check: Check) -> Entry:
         if check.id in sensors:
             return of_channels(check.id, sensors, None)
-        if check.id in tried:
+        if check.id in inside:
             why = "free runs of left-out pieces are predicted no better with it"
             return Entry(check.id, "not_significant", None, None, None, why)
-        if check.id in barred:
+        if check.id in outside:
             return Entry(check.id, "not_significant", None, None, None, "whole records are predicted worse with it")
         why = check.stage if not isinstance(check, Cause) else "no candidate for this model and these channels"
         return Entry(check.id, "not_testable", None, None, None, why)
@@ -320,7 +320,7 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
             numbers[entry] = numbers.get(entry, 0.0) + (1.0 / x if place.inverse else x)
         numbers |= dict(place.fixed)
     for entry, own in of_records.items():
-        numbers[entry] = numbers.get(entry, 0.0) + expected_of(own, len(choice.runs.record_names))
+        numbers[entry] = numbers.get(entry, 0.0) + common_part(own, len(choice.runs.record_names))
     if choice.local is not None:
         out = choice.local.extended(out, values.get(choice.local.size, 0.0))
     instruments = combined(combined(model.instruments, numbers), corrected)
@@ -329,11 +329,13 @@ def extended_model(model: Model, choice: Choice, corrected: Mapping[str, float])
     return replace(out, id=name, instruments=instruments)
 
 
-def expected_of(own: Sequence[float], records: int) -> float:
+def common_part(own: Sequence[float], records: int) -> float:
     """What a further record is expected to have of a number that each has of its own (some of them zero): the mean
-    where it differs from zero by more than its 90 % interval, else none."""
+    where it differs from zero by more than its 90 % interval, else none; the number of a single record as it is."""
+    if records == 1:
+        return float(own[0])
     each = np.pad(own, (0, records - len(own)))
-    half = student_quantile(INTERVAL, max(records - 1, 1)) * float(np.std(each, ddof=1)) / np.sqrt(records)
+    half = student_quantile(INTERVAL, records - 1) * float(np.std(each, ddof=1)) / np.sqrt(records)
     return float(np.mean(each)) if abs(np.mean(each)) > half else 0.0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -55,9 +55,20 @@ BARRED = 2
 """Candidates that are barred at most, as whole records are predicted worse with them."""
 
 
-def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], options: Options) -> Diagnosis:
+class Answer(NamedTuple):
+    """A choice with its diagnosis, and a diagnosis that was withdrawn only as it predicts a channel a little worse,
+    where the motion is predicted clearly better (`guard.worsens`)."""
+
+    choice: Choice
+    diagnosis: Diagnosis
+    nearly: Diagnosis | None
+
+
+def by_pieces(
+    model: Model, records: Prepared, held_out: Sequence[Record], options: Options
+) -> tuple[Diagnosis, Diagnosis | None]:
     """Say what a model gets wrong about training records by free runs of pieces of them that were left out; what
-    worsens held-out records is withdrawn, the last that entered first.
+    worsens held-out records is withdrawn, the last that entered first.  And what was nearly said (`Answer`).
 
     records : as they were corrected.  held_out : as they were read.
 
@@ -67,16 +78,17 @@ def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], optio
     FitFailed : the arithmetic fails.
     """
     behind = records.behind_sensors(options.causes())
-    choice, diagnosis = choice_and_diagnosis(model, behind, held_out, options)
+    choice, diagnosis, nearly = choice_and_diagnosis(model, behind, held_out, options)
     few, most = apart(choice)
     if few:
         choice, diagnosis = _with_apart((choice, diagnosis), (few, most), model, behind, held_out, options)
     diagnosis, wide = _with_held_out_verdict(diagnosis), with_own_numbers(choice)
     if wide is None:
-        return diagnosis
+        return diagnosis, nearly
     calibrated = extended_model(model, wide, behind.instruments)
     outcome = with_calibrated(diagnosis, calibrated, held_out, options.channels)
-    return diagnosis if worsens(replace(outcome, gain=outcome.calibrated_gain, traces=())) else outcome
+    lost = worsens(replace(outcome, gain=outcome.calibrated_gain, traces=()), outweighed=True)
+    return diagnosis if lost else outcome, nearly
 
 
 def _with_held_out_verdict(diagnosis: Diagnosis) -> Diagnosis:
@@ -107,14 +119,14 @@ def _with_apart(
     choice, diagnosis = of_all
     names, explains = "", False
     with suppress(CannotFit, FitFailed):
-        rest, of_rest = choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
+        rest, of_rest, _ = choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
         explains = rest.runs.worst(rest.selection.final) <= SMALL
         if explains and not _are_apart(choice, rest, few):
             return rest, of_rest
         if explains:
             choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
-            alone = choice_and_diagnosis(model, replace(behind, train=own), (), options)[1]
-            names = ", ".join(name for finding in alone.causes for name in _titles(finding))
+            of_own = choice_and_diagnosis(model, replace(behind, train=own), (), options).diagnosis
+            names = ", ".join(name for finding in of_own.causes for name in _titles(finding))
     each = ", ".join(f"{name} ({100.0 * error:.0f} % of the motion)" for name, error in few.items())
     said = f"the model errs in {each} by far more than in the other records (at most {100.0 * most:.1f} %)"
     said += ", which are diagnosed without" if explains else ""
@@ -161,7 +173,7 @@ def _titles(finding: Finding) -> list[str]:
 
 def choice_and_diagnosis(
     model: Model, behind: Prepared, held_out: Sequence[Record], options: Options, never: Collection[str] = ()
-) -> tuple[Choice, Diagnosis]:
+) -> Answer:
     """The choice without what worsens whole records, and the diagnosis by it.
 
     What stands beside the model's own numbers is tried without them.  Then the candidate that entered last is barred,
@@ -187,14 +199,16 @@ def choice_and_diagnosis(
         outcome = _concluded(model, slips, behind, choice, options)
         return with_runs(outcome, behind.train, behind.instruments, held_out, options.channels)
 
-    runs, without_gain = runs_with(likely), set[str]()
+    runs, without_gain, nearly = runs_with(likely), set[str](), None
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
     while worsens(diagnosis):
-        few = alone(choice)
+        nearly = diagnosis if nearly is None and not worsens(diagnosis, outweighed=True) else nearly
         last = {one.candidate.of for one in choice.selection.entered[-1:]} - without_gain
-        if few is not None and not worsens(of_few := diagnosed(few)):
-            return few, of_few
+        if (few := alone(choice)) is not None:
+            of_few = diagnosed(few)
+            if of_few.verdict != "unexplained" and not worsens(of_few):
+                return Answer(few, of_few, nearly)
         if last and len(without_gain) < BARRED:
             without_gain |= last
             choice = chosen(runs.without(without_gain), options)
@@ -203,7 +217,7 @@ def choice_and_diagnosis(
         else:
             break
         diagnosis = diagnosed(choice)
-    return choice, diagnosis
+    return Answer(choice, diagnosis, nearly)
 
 
 def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[str] = ()) -> FreeRuns:

@@ -45,7 +45,7 @@ if TYPE_CHECKING:
     from ..options import Options
     from .forces import Shape
 
-RULES = Rules(least=0.02, level=0.9995, most=3, leaders=4, of_each=1)
+RULES = Rules(least=0.02, level=0.9995, most=3, leaders=6, of_each=1)
 FAINT = replace(RULES, least=0.004, most=1, evident=RULES.level)
 """Forces have a higher bar than causes: hundreds are tried, and gusts are none.  Where no errors are left that matter,
 one is looked for, which the pieces have to show together: a likelihood ratio is large by slow gusts, and by what is

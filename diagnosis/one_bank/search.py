@@ -232,7 +232,7 @@ def _matters(choice: Choice, one: Entered) -> bool:
     if unit in ("s", "m/s"):
         smallest *= runs.length_s / REFERENCE_S
     if unit == "s":
-        smallest = max(smallest, 0.5 * runs.units[0].stretch.series.dt)
+        smallest = max(smallest, 0.5 * runs.units[0].stretch.series.dt, runs.units[0].record.dt)
     sizes = np.hypot(*values.reshape(-1, 2).T) if cause.id in FLOWS else np.abs(values)
     return bool(np.max(sizes) > smallest)
 

@@ -351,9 +351,9 @@ def _parts(bank: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
 
 
 def _place(candidate: Candidate) -> int:
-    """The place of a candidate's rank: one of many numbers, as a flow of its own in each record, stands behind those of
-    its rank."""
-    return candidate.rank + (len(candidate.numbers) > MANY)
+    """The place of a candidate's rank: one of the first rank with many numbers, as a flow of its own in each record,
+    stands beside those of the next."""
+    return candidate.rank or int(len(candidate.numbers) > MANY)
 
 
 def _column(number: Number) -> Column:

@@ -170,7 +170,7 @@ def _but_for(diagnosis: Diagnosis) -> str:
 def _ending(diagnosis: Diagnosis) -> str:
     """What the extended model does to the error of held-out records, at the end of a headline."""
     gained = next((n for n in HEADLINED if n in diagnosis.gain and len(set(_before_and_after(diagnosis, n))) > 1), None)
-    return f"; held-out error {_without_trim(diagnosis) or _change(diagnosis, gained)}." if gained else "."
+    return f"; held-out error {_beside_trim(diagnosis) or _change(diagnosis, gained)}." if gained else "."
 
 
 def remaining(force: RemainingForce) -> str:
@@ -308,18 +308,23 @@ def listed(findings: Sequence[Finding]) -> str:
 def gain_sentence(diagnosis: Diagnosis) -> str:
     """How the extension changes the error on held-out records; empty where no gain was measured."""
     shown = [name for name in ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s") if name in diagnosis.gain]
-    if not shown or not diagnosis.causes:
+    forces = [force for force in diagnosis.remaining if force.extended]
+    if not shown or not (diagnosis.causes or forces):
         return ""
     changed = [name for name in shown if len(set(_before_and_after(diagnosis, name))) > 1]
-    of_model = _by_stage(diagnosis)[1]
+    of_model = [*_by_stage(diagnosis)[1], *forces]
     error, what = "the free-run error on held-out records", "it" if len(of_model) == 1 else "them"
     if changed:
         told = f"Including {what} changes {error}: {', '.join(_change(diagnosis, name) for name in changed[:2])}."
     else:
         opening = f"Including {what} leaves {error} as it is:" if of_model else f"{error.capitalize()} is"
         told = f"{opening} {', '.join(_error(diagnosis, name) for name in shown[:2])}."
-    lost = [name for name in shown if diagnosis.gain[name].rmse_after > WORSE * diagnosis.gain[name].rmse_before]
-    return f"{told} {worse(lost, 'extended')}" if lost else told
+    blind = [name for name in shown if diagnosis.gain[name].rmse_after > WORSE * diagnosis.gain[name].rmse_before]
+    lost = [n for n in blind if not diagnosis.gain[n].own_after <= WORSE * diagnosis.gain[n].own_before]
+    if lost:
+        return f"{told} {worse(lost, 'extended')}"
+    names = ", ".join(channel(name)[0] for name in blind)
+    return f"{told} The error of {names} grows only where a record's own neutral angle is not known." if blind else told
 
 
 def calibrated_sentence(diagnosis: Diagnosis) -> str:
@@ -343,7 +348,7 @@ def _change(diagnosis: Diagnosis, name: str) -> str:
     return f"of the {word} from {before} to {after} {unit}"
 
 
-def _without_trim(diagnosis: Diagnosis) -> str:
+def _beside_trim(diagnosis: Diagnosis) -> str:
     """The change of the heading's error with own neutral angles and starts; empty where it is not known, or where a
     neutral angle is named that is not each record's own."""
     gain = diagnosis.gain.get("heading_rad")
@@ -353,7 +358,7 @@ def _without_trim(diagnosis: Diagnosis) -> str:
         return ""
     word, unit, factor = channel("heading_rad")
     before, after = (number(factor * value) for value in (gain.own_before, gain.own_after))
-    return f"of the {word} without trim from {before} to {after} {unit}"
+    return f"of the {word} (own neutral angle) from {before} to {after} {unit}"
 
 
 def _error(diagnosis: Diagnosis, name: str) -> str:

@@ -8,7 +8,7 @@ import pytest
 
 from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.diagnosis.diagnose import diagnose
-from helmbench.diagnosis.one_bank.answer import expected_of
+from helmbench.diagnosis.one_bank.answer import common_part
 from helmbench.models.coefficient_groups import values_of, with_values
 from helmbench.models.model import resolve
 
@@ -17,10 +17,16 @@ ZERO = float(np.deg2rad(2.0))
 
 @pytest.mark.parametrize(
     ("own", "records", "expected"),
-    [((ZERO,), 3, 0.0), ((0.03, -0.03), 3, 0.0), ((0.02, 0.021, 0.019), 3, 0.02), ((0.02, 0.021), 2, 0.0205)],
+    [
+        ((ZERO,), 1, ZERO),
+        ((ZERO,), 3, 0.0),
+        ((0.03, -0.03), 3, 0.0),
+        ((0.02, 0.021, 0.019), 3, 0.02),
+        ((0.02, 0.021), 2, 0.0205),
+    ],
 )
 def test_a_further_record_has_the_mean_where_it_differs_from_zero(own, records, expected):
-    assert expected_of(own, records) == pytest.approx(expected)
+    assert common_part(own, records) == pytest.approx(expected)
 
 
 def test_a_zero_that_is_off_in_one_record_is_named_beside_a_base_that_is_off(rng):

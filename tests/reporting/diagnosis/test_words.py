@@ -152,9 +152,14 @@ def test_the_terminal_shows_the_gain_as_a_table():
 def test_channels_that_are_predicted_worse_are_told():
     found = made_up()
     gain = found.gain["heading_rad"]
-    worse = replace(found, gain=found.gain | {"heading_rad": replace(gain, rmse_after=1.2 * gain.rmse_before)})
+    blind = replace(gain, rmse_after=1.2 * gain.rmse_before, own_before=1.0, own_after=0.5)
+    worse, only_blind = (
+        replace(found, gain=found.gain | {"heading_rad": one}) for one in (replace(blind, own_after=1.2), blind)
+    )
     said = "Held-out records are predicted worse than by the base model in heading: use the extended model with care."
     assert words.verdict(worse).endswith(said)
+    said = "The error of heading grows only where a record's own neutral angle is not known."
+    assert words.verdict(only_blind).endswith(said)
     assert "with care" not in words.verdict(found)
 
 
@@ -171,7 +176,7 @@ def test_the_headline_leaves_the_trials_own_trim_apart():
     gain = replace(offset.gain["heading_rad"], own_before=np.deg2rad(5.0), own_after=np.deg2rad(1.0))
     found = replace(offset, gain=offset.gain | {"heading_rad": gain})
     inertia = replace(found, causes=(replace(found.causes[0], cause="rudder_delay"),))
-    said = "Named: rudder delay; held-out error of the heading without trim from 5 to 1 deg."
+    said = "Named: rudder delay; held-out error of the heading (own neutral angle) from 5 to 1 deg."
     assert words.headline(inertia) == said and words.headline(found) == words.headline(offset)
     (own,) = found.causes[0].sizes
     of_each = replace(found, causes=(replace(found.causes[0], sizes=(replace(own, record="zigzag"),)),))
@@ -238,7 +243,7 @@ def described():
 def test_the_headline_of_what_is_described_names_what_it_depends_on_and_its_gain(described):
     assert words.headline(described) == (
         "Described: a yaw moment that depends on the heading, three times a turn, of no known cause; held-out error of "
-        "the heading without trim from 11.5 to 1.72 deg."
+        "the heading (own neutral angle) from 11.5 to 1.72 deg."
     )
 
 
