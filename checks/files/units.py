@@ -9,12 +9,14 @@ import numpy as np
 
 from ...datasets.axes import track_of
 from ...datasets.columns import POSITIONS, RUDDERS, TURN, TWIN, VELOCITIES
+from ...datasets.rudder_sign import steering_side
 from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq
 from ..base import Fault, FileCheck, cleaned, exact, scaled, without
 from ..integrity.averages import SMALL_TURN, averages_of, wraps_at_small_turn
 from ..integrity.readings import (
     AGREE,
+    AGREE_AS_RUDDER,
     ANGLES,
     PLACES,
     SPEEDS,
@@ -181,15 +183,22 @@ class ChannelSign(FileCheck):
 
     def _of_rate(self, record: Record) -> Fault | None:
         ratio = heading_ratio(record)
-        if ratio is None or ratio.correlation > -AGREE or not turns_back(ratio.slope):
+        if ratio is None or ratio.correlation > -AGREE_AS_RUDDER or not turns_back(ratio.slope):
+            return None
+        side = steering_side(record) if record.meta.positive_rudder else None
+        against = side is not None and side[0] != record.meta.positive_rudder
+        if ratio.correlation > -AGREE and not against:
             return None
         said = f"yaw_rate_rad_s turns against the heading (correlation {ratio.correlation:.3f})"
         size, track = (exact("ratio", ratio.slope, "1"),), track_of(averages_of(record))
+        with_rate, what = (track is not None and track.mirrored), "track turns"
         if track is None:
-            said += "; without positions nothing tells which of the two is wrong"
-            return Fault(said, ("heading_rad", "yaw_rate_rad_s"), size, standing=True)
-        wrong = "heading_rad" if track.mirrored else "yaw_rate_rad_s"
-        said += f"; the track turns with {'the yaw rate' if track.mirrored else 'the heading'}"
+            with_rate, what = not against, "rudder turns the ship"
+            if side is None:
+                said += "; without positions nothing tells which of the two is wrong"
+                return Fault(said, ("heading_rad", "yaw_rate_rad_s"), size, standing=True)
+        wrong = "heading_rad" if with_rate else "yaw_rate_rad_s"
+        said += f"; the {what} with {'the yaw rate' if with_rate else 'the heading'}"
         return Fault(said, (wrong,), size, columns=scaled(record, **{wrong: -1.0}))
 
     def _of_course(self, record: Record) -> Fault | None:

@@ -31,8 +31,8 @@ USUAL = 0.75
 """Quantile of the ways made in windows that is taken for the usual one: windows over a jump may be the largest."""
 WHOLE = 1.5
 """Times its usual duration beyond which a window holds a gap."""
-AGREE = 0.95
-"""Correlation from which a ratio is believed."""
+AGREE, AGREE_AS_RUDDER = 0.95, 0.8
+"""Correlations from which a ratio is believed: by itself, and where the rudder says the same."""
 NEAR = 0.06
 """Share by which a ratio may differ from that of two units."""
 ANGLES = {np.pi / 180.0: "radians where degrees are meant", 180.0 / np.pi: "degrees where radians are meant"}

@@ -49,7 +49,7 @@ def test_the_model_of_a_craft_shows_what_its_gyro_reads(records):
         for model, own in ((built.model, read), (right.model, records))
     ]
     assert errors[0] == pytest.approx(errors[1], abs=0.02)
-    assert "Found in the records themselves, and corrected: yaw rate scale" in media.text(page(built))
+    assert "Found in the records themselves, and corrected: yaw rate scale" in media.terminal(page(built))
 
 
 @pytest.mark.parametrize("which", [0, 2])
