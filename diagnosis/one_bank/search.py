@@ -155,9 +155,12 @@ def _taken(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
 
 
 def alone(choice: Choice) -> Choice | None:
-    """What was selected without the model's own numbers; None where the choice is this, or nothing was."""
+    """Faults of input and sensors that were selected without the model's own numbers; None where the choice is this, or
+    where something else was, or nothing."""
     few = choice.few
-    return None if few is None or not few.entered else Choice(choice.runs, few)
+    if few is None or not few.entered or any(c.rank != INPUT for c in few.candidates):
+        return None
+    return Choice(choice.runs, few)
 
 
 def withdrawn(choice: Choice) -> Choice | None:
