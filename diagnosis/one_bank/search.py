@@ -155,9 +155,12 @@ def _taken(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
 
 
 def alone(choice: Choice) -> Choice | None:
-    """What was selected without the model's own numbers; None where the choice is this, or nothing was."""
+    """Faults of input and sensors that were selected without the model's own numbers; None where the choice is this, or
+    where something else was, or nothing."""
     few = choice.few
-    return None if few is None or not few.entered else Choice(choice.runs, few)
+    if few is None or not few.entered or any(c.rank != INPUT for c in few.candidates):
+        return None
+    return Choice(choice.runs, few)
 
 
 def withdrawn(choice: Choice) -> Choice | None:
@@ -306,7 +309,7 @@ def _with_regime(choice: Choice, rules: Rules) -> Choice:
 
 def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:
     """Faults of input and sensors beside all of the model's own numbers, where these predict left-out pieces clearly
-    better than the choice, or at all where that holds more than few causes.
+    better than the choice, surely than a single cause, or at all where that holds more than few causes.
 
     A fault of the choice stays where left-out pieces are not predicted clearly worse with it: all numbers together can
     take most of its place.
@@ -320,7 +323,9 @@ def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:
             worse = fall_between(runs, wider.final, selection.final)
             selection = selection if worse.gain > quantile(runs, CLEAR) * worse.error else wider
     between = fall_between(runs, choice.selection.final, selection.final)
-    least = 0.0 if len(choice.selection.entered) > FEW else max(quantile(runs, CLEAR) * between.error, MATTERS[0])
+    count = len(choice.selection.entered)
+    errors = quantile(runs, CLEAR) if count == 1 else 1.0 if count <= FEW else 0.0
+    least = max(errors * between.error, MATTERS[0]) if errors else 0.0
     return replace(selection, base=base) if between.gain > least else None
 
 
