@@ -17,7 +17,7 @@ from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.validation.horizons import STRAIGHT, TRUSTED, mean_ratio
 from ...estimation.validation.validate import label, validate
 from ...models.errors import BadInput
-from ...models.instruments import INSTRUMENTS
+from ...models.instruments import INSTRUMENTS, combined
 from ..calibration.calibrate import corrected_particulars
 from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
@@ -39,7 +39,7 @@ from .result import (
     by_thrust,
 )
 from .rungs import TURNS
-from .sensors import behind_sensors
+from .sensors import Sensors, behind_sensors
 from .verdict import GOOD, NEAR, heading_band, r2, verdict_of, window_s
 
 if TYPE_CHECKING:
@@ -96,7 +96,22 @@ def build(
         records = [r for r, _ in cleaned]
         seen = behind_sensors(records[: len(train)], records[len(train) :])
         found = _built(seen.train, seen.held_out, ship, [*spikes, *seen.notes], watch)
-        return found.seen_by(seen.instruments, seen.findings)
+        return _of_sensors(found, seen)
+
+
+def _of_sensors(outcome: CraftDiagnosis, sensors: Sensors) -> CraftDiagnosis:
+    """The outcome with what the records show of their sensors, and its models with such instruments."""
+    if not sensors.instruments:
+        return replace(outcome, causes=sensors.findings)
+
+    def own(model: Model) -> Model:
+        return replace(model, instruments=combined(model.instruments, sensors.instruments))
+
+    ship, speed = outcome.ship, outcome.own_speed
+    return replace(
+        outcome, causes=sensors.findings, model=own(outcome.model), first=own(outcome.first),
+        ship=None if ship is None else own(ship), own_speed=None if speed is None else own(speed),
+    )  # fmt: skip
 
 
 def _built(

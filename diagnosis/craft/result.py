@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from ...models.instruments import combined
 from ...models.plain import plain
 from ...models.result import RunsResult
 
@@ -127,21 +126,6 @@ class CraftDiagnosis(RunsResult):
     room: ClassVar[str] = "craft"
     files: ClassVar[tuple[str, ...]] = ("diagnosis.json", "diagnosis.html", "extended_model.json")
     pictured: ClassVar[str] = "measured channels and free runs"
-
-    def seen_by(self, instruments: Mapping[str, float], causes: tuple[Finding, ...]) -> CraftDiagnosis:
-        """The outcome with what the sensors of the records were found to be, and its models with such instruments."""
-
-        if not instruments:
-            return replace(self, causes=causes)
-
-        def own(model: Model) -> Model:
-            return replace(model, instruments=combined(model.instruments, instruments))
-
-        model, first, ship, speed = own(self.model), own(self.first), self.ship, self.own_speed
-        return replace(
-            self, causes=causes, model=model, first=first,
-            ship=None if ship is None else own(ship), own_speed=None if speed is None else own(speed),
-        )  # fmt: skip
 
     def to_json(self) -> dict[str, Any]:
         """The diagnosis as plain data, without the models' equations."""
