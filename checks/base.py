@@ -9,20 +9,19 @@ something between channels that must agree.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from inspect import cleandoc
-from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
 from ..datasets.columns import POSITIONS, TURN, VELOCITIES
-from ..datasets.geometry import over_ground
 from .result import Size
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from .comparison.series import Log, Path, SensorEffect, Turn
+    from .comparison.motion import Effect
 
 SENSED = (*TURN, *VELOCITIES, *POSITIONS)
 """Columns of sensors, which change in every sample: a rudder or a propeller may be held."""
@@ -120,34 +119,18 @@ class ChannelCheck(FileCheck):
         """Faults of this kind in one column that the record has."""
 
 
-class ColumnCheck(Check):
-    """Base class of checks that show that whole columns mean something else.
-
-    rank : checks of lower rank are looked for first.  joint : whether the records of one side of a positive rudder are
-    looked at together, and then each by itself; else each by itself.  columns : those that it concerns, where a fault
-    does not say.
-    """
+class ColumnCheck(FileCheck):
+    """Base class of checks that show that a whole column means something else; a diagnosis names what they find."""
 
     stage = "looked for in the records themselves, before all else"
-    rank = 0
-    joint = False
-    columns: ClassVar[tuple[str, ...]] = ()
     is_cause = True
-
-    @abstractmethod
-    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
-        """Faults of this kind, and the records with them corrected.
-
-        starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
-        """
 
 
 class SensorError(Check):
     """Base class of sensor errors that show between channels that must agree.
 
-    turn, track, log : what it leaves between heading and yaw rate, between positions and velocities, and between
-    positions along the heading and a log that measures no sway; track_without_model : as track, where a model's filter
-    is not to be asked for it.
+    turn, track, log : what it leaves between heading and yaw rate (of its sizes together), and each way in which it may
+    act between positions and velocities, and between positions along the heading and a log that measures no sway.
     together : what it leaves between positions and velocities, sway or not, of sizes that act together; the last one
     has to matter, and all have to explain more than a scale error.
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
@@ -157,11 +140,10 @@ class SensorError(Check):
     """
 
     where = "sensor"
-    turn: ClassVar[tuple[SensorEffect[Turn], ...]] = ()
-    track: ClassVar[tuple[SensorEffect[Path], ...]] = ()
-    log: ClassVar[tuple[SensorEffect[Log], ...]] = ()
-    track_without_model: ClassVar[tuple[SensorEffect[Path], ...]] = ()
-    together: ClassVar[tuple[SensorEffect[Path | Log], ...]] = ()
+    turn: ClassVar[tuple[Effect, ...]] = ()
+    track: ClassVar[tuple[Effect, ...]] = ()
+    log: ClassVar[tuple[Effect, ...]] = ()
+    together: ClassVar[tuple[Effect, ...]] = ()
     track_rivals: ClassVar[tuple[str, ...]] = ()
     least_turn: ClassVar[float] = 0.0
     drifts: ClassVar[bool] = False
@@ -170,49 +152,33 @@ class SensorError(Check):
 
 
 # ---- faults
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fault:
-    """What is wrong, as a sentence with its figures.
+    """What is wrong with a record, as a sentence with its figures.
 
     channels : columns that are concerned.  sizes : numbers of the fault with their intervals.  material : whether it
-    would falsify what the record gives; else it is a remark.  blanks : samples (column, start, stop) that are
-    no measurements.  factors : column -> what its values are to be multiplied by.
-    steps : (column, start, step) that the values from a sample on are to be lowered by.
-    turns : (start, angle) that surge and sway from a sample on are to be turned by, rad.
-    corrects : the check itself returned the record corrected.  biases : a fit to the record as it is would be wrong by
-    it (None: where it can be corrected).  standing : it cannot be corrected, and while it stands
-    nothing that a model says of the hull can be trusted.
+    would falsify what the record gives; else it is a remark.  columns : the record's columns as they should be, nan
+    where samples are no measurements; empty: it cannot be corrected.  standing : while it stands nothing that a model
+    says of the hull can be trusted.  biases : a fit to the record as it is would be wrong by it (None: where it can be
+    corrected).
+    Of a whole column that a diagnosis names: how clearly it shows (in sd, squared), and the instruments of a model that
+    has it.
     """
 
     evidence: str
     channels: tuple[str, ...] = ()
     sizes: tuple[Size, ...] = ()
     material: bool = True
-    blanks: tuple[tuple[str, int, int], ...] = ()
-    factors: Mapping[str, float] = field(default_factory=dict)
-    steps: tuple[tuple[str, int, float], ...] = ()
-    turns: tuple[tuple[int, float], ...] = ()
+    columns: Mapping[str, np.ndarray] = field(default_factory=dict)
     standing: bool = False
-    corrects: bool = False
     biases: bool | None = None
+    statistic: float = 0.0
+    instruments: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def corrected(self) -> bool:
         """Whether the record can be corrected for it."""
-        return self.material and (self.corrects or bool(self.blanks or self.factors or self.steps))
-
-
-@dataclass(frozen=True)
-class ColumnFault:
-    """A fault that was found: its check, what a finding says of it, how clearly it shows (in sd, squared), the
-    instruments of a model that has it, and its sizes in the record."""
-
-    check: ColumnCheck
-    details: Mapping[str, Any]
-    evidence: str
-    statistic: float
-    instruments: Mapping[str, float]
-    sizes: tuple[Size, ...] = ()
+        return self.material and bool(self.columns)
 
 
 def exact(parameter: str, value: float, unit: str) -> Size:
@@ -220,17 +186,17 @@ def exact(parameter: str, value: float, unit: str) -> Size:
     return Size(parameter, float(value), float(value), float(value), unit)
 
 
-def cleaned(record: Record, faults: Sequence[Fault]) -> Record:
-    """The record with blanked samples as gaps, and wrong factors and steps corrected, for faults that matter."""
-    channels = {name: values.copy() for name, values in record.channels.items()}
-    for fault in (f for f in faults if f.material):
-        for name, factor in fault.factors.items():
-            channels[name] = channels[name] * factor
-        for name, start, step in fault.steps:
-            channels[name][start:] -= step
-        for start, angle in fault.turns:
-            turned = over_ground(channels["surge_m_s"][start:], channels["sway_m_s"][start:], angle)
-            channels["surge_m_s"][start:], channels["sway_m_s"][start:] = turned.real, turned.imag
-        for name, start, stop in fault.blanks:
-            channels[name][max(start, 0) : stop] = np.nan
-    return record.with_channels(**channels)
+def scaled(record: Record, **factors: float) -> dict[str, np.ndarray]:
+    """Columns of a record multiplied by factors."""
+    return {name: factor * record.column(name) for name, factor in factors.items()}
+
+
+def without(record: Record, name: str, wrong: np.ndarray | bool) -> dict[str, np.ndarray]:
+    """A column of a record with gaps where samples (N,) are wrong."""
+    return {name: np.where(wrong, np.nan, record.column(name))}
+
+
+def cleaned(record: Record, faults: Iterable[Fault]) -> Record:
+    """The record corrected for faults that matter; the same where none can be."""
+    columns = {name: values for fault in faults if fault.material for name, values in fault.columns.items()}
+    return record.with_channels(**columns) if columns else record

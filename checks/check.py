@@ -16,38 +16,44 @@ import numpy as np
 from ..datasets.columns import HEADING, RUDDERS
 from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
-from .base import Fault, FileCheck, cleaned
+from .base import FileCheck, cleaned
+from .columns import RudderSign
 from .comparison.chains import Chain, chains, sums, why_not
-from .comparison.drift import deviation
+from .comparison.drift import current_finding, deviation_finding
 from .comparison.selection import Compared, as_clock, as_curve, compare
-from .findings import merged, of_deviation, of_drift, of_fault, of_sizes
+from .files.copies import DerivedChannel
+from .findings import merged, of_fault, of_sizes
 from .integrity.averages import averages_of
-from .registry import check_of, column_checks, file_checks, sensor_errors
+from .registry import check_of, file_checks, sensor_errors
 from .result import CheckFinding, CheckResult
 from .sensors import LoggerClock
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
-    from .base import ColumnCheck, ColumnFault
+    from .base import Fault
 
 UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)
 """What a computation on records that cannot carry it may raise."""
-SIDES = (
-    "a positive rudder is to turn the ship to {}, and it turns to the other side (z = {:.0f}): the sign is wrong, or "
-    "port and starboard (left and right thrust) are exchanged"
-)
 
 
 @dataclass
 class Examined:
-    """Records with gross faults corrected, findings, why something could not be looked for, for each record the columns
-    that cannot check each other, and the faults of whole columns as instruments of a model."""
+    """Records with gross faults corrected, findings, why something could not be looked for, and by the id of its check
+    the clearest fault of a whole column."""
 
-    records: list[Record]
+    records: list[Record] = field(default_factory=list)
     findings: list[CheckFinding] = field(default_factory=list)
     reasons: list[str] = field(default_factory=list)
-    derived: dict[str, set[str]] = field(default_factory=dict)
-    faults: list[ColumnFault] = field(default_factory=list)
+    faults: dict[str, Fault] = field(default_factory=dict)
+
+    @property
+    def derived(self) -> dict[str, set[str]]:
+        """Name of a record -> columns that are made from each other: they cannot check each other."""
+        out: dict[str, set[str]] = {}
+        for f in self.findings:
+            if f.cause == DerivedChannel.id and f.material:
+                out.setdefault(f.records[0], set()).update(f.channels)
+        return out
 
 
 def check(records: Sequence[Record], findings: Iterable[CheckFinding] = ()) -> CheckResult:
@@ -92,81 +98,46 @@ def examine(records: Sequence[Record]) -> Examined:
 
     The records have names that differ.
     """
-    done = Examined([])
-    for record in records:
-        done.records.append(check_file(record, of_one_record(), done))
-    for entry in (c for c in column_checks() if c.joint):
-        _check_sides(entry, done)
+    done = examine_each(records, file_checks())
+    _check_sides(done)
     return done
 
 
-def of_one_record() -> list[FileCheck | ColumnCheck]:
-    """Checks that look at each record by itself, in order of rank."""
-    return sorted((*file_checks(), *(c for c in column_checks() if not c.joint)), key=lambda c: (c.rank, c.id))
+def examine_each(records: Iterable[Record], entries: Sequence[FileCheck]) -> Examined:
+    """What checks find in each record alone, in order of rank: each on what the ones before have corrected."""
+    done = Examined()
+    for record in records:
+        for entry in entries:
+            try:
+                faults = entry.find(record)
+            except UNUSABLE as error:
+                done.reasons.append(f"{entry.id} of {record.name} cannot be looked for: {error}")
+                continue
+            done.findings += [of_fault(entry, fault, record) for fault in faults]
+            for fault in (f for f in faults if f.statistic):
+                done.faults[entry.id] = max(fault, done.faults.get(entry.id, fault), key=lambda f: f.statistic)
+            record = cleaned(record, faults)
+            if entry.ends and any(f.standing for f in faults):
+                break
+        done.records.append(record)
+    return done
 
 
-def check_file(record: Record, entries: Sequence[FileCheck | ColumnCheck], done: Examined) -> Record:
-    """The record corrected for what the checks find in it alone, in order of rank: each on what the ones before have
-    corrected.  What they find, and why one cannot look, goes to `done`."""
-    for entry in entries:
-        try:
-            faults, record = _found(entry, record, done)
-        except UNUSABLE as error:
-            done.reasons.append(f"{entry.id} of {record.name} cannot be looked for: {error}")
-            continue
-        done.findings += [of_fault(entry, fault, record) for fault in faults]
-        if entry.id == "derived_channel":
-            columns = {c for f in faults if f.material for c in f.channels}
-            done.derived.setdefault(record.name, set()).update(columns)
-        if isinstance(entry, FileCheck) and entry.ends and any(f.standing for f in faults):
-            break
-    return record
-
-
-def _found(entry: FileCheck | ColumnCheck, record: Record, done: Examined) -> tuple[list[Fault], Record]:
-    """Faults that a check finds in a record alone, and the record corrected for them."""
-    if isinstance(entry, FileCheck):
-        faults = entry.find(record)
-        return faults, cleaned(record, faults)
-    faults_of_columns, (record,) = entry.find([record], 1.0)
-    done.faults += faults_of_columns
-    return [_of_column(f, f.evidence) for f in faults_of_columns], record
-
-
-def _of_column(fault: ColumnFault, said: str) -> Fault:
-    return Fault(said, tuple(fault.details.get("channels", fault.check.columns)), fault.sizes, corrects=True)
-
-
-def faults_of_all(records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
-    """Faults of whole columns that records of one side of a positive rudder show together, and the records corrected.
-
-    starboard : as of `ColumnCheck.find`.
-    """
-    faults: list[ColumnFault] = []
-    current = list(records)
-    for entry in (c for c in column_checks() if c.joint):
-        more, current = entry.find(current, starboard)
-        faults += more
-    return faults, current
-
-
-def _check_sides(entry: ColumnCheck, done: Examined) -> None:
-    """A check of records of one side of a positive rudder: all together, then each by itself."""
-    before = list(done.records)
+def _check_sides(done: Examined) -> None:
+    """The sign of the rudders of records of one side of a positive rudder: all together, then each by itself."""
+    entry, before = RudderSign(), list(done.records)
     for side, starboard in (("starboard", 1.0), ("port", -1.0)):
         group = [i for i, r in enumerate(before) if r.meta.positive_rudder == side and _steers(r, done)]
         for own in (group, *([i] for i in group if len(group) > 1)):
             try:
-                faults, fixed = entry.find([done.records[i] for i in own], starboard)
+                faults = entry.find([done.records[i] for i in own], starboard)
             except UNUSABLE as error:
                 done.reasons.append(f"the side of the rudder cannot be checked: {error}")
                 continue
-            for fault in faults:
-                said = _of_column(fault, SIDES.format(side, np.sqrt(fault.statistic)))
-                names = tuple(before[i].name for i in own)
-                done.findings.append(replace(of_fault(entry, said, before[own[0]]), records=names))
-            for i, record in zip(own, fixed, strict=True):
-                done.records[i] = record
+            if faults:
+                done.findings.append(of_fault(entry, faults[0], *(before[i] for i in own)))
+            for k, i in enumerate(own):
+                done.records[i] = cleaned(done.records[i], faults[k : k + 1])
 
 
 def _steers(record: Record, done: Examined) -> bool:
@@ -189,12 +160,15 @@ def check_sensors(
         if done.absurd is not None:
             return findings, reasons
         try:
-            findings += of_drift(done) if done.chain.of_positions and done.records else []
+            drift = current_finding(done) if done.chain.of_positions else None
         except UNUSABLE as error:
             reasons.append(f"{done.chain.title} cannot be compared: {error}")
+            continue
+        findings += [] if drift is None else [drift]
     if not any(f.cause == "compass_deviation" and f.material for f in findings):
         try:
-            findings += of_deviation(deviation(current))
+            pattern = deviation_finding(current)
+            findings += [] if pattern is None else [pattern]
         except UNUSABLE as error:
             reasons.append(f"the drift angle against the heading cannot be judged: {error}")
     return findings, reasons

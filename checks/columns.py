@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..datasets.columns import RUDDERS, TURN, VELOCITIES
+from ..datasets.columns import HEADING, RUDDERS, TURN
 from ..datasets.rudder_sign import ONE_SIDE, one_sided, steering_side
-from ..models.instruments import SENSORS, SWAPS
-from .base import ColumnCheck, ColumnFault, exact
+from ..models.instruments import SWAPS
+from .base import Check, ColumnCheck, Fault, cleaned, exact, scaled
 from .files.rudder_response import response
 from .integrity.readings import (
     AGREE,
@@ -21,11 +21,9 @@ from .integrity.readings import (
     exchanged,
     heading_ratio,
     rate_error,
-    read_as,
 )
 
 if TYPE_CHECKING:
-    from ..datasets.axes import Track
     from ..datasets.record import Record
 
 RATES = ("yaw_rate_rad_s", "roll_rate_rad_s")
@@ -35,71 +33,50 @@ UNEXPLAINED = 0.3
 
 
 class ChannelSwap(ColumnCheck):
-    """Two columns exchanged or mislabelled (`details` names them): yaw rate and roll rate against the heading, heading
-    and yaw rate, rudder and heading against the yaw rate, two velocities or two positions against each other."""
+    """Two columns exchanged or mislabelled: yaw rate and roll rate against the heading, heading and yaw rate, rudder
+    and heading against the yaw rate, two velocities or two positions against each other."""
 
     id, rank = "channel_swap", 55
     separate_by = "the logger's list of channels"
 
-    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
-        faults, fixed = self._of_rates(list(records))
-        for look in (self._of_turn, self._of_rudder):
-            more, fixed = look(fixed)
-            faults += more
-        better = better_reading(fixed)
-        if better is not None and better.reading.check == self.id:
-            said = better.evidence("with the columns exchanged")
-            faults.append(self._fault(better.reading.columns, said, better.statistic))
-            fixed = read_as(fixed, better.reading)
-        return faults, fixed
+    def find(self, record: Record) -> list[Fault]:
+        faults: list[Fault] = []
+        for look in (_rates_exchanged, _turn_exchanged, _rudder_exchanged, _track_exchanged):
+            faults += look(cleaned(record, faults))
+        return faults
 
-    def _of_rates(self, records: list[Record]) -> tuple[list[ColumnFault], list[Record]]:
-        """The rate channel that goes with the heading: yaw rate, or what is called roll rate."""
-        if not all(r.has("heading_rad", *RATES) for r in records):
-            return [], records
-        own, other = (float(np.mean([rate_error(r, name) for r in records])) for name in RATES)
-        if not (other < BETTER * own and own > UNEXPLAINED):
-            return [], records
-        said = (
-            f"the heading moves with the roll-rate column (unexplained share {other:.3f}), "
-            f"not with the yaw-rate column ({own:.3f})"
-        )
-        swap = exchanged(*RATES)
-        return [self._fault(RATES, said, (own / max(other, 1e-6)) ** 2)], [swap(r) for r in records]
 
-    def _of_turn(self, records: list[Record]) -> tuple[list[ColumnFault], list[Record]]:
-        """Records whose yaw-rate column changes as the integral of the heading column."""
-        swap = exchanged(*TURN)
-        bad = [r.has(*TURN) and _goes_with(swap(r)) and not _goes_with(r) for r in records]
-        if not any(bad):
-            return [], records
-        said = f"in {sum(bad)} of {len(bad)} records yaw_rate_rad_s changes as the integral of heading_rad does"
-        fault = ColumnFault(self, {"channels": list(TURN)}, said, BETTER**-2, {})
-        return [fault], [swap(r) if is_bad else r for r, is_bad in zip(records, bad, strict=True)]
+def _exchange(record: Record, columns: tuple[str, str], evidence: str, statistic: float, switch: bool = False) -> Fault:
+    """Two columns under each other's names; switch: the exchange is an instrument of a model, too."""
+    instruments = {key: 1.0 for key, swap in SWAPS.items() if switch and {*swap} == {*columns}}
+    return Fault(
+        evidence,
+        columns,
+        columns={name: record.column(other) for name, other in zip(columns, reversed(columns), strict=True)},
+        statistic=float(statistic),
+        instruments=instruments,
+    )
 
-    def _of_rudder(self, records: list[Record]) -> tuple[list[ColumnFault], list[Record]]:
-        """Records whose yaw rate goes with the rudder column, not with the heading's.
 
-        The rudder is an input, so that the exchange is none of a model's instruments: it is corrected in the records.
-        """
-        swap = exchanged(*STEERED)
-        errors = [_with_rudder(r) for r in records]
-        bad = [own > UNEXPLAINED > other and other < BETTER * own for own, other in errors]
-        if not any(bad):
-            return [], records
-        own, other = np.mean([pair for pair, is_bad in zip(errors, bad, strict=True) if is_bad], axis=0)
-        said = (
-            f"in {sum(bad)} of {len(bad)} records the yaw rate is that of the rudder column (unexplained share "
-            f"{other:.3f}), not that of the heading column ({own:.3f})"
-        )
-        fault = ColumnFault(self, {"channels": list(STEERED)}, said, float((own / max(other, 1e-6)) ** 2), {})
-        return [fault], [swap(r) if is_bad else r for r, is_bad in zip(records, bad, strict=True)]
+def _rates_exchanged(record: Record) -> list[Fault]:
+    """The rate channel that goes with the heading: yaw rate, or what is called roll rate."""
+    if not record.has("heading_rad", *RATES):
+        return []
+    own, other = (rate_error(record, name) for name in RATES)
+    if not (other < BETTER * own and own > UNEXPLAINED):
+        return []
+    said = (
+        f"the heading moves with the roll-rate column (unexplained share {other:.3f}), "
+        f"not with the yaw-rate column ({own:.3f})"
+    )
+    return [_exchange(record, RATES, said, (own / max(other, 1e-6)) ** 2, True)]
 
-    def _fault(self, columns: Sequence[str], evidence: str, statistic: float) -> ColumnFault:
-        names = {column: name for name, (column, _) in SENSORS.items()}
-        pair = {names[column] for column in columns}
-        switch = next(key for key, swap in SWAPS.items() if {names[c] for c in swap} == pair)
-        return ColumnFault(self, {"channels": list(columns)}, evidence, float(statistic), {switch: 1.0})
+
+def _turn_exchanged(record: Record) -> list[Fault]:
+    """A yaw-rate column that changes as the integral of the heading column."""
+    if not record.has(*TURN) or _goes_with(record) or not _goes_with(exchanged(*TURN)(record)):
+        return []
+    return [_exchange(record, TURN, "yaw_rate_rad_s changes as the integral of heading_rad does", BETTER**-2)]
 
 
 def _goes_with(record: Record) -> bool:
@@ -108,28 +85,46 @@ def _goes_with(record: Record) -> bool:
     return ratio is not None and ratio.correlation > AGREE and abs(ratio.slope - 1.0) < UNEXPLAINED
 
 
-def _with_rudder(record: Record) -> tuple[float, float]:
-    """Shares of the heading column's and of the rudder column's changes that the yaw rate leaves unexplained; nan where
-    a column is missing."""
+def _rudder_exchanged(record: Record) -> list[Fault]:
+    """A yaw rate that goes with the rudder column, not with the heading's."""
     if not record.has(*STEERED, "yaw_rate_rad_s"):
-        return float("nan"), float("nan")
-    return rate_error(record, "yaw_rate_rad_s"), rate_error(exchanged(*STEERED)(record), "yaw_rate_rad_s")
+        return []
+    own, other = (rate_error(r, "yaw_rate_rad_s") for r in (record, exchanged(*STEERED)(record)))
+    if not (own > UNEXPLAINED > other and other < BETTER * own):
+        return []
+    said = (
+        f"the yaw rate is that of the rudder column (unexplained share {other:.3f}), not that of the heading column "
+        f"({own:.3f})"
+    )
+    return [_exchange(record, STEERED, said, (own / max(other, 1e-6)) ** 2)]
+
+
+def _track_exchanged(record: Record) -> list[Fault]:
+    """Two velocities or two positions that agree far better under each other's names."""
+    better = better_reading(record)
+    if better is None or better.check != ChannelSwap.id:
+        return []
+    first, second = better.columns
+    return [_exchange(record, (first, second), better.evidence("with the columns exchanged"), better.statistic, True)]
 
 
 class EarthFrameVelocity(ColumnCheck):
     """The surge and sway columns hold velocities along north and east."""
 
     id, rank = "earth_frame_velocity", 56
-    columns = VELOCITIES
     separate_by = "the logger's list of channels"
 
-    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
-        better = better_reading(records)
-        if better is None or better.reading.check != self.id:
-            return [], list(records)
-        said = better.evidence("when they are read as north and east")
-        fault = ColumnFault(self, {}, said, better.statistic, {"earth_frame_velocity": 1.0})
-        return [fault], read_as(records, better.reading)
+    def find(self, record: Record) -> list[Fault]:
+        return _reread(record, self.id, "when they are read as north and east", {"earth_frame_velocity": 1.0})
+
+
+def _reread(record: Record, check: str, how: str, instruments: Mapping[str, float]) -> list[Fault]:
+    """Columns that agree far better when they are read as a check (id) says."""
+    better = better_reading(record)
+    if better is None or better.check != check:
+        return []
+    fixed = {name: better.record.column(name) for name in better.columns}
+    return [Fault(better.evidence(how), better.columns, (), True, fixed, False, None, better.statistic, instruments)]
 
 
 BACKWARDS = "the compass is mounted or read backwards, both positions have the other sign, or the craft went astern"
@@ -142,36 +137,37 @@ class HeadingZero(ColumnCheck):
     err, as the positions show against heading and velocities, or, without velocities, against the heading alone."""
 
     id, rank = "heading_zero", 57
-    columns = ("heading_rad",)
     separate_by = "the mounting and the zero of the compass, and whether the ship went astern"
 
-    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
-        better = better_reading(records)
-        if better is not None and better.reading.check == self.id:
-            said = better.evidence("with the heading turned by 180 deg")
-            fault = ColumnFault(self, {}, said, better.statistic, {"heading_bias": float(np.pi)})
-            return [fault], read_as(records, better.reading)
-        tracks = [course_askew(r) for r in records]
-        faults = [self._of_course(r, track) for r, track in zip(records, tracks, strict=True) if track is not None]
-        return faults[:1], [_about_course(r, track) for r, track in zip(records, tracks, strict=True)]
-
-    def _of_course(self, record: Record, track: Track) -> ColumnFault:
-        """A course of the positions that stands at one angle to all headings."""
-        offset = float(np.angle(np.exp(-1j * track.angle)))
-        reading = BACKWARDS if np.pi - abs(offset) < ASKEW else TURNED
-        more = REVERSED if reading == BACKWARDS and not record.has("yaw_rate_rad_s") else ""
-        said = (
-            f"heading_rad stands at {np.rad2deg(offset):.4g} deg to the course of the positions, which turns "
-            f"{track.turn:.3g} times as far: {reading} all the time{more}"
+    def find(self, record: Record) -> list[Fault]:
+        return _reread(record, self.id, "with the heading turned by 180 deg", {"heading_bias": np.pi}) or (
+            _off_the_course(record)
         )
-        before = 1.0 - (1.0 - track.scatter) * np.cos(track.angle)
-        statistic = float(before / max(track.scatter, 1e-12))
-        return ColumnFault(self, {}, said, statistic, {"heading_bias": offset}, (exact("offset", offset, "rad"),))
 
 
-def _about_course(record: Record, track: Track | None) -> Record:
-    """The record with its heading turned to the mean of its course."""
-    return record if track is None else record.with_channels(heading_rad=record.heading_unwrapped() + track.angle)
+def _off_the_course(record: Record) -> list[Fault]:
+    """A course of the positions that stands at one angle to all headings."""
+    track = course_askew(record)
+    if track is None:
+        return []
+    offset = float(np.angle(np.exp(-1j * track.angle)))
+    reading = BACKWARDS if np.pi - abs(offset) < ASKEW else TURNED
+    more = REVERSED if reading == BACKWARDS and not record.has("yaw_rate_rad_s") else ""
+    said = (
+        f"heading_rad stands at {np.rad2deg(offset):.4g} deg to the course of the positions, which turns "
+        f"{track.turn:.3g} times as far: {reading} all the time{more}"
+    )
+    before = 1.0 - (1.0 - track.scatter) * np.cos(track.angle)
+    return [
+        Fault(
+            said,
+            (HEADING,),
+            (exact("offset", offset, "rad"),),
+            columns={HEADING: record.heading_unwrapped() + track.angle},
+            statistic=float(before / max(track.scatter, 1e-12)),
+            instruments={"heading_bias": offset},
+        )
+    ]
 
 
 CLEAR = 6.0
@@ -180,24 +176,29 @@ TURNING = 10.0
 """What a turn all of which goes to one side counts for, in standard deviations."""
 
 
-class RudderSign(ColumnCheck):
+class RudderSign(Check):
     """The rudder column's sign contradicts the vessel: b in r' = a r + c r |r| + b delta + d has the other sign,
     as it is and at the lag that fits best (a late rudder looks turned, and is not); or all of a turn goes against its
     rudder."""
 
-    id, rank = "rudder_sign", 58
-    joint = True
-    columns = RUDDERS
+    id, stage, is_cause = "rudder_sign", ColumnCheck.stage, True
     separate_by = "one rudder order and the side to which the ship turns"
 
-    def find(self, records: Sequence[Record], starboard: float) -> tuple[list[ColumnFault], list[Record]]:
+    def find(self, records: Sequence[Record], starboard: float) -> list[Fault]:
+        """The fault of each of the records, where they show it together; else empty.
+
+        starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
+        """
         z = starboard * _sign(records)
         if not z < -CLEAR:
-            return [], list(records)
+            return []
         said = (
-            f"a rudder angle the record calls positive turns the ship to the other side than the model's ({-z:.0f} sd)"
+            f"a positive rudder is to turn the ship to {'starboard' if starboard > 0.0 else 'port'}, and it turns to "
+            f"the other side (z = {-z:.0f}): the sign is wrong, or port and starboard (left and right thrust) are "
+            "exchanged"
         )
-        return [ColumnFault(self, {}, said, z * z, {"rudder_reversed": 1.0})], [_turned(r) for r in records]
+        rudders = [scaled(r, **{name: -1.0 for name in RUDDERS if r.has(name)}) for r in records]
+        return [Fault(said, RUDDERS, (), True, own, False, None, z * z, {"rudder_reversed": 1.0}) for own in rudders]
 
 
 def _sign(records: Sequence[Record]) -> float:
@@ -216,7 +217,3 @@ def _held(record: Record) -> bool:
     """Whether the rudder is held to one side: then the yaw acceleration says little of it."""
     rudder = record.rudder()
     return abs(one_sided(rudder[np.isfinite(rudder)])) > ONE_SIDE
-
-
-def _turned(record: Record) -> Record:
-    return record.with_channels(**{n: -record.column(n) for n in RUDDERS if record.has(n)})

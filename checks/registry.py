@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from ..models.discovery import by_name, classes_in, classes_of, known, plug_ins
 from . import columns, sensors
-from .base import Check, ColumnCheck, FileCheck, SensorError
+from .base import Check, FileCheck, SensorError
 
 GROUP = "helmbench.causes"
 """Entry-point group by which other packages add checks and causes of a diagnosis."""
@@ -21,7 +21,7 @@ def checks() -> dict[str, Check]:
     BadInput : two checks have the same identifier, or a plug-in cannot be loaded.
     """
     own = [*classes_of(f"{__package__}.files", Check), *classes_in(columns, Check), *classes_in(sensors, Check)]
-    added = [cls for cls in installed() if issubclass(cls, FileCheck | ColumnCheck | SensorError)]
+    added = [cls for cls in installed() if issubclass(cls, FileCheck | SensorError)]
     return {name: cls() for name, cls in by_name("check", [*own, *added]).items()}
 
 
@@ -31,13 +31,8 @@ def check_of(name: str) -> Check:
 
 
 def file_checks() -> list[FileCheck]:
-    """Checks of one record's file, in the order in which they are looked for."""
+    """Checks of one record by itself, in the order in which they are looked for."""
     return sorted((c for c in checks().values() if isinstance(c, FileCheck)), key=lambda c: (c.rank, c.id))
-
-
-def column_checks() -> list[ColumnCheck]:
-    """Checks of what whole columns mean, in the order in which they are looked for."""
-    return sorted((c for c in checks().values() if isinstance(c, ColumnCheck)), key=lambda c: (c.rank, c.id))
 
 
 def sensor_errors() -> list[SensorError]:

@@ -10,17 +10,7 @@ import numpy as np
 from ..datasets.columns import POSITIONS
 from ..datasets.instruments import later
 from .base import Prior, SensorError
-from .comparison.series import (
-    LogEffect,
-    SurgeEffect,
-    TrackEffect,
-    TurnEffect,
-    curve_floor,
-    half_a_degree,
-    half_a_percent,
-    late_floor,
-    none,
-)
+from .comparison.motion import Effect, angle, curve_floor, late, lever_floor, scale, zero_floor
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -29,11 +19,16 @@ ROUNDS = 8
 ALL_LATE = ("surge_delay", "sway_delay", "yaw_rate_delay", "heading_delay")
 
 
+def _squared(speed: np.ndarray) -> np.ndarray:
+    """Squares of speeds (T,) with their signs."""
+    return speed * np.abs(speed)
+
+
 class YawRateBiasError(SensorError):
     """Zero error of the rate gyro: recorded yaw rate = true + b, b in rad/s."""
 
     id, unit = "yaw_rate_bias", "rad/s"
-    turn = (TurnEffect("b", "rad/s", ("yaw_rate_bias",), lambda turn: -turn.time[None], lambda turn: turn.rate_floor),)
+    turn = (Effect("b", "rad/s", ("yaw_rate_bias",), lambda turn: -turn.time, zero_floor),)
     drifts = True
     separate_by = "a gyro zero reading at rest"
 
@@ -42,7 +37,7 @@ class YawRateScaleError(SensorError):
     """Scale error of the rate gyro: recorded yaw rate = (1 + s) true."""
 
     id, unit = "yaw_rate_scale", "1"
-    turn = (TurnEffect("s", "1", ("yaw_rate_scale",), lambda turn: -turn.turned[None], half_a_percent),)
+    turn = (scale(lambda turn: -turn.run, "yaw_rate_scale"),)
     farthest = 1.0
     separate_by = "a heading channel of another instrument over a full turn"
 
@@ -52,7 +47,7 @@ class LoggerClock(SensorError):
     instruments with clocks of their own then read 1 + e times what heading and positions change in recorded time."""
 
     id, unit, is_cause = "logger_clock", "1", True
-    scaled = (TurnEffect("e", "1", ("clock_rate",), lambda turn: -turn.turned[None], half_a_percent),)
+    scaled = (scale(lambda turn: -turn.run, "clock_rate", parameter="e"),)
     separate_by = "the times of two events that another clock shows too, an hour apart"
 
 
@@ -60,7 +55,7 @@ class YawRateDelay(SensorError):
     """Late (or smoothed) yaw rate against the heading: recorded(t) = true(t - tau), tau in s."""
 
     id, unit, is_cause = "yaw_rate_delay", "s", True
-    turn = (TurnEffect("tau", "s", ("yaw_rate_delay",), lambda turn: turn.late_rate, late_floor, delay=True),)
+    turn = (late(lambda turn: turn.late, "yaw_rate_delay"),)
     prior = Prior(0.3, entries=("yaw_rate_delay",), needs=("r", "psi"))
     separate_by = "yaw rate and heading of instruments with known time stamps"
 
@@ -69,10 +64,8 @@ class HeadingDelayError(SensorError):
     """Late heading: recorded(t) = true(t - tau), tau in s."""
 
     id, unit = "heading_delay", "s"
-    turn = (TurnEffect("tau", "s", ("heading_delay",), lambda turn: -turn.late_rate, late_floor, delay=True),)
-    track_without_model = (
-        TrackEffect("tau", "s", ("heading_delay",), lambda path: path.late_heading, late_floor, delay=True),
-    )
+    turn = (late(lambda turn: -turn.late, "heading_delay"),)
+    track = (late(lambda path: path.late_heading, "heading_delay"),)
     separate_by = "yaw rate and heading of instruments with known time stamps"
 
 
@@ -80,7 +73,7 @@ class HeadingOffsetError(SensorError):
     """Misread heading: recorded = true + b, b in rad; the track shows it."""
 
     id, unit = "heading_offset", "rad"
-    track = (TrackEffect("b", "rad", ("heading_bias",), lambda path: path.turned_way, half_a_degree),)
+    track = (angle(lambda path: -1j * path.run, "heading_bias"),)
     track_rivals = ("axis_misalignment",)
     separate_by = "positions on two opposite straight courses"
 
@@ -91,8 +84,8 @@ class CompassDeviation(SensorError):
 
     id, unit, is_cause = "compass_deviation", "rad", True
     turn = (
-        TurnEffect("c", "rad", (), lambda turn: np.cos(turn.heading)[None] - np.cos(turn.heading[0]), half_a_degree),
-        TurnEffect("s", "rad", (), lambda turn: np.sin(turn.heading)[None] - np.sin(turn.heading[0]), half_a_degree),
+        angle(lambda turn: np.cos(turn.heading) - np.cos(turn.heading[0]), parameter="c"),
+        angle(lambda turn: np.sin(turn.heading) - np.sin(turn.heading[0]), parameter="s"),
     )
     least_turn, farthest = np.pi, 0.6
     corrects = ("heading_rad",)
@@ -112,10 +105,10 @@ class SpeedScaleError(SensorError):
 
     id, unit = "speed_scale", "1"
     track = (
-        TrackEffect("s", "1", ("surge_scale", "sway_scale"), lambda path: -path.way, half_a_percent),
-        TrackEffect("s", "1", ("surge_scale",), lambda path: -path.along(path.surge), half_a_percent),
+        scale(lambda path: -path.run, "surge_scale", "sway_scale"),
+        scale(lambda path: -path.along(path.speed.real), "surge_scale"),
     )
-    log = (LogEffect("s", "1", ("surge_scale",), lambda log: -log.run[None], half_a_percent),)
+    log = (scale(lambda log: -log.run, "surge_scale"),)
     farthest = 1.0
     separate_by = "a measured mile in both directions"
 
@@ -126,10 +119,8 @@ class SpeedCurve(SensorError):
 
     id, unit, is_cause = "speed_curve", "s/m", True
     together = (
-        SurgeEffect("s", "1", ("surge_scale",), lambda motion: -motion.along(motion.surge), none),
-        SurgeEffect(
-            "c", "s/m", ("surge_curve",), lambda motion: -motion.along(motion.surge * np.abs(motion.surge)), curve_floor
-        ),
+        Effect("s", "1", ("surge_scale",), lambda motion: -motion.along(motion.speed.real), lambda motion: np.inf),
+        Effect("c", "s/m", ("surge_curve",), lambda motion: -motion.along(_squared(motion.speed.real)), curve_floor),
     )
     farthest = 1.0
     prior = Prior(0.3, needs=("u",))
@@ -140,7 +131,7 @@ class SwayOffsetError(SensorError):
     """Zero error of the log's athwartships axis: recorded sway = true + b, b in m/s."""
 
     id, unit = "sway_offset", "m/s"
-    track = (TrackEffect("b", "m/s", ("sway_bias",), lambda path: path.of_sway, lambda path: path.sway_floor),)
+    track = (Effect("b", "m/s", ("sway_bias",), lambda path: path.along(-1j), zero_floor),)
     separate_by = "a straight run with positions"
 
 
@@ -150,10 +141,10 @@ class VelocityDelayError(SensorError):
 
     id, unit = "velocity_delay", "s"
     track = (
-        TrackEffect("tau", "s", ("surge_delay", "sway_delay"), lambda path: path.late_speeds, late_floor, delay=True),
-        TrackEffect("tau", "s", ALL_LATE, lambda path: path.late_motion, late_floor, delay=True),
+        late(lambda path: path.late_speeds, "surge_delay", "sway_delay"),
+        late(lambda path: path.late_motion, *ALL_LATE),
     )
-    log = (LogEffect("tau", "s", ("surge_delay",), lambda log: log.late_speed, late_floor, delay=True),)
+    log = (late(lambda log: log.late, "surge_delay"),)
     separate_by = "time stamps of each instrument"
 
 
@@ -162,8 +153,8 @@ class PositionDelay(SensorError):
     filters or sends late)."""
 
     id, unit, is_cause = "position_delay", "s", True
-    track = (TrackEffect("tau", "s", (), lambda path: -path.late_motion, late_floor, delay=True),)
-    log = (LogEffect("tau", "s", (), lambda log: -log.late_speed, late_floor, delay=True),)
+    track = (late(lambda path: -path.late_motion),)
+    log = (late(lambda log: -log.late),)
     corrects = POSITIONS
     separate_by = "time stamps of each instrument, and a run at another speed: a point moves with the ship, not a delay"
 
@@ -178,7 +169,7 @@ class ReferencePoint(SensorError):
     the point whose velocities are recorded (an antenna that is not at the centre of gravity)."""
 
     id, unit, is_cause = "reference_point", "m", True
-    track = (TrackEffect("x", "m", (), lambda path: path.ahead, lambda path: path.lever_floor),)
+    track = (Effect("x", "m", (), lambda path: path.direction - path.direction[0], lever_floor),)
     corrects = ("north_m", "east_m", "heading_rad")
     separate_by = (
         "where antenna and log stand, and a run at another speed: a delay moves with the speed, a point does not"

@@ -76,7 +76,7 @@ def _diagnosed(
         records = records.behind_sensors(options.causes())
         watch(BASE_MODEL)
         model = identified(model, records.train)
-    held = records.put_back(model)
+    held = records.put_back()
     if options.coefficient_sd != 0.0 and records.behind_sensors(options.causes()).current is not None:
         options = replace(options, channels=through_the_water(options))
     diagnosis, nearly = _named(model, records, held, options, watch)

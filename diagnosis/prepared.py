@@ -11,10 +11,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..checks.check import Examined, check_file, compared, distinct, faults_of_all, of_one_record
+from ..checks.base import cleaned
+from ..checks.check import compared, distinct, examine_each
+from ..checks.columns import RudderSign
 from ..checks.comparison.chains import chains
+from ..checks.comparison.drift import current_finding
 from ..checks.files.repeats import ConstantChannel
-from ..checks.findings import merged, of_drift, of_sizes
+from ..checks.findings import merged, of_sizes
 from ..checks.registry import file_checks
 from ..checks.result import NORMAL_90
 from ..datasets.columns import INPUTS
@@ -29,7 +32,7 @@ from .causes.surroundings import Current
 from .report.bank import of_sensor
 
 if TYPE_CHECKING:
-    from ..checks.base import Check, ColumnFault
+    from ..checks.base import Check, Fault
     from ..checks.comparison.chains import Chain
     from ..checks.comparison.selection import Compared, Sizes
     from ..checks.result import CheckFinding
@@ -54,7 +57,8 @@ FINEST = 0.03
 class Prepared:
     """Records in the model's rudder sign with what was corrected: gross faults, and what channels show of sensors.
 
-    faults : of whole columns.  checked : what the checks of the files say, corrected where they can be.
+    faults : of whole columns, by the id of their check.  checked : what the checks of the files say, corrected where
+    they can be.
     findings, removed : what channels show of their sensors, and these sizes as instruments.  tested : cause (id) that
     the channels were asked for -> statistic (z squared) of the evidence by itself.
     decided : causes (ids) that the sensors' channels have decided on without a model.
@@ -65,7 +69,7 @@ class Prepared:
 
     train: list[Record]
     held_out: list[Record]
-    faults: Sequence[ColumnFault] = ()
+    faults: Mapping[str, Fault] = field(default_factory=dict)
     checked: tuple[CheckFinding, ...] = ()
     findings: tuple[Finding, ...] = ()
     removed: dict[str, float] = field(default_factory=dict)
@@ -120,28 +124,25 @@ class Prepared:
     @property
     def instruments(self) -> dict[str, float]:
         """What was corrected, as instruments of a model."""
-        faults = {name: value for fault in self.faults for name, value in fault.instruments.items()}
+        faults = {name: value for fault in self.faults.values() for name, value in fault.instruments.items()}
         return faults | self.removed
 
-    def put_back(self, model: Model) -> list[Record]:
+    def put_back(self) -> list[Record]:
         """The held-out records as they were read, but for what no instrument of a model can show: columns in another
         unit, with the other sign, or under each other's names are as they should be."""
         wrong = {f.cause for f in self.checked if f.corrected and not f.blanked}
-        checks = [check for check in file_checks() if check.id in wrong]
-        done = [check_file(record, checks, Examined([])) for record in self.recorded]
-        for fault in (f for f in self.faults if done and not f.instruments):
-            done = fault.check.find([record.turned(model.positive_rudder) for record in done], model.starboard)[1]
-        return done
+        wrong -= {name for name, fault in self.faults.items() if fault.instruments}
+        return examine_each(self.recorded, [check for check in file_checks() if check.id in wrong]).records
 
 
 def _current(comparison: Compared) -> Finding | None:
     """A steady drift of the positions against the velocities that matters and has no rival; None without one."""
     with suppress(CannotFit):
-        for finding in of_drift(comparison) if comparison.records else ():
-            if finding.material and not finding.tied_with:
-                speeds = [s for s in finding.sizes if s.parameter == Current.size_name]
-                z = max(2.0 * NORMAL_90 * s.value / max(s.high - s.low, 1e-12) for s in speeds)
-                return of_sensor(replace(finding, z=z), {finding.cause})
+        finding = current_finding(comparison)
+        if finding is not None and finding.material and not finding.tied_with:
+            speeds = [s for s in finding.sizes if s.parameter == Current.size_name]
+            z = max(2.0 * NORMAL_90 * s.value / max(s.high - s.low, 1e-12) for s in speeds)
+            return of_sensor(replace(finding, z=z), {finding.cause})
     return None
 
 
@@ -186,18 +187,19 @@ def thinned(records: Sequence[Record], model: Model) -> list[Record]:
 def examined(records: Sequence[Record], model: Model) -> Prepared:
     """Check the files of records behind a model's instruments, in its sign of the rudder: those of training with
     faults of their files corrected as far as possible, what matters of these, and the faults of whole columns."""
-    done, entries = Examined([]), of_one_record()
     with np.errstate(all="ignore"):
-        current = [check_file(record, entries, done) for record in distinct(records)]
+        done = examine_each(distinct(records), file_checks())
         findings = tuple(_judged(f, model) for f in merged(done.findings) if f.material)
-        last = {fault.check.id: fault for fault in sorted(done.faults, key=lambda f: f.statistic)}
-        faults = list(last.values())
+        faults = dict(sorted(done.faults.items(), key=lambda item: item[1].statistic))
         if any(f.standing for f in findings):
-            return Prepared(current, [], faults, findings, derived=done.derived)
-        joint, current = faults_of_all(current, model.starboard)
+            return Prepared(done.records, [], faults, findings, derived=done.derived)
+        turned = RudderSign().find(done.records, model.starboard)
+    current = [cleaned(record, turned[k : k + 1]) for k, record in enumerate(done.records)]
+    if turned:
+        faults[RudderSign.id] = turned[0]
     doubt = rudder_doubt(current, model)
     findings = findings if doubt is None else (*findings, doubt)
-    return Prepared(current, [], [*faults, *joint], findings, derived=done.derived)
+    return Prepared(current, [], faults, findings, derived=done.derived)
 
 
 def _judged(finding: CheckFinding, model: Model) -> CheckFinding:

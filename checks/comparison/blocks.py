@@ -21,14 +21,6 @@ LONGEST_GAP = 5
 """Samples that may be lost of a channel before its integral starts anew after them."""
 
 
-class Rows(NamedTuple):
-    """Whitened rows of one record: departure y (N,), columns x (N, m) of effects, columns z (N, d) of nuisances."""
-
-    y: np.ndarray
-    x: np.ndarray
-    z: np.ndarray
-
-
 class Sums(NamedTuple):
     """Sums of one record: Gram matrices (B, m, m) and scores (B, m) by block, squares of y, number of rows."""
 
@@ -73,11 +65,12 @@ def whitened_steps(series: np.ndarray, joined: np.ndarray, white: float, walk: n
     return solve_banded((1, 0), factor, steps.T).T
 
 
-def sums_of(rows: Rows, place: np.ndarray) -> Sums:
-    """Sums over `BLOCKS` blocks after the nuisances are projected out; place (N,) in 0 .. 1 says where a row stands."""
-    y, x = rows.y, rows.x
-    if rows.z.shape[1]:
-        q = np.linalg.qr(rows.z)[0]
+def sums_of(rows: np.ndarray, place: np.ndarray, nuisances: int = 0) -> Sums:
+    """Sums over `BLOCKS` blocks of whitened rows (1 + m + d, N): departure, columns of effects, and of so many
+    nuisances, which are projected out; place (N,) in 0 .. 1 says where a row stands."""
+    y, x, z = rows[0], rows[1 : len(rows) - nuisances].T, rows[len(rows) - nuisances :].T
+    if nuisances:
+        q = np.linalg.qr(z)[0]
         y, x = y - q @ (q.T @ y), x - q @ (q.T @ x)
     block = np.minimum((place * BLOCKS).astype(int), BLOCKS - 1)
     inside = [block == b for b in range(BLOCKS)]

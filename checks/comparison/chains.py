@@ -8,17 +8,16 @@ and positions, and a random walk from the noise of rates and velocities.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
 from ...datasets.instruments import corrected
-from ...datasets.signals import integral, sensor_sd
 from ..integrity.runs import never_changes
 from ..registry import sensor_errors
-from .blocks import LONGEST_GAP, Rows, Sums, sums_of, whitened_steps
-from .series import SensedMotion, SensorEffect, log_of, path_of, turn_of
+from .blocks import LONGEST_GAP, Sums, sums_of, whitened_steps
+from .motion import Effect, Motion, log_of, path_of, turn_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -32,7 +31,12 @@ class Option(NamedTuple):
     """A cause with the effects, one for each of its sizes, by which it may act in a chain."""
 
     cause: SensorError
-    effects: tuple[SensorEffect[Any], ...]
+    effects: tuple[Effect, ...]
+
+    @property
+    def is_delay(self) -> bool:
+        """Whether its size is a delay."""
+        return self.effects[0].delay
 
     def corrected_for(self, record: Record, values: np.ndarray) -> Record:
         """The record with an error of these sizes (k,) removed from the columns that it has."""
@@ -44,12 +48,10 @@ class Option(NamedTuple):
 
 
 class Chain(NamedTuple):
-    """One comparison: what it is called, the columns it needs, its options, and how a record becomes rows.
+    """One comparison: what it is called, the columns it needs, how a record becomes a motion, and its options.
 
     integrated, target : columns that are integrated, and those they are compared with.  opposed : columns of which one
     must not be made from the others.  without : columns of which a record must have none (another chain takes it then).
-    motion : record -> its integrated channels.  departure : motion -> (axes, T).  nuisances : motion -> (d, axes, T).
-    noise : motion -> standard deviations of the white noise and of the random walk after a second.
     """
 
     title: str
@@ -57,11 +59,8 @@ class Chain(NamedTuple):
     integrated: tuple[str, ...]
     target: tuple[str, ...]
     opposed: tuple[str, ...]
+    motion: Callable[[Record], Motion]
     options: tuple[Option, ...]
-    motion: Callable[[Record], Any]
-    departure: Callable[[Any], np.ndarray]
-    nuisances: Callable[[Any], np.ndarray]
-    noise: Callable[[Any], tuple[float, float]]
     without: tuple[str, ...] = ()
 
     @property
@@ -76,89 +75,42 @@ class Chain(NamedTuple):
 
 def chains() -> tuple[Chain, ...]:
     """All comparisons, in the order in which records are corrected for what they show."""
-    return heading_chain(), track_chain(), log_chain()
-
-
-def heading_chain() -> Chain:
-    """Heading against integrated yaw rate."""
-    return Chain(
-        "heading against yaw rate",
-        TURN,
-        ("yaw_rate_rad_s",),
-        (HEADING,),
-        TURN,
-        tuple(Option(c, c.turn) for c in sensor_errors() if c.turn),
-        turn_of,
-        lambda turn: (turn.heading - turn.turned)[None],
-        lambda turn: np.zeros((0, 1, turn.time.size)),
-        lambda turn: (sensor_sd(turn.heading), sensor_sd(turn.rate) * np.sqrt(turn.step_s)),
+    errors = sensor_errors()
+    along, log = "positions along the heading against the log", (HEADING, "surge_m_s")
+    turns, tracks, logs = (
+        tuple(Option(c, c.turn) for c in errors if c.turn),
+        tuple(Option(c, (e,)) for c in errors for e in c.track),
+        tuple(Option(c, (e,)) for c in errors for e in c.log),
+    )
+    speeds = (HEADING, *VELOCITIES)
+    return (
+        Chain("heading against yaw rate", TURN, TURN[1:], TURN[:1], TURN, turn_of, turns),
+        Chain("positions against velocities", TRACK, speeds, POSITIONS, TRACK[1:], path_of, tracks),
+        Chain(along, (*log, *POSITIONS), log, POSITIONS, (*log[1:], *POSITIONS), log_of, logs, ("sway_m_s",)),
     )
 
 
-def track_chain() -> Chain:
-    """Positions against integrated velocities, a steady drift of each record estimated along."""
-    return Chain(
-        "positions against velocities",
-        TRACK,
-        (HEADING, *VELOCITIES),
-        POSITIONS,
-        TRACK[1:],
-        tuple(Option(c, (e,)) for c in sensor_errors() for e in (*c.track, *c.track_without_model)),
-        path_of,
-        lambda path: np.stack([path.north, path.east]) - path.way,
-        lambda path: drift_columns(path),
-        _track_noise,
-    )
-
-
-def log_chain() -> Chain:
-    """Way of the positions along the heading against a log that measures no sway, a steady drift estimated along."""
-    return Chain(
-        "positions along the heading against the log",
-        (HEADING, "surge_m_s", *POSITIONS),
-        (HEADING, "surge_m_s"),
-        POSITIONS,
-        ("surge_m_s", *POSITIONS),
-        tuple(Option(c, (e,)) for c in sensor_errors() for e in c.log),
-        log_of,
-        lambda log: (log.ahead - log.run)[None],
-        lambda log: integral(np.stack([np.cos(log.heading), np.sin(log.heading)]), log.time)[:, None],
-        lambda log: (log.place_sd, sensor_sd(log.surge) * np.sqrt(log.step_s)),
-        without=("sway_m_s",),
-    )
-
-
-def drift_columns(motion: SensedMotion) -> np.ndarray:
-    """(2, 2, T) way that a drift of 1 m/s to north and to east makes."""
-    zero = np.zeros_like(motion.time)
-    return np.stack([np.stack([motion.time, zero]), np.stack([zero, motion.time])])
-
-
-def rows_of(chain: Chain, record: Record, options: Sequence[Option], drift: bool = True) -> tuple[Rows, np.ndarray]:
-    """Whitened rows of a record, and where each stands in it (0 .. 1)."""
+def rows_of(chain: Chain, record: Record, options: Sequence[Option]) -> tuple[np.ndarray, np.ndarray, int]:
+    """Whitened rows of a record, what the channels leave, the effects' and the drift's columns (1 + k + d, N), where
+    each row stands in the record (N,), from 0 to 1, and d."""
     motion = chain.motion(record)
     effects = [effect.column(motion) for o in options for effect in o.effects]
-    extra = chain.nuisances(motion) if drift else chain.nuisances(motion)[:0]
-    series = np.stack([chain.departure(motion), *effects, *extra])
+    series = np.stack([motion.position - motion.run, *effects, *motion.drift])
+    axes = np.stack([series.real, series.imag]) if np.iscomplexobj(motion.position) else series[None]
     known = np.all([np.isfinite(record.column(name)) for name in chain.target], axis=0)
     own = np.flatnonzero(known)
-    white, walk = chain.noise(motion)
-    size = float(np.ptp(series[0])) or 1.0
-    white, walk = max(white, 1e-9 * size), max(walk, 1e-12 * size)
+    size = float(np.ptp(axes[:, 0])) or 1.0
+    white, walk = max(motion.white, 1e-9 * size), max(motion.walk, 1e-12 * size)
     time = motion.time[own]
     joined = _joined(chain, record, own)
-    axes = [
-        whitened_steps(series[:, a, own], joined, white, walk * np.sqrt(np.diff(time))) for a in range(series.shape[1])
-    ]
-    rows, k = np.concatenate(axes, axis=1), len(effects)
+    rows = whitened_steps(axes[:, :, own].reshape(-1, own.size), joined, white, walk * np.sqrt(np.diff(time)))
     place = (0.5 * (time[1:] + time[:-1])[joined] - time[0]) / max(time[-1] - time[0], 1e-12)
-    return Rows(rows[0], rows[1 : 1 + k].T, rows[1 + k :].T), np.tile(place, len(axes))
+    return np.hstack(np.split(rows, len(axes))), np.tile(place, len(axes)), len(motion.drift)
 
 
-def sums(chain: Chain, record: Record, options: Sequence[Option], drift: bool = True) -> Sums:
+def sums(chain: Chain, record: Record, options: Sequence[Option]) -> Sums:
     """Sums of a record's rows over its blocks."""
-    rows, place = rows_of(chain, record, options, drift)
-    return sums_of(rows, place)
+    return sums_of(*rows_of(chain, record, options))
 
 
 def why_not(chain: Chain, record: Record) -> str | None:
@@ -173,13 +125,6 @@ def why_not(chain: Chain, record: Record) -> str | None:
     if still:
         return f"{' and '.join(still)} of {record.name} never changes"
     return None
-
-
-def _track_noise(path: Any) -> tuple[float, float]:
-    place = max(sensor_sd(path.north), sensor_sd(path.east))
-    speed = float(np.mean(np.hypot(path.surge, path.sway)))
-    walk = np.hypot(max(sensor_sd(path.surge), sensor_sd(path.sway)), speed * sensor_sd(path.heading))
-    return place, float(walk * np.sqrt(path.step_s))
 
 
 def _joined(chain: Chain, record: Record, own: np.ndarray) -> np.ndarray:

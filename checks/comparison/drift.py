@@ -15,49 +15,107 @@ import numpy as np
 
 from ...datasets.columns import HEADING, VELOCITIES
 from ...datasets.signals import bridged
-from ..result import Size
-from ..sensors import CurrentDrift
+from ...models.errors import CannotFit
+from ..registry import sensor_errors
+from ..result import CheckFinding, Size
+from ..sensors import CompassDeviation, CurrentDrift
 from ..tails import student_quantile
-from .blocks import BLOCKS, Rows, Sums, explained, fit, p_value, sums_of
+from .blocks import BLOCKS, Sums, explained, fit, p_value, sums_of
 from .chains import Chain, Option, rows_of
-from .selection import LEVEL, TIE
+from .selection import LEVEL, TIE, Compared
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
 
+DRIFT_SHARE = 0.005
+"""Share of the ship's speed from which a drift matters."""
+
 
 class Drift(NamedTuple):
-    """Drift of one record: name, velocity north and east (2,) m/s, covariance (2, 2), p-value."""
+    """Drift of one record: name, speed m/s, half of its 90 % interval, direction (rad) towards which it goes, p."""
 
     record: str
-    velocity: np.ndarray
-    covariance: np.ndarray
+    speed: float
+    half: float
+    towards: float
     p: float
 
+    @property
+    def sizes(self) -> tuple[Size, Size]:
+        """Speed and direction with their intervals."""
+        low, high = self.interval
+        turn = min((high - low) / (2.0 * max(self.speed, 1e-300)), np.pi)
+        return (
+            Size("speed", self.speed, low, high, "m/s", self.record),
+            Size("towards", self.towards, self.towards - turn, self.towards + turn, "rad", self.record),
+        )
 
-def drifts(chain: Chain, records: Sequence[Record], chosen: Sequence[Option]) -> list[Drift]:
-    """Steady drift of each record (corrected for `chosen`), estimated with what is left of the chosen effects."""
-    out = []
-    for record in records:
-        part = _with_drift(chain, record, chosen)
-        one = fit([part], range(part.score.shape[1]))
-        at = list(range(one.values.size - 2, one.values.size))
-        out.append(Drift(record.name, one.values[at], one.covariance[np.ix_(at, at)], p_value(one, at)))
-    return out
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Least and largest speed, m/s."""
+        return max(self.speed - self.half, 0.0), self.speed + self.half
+
+
+def current_finding(done: Compared) -> CheckFinding | None:
+    """A steady drift of the records beyond chance, or the sensor error that explains it with fewer numbers.
+
+    Raises
+    ------
+    CannotFit : no sea drifts so fast.
+    """
+    chain, entry = done.chain, CurrentDrift()
+    chosen = [s.option for s in done.sizes if s.material]
+    drifts = [_drift(chain, record, chosen) for record in done.corrected]
+    if not drifts or min(d.p for d in drifts) >= LEVEL / len(drifts):
+        return None
+    columns = [n for n in VELOCITIES if n in chain.integrated]
+    speeds = [float(np.linalg.norm([np.nanmean(r.column(n)) for n in columns])) for r in done.records]
+    near = [] if chosen else _rivals(chain, done.corrected, chain.options)
+    tied = [o.cause.id for o, _ in near]
+    tied += [name for name in entry.track_rivals if not chosen and len(drifts) == 1 and name not in tied]
+    rivals_of = {error.id: error.track_rivals for error in sensor_errors()}
+    best = min(drifts, key=lambda d: d.p)
+    low, high = best.interval
+    if best.speed > entry.farthest:
+        raise CannotFit(f"the positions of {best.record} would drift by {best.speed:.3g} m/s against heading and log")
+    said = (
+        f"positions drift against heading and log by {best.speed:.3g} m/s [{low:.3g}, {high:.3g}] towards "
+        f"{np.rad2deg(best.towards) % 360.0:.0f} deg in {best.record}: a current, if the log measures through the water"
+    )
+    if near and near[0][1] > -TIE and len(drifts) > 1:
+        said += f"; one {near[0][0].cause.id} for all records explains it as well"
+    return CheckFinding(
+        entry.id,
+        "sensors",
+        tuple(d.record for d in drifts),
+        chain.needed,
+        tuple(size for d in drifts for size in d.sizes),
+        said,
+        tuple(dict.fromkeys(x for name in tied for x in (name, *rivals_of.get(name, ())))),
+        entry.separate_by,
+        any(d.speed > DRIFT_SHARE * v for d, v in zip(drifts, speeds, strict=True)),
+    )
+
+
+def _drift(chain: Chain, record: Record, chosen: Sequence[Option]) -> Drift:
+    """Steady drift of a record (corrected for `chosen`), estimated with what is left of the chosen effects."""
+    part = _with_drift(chain, record, chosen)
+    one = fit([part], range(part.score.shape[1]))
+    at = list(range(one.values.size - 2, one.values.size))
+    velocity, covariance = one.values[at], one.covariance[np.ix_(at, at)]
+    speed = float(np.hypot(*velocity))
+    along = velocity / max(speed, 1e-300)
+    half = float(student_quantile(0.95, BLOCKS - 2) * np.sqrt(max(along @ covariance @ along, 0.0)))
+    return Drift(record.name, speed, half, float(np.arctan2(velocity[1], velocity[0])), p_value(one, at))
 
 
 def _with_drift(chain: Chain, record: Record, options: Sequence[Option]) -> Sums:
     """Sums of a record's rows with the drift, north and east, as the last two effects."""
-    rows, place = rows_of(chain, record, options)
-    return sums_of(Rows(rows.y, np.hstack([rows.x, rows.z]), np.zeros((rows.y.size, 0))), place)
+    rows, place, _ = rows_of(chain, record, options)
+    return sums_of(rows, place)
 
 
-def is_there(drifts: Sequence[Drift]) -> bool:
-    """Whether a record drifts beyond chance."""
-    return bool(drifts) and min(d.p for d in drifts) < LEVEL / len(drifts)
-
-
-def rivals(chain: Chain, records: Sequence[Record], options: Sequence[Option]) -> list[tuple[Option, float]]:
+def _rivals(chain: Chain, records: Sequence[Record], options: Sequence[Option]) -> list[tuple[Option, float]]:
     """Sensor errors that explain the drifts about as well, best first, with their lead over separate drifts (twice
     the log likelihood, blocks' scatter allowed for)."""
     own = [o for o in options if o.cause.id in CurrentDrift.track_rivals]
@@ -71,14 +129,6 @@ def rivals(chain: Chain, records: Sequence[Record], options: Sequence[Option]) -
 
 def _scatter(parts: Sequence[Sums], active: Sequence[int]) -> float:
     return max(float(np.median([np.max(fit([p], active).inflation) for p in parts])), 1.0)
-
-
-def interval(drift: Drift) -> tuple[float, float, float, float]:
-    """Speed m/s with its 90 % interval, and the direction (rad) towards which it goes."""
-    speed = float(np.hypot(*drift.velocity))
-    along = drift.velocity / max(speed, 1e-300)
-    half = float(student_quantile(0.95, BLOCKS - 2) * np.sqrt(max(along @ drift.covariance @ along, 0.0)))
-    return speed, max(speed - half, 0.0), speed + half, float(np.arctan2(drift.velocity[1], drift.velocity[0]))
 
 
 NEEDED = (HEADING, *VELOCITIES)
@@ -99,18 +149,7 @@ LAGS = (0.5, 2.0)
 DEVIATION, STREAM = [0, 1], [2, 3]
 
 
-class Deviation(NamedTuple):
-    """Pattern of the drift angle: names of records, sizes c and s, z, whether a current explains it about as well."""
-
-    records: tuple[str, ...]
-    sizes: tuple[Size, ...]
-    amplitude: float
-    z: float
-    share: float
-    like_current: bool
-
-
-def deviation(records: Sequence[Record]) -> Deviation | None:
+def deviation_finding(records: Sequence[Record]) -> CheckFinding | None:
     """The compass deviation that the drift angles of all records show together; None where there is none.
 
     It must be there whether the sway follows the yaw rate at once or with lags: a ship in its first turn, which sways
@@ -122,13 +161,13 @@ def deviation(records: Sequence[Record]) -> Deviation | None:
     return _pattern(usable, ())
 
 
-def _pattern(records: Sequence[Record], lags: Sequence[float]) -> Deviation | None:
+def _pattern(records: Sequence[Record], lags: Sequence[float]) -> CheckFinding | None:
     """The pattern that records show beside a sway that follows the yaw rate at once and with lags."""
     parts, headings, names = [], [], []
     for record in records:
         rows, place, heading = _rows(record, lags)
-        if rows.y.size >= FEWEST:
-            parts.append(sums_of(rows, place))
+        if place.size >= FEWEST:
+            parts.append(sums_of(rows, place, len(rows) - 5))
             headings.append(heading)
             names.append(record.name)
     if not parts or _range(np.concatenate(headings)) < LEAST_RANGE:
@@ -141,12 +180,25 @@ def _pattern(records: Sequence[Record], lags: Sequence[float]) -> Deviation | No
     spread = np.sqrt(np.diag(pattern.covariance))
     half = student_quantile(0.95, max(pattern.blocks - 2, 1)) * spread
     values = -pattern.values
-    sizes = tuple(
-        Size(n, float(v), float(v - h), float(v + h), "rad") for n, v, h in zip("cs", values, half, strict=True)
+    amplitude, z = float(np.hypot(*values)), float(np.max(np.abs(values) / np.maximum(spread, 1e-300)))
+    said = (
+        f"the drift angle goes with the heading, by up to {np.rad2deg(amplitude):.2g} deg (z = {z:.1f}); that explains "
+        f"{100.0 * share:.0f} % of the sway that turning leaves; leeway would look alike"
     )
-    lead = _chance(parts, STREAM) - _chance(parts, DEVIATION)
-    z = float(np.max(np.abs(values) / np.maximum(spread, 1e-300)))
-    return Deviation(tuple(names), sizes, float(np.hypot(*values)), z, share, lead < TIE)
+    sizes = (Size(n, float(v), float(v - h), float(v + h), "rad") for n, v, h in zip("cs", values, half, strict=True))
+    like_current = _chance(parts, STREAM) - _chance(parts, DEVIATION) < TIE
+    return CheckFinding(
+        CompassDeviation.id,
+        "sensors",
+        tuple(names),
+        NEEDED,
+        tuple(sizes),
+        said,
+        ("wind", "current") if like_current else ("wind",),
+        CompassDeviation.separate_by,
+        amplitude > FLOOR,
+        z,
+    )
 
 
 def _standardised(parts: Sequence[Sums]) -> list[Sums]:
@@ -163,8 +215,9 @@ def _chance(parts: Sequence[Sums], columns: list[int]) -> float:
     return rows / inflation * float(np.log(max(square - explained(parts, columns), 1e-300)))
 
 
-def _rows(record: Record, lags: Sequence[float]) -> tuple[Rows, np.ndarray, np.ndarray]:
-    """Rows of a record's means where it makes way, where they stand, and the headings there."""
+def _rows(record: Record, lags: Sequence[float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Rows of a record's means where it makes way (sway, four patterns of the heading, sway of turning), where they
+    stand, and the headings there."""
     time = record.time_s - record.time_s[0]
     heading = bridged(record.heading_unwrapped(), time)
     u, v = bridged(record.column("surge_m_s"), time), bridged(record.column("sway_m_s"), time)
@@ -175,7 +228,7 @@ def _rows(record: Record, lags: Sequence[float]) -> tuple[Rows, np.ndarray, np.n
     fast = u > SLOW * float(np.max(u))
     pattern = [u * np.cos(heading), u * np.sin(heading), -np.sin(heading), np.cos(heading)]
     turning = _of_turning(time, rate, lags)
-    rows = Rows(v[fast], np.stack(pattern, axis=1)[fast], np.stack(turning, axis=1)[fast])
+    rows = np.stack([v, *pattern, *turning])[:, fast]
     return rows, (time / max(time[-1], 1e-12))[fast], heading[fast]
 
 

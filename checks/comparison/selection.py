@@ -23,8 +23,7 @@ from .chains import Chain, Option, sums, why_not
 if TYPE_CHECKING:
     from ...datasets.record import Record
     from ..base import SensorError
-    from .chains import Chain
-
+    from .motion import Motion
 
 LEVEL = 6.3e-5
 """Probability (|z| = 4) at which an effect is taken as found, before it is shared among records."""
@@ -47,16 +46,19 @@ corrected by their own sizes of a cause that does not drift."""
 
 class Sizes(NamedTuple):
     """Sizes of one selected option: values and standard errors by record (R, k), means (k), and whether they matter;
-    p-value and z of its selection, and the options that explain the records about as well."""
+    z of its selection, and the options that explain the records about as well."""
 
     option: Option
+    z: float
+    rivals: tuple[Option, ...]
     each: np.ndarray
     spread: np.ndarray
     means: tuple[Mean, ...]
     material: bool
-    p: float
-    z: float
-    rivals: tuple[Option, ...]
+
+
+Entered = tuple["Option", float, tuple["Option", ...]]
+"""An option that entered, with its z and its rivals."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,7 @@ class Compared:
         """What is removed from records: what matters, and delays between heading and yaw rate that do not, as a model's
         innovations show those that are far too small to matter."""
         delays = not self.chain.of_positions
-        return [s for s in self.sizes if s.material or (delays and s.option.effects[0].delay)]
+        return [s for s in self.sizes if s.material or (delays and s.option.is_delay)]
 
     @cached_property
     def corrected(self) -> list[Record]:
@@ -96,7 +98,7 @@ class Compared:
             for i in at:
                 differs = np.array([mean.p_equal < level for mean in s.means]) & np.isfinite(s.each[i])
                 sizes = np.where(differs, s.each[i], sizes)
-            sizes = np.maximum(sizes, 0.0) if s.option.effects[0].delay else sizes
+            sizes = np.maximum(sizes, 0.0) if s.option.is_delay else sizes
             record = s.option.corrected_for(record, sizes)
         return record
 
@@ -115,9 +117,9 @@ def compare(chain: Chain, records: Sequence[Record]) -> Compared:
             reasons.append(f"{record.name} cannot be compared: {error}")
     if not kept or not options:
         return Compared(chain, (), (), tuple(reasons))
-    chosen = _chosen(chain, kept, options)
-    sizes = _without_small(chain, kept, _sized(chain, kept, chosen.options, chosen.facts))
-    tested = tuple(zip(options, chosen.alone, strict=True))
+    entered, alone = _chosen(chain, kept, options)
+    sizes = _without_small(chain, kept, _sized(chain, kept, entered))
+    tested = tuple(zip(options, alone, strict=True))
     absurd = next((why for s in sizes if s.material and (why := _no_instruments(chain, s))), None)
     if absurd is not None:
         return Compared(chain, tuple(kept), (), (*reasons, absurd), tested, absurd)
@@ -148,16 +150,6 @@ def _columns(options: Sequence[Option]) -> list[list[int]]:
     return [list(range(a, b)) for a, b in pairwise(edges.tolist())]
 
 
-@dataclass(frozen=True)
-class _Chosen:
-    """Options in the order in which they entered, for each its rivals, p-value and z, and the z of every option by
-    itself."""
-
-    options: tuple[Option, ...] = ()
-    facts: tuple[tuple[tuple[Option, ...], float, float], ...] = ()
-    alone: tuple[float, ...] = ()
-
-
 class _Trial(NamedTuple):
     """An option beside the chosen ones: the sum of squares that all explain, p-value, z, and how far blocks scatter."""
 
@@ -168,21 +160,23 @@ class _Trial(NamedTuple):
     inflation: float
 
 
-def _chosen(chain: Chain, records: Sequence[Record], options: Sequence[Option]) -> _Chosen:
-    """Options by forward selection: of those that are significant in records which are corrected for the ones before,
-    the one that explains most enters, with its rivals."""
-    chosen = _Chosen()
+def _chosen(
+    chain: Chain, records: Sequence[Record], options: Sequence[Option]
+) -> tuple[list[Entered], tuple[float, ...]]:
+    """Options by forward selection, and the z of every option by itself: of those that are significant in records which
+    are corrected for the ones before, the one that explains most enters, with its rivals."""
+    chosen: list[Entered] = []
+    alone: tuple[float, ...] = ()
     for _ in range(MOST):
-        trials = _trials(chain, records, options, chosen.options)
-        alone = chosen.alone or tuple(t.z for t in trials)
+        trials = _trials(chain, records, options, [option for option, _, _ in chosen])
+        alone = alone or tuple(t.z for t in trials)
         trials = [t for t in trials if t.p < LEVEL]
         if not trials:
-            return replace(chosen, alone=alone)
+            break
         best = max(trials, key=lambda t: t.explained)
         near = (t.option for t in trials if best.explained - t.explained < TIE * best.inflation)
-        rivals = tuple(o for o in near if o.cause != best.option.cause)
-        chosen = _Chosen((*chosen.options, best.option), (*chosen.facts, (rivals, best.p, best.z)), alone)
-    return chosen
+        chosen.append((best.option, best.z, tuple(o for o in near if o.cause != best.option.cause)))
+    return chosen, alone
 
 
 def _trials(
@@ -221,22 +215,23 @@ def _evidence(parts: Sequence[Sums], held: list[int], own: list[int], option: Op
 
 def _possible(option: Option, fit: BlockFit, places: Sequence[int]) -> bool:
     """Whether a size is one that can be: no delay is negative."""
-    return not option.effects[0].delay or bool(fit.values[places[0]] > 0.0)
+    return not option.is_delay or bool(fit.values[places[0]] > 0.0)
 
 
-def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Option], facts) -> tuple[Sizes, ...]:
+def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Entered]) -> tuple[Sizes, ...]:
     """Sizes of the chosen options over all records, by Gauss-Newton steps, and by record, by one step more."""
     if not chosen:
         return ()
-    _, whole, each = _refined(chain, records, chosen)
+    options = [option for option, _, _ in chosen]
+    _, whole, each = _refined(chain, records, options)
     values = np.stack([f.values for f in each])
     spread = np.stack([np.sqrt(np.diag(f.covariance)) for f in each])
     means = _means(values, spread, whole)
-    out = []
-    for option, at, (rivals, p, z) in zip(chosen, _columns(chosen), facts, strict=True):
+    motions, out = [chain.motion(r) for r in records], []
+    for entered, at in zip(chosen, _columns(options), strict=True):
         own = tuple(means[c] for c in at)
-        material = _matters(chain, records, option, values[:, at], spread[:, at], own)
-        out.append(Sizes(option, values[:, at], spread[:, at], own, material, p, z, rivals))
+        material = _matters(motions, entered[0], values[:, at], spread[:, at], own)
+        out.append(Sizes(*entered, values[:, at], spread[:, at], own, material))
     return tuple(out)
 
 
@@ -254,24 +249,17 @@ def _without_small(chain: Chain, records: Sequence[Record], sizes: tuple[Sizes, 
     kept = [s for s, places in zip(sizes, at, strict=True) if s.material or not near[np.ix_(places, of_large)].any()]
     if len(kept) == len(sizes):
         return sizes
-    again = _sized(chain, records, [s.option for s in kept], [(s.rivals, s.p, s.z) for s in kept])
-    by_option = {s.option: s for s in again}
+    by_option = {s.option: s for s in _sized(chain, records, [s[:3] for s in kept])}
     return tuple(by_option.get(s.option, s) for s in sizes)
 
 
 def _matters(
-    chain: Chain,
-    records: Sequence[Record],
-    option: Option,
-    values: np.ndarray,
-    spread: np.ndarray,
-    means: Sequence[Mean],
+    motions: Sequence[Motion], option: Option, values: np.ndarray, spread: np.ndarray, means: Sequence[Mean]
 ) -> bool:
     """Whether a mean size is clearly not zero and larger than its floor, or that of one record, of a cause that drifts.
 
     Any other size whose sign differs between records is none of the instrument.
     """
-    motions = [chain.motion(r) for r in records]
     for k, (effect, mean) in enumerate(zip(option.effects, means, strict=True)):
         floor = np.array([effect.floor(m) for m in motions])
         if abs(mean.value) > np.median(floor) and mean.low * mean.high > 0.0:
@@ -311,8 +299,8 @@ def _refined(
     values = np.zeros(at[-1][-1] + 1)
     low, high = np.full(values.size, -np.inf), np.full(values.size, np.inf)
     for o, places in zip(chosen, at, strict=True):
-        low[places] = 0.0 if o.effects[0].delay else -0.9 if o.effects[0].unit == "1" else -np.inf
-        if o.effects[0].delay:
+        low[places] = 0.0 if o.is_delay else -0.9 if o.effects[0].unit == "1" else -np.inf
+        if o.is_delay:
             high[places] = LATEST * min(float(np.ptp(r.time_s)) for r in records)
     current = list(records)
     for _ in range(STEPS):
@@ -320,27 +308,21 @@ def _refined(
         step = fit(parts, range(values.size))
         before, values = values, np.clip(values + step.values, low, high)
         current = [corrected_for(r, chosen, values) for r in records]
-    testable = [_of_one(chain, record, chosen) for record in records]
-    each = [_own(part, before, own) for part, own in zip(parts, testable, strict=True)]
+    each = []
+    for record, part in zip(records, parts, strict=True):
+        own = [c for o, places in zip(chosen, at, strict=True) if _testable(o, chain, [record]) for c in places]
+        each.append(_own(part, before, own))
     return current, step._replace(values=values), each
-
-
-def _of_one(chain: Chain, record: Record, chosen: Sequence[Option]) -> list[int]:
-    """Columns of the chosen options that one record can tell by itself."""
-    return [c for o, at in zip(chosen, _columns(chosen), strict=True) if _testable(o, chain, [record]) for c in at]
 
 
 def _own(part: Sums, values: np.ndarray, columns: list[int]) -> BlockFit:
     """Sizes in one record from those of all by one step; nan, infinite spread for what it cannot tell by itself."""
-    step = values.copy()
-    step[:] = np.nan
-    covariance = np.full((values.size, values.size), np.nan)
-    covariance[np.diag_indices(values.size)] = np.inf
+    sizes, covariance = np.full(values.size, np.nan), np.diag(np.full(values.size, np.inf))
     if columns:
         own = fit([part], columns)
-        step[columns] = values[columns] + own.values
+        sizes[columns] = values[columns] + own.values
         covariance[np.ix_(columns, columns)] = own.covariance
-    return BlockFit(step, covariance, BLOCKS, np.ones(values.size))
+    return BlockFit(sizes, covariance, BLOCKS, np.ones(values.size))
 
 
 def corrected_for(record: Record, options: Sequence[Option], values: np.ndarray) -> Record:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...datasets.columns import HEADING, POSITIONS, TRACK
-from ...datasets.geometry import position_over_ground, velocity_over_ground
+from ...datasets.columns import HEADING, POSITIONS, TRACK, VELOCITIES
+from ...datasets.geometry import over_ground, position_over_ground, velocity_over_ground
 from ...datasets.signals import bridged, integral
 from ...datasets.spikes import without_spikes_in_time
 from ..base import Fault, FileCheck, exact
@@ -137,18 +138,31 @@ class Splice(FileCheck):
                 f"{name} jumps {len(own)} times, most by {worst.change:.4g} {unit} at {time[worst.k]:.6g} s, where its "
                 f"rates allow {worst.allowed:.2g} {unit}"
             )
-            half = LONGEST_GAP // 2 + 1
-            blanks = tuple((name, j.k - half, j.k + half + 1) for j in own)
             size = (exact("largest jump", worst.change, unit),)
             together = any(abs(j.k - k) <= 1 for j in own for k in far)  # where noise hides the first of two rows
             joined = name == HEADING and (abs(worst.change) > JOINED or together)
             said += ": two runs in one? cut the record there" if joined else ""
-            large = [j for j in own if name == HEADING and not joined and abs(j.error) > RESET]
-            reset = [j for j in large if _stays(record, j)]
-            steps = tuple((name, j.k, j.error) for j in reset)
-            turns = tuple((j.k, j.error) for j in reset if _carries_velocities(record, j))
-            faults.append(Fault(said, (name,), size, blanks=blanks, steps=steps, turns=turns, standing=joined))
+            faults.append(Fault(said, (name,), size, columns=_mended(record, name, own, joined), standing=joined))
         return faults
+
+
+def _mended(record: Record, name: str, own: Sequence[Jump], joined: bool) -> dict[str, np.ndarray]:
+    """The column without the samples about its jumps, the heading of one run without those that stay, and velocities
+    that were made with these turned back."""
+    columns = {name: record.column(name).copy()}
+    large = [j for j in own if name == HEADING and not joined and abs(j.error) > RESET]
+    for jump in (j for j in large if _stays(record, j)):
+        columns[name][jump.k :] -= jump.error
+        if _carries_velocities(record, jump):
+            speeds = {n: columns.get(n, record.column(n)).copy() for n in VELOCITIES}
+            turned = over_ground(*(values[jump.k :] for values in speeds.values()), jump.error)
+            for values, later in zip(speeds.values(), (turned.real, turned.imag), strict=True):
+                values[jump.k :] = later
+            columns |= speeds
+    half = LONGEST_GAP // 2 + 1
+    for jump in own:
+        columns[name][max(jump.k - half, 0) : jump.k + half + 1] = np.nan
+    return columns
 
 
 def _usual_speed(record: Record) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...datasets.signals import sensor_sd
 from ...datasets.spikes import AROUND, LIMIT, without_spikes_in_time
-from ..base import ChannelCheck, Fault, FileCheck, exact
+from ..base import ChannelCheck, Fault, FileCheck, exact, without
 from ..integrity.runs import runs_of
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ class Outliers(ChannelCheck):
         off, steps = _off(values, wrong)[wrong], np.diff(kept[np.isfinite(kept)])
         clear = float(np.median(off)) > CLEAR * float(np.median(np.abs(steps - np.median(steps))))
         biases = float(np.sum(off**2)) > HEAVY * float(np.nanvar(kept)) * (steps.size + 1)
-        yield replace(fault_of(said, name, values, wrong), material=clear, biases=biases)
+        yield replace(_left_out(said, record, name, wrong), material=clear, biases=biases)
 
 
 def _apart(values: np.ndarray) -> np.ndarray:
@@ -80,11 +80,10 @@ def _off(values: np.ndarray, wrong: np.ndarray) -> np.ndarray:
     )
 
 
-def fault_of(said: str, name: str, values: np.ndarray, wrong: np.ndarray) -> Fault:
-    """Samples (N,) of a channel that are left out."""
-    share = float(wrong.sum() / max(int(np.isfinite(values).sum()), 1))
-    blanks = tuple((name, k, k + 1) for k in np.flatnonzero(wrong).tolist())
-    return Fault(said, (name,), (exact("share", share, "1"),), blanks=blanks)
+def _left_out(said: str, record: Record, name: str, wrong: np.ndarray) -> Fault:
+    """Samples (N,) of a column that are left out."""
+    share = float(wrong.sum() / max(int(np.isfinite(record.column(name)).sum()), 1))
+    return Fault(said, (name,), (exact("share", share, "1"),), columns=without(record, name, wrong))
 
 
 def _step_if_coarse(values: np.ndarray) -> float:
@@ -112,7 +111,7 @@ class ImpossibleSamples(ChannelCheck):
         huge = np.abs(values) > HUGE * common
         if common > 0.0 and huge.any():
             said = f"{huge.sum()} samples of {name} are more than {HUGE:g} times as large as the others"
-            yield fault_of(said, name, values, huge)
+            yield _left_out(said, record, name, huge)
 
 
 CHANNEL = "yaw_rate_rad_s"
@@ -155,5 +154,5 @@ class YawRateSaturation(FileCheck):
             f"the heading turns by {np.rad2deg(mean):.4g} deg/s in the mean: the sensor's range ends there"
         )
         near = np.convolve(cut, np.ones(2 * BESIDE + 1), "same") > 0.0
-        fault = fault_of(said, CHANNEL, rate, near)
+        fault = _left_out(said, record, CHANNEL, near)
         return [replace(fault, sizes=(*fault.sizes, exact("limit", limit, "rad/s")))]

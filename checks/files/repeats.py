@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.columns import CANONICAL, TRACK, VELOCITIES
-from ..base import SENSED, ChannelCheck, Fault, FileCheck, exact
+from ..base import SENSED, ChannelCheck, Fault, FileCheck, exact, without
 from ..integrity.averages import swing
 from ..integrity.readings import track_error
 from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution
@@ -52,8 +52,8 @@ def _constant(record: Record, name: str, value: float) -> Fault:
         return Fault(f"{said}, and heading and positions show the same velocity", (name,), material=False)
     dead = name in VELOCITIES and swing(record) > TURN
     said += " while the ship turns: no measured speed, leave the column out" if dead else ""
-    blanks = ((name, 0, record.n),) if dead else ()
-    return Fault(said, (name,), material=name in SENSED, blanks=blanks, biases=dead)
+    columns = without(record, name, True) if dead else {}
+    return Fault(said, (name,), material=name in SENSED, columns=columns, biases=dead)
 
 
 class FrozenSamples(ChannelCheck):
@@ -70,10 +70,12 @@ class FrozenSamples(ChannelCheck):
             start, length = time[worst.start], float(time[worst.stop - 1] - time[worst.start])
             stretches = "1 stretch" if len(runs) == 1 else f"{len(runs)} stretches"
             said = f"{name} repeats one value in {stretches}, the longest from {start:.6g} s for {length:.4g} s"
-            blanks = tuple((name, r.start + 1, r.stop) for r in runs)
+            repeated = np.zeros(record.n, bool)
+            for r in runs:
+                repeated[r.start + 1 : r.stop] = True
             least = max(FROZEN_SHARE * record.n, FROZEN_SAMPLES)
             matters = any(r.jump > COARSE or r.stop - r.start > least for r in runs)
-            yield Fault(said, (name,), (exact("longest", length, "s"),), matters, blanks)
+            yield Fault(said, (name,), (exact("longest", length, "s"),), matters, without(record, name, repeated))
         if rows > 1:
             said = f"{name} changes only every {rows} rows: it is sampled more slowly than the record"
             yield Fault(said, (name,), (exact("period", rows * record.dt, "s"),), material=False)

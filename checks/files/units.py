@@ -10,7 +10,7 @@ from ...datasets.axes import track_of
 from ...datasets.columns import POSITIONS, RUDDERS, TRACK, TURN, TWIN, VELOCITIES
 from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq
-from ..base import Fault, FileCheck, cleaned, exact
+from ..base import Fault, FileCheck, cleaned, exact, scaled, without
 from ..integrity.averages import SMALL_TURN, averages_of, wraps_at_small_turn
 from ..integrity.readings import (
     AGREE,
@@ -64,7 +64,7 @@ class WrongUnit(FileCheck):
         time = self._time(turn, way)
         if time is not None:
             return [time]
-        angles = self._angle(turn) or self._all_angles(record, turn)
+        angles = self._angle(record, turn) or self._all_angles(record, turn)
         return [f for f in (angles, self._speed(record, way), *self._rudders(record)) if f]
 
     def _time(self, turn: Ratio | None, way: float | None) -> Fault | None:
@@ -79,7 +79,7 @@ class WrongUnit(FileCheck):
         )
         return Fault(said, ("time_s",), (exact("ratio", way, "1"),), standing=True)
 
-    def _angle(self, ratio: Ratio | None) -> Fault | None:
+    def _angle(self, record: Record, ratio: Ratio | None) -> Fault | None:
         if ratio is None or abs(ratio.correlation) < AGREE:
             return None
         if unit_of(ratio.slope, ANGLES) is None:
@@ -88,14 +88,14 @@ class WrongUnit(FileCheck):
         name, other = TURN if abs(ratio.slope) > 1.0 else TURN[::-1]
         times = max(abs(ratio.slope), 1.0 / abs(ratio.slope))
         said = f"{name} holds degrees: its changes are {times:.4g} times what {other} gives"
-        return Fault(said, (name,), (exact("ratio", ratio.slope, "1"),), factors={name: DEGREE})
+        return Fault(said, (name,), (exact("ratio", ratio.slope, "1"),), columns=scaled(record, **{name: DEGREE}))
 
     def _all_angles(self, record: Record, turn: Ratio | None) -> Fault | None:
         """Heading and yaw rate together in another unit, which the track shows, or the heading's own wraps."""
         if not record.has("heading_rad"):
             return None
-        better, ratio = better_reading([record]), course_ratio(record)
-        if better is not None and better.reading.check == self.id:
+        better, ratio = better_reading(record), course_ratio(record)
+        if better is not None and better.check == self.id:
             said = better.evidence("with heading_rad in another unit: radians were taken for degrees")
         elif ratio is not None and abs(ratio.correlation) > TOGETHER and 1.0 < abs(ratio.slope) / ALL_ANGLES < 5.0:
             said = f"the course of the positions turns {abs(ratio.slope):.3g} times as far as heading_rad: another unit"
@@ -118,7 +118,7 @@ class WrongUnit(FileCheck):
         readings = [dict.fromkeys(columns, factor), *({name: factor} for name in columns)]
         factors = min(readings, key=lambda reading: _disagreement(record, reading))
         said = f"{' and '.join(factors)} seem to hold {unit}: the velocities' way is {ratio:.4g} times the positions'"
-        return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), factors=factors)
+        return Fault(said, tuple(factors), (exact("ratio", ratio, "1"),), columns=scaled(record, **factors))
 
     def _rudders(self, record: Record) -> list[Fault]:
         faults = []
@@ -126,13 +126,14 @@ class WrongUnit(FileCheck):
             most = float(np.nanmax(np.abs(record.column(name)), initial=0.0)) if record.has(name) else 0.0
             if most > LARGEST_RUDDER:
                 said = f"{name} reaches {most:.4g} rad: it holds degrees"
-                faults.append(Fault(said, (name,), (exact("largest", most, "rad"),), factors={name: DEGREE}))
+                fixed = scaled(record, **{name: DEGREE})
+                faults.append(Fault(said, (name,), (exact("largest", most, "rad"),), columns=fixed))
         return faults
 
 
 def _disagreement(record: Record, factors: Mapping[str, float]) -> float:
     """Disagreement of the track with the velocities where columns are multiplied by factors; 0 where none is told."""
-    error = track_error(averages_of(record.with_channels(**{n: x * record.column(n) for n, x in factors.items()})))
+    error = track_error(averages_of(record.with_channels(**scaled(record, **factors))))
     return 0.0 if np.isnan(error) else error
 
 
@@ -165,13 +166,13 @@ class ChannelSign(FileCheck):
         rate = self._of_rate(record)
         if rate is not None:
             record = cleaned(record, [rate])
-            better = better_reading([record])
-            backwards = better.reading.check == "heading_zero" if better else course_askew(record) is not None
+            better = better_reading(record)
+            backwards = better.check == "heading_zero" if better else course_askew(record) is not None
             if rate.channels == ("yaw_rate_rad_s",) and backwards:
                 said = "the yaw rate turns against the heading, and the ship goes astern: time runs backwards"
                 return [Fault(said, ("time_s",), rate.sizes, standing=True)]
         track = self._of_track(record)
-        unread = better_reading([record]) is None  # which another check names
+        unread = better_reading(record) is None  # which another check names
         if track is None and unread and not (rate and rate.standing):
             track = self._of_course(record)
         return [f for f in (rate, track) if f]
@@ -187,7 +188,7 @@ class ChannelSign(FileCheck):
             return Fault(said, ("heading_rad", "yaw_rate_rad_s"), size, standing=True)
         wrong = "heading_rad" if track.mirrored else "yaw_rate_rad_s"
         said += f"; the track turns with {'the yaw rate' if track.mirrored else 'the heading'}"
-        return Fault(said, (wrong,), size, factors={wrong: -1.0})
+        return Fault(said, (wrong,), size, columns=scaled(record, **{wrong: -1.0}))
 
     def _of_track(self, record: Record) -> Fault | None:
         if not record.has(*TRACK):
@@ -198,14 +199,14 @@ class ChannelSign(FileCheck):
         best = min(errors, key=lambda name: errors[name])
         if not errors[best] < BETTER * present > BETTER * LEAST:
             return None
-        better = better_reading([record])
+        better = better_reading(record)
         if better is not None and better.own < errors[best]:  # which another check names
             return None
         said = (
             f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} with "
             f"{best} reversed"
         )
-        return Fault(said, (best,), (exact("disagreement", present, "1"),), factors={best: -1.0})
+        return Fault(said, (best,), (exact("disagreement", present, "1"),), columns=scaled(record, **{best: -1.0}))
 
     def _of_course(self, record: Record) -> Fault | None:
         """Positions alone, without velocities or together with them: their track turns to the other side."""
@@ -256,7 +257,7 @@ class OneSidedChannel(FileCheck):
             f"to {right}: {how}; leave the column out, the heading remains, or export it again as a signed number"
         )
         sizes = (exact("starboard", sides.starboard, "1"), exact("port", sides.port, "1"))
-        return [Fault(said, (CHANNEL,), sizes, blanks=((CHANNEL, 0, record.n),))]
+        return [Fault(said, (CHANNEL,), sizes, columns=without(record, CHANNEL, True))]
 
 
 def _side_scales(record: Record) -> SideScales | None:

@@ -6,7 +6,7 @@ Of long records, ratios and disagreements are those of averages.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -83,19 +83,23 @@ def heading_in_degrees(record: Record) -> Record:
     return record if few else record.with_channels(heading_rad=np.rad2deg(continuous(heading)))
 
 
-class Reading(NamedTuple):
-    """Another reading of heading, velocities and positions: the check that names it, the columns that it concerns, and
-    the record read so."""
-
-    check: str
-    columns: tuple[str, ...]
-    read: Reread
+READINGS: tuple[tuple[str, tuple[str, ...], Reread], ...] = (
+    ("earth_frame_velocity", VELOCITIES, to_body),
+    ("heading_zero", (HEADING,), about_track),
+    ("wrong_unit", TURN, heading_in_degrees),
+    *(("channel_swap", pair, exchanged(*pair)) for pair in (VELOCITIES, POSITIONS)),
+)
+"""Other readings of heading, velocities and positions: the check (id) that names it, the columns that it concerns, and
+the record read so."""
 
 
 class Better(NamedTuple):
-    """A reading that agrees far better, with the present and its own disagreement (shares of the way made)."""
+    """A reading that agrees far better: its check (id), its columns, the record read so, and the present and its own
+    disagreement (shares of the way made)."""
 
-    reading: Reading
+    check: str
+    columns: tuple[str, ...]
+    record: Record
     present: float
     own: float
 
@@ -109,34 +113,27 @@ class Better(NamedTuple):
         return f"the track disagrees with the velocities by {self.present:.3f} of the way made, by {self.own:.3f} {how}"
 
 
-READINGS = (
-    Reading("earth_frame_velocity", VELOCITIES, to_body),
-    Reading("heading_zero", (HEADING,), about_track),
-    Reading("wrong_unit", TURN, heading_in_degrees),
-    *(Reading("channel_swap", pair, exchanged(*pair)) for pair in (VELOCITIES, POSITIONS)),
-)
+_KNOWN_READINGS: WeakKeyDictionary[Record, Better | None] = WeakKeyDictionary()
 
 
-_KNOWN_ERRORS: WeakKeyDictionary[Record, tuple[float, ...]] = WeakKeyDictionary()
+def better_reading(record: Record) -> Better | None:
+    """The reading of velocities and positions that agrees far better than the present one; None without any.
+
+    Several checks ask for that of one record.
+    """
+    if record not in _KNOWN_READINGS:
+        _KNOWN_READINGS[record] = _better_reading(record) if record.has(*TRACK) else None
+    return _KNOWN_READINGS[record]
 
 
-def better_reading(records: Sequence[Record]) -> Better | None:
-    """The reading of velocities and positions that agrees far better than the present one; None without any."""
-    usable = [r for r in records if r.has(*TRACK)]
-    if not usable:
-        return None
-    present, *errors = (float(np.mean(each)) for each in zip(*map(_errors, usable), strict=True))
+def _better_reading(record: Record) -> Better | None:
+    short = averages_of(record)
+    present, errors = track_error(short), [track_error(read(short)) for _, _, read in READINGS]
     best = int(np.argmin(errors))
-    sure = errors[best] < min(BETTER * present, MOST) and present > LEAST
-    return Better(READINGS[best], present, errors[best]) if sure else None
-
-
-def _errors(record: Record) -> tuple[float, ...]:
-    """The track's error as a record's columns are read now, and in each of the other readings: several checks ask."""
-    if record not in _KNOWN_ERRORS:
-        short = averages_of(record)
-        _KNOWN_ERRORS[record] = tuple(track_error(r) for r in (short, *(reading.read(short) for reading in READINGS)))
-    return _KNOWN_ERRORS[record]
+    if not (errors[best] < min(BETTER * present, MOST) and present > LEAST):
+        return None
+    check, columns, read = READINGS[best]
+    return Better(check, columns, read(record), present, errors[best])
 
 
 def course_askew(record: Record) -> Track | None:
@@ -144,11 +141,6 @@ def course_askew(record: Record) -> Track | None:
     explains; None for any other, and for a craft whose log says that it goes astern."""
     track = None if record.has(*TRACK) or goes_astern(record) else track_of(averages_of(record))
     return track if track is not None and track.askew else None
-
-
-def read_as(records: Sequence[Record], reading: Reading) -> list[Record]:
-    """The records with another reading of the track's columns, where they have them."""
-    return [reading.read(r) if r.has(*TRACK) else r for r in records]
 
 
 def rate_error(record: Record, name: str) -> float:

@@ -15,7 +15,7 @@ from ...checks.tails import adjusted, log_tail
 from ..result import Entry, Finding
 
 if TYPE_CHECKING:
-    from ...checks.base import ColumnFault
+    from ...checks.base import Fault
     from ...checks.result import CheckFinding
     from ...datasets.record import Record
     from ..result import Diagnosis
@@ -29,11 +29,11 @@ DECIDED = "the sensors' channels were compared with each other and show no more 
 
 
 # ---- findings
-def of_fault(fault: ColumnFault) -> Finding:
-    """What is told of a gross fault that was corrected."""
+def of_fault(cause: str, fault: Fault) -> Finding:
+    """What is told of a gross fault of a cause (id) that was corrected."""
     p = adjusted(log_tail(fault.statistic, 1), 1.0)
-    details = dict(fault.details)
-    return Finding(fault.check.id, (), BY_CHANNELS, fault.statistic, p, (), details=details, evidence=fault.evidence)
+    details = {"channels": list(fault.channels)}
+    return Finding(cause, (), BY_CHANNELS, fault.statistic, p, (), details=details, evidence=fault.evidence)
 
 
 def of_left_out_samples(name: str, checks: Sequence[CheckFinding], records: Sequence[Record]) -> Finding:

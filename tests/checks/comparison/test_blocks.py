@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.checks.comparison.blocks import Rows, fit, p_value, random_effects_mean, sums_of, whitened_steps
+from helmbench.checks.comparison.blocks import fit, p_value, random_effects_mean, sums_of, whitened_steps
 
 
 def test_noise_becomes_white_with_unit_variance(rng):
@@ -31,7 +31,7 @@ def test_blocks_tell_an_effect_and_its_interval(rng):
         noise = np.convolve(rng.normal(size=n + 9), np.ones(10) / 10.0, "valid")
         x = np.sin(np.arange(n) / 15.0)
         for size in (0.3, 0.0):
-            rows = Rows(size * x + noise, x[:, None], np.zeros((n, 0)))
+            rows = np.stack([size * x + noise, x])
             found = fit([sums_of(rows, np.linspace(0.0, 1.0, n))], [0])
             if size:
                 inside += abs(found.values[0] - size) < 1.796 * np.sqrt(found.covariance[0, 0])
