@@ -25,7 +25,7 @@ from .files.copies import DerivedChannel
 from .findings import merged, of_fault, of_sizes
 from .integrity.averages import averages_of
 from .registry import check_of, file_checks, sensor_errors
-from .result import CheckFinding, CheckResult
+from .result import Check, CheckFinding
 from .sensors import LoggerClock
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class Examined:
         return out
 
 
-def check(records: Sequence[Record], findings: Iterable[CheckFinding] = ()) -> CheckResult:
+def check(records: Sequence[Record], findings: Iterable[CheckFinding] = ()) -> Check:
     """Check records without a model.
 
     findings : those that were made on reading the files.
@@ -66,7 +66,7 @@ def check(records: Sequence[Record], findings: Iterable[CheckFinding] = ()) -> C
         done = examine(records)
         sensors, why = check_sensors(*_trusted(done), done.derived)
     names = tuple(r.name for r in records)
-    return CheckResult(names, (*merged([*findings, *done.findings]), *sensors), (*done.reasons, *why))
+    return Check(names, (*merged([*findings, *done.findings]), *sensors), (*done.reasons, *why))
 
 
 def _trusted(done: Examined) -> tuple[list[Record], list[str]]:

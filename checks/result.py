@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..models.plain import plain
+from ..models.result import FileResult, above
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 SCHEMA = 1
 NORMAL_90 = 1.6448536269514722
@@ -54,9 +58,14 @@ class CheckFinding:
     biases: bool = False
 
 
-@dataclass(frozen=True)
-class CheckResult:
-    """The outcome of `check`."""
+@dataclass(frozen=True, repr=False)
+class Check(FileResult):
+    """The outcome of `check`: what is wrong with files and sensors, with sizes, and what could not be checked.
+
+    `findings` that matter have `material` true; the others are detectable, but too small to matter.
+    """
+
+    room, files, pictured = "check", ("check.json", "check.html"), "sizes of the findings"
 
     records: tuple[str, ...]
     findings: tuple[CheckFinding, ...]
@@ -73,3 +82,22 @@ class CheckResult:
             "findings": plain(self.findings),
             "not_checked": list(self.not_checked),
         }
+
+    def plot(self) -> Figure:
+        """Draw the sizes of the findings with their intervals, over all records and in each.
+
+        Returns
+        -------
+        A matplotlib figure, not attached to pyplot: save it with `savefig`.
+
+        Raises
+        ------
+        BadInput : no finding has a size.
+        """
+        return above("reporting.check").figure_of(self)
+
+    def __repr__(self) -> str:
+        causes = ", ".join(dict.fromkeys(f.cause for f in self.findings if f.material))
+        return (
+            f"<Check of {len(self.records)} record{'s' if len(self.records) != 1 else ''}: {causes or 'no findings'}>"
+        )

@@ -6,7 +6,7 @@ others, for the pages of results.  What a diagnosis can name as a sensor's fault
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,7 +15,7 @@ import numpy as np
 from ..models.errors import BadInput
 from .axes import ACROSS, goes_astern, lever_arm, track_of
 from .changes import NEAR, changes, integral_over_gaps, median_ratio
-from .columns import RUDDERS, TURN, TWIN
+from .columns import HEADING, POSITIONS, RUDDERS, TRACK, TURN, TWIN
 from .copies import check_no_copies
 from .geometry import over_ground, unwrapped
 from .instruments import REVOLUTIONS
@@ -70,13 +70,21 @@ SLIPPING = 1.7
 
 @dataclass(frozen=True)
 class Doubt:
-    """What is doubtful about a record: message, column, what to do, and whether the record is refused for it."""
+    """What is doubtful about a record: message, column, what to do, and whether the record is refused for it.
+
+    concerns : columns of which one that is wrong gives rise to the doubt, beside `column`.
+    """
 
     record: str
     message: str
     hint: str
     column: str | None = None
     fatal: bool = True
+    concerns: tuple[str, ...] = ()
+
+    def is_about(self, columns: Collection[str]) -> bool:
+        """Whether one of the columns gives rise to it."""
+        return not {self.column, *self.concerns}.isdisjoint(columns)
 
     def error(self) -> BadInput:
         """The doubt as an error."""
@@ -90,9 +98,9 @@ class PlausibilityWarning(UserWarning):
     """A record is usable, but something about it is doubtful."""
 
 
-def check_plausible(records: Sequence[Record], model: Model) -> list[str]:
+def check_plausible(records: Sequence[Record], model: Model) -> list[Doubt]:
     """Refuse records that hold the same run twice, or whose numbers cannot be what their columns say; the doubts that
-    are left, one sentence each.
+    are left.
 
     Raises
     ------
@@ -103,7 +111,7 @@ def check_plausible(records: Sequence[Record], model: Model) -> list[str]:
     for doubt in found:
         if doubt.fatal:
             raise doubt.error()
-    return [str(doubt) for doubt in found]
+    return found
 
 
 def doubts(record: Record, model: Model | None = None) -> list[Doubt]:
@@ -260,7 +268,7 @@ def _turned(record: Record) -> Iterator[Doubt]:
     if ratio is None and record.has(*TURN) and _exchanged_ratio(record):
         message = "changes as the integral of heading_rad does"
         yield Doubt(record.name, message, "exchange the names of the two columns", "yaw_rate_rad_s")
-    yield from _ratio(record, ratio, TURN_UNITS, ("headings", "heading, yaw rate and time"))
+    yield from _ratio(record, ratio, TURN_UNITS, ("headings", "heading, yaw rate and time"), TURN)
 
 
 def _exchanged_ratio(record: Record) -> bool:
@@ -295,11 +303,15 @@ def _way(record: Record) -> Iterator[Doubt]:
         turn = _turn_ratio(record)
         timed = turn is not None and abs(turn - 1.0) < NEAR
         units = {unit: place for unit, place in WAY_UNITS.items() if not (timed and place[0] == "time_s")}
-        yield from _ratio(record, ratio, units, ("positions", "positions, speeds and time"))
+        yield from _ratio(record, ratio, units, ("positions", "positions, speeds and time"), TRACK)
 
 
 def _ratio(
-    record: Record, ratio: float | None, units: Mapping[str, tuple[str, float]], said: tuple[str, str]
+    record: Record,
+    ratio: float | None,
+    units: Mapping[str, tuple[str, float]],
+    said: tuple[str, str],
+    concerns: tuple[str, ...],
 ) -> Iterator[Doubt]:
     """A ratio of changes that only another unit can make, or another direction."""
     if ratio is None:
@@ -307,7 +319,7 @@ def _ratio(
     what, columns = said
     if ratio < 0.0:
         message = f"{what} change against the direction of the rates of change"
-        yield Doubt(record.name, message, f"check the signs of {columns}", fatal=False)
+        yield Doubt(record.name, message, f"check the signs of {columns}", fatal=False, concerns=concerns)
         return
     message = f"{what} change {ratio:.4g} times as much as the rates of change and the time say"
     for unit, (column, factor) in units.items():
@@ -333,11 +345,11 @@ def _track(record: Record, model: Model | None) -> Iterator[Doubt]:
     needed = model is not None and model.is_3dof and not record.has("surge_m_s", "sway_m_s")
     if found.mirrored:
         hint = f"mirrored axes? as if {found.reading}; or the heading counts anticlockwise"
-        yield Doubt(record.name, "the track turns against the heading", hint, "north_m", needed)
+        yield Doubt(record.name, "the track turns against the heading", hint, "north_m", needed, (HEADING, *POSITIONS))
     elif abs(found.angle) > ACROSS and not goes_astern(record):
         message = f"the track runs at {np.degrees(found.angle):.0f} deg to the heading"
         hint = "check that the heading counts from north_m to east_m, and that the axes are in this order"
-        yield Doubt(record.name, message, hint, "north_m", needed)
+        yield Doubt(record.name, message, hint, "north_m", needed, (HEADING, *POSITIONS))
 
 
 def _point(record: Record, model: Model | None) -> Iterator[Doubt]:
@@ -355,4 +367,4 @@ def _point(record: Record, model: Model | None) -> Iterator[Doubt]:
     hint = "an antenna's velocities? take its distance ahead of midship times yaw rate off the sway; else check signs"
     if length is not None and abs(place) > 0.5 * length:
         hint = "no point of the ship: the sway counts to the other side, or it is no sway"
-    yield Doubt(record.name, message, hint, "sway_m_s", fatal=False)
+    yield Doubt(record.name, message, hint, "sway_m_s", fatal=False, concerns=TURN[1:])

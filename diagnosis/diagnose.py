@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ..datasets.columns import INPUTS, POSITIONS
@@ -32,6 +32,7 @@ PIECES = "free runs of left-out pieces"
 CAUSES = "causes and gain"
 REST = "forces that describe the rest"
 """Stages of a diagnosis; not every diagnosis has all of them."""
+UNDESCRIBED = "what remains was not described by forces"
 
 
 def diagnose(
@@ -83,8 +84,11 @@ def _diagnosed(
     alike = replace(records, train=[r for r in records.train if r.name not in diagnosis.apart])
     diagnosis = _described(diagnosis, alike if diagnosis.apart else records, held, options, watch)
     if diagnosis.verdict == "unexplained" and options.only is None and options.coefficient_sd != 0.0:
-        with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
-            diagnosis = nearly or without_one(diagnosis, diagnosis.model, records, held, options)
+        if nearly is None:
+            leave_out = partial(without_one, diagnosis, diagnosis.model, records, held, options)
+            diagnosis = _as_far_as_possible(leave_out, diagnosis, "records were not left out in turn")
+        else:
+            diagnosis = nearly
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
@@ -128,16 +132,34 @@ def _described(
     if diagnosis.verdict == "inconclusive" or options.only is not None:
         return diagnosis
     watch(REST)
-    with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
-        diagnosis = with_remaining(diagnosis, records.behind_sensors(options.causes()), held_out, options)
+
+    def rest() -> Diagnosis:
+        return with_remaining(diagnosis, records.behind_sensors(options.causes()), held_out, options)
+
+    diagnosis = _as_far_as_possible(rest, diagnosis, UNDESCRIBED)
     # a sensor that drifts looks between channels like steady errors of several
     doubtful = diagnosis.verdict == "unexplained" or worsens(diagnosis)
     if doubtful and any(f.stage == BY_CHANNELS for f in diagnosis.causes):
-        with suppress(BadInput, CannotFit, FitFailed), arithmetic_guard():
+
+        def drift() -> Diagnosis:
             bare = without_causes(diagnosis, {f.cause for f in diagnosis.causes if f.stage == BY_CHANNELS}, INSTEAD)
             drifting = with_remaining(replace(bare, extended=diagnosis.model), records, held_out, options)
             return drifting if any(f.of_sensor for f in drifting.remaining) and not worsens(drifting) else diagnosis
+
+        return _as_far_as_possible(drift, diagnosis, UNDESCRIBED)
     return diagnosis
+
+
+def _as_far_as_possible(step: Callable[[], Diagnosis], before: Diagnosis, what: str) -> Diagnosis:
+    """The diagnosis after a further step; the one before it where the records or the model do not allow the step, and
+    with a doubt that says what was not done and why where its arithmetic fails."""
+    try:
+        with arithmetic_guard():
+            return step()
+    except (BadInput, CannotFit):
+        return before
+    except FitFailed as error:
+        return replace(before, doubts=(*before.doubts, f"{what}: {error}"))
 
 
 def identified(model: Model, records: Sequence[Record]) -> Model:

@@ -29,7 +29,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:  # each as itself, which type checkers take for a public name
     from .api.advice import AdviceTest as AdviceTest, check_advice as check_advice
     from .api.arguments import rudder_sign_doubt as rudder_sign_doubt
-    from .api.check import Check as Check, check as check
+    from .api.check import check as check
     from .api.diagnosis import Calibration as Calibration, CraftDiagnosis as CraftDiagnosis, Diagnosis as Diagnosis
     from .api.diagnosis import build_model as build_model, calibrate as calibrate, diagnose as diagnose
     from .api.doctor import Health as Health, doctor as doctor
@@ -51,6 +51,7 @@ if TYPE_CHECKING:  # each as itself, which type checkers take for a public name
     from .bench.identibench.problems import export_problems as export_problems
     from .bench.identibench.ship import identibench_suite as identibench_suite
     from .bench.identibench.specs import identibench_specs as identibench_specs
+    from .checks.result import Check as Check
     from .datasets.generator import Case as Case, generate as generate
     from .datasets.io import read_record as read_record, write_record as write_record
     from .datasets.many import SimulatedRuns as SimulatedRuns
@@ -79,7 +80,7 @@ if not Path(__file__).with_name("models").is_dir():
 _NAMES = {
     "api.advice": "AdviceTest check_advice",
     "api.arguments": "rudder_sign_doubt",
-    "api.check": "Check check",
+    "api.check": "check",
     "api.diagnosis": "Calibration CraftDiagnosis Diagnosis build_model calibrate diagnose",
     "api.doctor": "Health doctor",
     "api.exam": "ExamScores answer_exam make_exam score_exam",
@@ -95,6 +96,7 @@ _NAMES = {
     "bench.identibench.problems": "export_problems",
     "bench.identibench.ship": "identibench_suite",
     "bench.identibench.specs": "identibench_specs",
+    "checks.result": "Check",
     "datasets.generator": "Case generate",
     "datasets.io": "read_record write_record",
     "datasets.many": "SimulatedRuns",

@@ -16,7 +16,7 @@ from .tables import Column, Table, make_table
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from ..checks.result import CheckFinding, CheckResult, Size
+    from ..checks.result import Check, CheckFinding, Size
     from .page import Page
 
 ALL, INTERVALS = "all records", "Sizes with their 90 % intervals, over all records and in each"
@@ -35,7 +35,7 @@ READING = (
 )
 
 
-def page(result: CheckResult) -> Page:
+def page(result: Check) -> Page:
     """The page of a check."""
     material, small = ([one for one in result.findings if one.material is wanted] for wanted in (True, False))
     panels = _panels(result)
@@ -58,7 +58,7 @@ def page(result: CheckResult) -> Page:
     )
 
 
-def _sentences(result: CheckResult, material: Sequence[CheckFinding]) -> tuple[str, tuple[str, ...]]:
+def _sentences(result: Check, material: Sequence[CheckFinding]) -> tuple[str, tuple[str, ...]]:
     """How many findings there are and which, and what supports it."""
     if not result.findings and result.not_checked:
         return "No finding in what could be checked. What could not is named below.", ()
@@ -74,7 +74,7 @@ def _sentences(result: CheckResult, material: Sequence[CheckFinding]) -> tuple[s
 # ---- tables
 
 
-def _findings(result: CheckResult) -> Table:
+def _findings(result: Check) -> Table:
     """One row a finding: cause, whether it matters, size over all records, records."""
     columns = [
         Column("finding", name),
@@ -85,7 +85,7 @@ def _findings(result: CheckResult) -> Table:
     return make_table(columns, result.findings)
 
 
-def _by_record(result: CheckResult) -> Table:
+def _by_record(result: Check) -> Table:
     """One row a record and size."""
     rows = [(f, s) for f in result.findings for s in f.sizes if s.record is not None and f.stage == "sensors"]
     columns = [
@@ -128,7 +128,7 @@ def _records(f: CheckFinding, total: int) -> str:
 Panels = list[tuple[str, str, list["Size"]]]
 
 
-def figure_of(result: CheckResult) -> Figure:
+def figure_of(result: Check) -> Figure:
     """A panel a size of a finding: its value over all records and in each, with the 90 % intervals; BadInput where no
     finding has a size."""
     from ..models.figure import ShownFigure
@@ -141,7 +141,7 @@ def figure_of(result: CheckResult) -> Figure:
     return figure
 
 
-def _panels(result: CheckResult) -> Panels:
+def _panels(result: Check) -> Panels:
     """Cause, parameter and sizes of each panel."""
     return [
         (one.cause, parameter, [size for size in one.sizes if size.parameter == parameter])

@@ -91,7 +91,7 @@ def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
     """
     from ..datasets.plausibility import check_plausible
 
-    return (*check_plausible(records, model), *doubts_of(faults_of(records, model), model))
+    return (*map(str, check_plausible(records, model)), *doubts_of(faults_of(records, model), model))
 
 
 def doubts_of(findings: Sequence[CheckFinding], model: Model) -> tuple[str, ...]:

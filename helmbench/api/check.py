@@ -1,4 +1,4 @@
-"""Check of records without a model, and its outcome with page and files."""
+"""Check of records without a model."""
 
 from __future__ import annotations
 
@@ -6,49 +6,15 @@ from collections.abc import Sequence
 from os import PathLike
 from typing import TYPE_CHECKING
 
-from ..checks import result as check_result
 from ..models.argument_types import typed
 from ..models.errors import BadInput
-from ..models.result import FileResult
 from .arguments import listed
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-    from ..checks.result import CheckFinding
+    from ..checks.result import Check, CheckFinding
     from ..datasets.lenient import Repairs
     from ..datasets.record import Record
     from .arguments import Path as FilePath
-
-
-class Check(check_result.CheckResult, FileResult):
-    """The outcome of `check`: what is wrong with files and sensors, with sizes, and what could not be checked.
-
-    `findings` that matter have `material` true; the others are detectable, but too small to matter.
-    """
-
-    room, files, pictured = "check", ("check.json", "check.html"), "sizes of the findings"
-
-    def plot(self) -> Figure:
-        """Draw the sizes of the findings with their intervals, over all records and in each.
-
-        Returns
-        -------
-        A matplotlib figure, not attached to pyplot: save it with `savefig`.
-
-        Raises
-        ------
-        BadInput : no finding has a size.
-        """
-        from ..reporting.check import figure_of
-
-        return figure_of(self)
-
-    def __repr__(self) -> str:
-        causes = ", ".join(dict.fromkeys(f.cause for f in self.findings if f.material))
-        return (
-            f"<Check of {len(self.records)} record{'s' if len(self.records) != 1 else ''}: {causes or 'no findings'}>"
-        )
 
 
 @typed
@@ -73,7 +39,7 @@ def check(records: Record | FilePath | Sequence[Record | FilePath], *, positive_
     given = [_read(one, positive_rudder) for one in listed(records)]
     if not given:
         raise BadInput("no record to check", hint="give one record or more")
-    return Check(**vars(engine([record for record, _ in given], [f for _, found in given for f in found])))
+    return engine([record for record, _ in given], [f for _, found in given for f in found])
 
 
 def _read(one: Record | FilePath, positive_rudder: str | None) -> tuple[Record, list[CheckFinding]]:

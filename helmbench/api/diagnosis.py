@@ -17,6 +17,8 @@ from ..models.model import CHANNELS
 from .arguments import as_model, as_records, doubts_of, faults_of, labels, require_trustworthy
 
 if TYPE_CHECKING:
+    from ..checks.result import CheckFinding
+    from ..datasets.plausibility import Doubt
     from ..datasets.record import Record
     from ..models.model import Model
     from .arguments import Path as FilePath
@@ -88,8 +90,15 @@ def diagnose(
         records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
         found = engine.diagnose(base, records, others, options, watch)
         found = with_errors_ahead(found, others or records)
-    doubts = (*unusual_numbers(base), *doubts, *doubts_of(found.checks, base), *found.doubts)
+    left = [str(doubt) for doubt in doubts if not _corrected(doubt, found.checks)]
+    doubts = (*unusual_numbers(base), *left, *doubts_of(found.checks, base), *found.doubts)
     return _told_of(found, train, held_out, doubts)
+
+
+def _corrected(doubt: Doubt, checks: Sequence[CheckFinding]) -> bool:
+    """Whether a doubt about a record is of columns that were corrected as a whole."""
+    own = (f for f in checks if f.corrected and not f.blanked and doubt.record in f.records)
+    return any(doubt.is_about(f.channels) for f in own)
 
 
 def _told_of(
@@ -139,7 +148,7 @@ def training_and_held_out(
     """As `both_sides`, with what checks of the files find doubtful about the records."""
     records, others, doubts = both_sides(model, train, held_out, positive_rudder)
     found = (told for side in (records, others) for told in doubts_of(faults_of(side, model), model))
-    return records, others, (*doubts, *found)
+    return records, others, (*map(str, doubts), *found)
 
 
 def both_sides(
@@ -147,7 +156,7 @@ def both_sides(
     train: Record | FilePath | Sequence[Record | FilePath],
     held_out: Record | FilePath | Sequence[Record | FilePath],
     positive_rudder: str | None,
-) -> tuple[list[Record], list[Record], tuple[str, ...]]:
+) -> tuple[list[Record], list[Record], tuple[Doubt, ...]]:
     """Records of both sides, read where they are paths, and what is doubtful about their numbers.
 
     Raises

@@ -253,6 +253,6 @@ def _check(train: Sequence[Record], others: Sequence[Record], models: Sequence[M
     if not train:
         raise BadInput("no record to fit", hint="give at least one")
     doubts = [*admit(train, models[0]), *admit(others, models[0])]
-    doubts += [told for model in models[1:] for side in (train, others) for told in check_plausible(side, model)]
+    doubts += [str(told) for model in models[1:] for side in (train, others) for told in check_plausible(side, model)]
     check_no_copies(train, others)
     warn_of(list(dict.fromkeys(doubts)))
