@@ -124,20 +124,19 @@ def examine_each(records: Iterable[Record], entries: Sequence[FileCheck]) -> Exa
 
 
 def _check_sides(done: Examined) -> None:
-    """The sign of the rudders of records of one side of a positive rudder: all together, then each by itself."""
-    entry, before = RudderSign(), list(done.records)
-    for side, starboard in (("starboard", 1.0), ("port", -1.0)):
-        group = [i for i, r in enumerate(before) if r.meta.positive_rudder == side and _steers(r, done)]
-        for own in (group, *([i] for i in group if len(group) > 1)):
-            try:
-                faults = entry.find([done.records[i] for i in own], starboard)
-            except UNUSABLE as error:
-                done.reasons.append(f"the side of the rudder cannot be checked: {error}")
-                continue
-            if faults:
-                done.findings.append(of_fault(entry, faults[0], *(before[i] for i in own)))
-            for k, i in enumerate(own):
-                done.records[i] = cleaned(done.records[i], faults[k : k + 1])
+    """The sign of the rudders, of the records of one side of a positive rudder together."""
+    entry, steered = RudderSign(), [r for r in done.records if _steers(r, done)]
+    for side in ("starboard", "port"):
+        group = [r for r in steered if r.meta.positive_rudder == side]
+        try:
+            faults = entry.find(group)
+        except UNUSABLE as error:
+            done.reasons.append(f"the side of the rudder cannot be checked: {error}")
+            continue
+        if faults:
+            own = [r for r in group if r.name in faults]
+            done.findings.append(of_fault(entry, faults[own[0].name], *own))
+            done.records = [cleaned(r, [faults[r.name]]) if r.name in faults else r for r in done.records]
 
 
 def _steers(record: Record, done: Examined) -> bool:

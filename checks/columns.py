@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..datasets.columns import HEADING, RUDDERS, TURN
-from ..datasets.rudder_sign import ONE_SIDE, one_sided, steering_side
-from ..models.instruments import SWAPS
+from ..datasets.rudder_sign import steering_side
+from ..datasets.yaw_response import FEWEST
 from .base import Check, ColumnCheck, Fault, cleaned, exact, scaled
-from .files.rudder_response import response
 from .integrity.readings import (
     AGREE,
     ASKEW,
     BETTER,
-    better_reading,
+    LEAST,
     course_askew,
     exchanged,
     heading_ratio,
     rate_error,
+    reread,
+    swap_of,
 )
 
 if TYPE_CHECKING:
@@ -41,21 +42,17 @@ class ChannelSwap(ColumnCheck):
 
     def find(self, record: Record) -> list[Fault]:
         faults: list[Fault] = []
-        for look in (_rates_exchanged, _turn_exchanged, _rudder_exchanged, _track_exchanged):
+        for look in (_rates_exchanged, _turn_exchanged, _rudder_exchanged):
             faults += look(cleaned(record, faults))
-        return faults
+        return faults + reread(cleaned(record, faults), self.id)
 
 
 def _exchange(record: Record, columns: tuple[str, str], evidence: str, statistic: float, switch: bool = False) -> Fault:
     """Two columns under each other's names; switch: the exchange is an instrument of a model, too."""
-    instruments = {key: 1.0 for key, swap in SWAPS.items() if switch and {*swap} == {*columns}}
-    return Fault(
-        evidence,
-        columns,
-        columns={name: record.column(other) for name, other in zip(columns, reversed(columns), strict=True)},
-        statistic=float(statistic),
-        instruments=instruments,
-    )
+    fixed = exchanged(*columns)(record)
+    instruments = {swap_of(columns): 1.0} if switch else {}
+    values = {name: fixed.column(name) for name in columns}
+    return Fault(evidence, columns, columns=values, statistic=float(statistic), instruments=instruments)
 
 
 def _rates_exchanged(record: Record) -> list[Fault]:
@@ -99,15 +96,6 @@ def _rudder_exchanged(record: Record) -> list[Fault]:
     return [_exchange(record, STEERED, said, (own / max(other, 1e-6)) ** 2)]
 
 
-def _track_exchanged(record: Record) -> list[Fault]:
-    """Two velocities or two positions that agree far better under each other's names."""
-    better = better_reading(record)
-    if better is None or better.check != ChannelSwap.id:
-        return []
-    first, second = better.columns
-    return [_exchange(record, (first, second), better.evidence("with the columns exchanged"), better.statistic, True)]
-
-
 class EarthFrameVelocity(ColumnCheck):
     """The surge and sway columns hold velocities along north and east."""
 
@@ -115,16 +103,7 @@ class EarthFrameVelocity(ColumnCheck):
     separate_by = "the logger's list of channels"
 
     def find(self, record: Record) -> list[Fault]:
-        return _reread(record, self.id, "when they are read as north and east", {"earth_frame_velocity": 1.0})
-
-
-def _reread(record: Record, check: str, how: str, instruments: Mapping[str, float]) -> list[Fault]:
-    """Columns that agree far better when they are read as a check (id) says."""
-    better = better_reading(record)
-    if better is None or better.check != check:
-        return []
-    fixed = {name: better.record.column(name) for name in better.columns}
-    return [Fault(better.evidence(how), better.columns, (), True, fixed, False, None, better.statistic, instruments)]
+        return reread(record, self.id)
 
 
 BACKWARDS = "the compass is mounted or read backwards, both positions have the other sign, or the craft went astern"
@@ -140,9 +119,7 @@ class HeadingZero(ColumnCheck):
     separate_by = "the mounting and the zero of the compass, and whether the ship went astern"
 
     def find(self, record: Record) -> list[Fault]:
-        return _reread(record, self.id, "with the heading turned by 180 deg", {"heading_bias": np.pi}) or (
-            _off_the_course(record)
-        )
+        return reread(record, self.id) or _off_the_course(record)
 
 
 def _off_the_course(record: Record) -> list[Fault]:
@@ -170,50 +147,37 @@ def _off_the_course(record: Record) -> list[Fault]:
     ]
 
 
-CLEAR = 6.0
-"""Standard deviations by which the rudder must act to the other side."""
-TURNING = 10.0
-"""What a turn all of which goes to one side counts for, in standard deviations."""
-
-
 class RudderSign(Check):
-    """The rudder column's sign contradicts the vessel: b in r' = a r + c r |r| + b delta + d has the other sign,
-    as it is and at the lag that fits best (a late rudder looks turned, and is not); or all of a turn goes against its
-    rudder."""
+    """The rudder column's sign contradicts the side to which the record says that it turns the ship: the response of
+    the yaw rate to it (`datasets.yaw_response`) has the other sign; or all of a turn goes against its rudder."""
 
     id, stage, is_cause = "rudder_sign", ColumnCheck.stage, True
     separate_by = "one rudder order and the side to which the ship turns"
 
-    def find(self, records: Sequence[Record], starboard: float) -> list[Fault]:
-        """The fault of each of the records, where they show it together; else empty.
-
-        starboard : 1 where a positive rudder is to turn the ship to starboard, -1 to port.
-        """
-        z = starboard * _sign(records)
-        if not z < -CLEAR:
-            return []
+    def find(self, records: Sequence[Record]) -> dict[str, Fault]:
+        """Name of a record -> its fault, of records that say the same side: those that contradict it, and where none
+        confirms it also those in which nothing tells."""
+        told = {r.name: steering_side(r) for r in records}
+        sides = {r.name: r.meta.positive_rudder for r in records}
+        wrong = {name: one for name, one in told.items() if one is not None and one[0] != sides[name]}
+        if not wrong:
+            return {}
+        confirmed = any(one is not None for name, one in told.items() if name not in wrong)
+        share = min(share for _, share in wrong.values())
         said = (
-            f"a positive rudder is to turn the ship to {'starboard' if starboard > 0.0 else 'port'}, and it turns to "
-            f"the other side (z = {-z:.0f}): the sign is wrong, or port and starboard (left and right thrust) are "
-            "exchanged"
+            f"a positive rudder is to turn the ship to {sides[records[0].name]}, and it turns to the other side "
+            f"({100.0 * share:.0f} % of the yaw rate follow it there): the sign is wrong, or port and starboard (left "
+            "and right thrust) are exchanged"
         )
-        rudders = [scaled(r, **{name: -1.0 for name in RUDDERS if r.has(name)}) for r in records]
-        return [Fault(said, RUDDERS, (), True, own, False, None, z * z, {"rudder_reversed": 1.0}) for own in rudders]
-
-
-def _sign(records: Sequence[Record]) -> float:
-    """Standard deviations by which a positive rudder turns the ship to starboard; in turns alone the share of the yaw
-    rate that goes to one side, counted as so many; 0 where nothing tells it."""
-    swung = [r for r in records if not _held(r)]
-    if not swung:
-        sides = [side for r in records if (side := steering_side(r)) is not None]
-        same = len({side for side, _ in sides}) == 1
-        return TURNING * min(sure for _, sure in sides) * (1.0 if sides[0][0] == "starboard" else -1.0) if same else 0.0
-    answer = response(swung)
-    return answer.z if answer is not None and answer.z * answer.z_best > 0.0 else 0.0
-
-
-def _held(record: Record) -> bool:
-    """Whether the rudder is held to one side: then the yaw acceleration says little of it."""
-    rudder = record.rudder()
-    return abs(one_sided(rudder[np.isfinite(rudder)])) > ONE_SIDE
+        clear = FEWEST * share / max(1.0 - share, LEAST)
+        return {
+            r.name: Fault(
+                said,
+                RUDDERS,
+                columns=scaled(r, **{name: -1.0 for name in RUDDERS if r.has(name)}),
+                statistic=clear,
+                instruments={"rudder_reversed": 1.0},
+            )
+            for r in records
+            if r.name in wrong or not confirmed
+        }

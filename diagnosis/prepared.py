@@ -193,10 +193,10 @@ def examined(records: Sequence[Record], model: Model) -> Prepared:
         faults = dict(sorted(done.faults.items(), key=lambda item: item[1].statistic))
         if any(f.standing for f in findings):
             return Prepared(done.records, [], faults, findings, derived=done.derived)
-        turned = RudderSign().find(done.records, model.starboard)
-    current = [cleaned(record, turned[k : k + 1]) for k, record in enumerate(done.records)]
+        turned = RudderSign().find(done.records)
+    current = [cleaned(r, [turned[r.name]]) if r.name in turned else r for r in done.records]
     if turned:
-        faults[RudderSign.id] = turned[0]
+        faults[RudderSign.id] = next(iter(turned.values()))
     doubt = rudder_doubt(current, model)
     findings = findings if doubt is None else (*findings, doubt)
     return Prepared(current, [], faults, findings, derived=done.derived)

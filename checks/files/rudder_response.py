@@ -6,11 +6,11 @@ rudder that was recorded late shows a motion that comes before its order, and no
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.columns import RUDDERS
 from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq, pinv
 from ..base import Fault, FileCheck, exact
@@ -53,12 +53,12 @@ class RudderResponse(FileCheck):
     separate_by = "the clocks of the steering gear and of the yaw-rate sensor, and the list of channels"
 
     def find(self, record: Record) -> list[Fault]:
-        if not (record.has("rudder_rad") or record.has("rudder_command_rad")):
+        if not any(map(record.has, RUDDERS)):
             return []
         rudder = record.rudder()
         known = rudder[np.isfinite(rudder)]
         most = float(np.max(np.abs(known))) if known.size else 0.0
-        name = "rudder_rad" if record.has("rudder_rad") else "rudder_command_rad"
+        name = next(filter(record.has, RUDDERS))
         if most < SMALL:
             return [self._small(record, name, most)]
         return self._answer(record, name) if np.ptp(known) > 0.0 else []
@@ -73,9 +73,10 @@ class RudderResponse(FileCheck):
         return Fault(said, (name,), (exact("largest", most, "rad"),), much, standing=much)
 
     def _answer(self, record: Record, name: str) -> list[Fault]:
-        answer = response([record])
-        if answer is None or not motion_shows(record):
+        means = means_of(record)
+        if means is None or not shows_motion(means):
             return []
+        answer = response(means)
         better = answer.share < UNLIKE and 1.0 - answer.share_best < BETTER * (1.0 - answer.share)
         clear, said = better and abs(answer.z_best) > CLEAR, ""
         if clear and answer.z * answer.z_best > 0.0 and answer.lag_s > EARLY * float(np.ptp(record.time_s)):
@@ -123,30 +124,29 @@ class Response(NamedTuple):
     step_s: float
 
 
-class _Grid(NamedTuple):
-    """Means of one record: slopes of the yaw rate (M,), yaw rate and rudder between them (M,), and the step, s."""
+class Means(NamedTuple):
+    """Means of a record over equal stretches: slopes of the yaw rate (M,), yaw rate and rudder between them (M,), the
+    step, s, and the standard deviation of the slopes that the noise of the sensor makes."""
 
     slope: np.ndarray
     rate: np.ndarray
     rudder: np.ndarray
     step_s: float
+    noise: float
 
 
-def response(records: Sequence[Record]) -> Response | None:
-    """The answer of the yaw rate to the rudder in all records together; None without a record that has both."""
-    grids = [grid for grid in map(_grid, records) if grid is not None]
-    if not grids:
-        return None
-    z, share = _fitted(grids, 0)
-    step = float(np.median([g.step_s for g in grids]))
-    farthest = max(int(FARTHEST * min(g.slope.size for g in grids)), 1)
-    tried = {k: _fitted(grids, k) for k in range(-farthest, farthest + 1)}
+def response(means: Means) -> Response:
+    """The answer of the yaw rate to the rudder."""
+    z, share = fitted(means, 0)
+    farthest = max(int(FARTHEST * means.slope.size), 1)
+    tried = {k: fitted(means, k) for k in range(-farthest, farthest + 1)}
     best = max(tried, key=lambda k: tried[k][1])
-    return Response(z, share, best * step, tried[best][0], tried[best][1], step)
+    return Response(z, share, best * means.step_s, *tried[best], means.step_s)
 
 
-def _grid(record: Record) -> _Grid | None:
-    """Means of yaw rate (or of the heading's slope) and rudder over stretches of a two-hundredth of the record."""
+def means_of(record: Record) -> Means | None:
+    """Means of yaw rate (or of the heading's slope) and rudder over stretches of a two-hundredth of the record; None of
+    one that has too few samples with both."""
     time = record.time_s
     if record.has("yaw_rate_rad_s"):
         rate = record.column("yaw_rate_rad_s")
@@ -154,9 +154,7 @@ def _grid(record: Record) -> _Grid | None:
         rate = np.gradient(record.heading_unwrapped(), time)
     else:
         return None
-    if not record.has("rudder_rad") and not record.has("rudder_command_rad"):
-        return None
-    rudder = record.rudder()
+    rudder, noise = record.rudder(), sensor_sd(rate)
     known = np.isfinite(rate) & np.isfinite(rudder)
     if known.sum() < FEWEST:
         return None
@@ -169,7 +167,8 @@ def _grid(record: Record) -> _Grid | None:
     ]
     step = float((time[-1] - time[0]) / count)
     of_rate, of_rudder = (0.5 * (a[1:] + a[:-1]) for a in means)
-    return _Grid(np.diff(means[0]) / step, of_rate, of_rudder, step)
+    noise *= np.sqrt(2.0 / max(record.n // count, 1)) / step
+    return Means(np.diff(means[0]) / step, of_rate, of_rudder, step, float(noise))
 
 
 def median_of_three(values: np.ndarray) -> np.ndarray:
@@ -178,41 +177,28 @@ def median_of_three(values: np.ndarray) -> np.ndarray:
     return np.concatenate([values[:1], inner, values[-1:]])
 
 
-def _fitted(grids: Sequence[_Grid], shift: int) -> tuple[float, float]:
-    """z and share of the rudder shifted by so many steps, beside a constant for each record: columns are without their
-    means in each (Frisch and Waugh 1933)."""
-    rows = []
-    for g in grids:
-        m = g.slope.size
-        own = slice(max(shift, 0), m + min(shift, 0))
-        earlier = slice(max(-shift, 0), m - max(shift, 0))
-        r = g.rate[own]
-        columns = np.column_stack([g.rudder[earlier], r, r * np.abs(r), g.slope[own]])
-        rows.append(columns - columns.mean(axis=0))
-    phi, y = np.split(np.vstack(rows), [3], axis=1)
-    phi, y = phi / np.maximum(np.linalg.norm(phi, axis=0), 1e-300), y[:, 0]
+def fitted(means: Means, shift: int) -> tuple[float, float]:
+    """z and share of the rudder shifted by so many steps, beside a constant: columns are without their means (Frisch
+    and Waugh 1933)."""
+    m = means.slope.size
+    own = slice(max(shift, 0), m + min(shift, 0))
+    earlier = slice(max(-shift, 0), m - max(shift, 0))
+    r = means.rate[own]
+    columns = np.column_stack([means.rudder[earlier], r, r * np.abs(r), means.slope[own]])
+    columns -= columns.mean(axis=0)
+    phi, y = columns[:, :3] / np.maximum(np.linalg.norm(columns[:, :3], axis=0), 1e-300), columns[:, 3]
     b = lstsq(phi, y)
     error = y - phi @ b
     without = y - phi[:, 1:] @ lstsq(phi[:, 1:], y)
-    inverse, free = pinv(phi.T @ phi), max(y.size - phi.shape[1] - len(grids), 1)
+    inverse, free = pinv(phi.T @ phi), max(y.size - phi.shape[1] - 1, 1)
     sd = float(np.sqrt(max(inverse[0, 0], 0.0) * (error @ error) / free))
     share = 1.0 - float(error @ error) / max(float(without @ without), 1e-300)
     return float(b[0] / max(sd, 1e-300)), share
 
 
-def motion_shows(record: Record) -> bool:
+def shows_motion(means: Means) -> bool:
     """Whether what the yaw rate leaves of its own slopes stands far above what the noise of its sensor makes them."""
-    grid = _grid(record)
-    if grid is None:
-        return False
-    rate = (
-        record.column("yaw_rate_rad_s")
-        if record.has("yaw_rate_rad_s")
-        else np.gradient(record.heading_unwrapped(), record.time_s)
-    )
-    samples = max(record.n // (grid.slope.size + 1), 1)
-    noise = sensor_sd(rate) * np.sqrt(2.0 / samples) / grid.step_s
-    r = grid.rate / max(float(np.max(np.abs(grid.rate))), 1e-300)
+    r = means.rate / max(float(np.max(np.abs(means.rate))), 1e-300)
     phi = np.column_stack([r, r * np.abs(r), np.ones(r.size)])
-    left = grid.slope - phi @ lstsq(phi, grid.slope)
-    return float(np.std(left)) > SHOWN * noise
+    left = means.slope - phi @ lstsq(phi, means.slope)
+    return float(np.std(left)) > SHOWN * means.noise

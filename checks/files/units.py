@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from ...datasets.axes import track_of
-from ...datasets.columns import POSITIONS, RUDDERS, TRACK, TURN, TWIN, VELOCITIES
+from ...datasets.columns import POSITIONS, RUDDERS, TURN, TWIN, VELOCITIES
 from ...datasets.signals import sensor_sd
 from ...models.linear_algebra import lstsq
 from ..base import Fault, FileCheck, cleaned, exact, scaled, without
@@ -15,8 +16,6 @@ from ..integrity.averages import SMALL_TURN, averages_of, wraps_at_small_turn
 from ..integrity.readings import (
     AGREE,
     ANGLES,
-    BETTER,
-    LEAST,
     PLACES,
     SPEEDS,
     Ratio,
@@ -25,6 +24,7 @@ from ..integrity.readings import (
     course_ratio,
     heading_ratio,
     over_windows,
+    reread,
     speed_ratio,
     track_error,
     turns_back,
@@ -95,8 +95,8 @@ class WrongUnit(FileCheck):
         if not record.has("heading_rad"):
             return None
         better, ratio = better_reading(record), course_ratio(record)
-        if better is not None and better.check == self.id:
-            said = better.evidence("with heading_rad in another unit: radians were taken for degrees")
+        if better is not None and better.reading.check == self.id:
+            said = better.evidence
         elif ratio is not None and abs(ratio.correlation) > TOGETHER and 1.0 < abs(ratio.slope) / ALL_ANGLES < 5.0:
             said = f"the course of the positions turns {abs(ratio.slope):.3g} times as far as heading_rad: another unit"
         elif _wraps(record, turn):
@@ -167,14 +167,15 @@ class ChannelSign(FileCheck):
         if rate is not None:
             record = cleaned(record, [rate])
             better = better_reading(record)
-            backwards = better.check == "heading_zero" if better else course_askew(record) is not None
+            backwards = better.reading.check == "heading_zero" if better else course_askew(record) is not None
             if rate.channels == ("yaw_rate_rad_s",) and backwards:
                 said = "the yaw rate turns against the heading, and the ship goes astern: time runs backwards"
                 return [Fault(said, ("time_s",), rate.sizes, standing=True)]
-        track = self._of_track(record)
-        unread = better_reading(record) is None  # which another check names
-        if track is None and unread and not (rate and rate.standing):
-            track = self._of_course(record)
+        better = better_reading(record)
+        track = self._of_course(record) if better is None and not (rate and rate.standing) else None
+        if better is not None and better.reading.check == self.id:  # of another reading another check tells
+            size = exact("disagreement", better.present, "1")
+            track = replace(reread(record, self.id)[0], sizes=(size,), statistic=0.0)
         return [f for f in (rate, track) if f]
 
     def _of_rate(self, record: Record) -> Fault | None:
@@ -189,24 +190,6 @@ class ChannelSign(FileCheck):
         wrong = "heading_rad" if track.mirrored else "yaw_rate_rad_s"
         said += f"; the track turns with {'the yaw rate' if track.mirrored else 'the heading'}"
         return Fault(said, (wrong,), size, columns=scaled(record, **{wrong: -1.0}))
-
-    def _of_track(self, record: Record) -> Fault | None:
-        if not record.has(*TRACK):
-            return None
-        short = averages_of(record)
-        present = track_error(short)
-        errors = {name: track_error(short.with_channels(**{name: -short.column(name)})) for name in TRACK[1:]}
-        best = min(errors, key=lambda name: errors[name])
-        if not errors[best] < BETTER * present > BETTER * LEAST:
-            return None
-        better = better_reading(record)
-        if better is not None and better.own < errors[best]:  # which another check names
-            return None
-        said = (
-            f"the track disagrees with the velocities by {present:.3f} of the way made, by {errors[best]:.3f} with "
-            f"{best} reversed"
-        )
-        return Fault(said, (best,), (exact("disagreement", present, "1"),), columns=scaled(record, **{best: -1.0}))
 
     def _of_course(self, record: Record) -> Fault | None:
         """Positions alone, without velocities or together with them: their track turns to the other side."""

@@ -6,7 +6,7 @@ Of long records, ratios and disagreements are those of averages.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 from weakref import WeakKeyDictionary
 
@@ -16,6 +16,8 @@ from ...datasets.axes import Track, goes_astern, track_of
 from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
 from ...datasets.geometry import body_velocities, over_ground, position_over_ground, velocity_over_ground
 from ...datasets.signals import integral
+from ...models.instruments import SWAPS
+from ..base import Fault
 from .averages import averages_of, continuous, without_wraps
 
 if TYPE_CHECKING:
@@ -58,6 +60,11 @@ def exchanged(first: str, second: str) -> Reread:
     return reading
 
 
+def reversed_sign(name: str) -> Reread:
+    """A record with the other sign of a column."""
+    return lambda record: record.with_channels(**{name: -record.column(name)})
+
+
 def to_body(record: Record) -> Record:
     """Velocities along north and east turned into body axes."""
     psi, north, east = record.heading_unwrapped(), record.column("surge_m_s"), record.column("sway_m_s")
@@ -73,7 +80,7 @@ def about_track(record: Record) -> Record:
     return record if abs(angle) < ASKEW else record.with_channels(heading_rad=record.heading_unwrapped() - angle)
 
 
-def heading_in_degrees(record: Record) -> Record:
+def in_degrees(record: Record) -> Record:
     """The heading, without its wraps, as the degrees that its radians were taken for.
 
     The other way round, a heading that hardly turns any more, would read velocities along north and east as right.
@@ -83,34 +90,54 @@ def heading_in_degrees(record: Record) -> Record:
     return record if few else record.with_channels(heading_rad=np.rad2deg(continuous(heading)))
 
 
-READINGS: tuple[tuple[str, tuple[str, ...], Reread], ...] = (
-    ("earth_frame_velocity", VELOCITIES, to_body),
-    ("heading_zero", (HEADING,), about_track),
-    ("wrong_unit", TURN, heading_in_degrees),
-    *(("channel_swap", pair, exchanged(*pair)) for pair in (VELOCITIES, POSITIONS)),
-)
-"""Other readings of heading, velocities and positions: the check (id) that names it, the columns that it concerns, and
-the record read so."""
-
-
-class Better(NamedTuple):
-    """A reading that agrees far better: its check (id), its columns, the record read so, and the present and its own
-    disagreement (shares of the way made)."""
+class Reading(NamedTuple):
+    """Another reading of heading, velocities and positions: the check (id) that names it, its columns, the record read
+    so, how in words, and the instruments of a model that shows them as they are."""
 
     check: str
     columns: tuple[str, ...]
-    record: Record
+    read: Reread
+    how: str
+    instruments: Mapping[str, float] = {}
+
+
+def swap_of(columns: tuple[str, ...]) -> str:
+    """The instrument of a model under which two columns are exchanged."""
+    return next(name for name, swap in SWAPS.items() if {*swap} == {*columns})
+
+
+READINGS = (
+    Reading(
+        "earth_frame_velocity",
+        VELOCITIES,
+        to_body,
+        "when they are read as north and east",
+        {"earth_frame_velocity": 1.0},
+    ),
+    Reading("heading_zero", (HEADING,), about_track, "with the heading turned by 180 deg", {"heading_bias": np.pi}),
+    Reading("wrong_unit", TURN, in_degrees, "with heading_rad in another unit: radians were taken for degrees"),
+    *(
+        Reading("channel_swap", pair, exchanged(*pair), "with the columns exchanged", {swap_of(pair): 1.0})
+        for pair in (VELOCITIES, POSITIONS)
+    ),
+    *(Reading("channel_sign", (name,), reversed_sign(name), f"with {name} reversed") for name in TRACK[1:]),
+)
+
+
+class Better(NamedTuple):
+    """A reading that agrees far better, with the present and its own disagreement (shares of the way made)."""
+
+    reading: Reading
     present: float
     own: float
 
     @property
-    def statistic(self) -> float:
-        """Square of the ratio of both disagreements."""
-        return (self.present / max(self.own, 1e-6)) ** 2
-
-    def evidence(self, how: str) -> str:
-        """What agrees better: how the columns are read, in words."""
-        return f"the track disagrees with the velocities by {self.present:.3f} of the way made, by {self.own:.3f} {how}"
+    def evidence(self) -> str:
+        """What agrees better, in words."""
+        return (
+            f"the track disagrees with the velocities by {self.present:.3f} of the way made, by {self.own:.3f} "
+            f"{self.reading.how}"
+        )
 
 
 _KNOWN_READINGS: WeakKeyDictionary[Record, Better | None] = WeakKeyDictionary()
@@ -122,18 +149,25 @@ def better_reading(record: Record) -> Better | None:
     Several checks ask for that of one record.
     """
     if record not in _KNOWN_READINGS:
-        _KNOWN_READINGS[record] = _better_reading(record) if record.has(*TRACK) else None
+        _KNOWN_READINGS[record] = _better_reading(averages_of(record)) if record.has(*TRACK) else None
     return _KNOWN_READINGS[record]
 
 
 def _better_reading(record: Record) -> Better | None:
-    short = averages_of(record)
-    present, errors = track_error(short), [track_error(read(short)) for _, _, read in READINGS]
+    present, errors = track_error(record), [track_error(reading.read(record)) for reading in READINGS]
     best = int(np.argmin(errors))
-    if not (errors[best] < min(BETTER * present, MOST) and present > LEAST):
-        return None
-    check, columns, read = READINGS[best]
-    return Better(check, columns, read(record), present, errors[best])
+    sure = errors[best] < min(BETTER * present, MOST) and present > LEAST
+    return Better(READINGS[best], present, errors[best]) if sure else None
+
+
+def reread(record: Record, check: str) -> list[Fault]:
+    """The fault of columns that agree far better when they are read as a check (id) says."""
+    better = better_reading(record)
+    if better is None or better.reading.check != check:
+        return []
+    fixed, (_, columns, _, _, instruments) = better.reading.read(record), better.reading
+    values, clear = {name: fixed.column(name) for name in columns}, (better.present / max(better.own, 1e-6)) ** 2
+    return [Fault(better.evidence, columns, columns=values, statistic=clear, instruments=instruments)]
 
 
 def course_askew(record: Record) -> Track | None:
