@@ -10,14 +10,15 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from inspect import cleandoc
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 import numpy as np
 
 from ..datasets.columns import POSITIONS, TURN, VELOCITIES
-from .result import Size
+from ..models.errors import BadInput, CannotFit
+from .result import CheckFinding, Size
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
@@ -25,6 +26,10 @@ if TYPE_CHECKING:
 
 SENSED = (*TURN, *VELOCITIES, *POSITIONS)
 """Columns of sensors, which change in every sample: a rudder or a propeller may be held."""
+
+
+UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)
+"""What a computation on records that cannot carry it may raise."""
 
 
 class Prior(NamedTuple):
@@ -133,6 +138,7 @@ class SensorError(Check):
     act between positions and velocities, and between positions along the heading and a log that measures no sway.
     together : what it leaves between positions and velocities, sway or not, of sizes that act together; the last one
     has to matter, and all have to explain more than a scale error.
+    scaled : what it leaves between heading and yaw rate in the place of a scale error.
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
     can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
     farthest : size beyond which it is none of an instrument: then something else is wrong with a channel.
@@ -144,6 +150,7 @@ class SensorError(Check):
     track: ClassVar[tuple[Effect, ...]] = ()
     log: ClassVar[tuple[Effect, ...]] = ()
     together: ClassVar[tuple[Effect, ...]] = ()
+    scaled: ClassVar[tuple[Effect, ...]] = ()
     track_rivals: ClassVar[tuple[str, ...]] = ()
     least_turn: ClassVar[float] = 0.0
     drifts: ClassVar[bool] = False
@@ -200,3 +207,23 @@ def cleaned(record: Record, faults: Iterable[Fault]) -> Record:
     """The record corrected for faults that matter; the same where none can be."""
     columns = {name: values for fault in faults if fault.material for name, values in fault.columns.items()}
     return record.with_channels(**columns) if columns else record
+
+
+def of_fault(entry: Check, fault: Fault, *records: Record) -> CheckFinding:
+    """A fault of a record's file, or of several records together, as a finding."""
+    first = records[0]
+    lost = (np.isnan(new) & np.isfinite(first.column(name)) for name, new in fault.columns.items())
+    return CheckFinding(
+        entry.id,
+        "file",
+        tuple(r.name for r in records),
+        fault.channels,
+        tuple(replace(size, record=first.name) for size in fault.sizes),
+        fault.evidence,
+        separate_by=entry.separate_by,
+        material=fault.material,
+        corrected=fault.corrected,
+        standing=fault.standing and fault.material,
+        biases=fault.material and (fault.corrected if fault.biases is None else fault.biases),
+        blanked=sum(int(np.count_nonzero(x)) for x in lost),
+    )

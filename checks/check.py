@@ -7,33 +7,27 @@ here knows a vessel, so no fault of a model can appear as one of a sensor.  Ever
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..datasets.columns import HEADING, RUDDERS
-from ..models.errors import BadInput, CannotFit
 from ..models.linear_algebra import blas_limited
-from .base import FileCheck, cleaned
+from .base import UNUSABLE, FileCheck, cleaned, of_fault
 from .columns import RudderSign
 from .comparison.chains import Chain, chains, sums, why_not
 from .comparison.drift import current_finding, deviation_finding
-from .comparison.selection import Compared, as_clock, as_curve, compare
+from .comparison.selection import Compared, compare, of_sizes
 from .files.copies import DerivedChannel
-from .findings import merged, of_fault, of_sizes
 from .integrity.averages import averages_of
-from .registry import check_of, file_checks, sensor_errors
-from .result import Check, CheckFinding
-from .sensors import LoggerClock
+from .registry import check_of, file_checks
+from .result import Check, CheckFinding, merged
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
     from .base import Fault
-
-UNUSABLE = (BadInput, CannotFit, ArithmeticError, ValueError, IndexError, np.linalg.LinAlgError)
-"""What a computation on records that cannot carry it may raise."""
 
 
 @dataclass
@@ -154,7 +148,7 @@ def check_sensors(
     """
     findings: list[CheckFinding] = []
     current = [averages_of(record) for record in records]
-    for done, corrected in compared(current, derived, reasons):
+    for done, corrected in compared(chains(), current, derived, reasons):
         findings, current = [*findings, *of_sizes(done)], corrected
         if done.absurd is not None:
             return findings, reasons
@@ -174,30 +168,18 @@ def check_sensors(
 
 
 def compared(
-    records: Sequence[Record],
-    derived: Mapping[str, set[str]],
-    reasons: list[str],
-    only: Collection[str] | None = None,
-    along: Sequence[Chain] | None = None,
+    along: Sequence[Chain], records: Sequence[Record], derived: Mapping[str, set[str]], reasons: list[str]
 ) -> Iterator[tuple[Compared, list[Record]]]:
     """Each chain's comparison, and the records corrected for what it and the ones before it found, until one finds an
     error that no instrument has.
 
-    derived : as of `check_sensors`.  reasons : gets why some could not be compared.  only : sensor errors (ids) that
-    are looked for (None: all).  along : chains (None: all).
+    derived : as of `check_sensors`.  reasons : gets why some could not be compared.
     """
     current = list(records)
-    every = [_restricted(chain, only) for chain in (chains() if along is None else along)]
-    curves = [c for c in sensor_errors() if c.together and (only is None or c.id in only)]
-    for chain in every:
-        use, skipped = _split(chain, chain.taken(current), derived)
-        reasons += skipped
+    for k, chain in enumerate(along):
         try:
-            use, doubts = _as_velocities_were_made(chain, use, records)
-            done = as_curve(compare(chain, use), curves) if chain.of_positions else compare(chain, use)
-            if not chain.of_positions and (only is None or LoggerClock.id in only):
-                later = [c for c in every if c.of_positions]
-                done = as_clock(done, [(c, _split(c, c.taken(done.records), derived)[0]) for c in later])
+            use, doubts = _as_velocities_were_made(chain, chain.taken(current), records)
+            done = compare(chain, use, derived, along[k + 1 :])
             names = {r.name for r in done.records}
             current = [done.without(r) if r.name in names else r for r in current]
         except UNUSABLE as error:
@@ -207,13 +189,6 @@ def compared(
         yield done, current
         if done.absurd is not None:
             return
-
-
-def _restricted(chain: Chain, only: Collection[str] | None) -> Chain:
-    """The chain with the options of some causes; None: all."""
-    if only is None:
-        return chain
-    return chain._replace(options=tuple(o for o in chain.options if o.cause.id in only))
 
 
 def _as_velocities_were_made(
@@ -234,17 +209,3 @@ def _as_velocities_were_made(
             record = record.with_channels(**{HEADING: first.column(HEADING)})
         out.append(record)
     return out, reasons
-
-
-def _split(chain: Chain, records: Sequence[Record], derived: Mapping[str, set[str]]) -> tuple[list[Record], list[str]]:
-    """Records whose columns can check each other, and a sentence for each that cannot."""
-    use, reasons = [], []
-    for record in records:
-        made = derived.get(record.name, set())
-        if made >= set(chain.opposed):
-            reasons.append(
-                f"{chain.title}: in {record.name} one is made from the other, so they cannot check each other"
-            )
-        else:
-            use.append(record)
-    return use, reasons

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from ..models.plain import plain
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
 SCHEMA = 1
 NORMAL_90 = 1.6448536269514722
 """Half width of a 90 % interval in standard deviations."""
+SHOWN = 3
+"""Records of which a finding says what was found in each."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +59,32 @@ class CheckFinding:
     standing: bool = False
     blanked: int = 0
     biases: bool = False
+
+
+def merged(findings: Sequence[CheckFinding]) -> list[CheckFinding]:
+    """Findings of the same cause in the same columns of several records as one, those that matter first."""
+    groups: dict[tuple, list[CheckFinding]] = {}
+    for f in findings:
+        groups.setdefault((f.cause, f.channels), []).append(f)
+    out = [_together(group) for group in groups.values()]
+    return sorted(out, key=lambda f: not f.material)
+
+
+def _together(group: Sequence[CheckFinding]) -> CheckFinding:
+    first = next((f for f in group if f.material), group[0])
+    said = [f.evidence for f in group] if len(group) == 1 else [f"{f.records[0]}: {f.evidence}" for f in group]
+    more = f"; and {len(said) - SHOWN} more" if len(said) > SHOWN else ""
+    return replace(
+        first,
+        records=tuple(dict.fromkeys(r for f in group for r in f.records)),
+        sizes=tuple(s for f in group for s in f.sizes),
+        evidence="; ".join(said[:SHOWN]) + more,
+        material=any(f.material for f in group),
+        corrected=any(f.corrected for f in group),
+        standing=any(f.standing for f in group),
+        biases=any(f.biases for f in group),
+        blanked=sum(f.blanked for f in group),
+    )
 
 
 @dataclass(frozen=True, repr=False)

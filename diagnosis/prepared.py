@@ -16,10 +16,10 @@ from ..checks.check import compared, distinct, examine_each
 from ..checks.columns import RudderSign
 from ..checks.comparison.chains import chains
 from ..checks.comparison.drift import current_finding
+from ..checks.comparison.selection import of_sizes
 from ..checks.files.repeats import ConstantChannel
-from ..checks.findings import merged, of_sizes
 from ..checks.registry import file_checks
-from ..checks.result import NORMAL_90
+from ..checks.result import NORMAL_90, merged
 from ..datasets.columns import INPUTS
 from ..datasets.instruments import corrected
 from ..estimation.diagnosis_only.rudder_scale import rudder_doubt
@@ -33,7 +33,6 @@ from .report.bank import of_sensor
 
 if TYPE_CHECKING:
     from ..checks.base import Check, Fault
-    from ..checks.comparison.chains import Chain
     from ..checks.comparison.selection import Compared, Sizes
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
@@ -95,14 +94,15 @@ class Prepared:
     def _behind(self) -> dict[frozenset[Check] | None, Prepared]:
         return {}
 
-    def compared(self, only: Collection[Check] | None = None, along: Sequence[Chain] | None = None) -> Prepared:
-        """Compare channels along the chains (None: all), and correct the records one after the other.
+    def compared(self, only: Collection[Check] | None = None, positions_only: bool = False) -> Prepared:
+        """Compare channels along all chains, or those of positions, and correct the records one after the other.
 
         Training records are corrected by sizes of their own where these differ, held-out ones by the mean; delays
         too small to matter are corrected and not told.
         """
         ids, done = {c.id: c for c in causes().values() if only is None or c in only}, self
-        for comparison, train in compared(self.train, self.derived, [], ids, along):
+        along = [chain for chain in chains(ids) if chain.of_positions or not positions_only]
+        for comparison, train in compared(along, self.train, self.derived, []):
             if comparison.absurd is not None:
                 break
             findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material]
@@ -160,7 +160,7 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
     done = replace(done, train=sides[0], held_out=sides[1], recorded=held_out)
     if {"v", "x", "y"} <= set(model.states):
         return done
-    return done.compared(options.causes(), [c for c in chains() if c.of_positions])
+    return done.compared(options.causes(), positions_only=True)
 
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:

@@ -7,7 +7,7 @@ and positions, and a random walk from the noise of rates and velocities.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -52,6 +52,7 @@ class Chain(NamedTuple):
 
     integrated, target : columns that are integrated, and those they are compared with.  opposed : columns of which one
     must not be made from the others.  without : columns of which a record must have none (another chain takes it then).
+    instead : options that explain the comparison in the place of others (`selection.compare`).
     """
 
     title: str
@@ -61,6 +62,7 @@ class Chain(NamedTuple):
     opposed: tuple[str, ...]
     motion: Callable[[Record], Motion]
     options: tuple[Option, ...]
+    instead: tuple[Option, ...]
     without: tuple[str, ...] = ()
 
     @property
@@ -73,20 +75,23 @@ class Chain(NamedTuple):
         return [r for r in records if not any(map(r.has, self.without))]
 
 
-def chains() -> tuple[Chain, ...]:
-    """All comparisons, in the order in which records are corrected for what they show."""
-    errors = sensor_errors()
-    along, log = "positions along the heading against the log", (HEADING, "surge_m_s")
-    turns, tracks, logs = (
-        tuple(Option(c, c.turn) for c in errors if c.turn),
-        tuple(Option(c, (e,)) for c in errors for e in c.track),
-        tuple(Option(c, (e,)) for c in errors for e in c.log),
+def chains(only: Collection[str] | None = None) -> tuple[Chain, ...]:
+    """All comparisons, in the order in which records are corrected for what they show.
+
+    only : sensor errors (ids) that are looked for; None: all.
+    """
+    errors = [c for c in sensor_errors() if only is None or c.id in only]
+    turns, clocks, curves = (
+        tuple(Option(c, effects) for c in errors if (effects := getattr(c, name)))
+        for name in ("turn", "scaled", "together")
     )
-    speeds = (HEADING, *VELOCITIES)
+    tracks, logs = (tuple(Option(c, (e,)) for c in errors for e in getattr(c, name)) for name in ("track", "log"))
+    speeds, log = (HEADING, *VELOCITIES), (HEADING, "surge_m_s")
+    along = "positions along the heading against the log"
     return (
-        Chain("heading against yaw rate", TURN, TURN[1:], TURN[:1], TURN, turn_of, turns),
-        Chain("positions against velocities", TRACK, speeds, POSITIONS, TRACK[1:], path_of, tracks),
-        Chain(along, (*log, *POSITIONS), log, POSITIONS, (*log[1:], *POSITIONS), log_of, logs, ("sway_m_s",)),
+        Chain("heading against yaw rate", TURN, TURN[1:], TURN[:1], TURN, turn_of, turns, clocks),
+        Chain("positions against velocities", TRACK, speeds, POSITIONS, TRACK[1:], path_of, tracks, curves),
+        Chain(along, (*log, *POSITIONS), log, POSITIONS, (*log[1:], *POSITIONS), log_of, logs, curves, ("sway_m_s",)),
     )
 
 
@@ -113,8 +118,11 @@ def sums(chain: Chain, record: Record, options: Sequence[Option]) -> Sums:
     return sums_of(*rows_of(chain, record, options))
 
 
-def why_not(chain: Chain, record: Record) -> str | None:
-    """Why a record cannot be compared, as a sentence; None where it can."""
+def why_not(chain: Chain, record: Record, derived: Collection[str] = ()) -> str | None:
+    """Why a record, some columns of which are made from each other, cannot be compared, as a sentence; None where it
+    can."""
+    if {*chain.opposed} <= {*derived}:
+        return f"in {record.name} one is made from the other, so they cannot check each other"
     lacking = [name for name in chain.needed if not record.has(name)]
     if lacking:
         return f"{record.name} has no column {' and '.join(lacking)}"

@@ -6,7 +6,7 @@ a speed log that is not linear explain a comparison in the place of scale errors
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -14,15 +14,15 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...models.errors import BadInput, CannotFit
-from ..sensors import LoggerClock, SpeedScaleError, YawRateScaleError
+from ..base import UNUSABLE
+from ..result import NORMAL_90, CheckFinding, Size
+from ..sensors import SpeedScaleError, YawRateScaleError
 from ..tails import student_quantile
 from .blocks import BLOCKS, BlockFit, Mean, Sums, explained, fit, p_value, random_effects_mean
 from .chains import Chain, Option, sums, why_not
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ..base import SensorError
     from .motion import Motion
 
 LEVEL = 6.3e-5
@@ -103,17 +103,29 @@ class Compared:
         return record
 
 
-def compare(chain: Chain, records: Sequence[Record]) -> Compared:
-    """Select the sensor errors that the records show in a chain."""
-    reasons = [why for r in records if (why := why_not(chain, r))]
-    usable = [r for r in records if why_not(chain, r) is None]
+def compare(
+    chain: Chain, records: Sequence[Record], derived: Mapping[str, set[str]], later: Sequence[Chain] = ()
+) -> Compared:
+    """The sensor errors that the records show in a chain, told by what stands `instead` of some where that is better.
+
+    derived : name of a record -> columns that are made from each other.  later : the comparisons after this one.
+    """
+    done = _compared(chain, records, derived)
+    if not chain.instead:
+        return done
+    return _as_curve(done) if chain.of_positions else _as_clock(done, derived, later)
+
+
+def _compared(chain: Chain, records: Sequence[Record], derived: Mapping[str, set[str]]) -> Compared:
+    whys = [why_not(chain, r, derived.get(r.name, set())) for r in records]
+    reasons, usable = [why for why in whys if why], [r for r, why in zip(records, whys, strict=True) if not why]
     options = [o for o in chain.options if _testable(o, chain, usable)]
     kept = []
     for record in usable:
         try:
             sums(chain, record, options)
             kept.append(record)
-        except (CannotFit, BadInput, ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+        except UNUSABLE as error:
             reasons.append(f"{record.name} cannot be compared: {error}")
     if not kept or not options:
         return Compared(chain, (), (), tuple(reasons))
@@ -333,42 +345,78 @@ def corrected_for(record: Record, options: Sequence[Option], values: np.ndarray)
     return record
 
 
-def as_clock(done: Compared, of_positions: Sequence[tuple[Chain, Sequence[Record]]]) -> Compared:
+def _as_clock(done: Compared, derived: Mapping[str, set[str]], later: Sequence[Chain]) -> Compared:
     """Heading against yaw rate with the scale error of the rate told as one of the clock, where this makes a scale
-    error of the speed needless; else the same.
+    error of the speed, which the later comparisons show, needless; else the same."""
 
-    of_positions : the comparisons of positions with velocities, and the records that each can use.
-    """
-    of_rate = [s.option.cause.id == YawRateScaleError.id for s in done.sizes]
-    if not any(s.material and is_scale for s, is_scale in zip(done.sizes, of_rate, strict=True)):
+    def speed_is_scaled(one: Compared) -> bool:
+        chains = ((chain, chain.taken([one.without(r) for r in one.records])) for chain in later)
+        sizes = (s for chain, records in chains for s in _compared(chain, records, derived).sizes)
+        return any(s.option.cause.id == SpeedScaleError.id and s.material for s in sizes)
+
+    of_rate = {s.option: s for s in done.sizes if s.option.cause.id == YawRateScaleError.id}
+    if not any(s.material for s in of_rate.values()):
         return done
-    option = Option(LoggerClock(), LoggerClock.scaled)
-    sizes = (
-        s._replace(option=option, rivals=()) if is_scale else s for s, is_scale in zip(done.sizes, of_rate, strict=True)
-    )
+    (clock,) = done.chain.instead
+    sizes = (s._replace(option=clock, rivals=()) if s.option in of_rate else s for s in done.sizes)
     other = replace(done, sizes=tuple(sizes))
-    needless = _speed_is_scaled(done, of_positions) and not _speed_is_scaled(other, of_positions)
-    return other if needless else done
+    return other if speed_is_scaled(done) and not speed_is_scaled(other) else done
 
 
-def _speed_is_scaled(done: Compared, of_positions: Sequence[tuple[Chain, Sequence[Record]]]) -> bool:
-    """Whether positions show a scale error of the speed in records that are corrected for a comparison."""
-    comparisons = (compare(chain, [done.without(record) for record in records]) for chain, records in of_positions)
-    return any(s.option.cause.id == SpeedScaleError.id and s.material for one in comparisons for s in one.sizes)
-
-
-# ---- A speed log that is not linear: two sizes that positions show in the place of a scale error.
-
-
-def as_curve(done: Compared, errors: Sequence[SensorError]) -> Compared:
+def _as_curve(done: Compared) -> Compared:
     """Positions against velocities with errors whose sizes act together among the options, where the last of these
     matters and all together explain clearly more than any other error; else the same.
 
     Of more sizes they explain as much as a scale error in any record: only the tie without it makes them an error.
     """
-    if not done.records or not errors:
+    if not done.records:
         return done
-    options = tuple(Option(cause, cause.together) for cause in errors)
-    other = compare(done.chain._replace(options=(*done.chain.options, *options)), done.records)
-    clear = any(s.option in options and s.material and not s.rivals for s in other.sizes)
+    curves = done.chain.instead
+    other = _compared(done.chain._replace(options=(*done.chain.options, *curves)), done.records, {})
+    clear = any(s.option in curves and s.material and not s.rivals for s in other.sizes)
     return other if clear else replace(done, tested=other.tested)
+
+
+# ---- findings
+def of_sizes(done: Compared) -> list[CheckFinding]:
+    """Sensor errors that a comparison selected, those that matter first."""
+    out = [_of_sizes(done, s) for s in done.sizes]
+    return sorted(out, key=lambda f: not f.material)
+
+
+def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
+    names, sizes = [r.name for r in done.records], []
+    for k, (effect, mean) in enumerate(zip(s.option.effects, s.means, strict=True)):
+        sizes.append(Size(effect.parameter, mean.value, mean.low, mean.high, effect.unit))
+        known = np.isfinite(s.each[:, k])
+        sizes += [
+            Size(effect.parameter, v, v - NORMAL_90 * sd, v + NORMAL_90 * sd, effect.unit, name)
+            for v, sd, name in zip(
+                s.each[known, k].tolist(), s.spread[known, k].tolist(), np.array(names)[known].tolist(), strict=True
+            )
+        ]
+    entry, p_equal = s.option.cause, min(m.p_equal for m in s.means)
+    differs = p_equal < DIFFERENT and len(names) > 1
+    tied = [o.cause.id for o in s.rivals] + list(entry.track_rivals)
+    said = f"{done.chain.title}: z = {s.z:.1f} over {len(names)} record{'s' if len(names) > 1 else ''}"
+    said += f"; late: {_late(s)}" if s.option.is_delay else ""
+    said += f"; differs between records (p = {p_equal:.1g}): not one cause" if differs else ""
+    return CheckFinding(
+        entry.id,
+        "sensors",
+        tuple(names),
+        done.chain.needed,
+        tuple(sizes),
+        said,
+        tuple(dict.fromkeys(tied)),
+        entry.separate_by,
+        s.material,
+        s.z,
+        p_equal if len(names) > 1 else None,
+    )
+
+
+def _late(s: Sizes) -> str:
+    slots = s.option.effects[0].instruments or (s.option.cause.id,)
+    names = [slot.removesuffix("_delay").replace("_", " ") for slot in slots]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -54,8 +54,7 @@ def _read(one: Record | FilePath, positive_rudder: str | None) -> tuple[Record, 
 
 def _of_repairs(record: Record, repairs: Repairs) -> list[CheckFinding]:
     """Findings about rows that were left out or moved on reading."""
-    from ..checks.base import Fault
-    from ..checks.findings import of_fault
+    from ..checks.base import Fault, of_fault
     from ..checks.registry import check_of
 
     said = {
