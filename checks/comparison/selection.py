@@ -357,7 +357,7 @@ def _as_clock(done: Compared, derived: Mapping[str, set[str]], later: Sequence[C
     of_rate = {s.option: s for s in done.sizes if s.option.cause.id == YawRateScaleError.id}
     if not any(s.material for s in of_rate.values()):
         return done
-    (clock,) = done.chain.instead
+    clock = done.chain.instead[0]
     sizes = (s._replace(option=clock, rivals=()) if s.option in of_rate else s for s in done.sizes)
     other = replace(done, sizes=tuple(sizes))
     return other if speed_is_scaled(done) and not speed_is_scaled(other) else done

@@ -23,6 +23,7 @@ from ..integrity.readings import (
     course_askew,
     course_ratio,
     heading_ratio,
+    known_together,
     over_windows,
     reread,
     speed_ratio,
@@ -248,14 +249,13 @@ def _side_scales(record: Record) -> SideScales | None:
 
     An offset is estimated along: it, too, makes turns to one side too small.
     """
-    heading, rate = record.heading_unwrapped(), record.column(CHANNEL)
-    known = np.isfinite(heading) & np.isfinite(rate)
-    if known.sum() < FEWEST:
+    time, heading, rate = known_together(record, record.heading_unwrapped(), record.column(CHANNEL))
+    if time.size < FEWEST:
         return None
-    turned, by_rate = over_windows(record.time_s[known], heading[known], rate[known])
+    turned, by_rate = over_windows(time, heading, rate)
     if turned.size < FEWEST:
         return None
-    least = max(TURNS * float(np.quantile(np.abs(turned), USUAL)), CLEAR * np.sqrt(2.0) * sensor_sd(heading[known]))
+    least = max(TURNS * float(np.quantile(np.abs(turned), USUAL)), CLEAR * np.sqrt(2.0) * sensor_sd(heading))
     if min(np.mean(turned > least), np.mean(turned < -least)) < MANOEUVRES:
         return None
     clear = np.abs(turned) > least

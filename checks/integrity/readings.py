@@ -177,13 +177,17 @@ def course_askew(record: Record) -> Track | None:
     return track if track is not None and track.askew else None
 
 
+def known_together(record: Record, *series: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Times and series (N,) of a record where all are known, (M,)."""
+    known = np.all([np.isfinite(values) for values in series], axis=0)
+    return tuple(values[known] for values in (record.time_s, *series))
+
+
 def rate_error(record: Record, name: str) -> float:
     """Share of the heading's changes over windows that a rate column does not give; nan for too few samples."""
-    psi, rate, time = record.heading_unwrapped(), record.column(name), record.time_s
-    known = np.isfinite(psi) & np.isfinite(rate)
-    if known.sum() < FEWEST:
+    time, psi, rate = known_together(record, record.heading_unwrapped(), record.column(name))
+    if time.size < FEWEST:
         return float("nan")
-    psi, rate, time = psi[known], rate[known], time[known]
     step = min(max(2, round(WINDOW_S / 8.0 / np.median(np.diff(time)))), time.size // 2)
     turned = psi[step:] - psi[:-step]
     by_rate = integral(rate, time)
@@ -203,13 +207,11 @@ def track_error(record: Record) -> float:
 def _ways(record: Record) -> tuple[np.ndarray, np.ndarray]:
     """Ways (M,) north + i east over windows, as heading and velocities give them and as positions show them; empty for
     too few samples."""
-    velocity, place, time = velocity_over_ground(record), position_over_ground(record), record.time_s
-    known = np.isfinite(velocity) & np.isfinite(place)
-    if known.sum() < FEWEST:
+    time, velocity, place = known_together(record, velocity_over_ground(record), position_over_ground(record))
+    if time.size < FEWEST:
         return np.zeros(0, complex), np.zeros(0, complex)
-    time, place = time[known], place[known]
     step = int(np.clip(round(WINDOW_S / np.median(np.diff(time))), 2, time.size // 2))
-    way = integral(velocity[known], time)
+    way = integral(velocity, time)
     whole = whole_windows(time, step)
     return (way[step:] - way[:-step])[whole], (place[step:] - place[:-step])[whole]
 
@@ -230,12 +232,10 @@ def heading_ratio(record: Record) -> Ratio | None:
     record = averages_of(record)
     if not record.has(*TURN):
         return None
-    heading = record.column("heading_rad")
-    known = np.isfinite(heading) & np.isfinite(record.column("yaw_rate_rad_s"))
-    if known.sum() < FEWEST_OF_RATIO:
+    time, heading, rate = known_together(record, *map(record.column, TURN))
+    if time.size < FEWEST_OF_RATIO:
         return None
-    rate = record.column("yaw_rate_rad_s")[known]
-    return _ratio(*over_windows(record.time_s[known], without_wraps(heading[known]), rate), FEWEST_OF_RATIO // 2)
+    return _ratio(*over_windows(time, without_wraps(heading), rate), FEWEST_OF_RATIO // 2)
 
 
 def course_ratio(record: Record) -> Ratio | None:
@@ -243,16 +243,14 @@ def course_ratio(record: Record) -> Ratio | None:
     record = averages_of(record)
     if not record.has("heading_rad", "north_m", "east_m"):
         return None
-    place = position_over_ground(record)
-    known = np.isfinite(place) & np.isfinite(record.column("heading_rad"))
-    if known.sum() < FEWEST_OF_RATIO:
+    time, place, heading = known_together(record, position_over_ground(record), record.column("heading_rad"))
+    if time.size < FEWEST_OF_RATIO:
         return None
-    place, heading = place[known], without_wraps(record.column("heading_rad")[known])
-    w = max(_window(record.time_s[known]), 2)
+    w, heading = _window(time), without_wraps(heading)
     way = place[w:] - place[:-w]
     course, turned = np.angle(way[w:] * np.conj(way[:-w])), heading[w + w // 2 :] - heading[w // 2 : -w]
     turned = turned[: course.size]
-    whole = whole_windows(record.time_s[known], w)
+    whole = whole_windows(time, w)
     fast = np.minimum(np.abs(way[w:]), np.abs(way[:-w])) > MOVES * np.median(np.abs(way))
     fast &= whole[w:] & whole[:-w]
     return _ratio(course[fast], turned[fast], FEWEST_OF_RATIO + 1)
@@ -267,18 +265,14 @@ def speed_ratio(record: Record) -> float | None:
     record = averages_of(record)
     if not record.has("surge_m_s", "north_m", "east_m"):
         return None
-    surge, sway = (
-        record.column("surge_m_s"),
-        record.column("sway_m_s") if record.has("sway_m_s") else np.zeros(record.n),
-    )
+    surge = record.column("surge_m_s")
+    sway = record.column("sway_m_s") if record.has("sway_m_s") else np.zeros(record.n)
     headed = record.has("heading_rad")
     velocity = over_ground(surge, sway, record.column("heading_rad")) if headed else np.hypot(surge, sway)
-    place = position_over_ground(record)
-    known = np.isfinite(velocity) & np.isfinite(place)
-    if known.sum() < FEWEST_OF_RATIO:
+    time, velocity, place = known_together(record, velocity, position_over_ground(record))
+    if time.size < FEWEST_OF_RATIO:
         return None
-    time, place = record.time_s[known], place[known]
-    w, way = _window(time), integral(velocity[known], time)
+    w, way = _window(time), integral(velocity, time)
     moved, by_log = np.abs(place[w:] - place[:-w]), np.abs(way[w:] - way[:-w])
     fast = (moved > 0.5 * np.quantile(moved, USUAL)) & (by_log > 0.0) & whole_windows(time, w)
     return float(np.median(by_log[fast] / moved[fast])) if fast.any() else None
