@@ -16,13 +16,6 @@ def chi2_tail(x: Any, k: float) -> Any:
     return chdtrc(k, x)
 
 
-def chi2_log_tail(x: float, k: float) -> float:
-    """log P(chi2_k > x) for x >= 0; -inf where the probability underflows."""
-    tail = float(chdtrc(k, x))
-    with np.errstate(divide="ignore"):
-        return float(np.log(tail) if tail < 0.5 else np.log1p(-chdtr(k, x)))
-
-
 def chi2_quantile(tail: float, k: float) -> float:
     """x with P(chi2_k > x) = tail."""
     return float(chdtri(k, tail))
@@ -67,7 +60,8 @@ def log_tail(statistic: float, k: int) -> float:
     """log P(chi2_k > statistic), also far in the tail."""
     x = max(float(statistic), 1e-9)
     if x < 300.0:
-        return chi2_log_tail(x, k)
+        tail = float(chdtrc(k, x))
+        return float(np.log(tail) if tail < 0.5 else np.log1p(-chdtr(k, x)))
     return float(-0.5 * x + (0.5 * k - 1.0) * np.log(0.5 * x) - gammaln(0.5 * k))
 
 

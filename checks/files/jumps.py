@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...datasets.columns import HEADING, POSITIONS, TRACK, VELOCITIES
+from ...datasets.columns import HEADING, POSITIONS, TRACK, TURN, VELOCITIES
 from ...datasets.geometry import over_ground, position_over_ground, velocity_over_ground
 from ...datasets.signals import bridged, integral
 from ...datasets.spikes import without_spikes_in_time
@@ -42,31 +42,22 @@ class Jump(NamedTuple):
 def jumps(record: Record) -> list[Jump]:
     """Jumps of heading (by the yaw rate) and positions (by heading and velocities), where these are known."""
     out = []
-    if record.has("heading_rad", "yaw_rate_rad_s") and not never_changes(record.column("yaw_rate_rad_s")):
-        out += _jumps(record, "heading_rad", record.heading_unwrapped(), record.column("yaw_rate_rad_s"))
-    if record.has("surge_m_s", "north_m", "east_m") and not never_changes(record.column("surge_m_s")):
-        speed = np.abs(record.column("surge_m_s"))
-        if record.has("sway_m_s"):
-            speed = np.hypot(speed, record.column("sway_m_s"))
-        for name in POSITIONS:
-            rate = _toward(record, name)
-            out += _jumps(record, name, record.column(name), rate, np.nan_to_num(speed))
+    if record.has(*TURN) and not never_changes(record.column(TURN[1])):
+        out += _jumps(record, HEADING, record.column(TURN[1]))
+    if record.has("surge_m_s", *POSITIONS) and not never_changes(record.column("surge_m_s")):
+        sway = record.column("sway_m_s") if record.has("sway_m_s") else 0.0
+        speed = np.nan_to_num(np.hypot(record.column("surge_m_s"), sway))
+        headed = record.has(HEADING, "sway_m_s")
+        velocity = velocity_over_ground(record) if headed else np.zeros(record.n, complex)
+        for name, rate in zip(POSITIONS, (velocity.real, velocity.imag), strict=True):
+            out += _jumps(record, name, rate, speed)
     return out
 
 
-def _toward(record: Record, name: str) -> np.ndarray:
-    """Velocity (N,) along north or east as heading and log give it; nan without them."""
-    if not record.has("heading_rad", "sway_m_s"):
-        return np.zeros(record.n)
-    velocity = velocity_over_ground(record)
-    return velocity.real if name == "north_m" else velocity.imag
-
-
-def _jumps(
-    record: Record, name: str, values: np.ndarray, rate: np.ndarray, most: np.ndarray | None = None
-) -> list[Jump]:
+def _jumps(record: Record, name: str, rate: np.ndarray, most: np.ndarray | None = None) -> list[Jump]:
+    """Jumps of a column that changes at a rate (N,), by no more than speeds (N,) allow (None: than the rate)."""
     time = record.time_s
-    values, rate = (without_spikes_in_time(x, time)[0] for x in (values, rate))
+    values, rate = (without_spikes_in_time(x, time)[0] for x in (record.continuous(name), rate))
     known = np.flatnonzero(np.isfinite(values) & np.isfinite(rate))
     if known.size < 4 * SIDE:
         return []

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -201,7 +201,7 @@ class ChannelSign(FileCheck):
         return Fault(said, POSITIONS, standing=True)
 
 
-CHANNEL = "yaw_rate_rad_s"
+CHANNEL, SIDES = "yaw_rate_rad_s", ("starboard", "port")
 WHOLE, LOST = 1.3, 0.5
 """Factor by which the scale of the right side may differ from one, and scale below which the other side is wrong."""
 TURNS, USUAL = 0.4, 0.95
@@ -212,13 +212,6 @@ FEWEST, MANOEUVRES = 30, 0.1
 """Samples and windows below which nothing is compared, and share of the windows that must turn to each side."""
 EXPLAINED, TWO_SCALES = 0.25, 0.5
 """Share of the yaw rate's spread that two scales may leave, and share of what one scale leaves that they may."""
-
-
-class SideScales(NamedTuple):
-    """Scales of the yaw rate in turns to starboard and to port."""
-
-    starboard: float
-    port: float
 
 
 class OneSidedChannel(FileCheck):
@@ -232,7 +225,7 @@ class OneSidedChannel(FileCheck):
         sides = _side_scales(record) if record.has(*TURN) else None
         if sides is None:
             return []
-        (low, wrong), (high, right) = sorted(zip(sides, sides._fields, strict=True))
+        (low, wrong), (high, right) = sorted(zip(sides, SIDES, strict=True))
         if not (low < LOST and 1.0 / WHOLE < high < WHOLE):
             return []
         how = "its sign is lost" if low < -LOST else "one side of it is lost"
@@ -240,12 +233,12 @@ class OneSidedChannel(FileCheck):
             f"{CHANNEL} is {low:.3g} times what the heading shows in turns to {wrong}, and {high:.3g} times in turns "
             f"to {right}: {how}; leave the column out, the heading remains, or export it again as a signed number"
         )
-        sizes = (exact("starboard", sides.starboard, "1"), exact("port", sides.port, "1"))
+        sizes = tuple(exact(side, value, "1") for side, value in zip(SIDES, sides, strict=True))
         return [Fault(said, (CHANNEL,), sizes, columns=without(record, CHANNEL, True))]
 
 
-def _side_scales(record: Record) -> SideScales | None:
-    """Scales of the yaw rate to each side, where they describe it and one scale does not; None else.
+def _side_scales(record: Record) -> list[float] | None:
+    """Scales of the yaw rate to starboard and to port, where they describe it and one scale does not; None else.
 
     An offset is estimated along: it, too, makes turns to one side too small.
     """
@@ -262,7 +255,7 @@ def _side_scales(record: Record) -> SideScales | None:
     return _fitted(turned[clear], by_rate[clear])
 
 
-def _fitted(turned: np.ndarray, by_rate: np.ndarray) -> SideScales | None:
+def _fitted(turned: np.ndarray, by_rate: np.ndarray) -> list[float] | None:
     """Scales of the changes (M,) that the yaw rate gives over those of the heading, rad."""
     offset = np.ones(turned.size)
     one = np.stack([turned, offset], axis=1)
@@ -270,5 +263,4 @@ def _fitted(turned: np.ndarray, by_rate: np.ndarray) -> SideScales | None:
     left, before = (float(np.std(by_rate - x @ lstsq(x, by_rate))) for x in (two, one))
     if not left < min(EXPLAINED * float(np.std(by_rate)), TWO_SCALES * before):
         return None
-    starboard, port, _ = lstsq(two, by_rate).tolist()
-    return SideScales(starboard, port)
+    return lstsq(two, by_rate).tolist()[:2]
