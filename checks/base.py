@@ -211,8 +211,8 @@ def cleaned(record: Record, faults: Iterable[Fault]) -> Record:
 
 def of_fault(entry: Check, fault: Fault, *records: Record) -> CheckFinding:
     """A fault of a record's file, or of several records together, as a finding."""
-    first = records[0]
-    lost = (np.isnan(new) & np.isfinite(first.column(name)) for name, new in fault.columns.items())
+    first, gaps = records[0], {} if fault.statistic else fault.columns  # another meaning of a column leaves nothing out
+    lost = (np.isnan(new) & np.isfinite(first.column(name)) for name, new in gaps.items())
     return CheckFinding(
         entry.id,
         "file",

@@ -117,6 +117,7 @@ def compare(
 
 
 def _compared(chain: Chain, records: Sequence[Record], derived: Mapping[str, set[str]]) -> Compared:
+    """Select among the options of a chain."""
     whys = [why_not(chain, r, derived.get(r.name, set())) for r in records]
     reasons, usable = [why for why in whys if why], [r for r, why in zip(records, whys, strict=True) if not why]
     options = [o for o in chain.options if _testable(o, chain, usable)]
