@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.columns import RUDDERS
-from ...estimation.diagnosis_only.windows.fit import covariance_of
-from ...estimation.diagnosis_only.windows.problem import mean_of_known, pieces_of, scales_of
 from ...estimation.records.naming import named
 from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.validation.horizons import STRAIGHT, TRUSTED, mean_ratio
@@ -21,7 +19,7 @@ from ...models.instruments import INSTRUMENTS
 from ..calibration.calibrate import corrected_particulars
 from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
-from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb, model_of, steering
+from .ladder import Attempt, Climb, Ladder, Step, climb, covariance_of, model_of, steering
 from .own_speed import numbers_of, with_own_speed
 from .records import copied_input, craft_of, outside, weak_motion, without_spikes
 from .result import (
@@ -39,7 +37,8 @@ from .result import (
     by_thrust,
 )
 from .rungs import TURNS
-from .verdict import GOOD, NEAR, heading_band, r2, verdict_of, window_s
+from .verdict import GOOD, NEAR, heading_band, r2, verdict_of
+from .windows import mean_of_known, pieces_of, scales_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -118,22 +117,22 @@ def _built(
     ladder, found, kept, model, ahead = grown[:5]
     notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps)), *told, *grown.notes]
     final = kept[-1].attempt
-    covariance = _covariance(ladder, final, model)
+    covariance = _covariance(final, model)
     copied = copied_input(pieces)
     verdict, reason = verdict_of(final, steering(ladder, final), ahead, copied, weak_motion(pieces))
     if verdict in (UNEXPLAINED, PARTLY) and max(r2(final)) >= GOOD and any(outside(train, r) for r in held_out):
         verdict = OUTSIDE
         reason = f"held-out records leave the range of the training records, where {reason}"
-    band, inside = heading_band(ladder, final, model, train, held_out, ahead.horizons_s)
+    band, inside = heading_band(ladder, final, train, held_out, ahead.horizons_s)
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     laws = _laws(found, kept[0].attempt)
     return CraftDiagnosis(
         model=model, first=model_of(ladder, kept[0].attempt), ship=simulation,
         own_speed=ahead.models.get(OWN_SPEED), records=tuple(roles),
-        verdict=verdict, reason=reason, window_s=window_s(final),
+        verdict=verdict, reason=reason, window_s=final.problem.windows.length_s,
         laws=laws, steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance, by_thrust(laws)),
         refused=found.refused, band=band, inside=inside,
-        own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.fitted.shifts, strict=True)),
+        own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.own_angles, strict=True)),
         ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(found, kept, given), notes=tuple(notes),
         wall_s=time.perf_counter() - started, covariance=covariance,
     )  # fmt: skip
@@ -220,30 +219,23 @@ def _beside_straight(ahead: Validation, *channels: str) -> float:
 def _guarded(ladder: Ladder, climb: Climb, records: Sequence[Record]) -> list[Step]:
     """The steps up to the last that predicts left-out records no worse than any before, and whose free runs of all
     records stay within bounds."""
-    scores = [_left_out_records(ladder, step.attempt) for step in climb.steps]
-    for last in reversed(range(len(climb.steps))):
-        steady = all(_rise_of(scores[last], before) <= SLACK for before in scores[:last])
-        if last == 0 or (steady and _bounded(model_of(ladder, climb.steps[last].attempt), records)):
+    errors = [_of_left_out_records(step.attempt) for step in climb.steps]
+    for last in reversed(range(1, len(climb.steps))):
+        rises = [np.clip(errors[last] - before, -np.log(2.0), np.log(2.0)) for before in errors[:last]]
+        steady = all(not float(mean_of_known(rise, (0, 1))) > SLACK for rise in rises)
+        if steady and _bounded(model_of(ladder, climb.steps[last].attempt), records):
             return list(climb.steps[: last + 1])
     return list(climb.steps[:1])
 
 
-def _rise_of(new: np.ndarray, old: np.ndarray) -> float:
-    """Mean rise of the logarithms (R, 2) of errors; no record counts with more than a factor of two."""
-    return float(np.nan_to_num(mean_of_known(np.clip(new - old, -np.log(2.0), np.log(2.0)), (0, 1))))
-
-
-def _left_out_records(ladder: Ladder, a: Attempt) -> np.ndarray:
+def _of_left_out_records(a: Attempt) -> np.ndarray:
     """Log root mean square errors (R, 2) of whole records, each predicted by a fit to the others; of one none."""
-    w, total = a.fitted.windows, []
-    for record in range(w.n_records):
-        mine = w.record == record
-        if not mine.any() or mine.all():
-            continue
-        others = ladder.fitted_to(a, ~mine)
-        error = w.of(mine).errors(others.coefficients[None], np.zeros((1, int(mine.sum()))))
-        total.append(0.5 * np.log(mean_of_known(error**2, (0, 1)) + (1e-3 * w.motion) ** 2))
-    return np.array(total).reshape(-1, 2)
+    problem = a.problem.by_record()
+    if len(problem.counts) < 2:
+        return np.zeros((0, 2))
+    squares = np.add.reduceat(np.nan_to_num(problem.left_out(a.by_record) ** 2).sum(axis=1), problem.firsts)
+    means = squares / np.where(problem.counts > 0.0, problem.counts, np.nan)
+    return 0.5 * np.log(means + (1e-3 * problem.windows.motion) ** 2)
 
 
 def _bounded(model: Model, records: Sequence[Record]) -> bool:
@@ -292,12 +284,14 @@ def _numbers(model: Model, covariance: np.ndarray, in_newton: bool) -> tuple[Num
     return (*own, *(NumberTold(n, units[n], v, v / 1.1, v * 1.1) for n, v in model.instruments.items()))
 
 
-def _covariance(ladder: Ladder, final: Attempt, model: Model) -> np.ndarray:
+def _covariance(final: Attempt, model: Model) -> np.ndarray:
     """(p, p) of the model's coefficients, zero for those that were not free."""
-    every = covariance_of(final.fitted, OWN_ANGLE * ladder.craft.scales.rudder)
-    places = [model.coordinates.index(n.name) for n in final.fitted.numbers]
-    out = np.zeros((len(model.coordinates),) * 2)
-    out[np.ix_(places, places)] = every
+    every, out = covariance_of(final), np.zeros((len(model.coordinates),) * 2)
+    free = [
+        (i, model.coordinates.index(n.name)) for i, n in enumerate(final.fitted.numbers) if n.name in model.coordinates
+    ]
+    own, places = (list(one) for one in zip(*free, strict=True))
+    out[np.ix_(places, places)] = every[np.ix_(own, own)]
     return out
 
 

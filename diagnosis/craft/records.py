@@ -16,7 +16,7 @@ from .rungs import ASTERN, PAIR, SPEED, TURNS, WIDE, WIND, Craft
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...estimation.diagnosis_only.windows.problem import Piece, Scales
+    from .windows import Piece, Scales
 
 SPIKED, NEAR, SPIKE = ("yaw_rate_rad_s", "heading_rad", "surge_m_s"), 7, 12.0
 """Channels freed of spikes, samples of the median, and usual distances from it that a spike exceeds."""

@@ -1,17 +1,19 @@
-"""The steering laws and the rungs of the ladder: which numbers each frees, with priors in units of the craft itself.
+"""The steering laws and the bank of rungs: which numbers each frees, with priors in units of the craft itself.
 
 T0, r95, d95, U0 and n0 are the craft's time, yaw rate, rudder or command, speed and revolutions (`Scales`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.diagnosis_only.windows.problem import Scales
+from ...estimation.selection.number import Candidate, Number
+from .problem import COMMON, DELAY, SLOWNESS
+from .windows import LAG, Scales
 
 STEEPEST = 1.0
 """Largest damping of a hull, per sampling step: no time constant is shorter than a step."""
@@ -46,8 +48,10 @@ class Craft(NamedTuple):
         return self.scales.rate / self.scales.time_s
 
 
-Priors = Callable[[Craft, float], dict[str, Prior]]
-"""(craft, sign of the steering) -> prior of each number."""
+Priors = Callable[[Craft], dict[str, Prior]]
+"""Prior of each number for a craft."""
+Trials = Callable[[Craft], Sequence[tuple[float, ...]]]
+"""Values that a rung is linearised at and started from, for a craft."""
 
 
 @dataclass(frozen=True)
@@ -68,23 +72,42 @@ class Law:
 class Rung:
     """One thing that a simpler model lacks.
 
-    extension : of the family;  starts : of the new numbers, in prior standard deviations;  instrument, trials : a
-    number of the linkage between order and hull, tried at these multiples of its unit;  only, needs : laws and inputs;
-    doubtful : slow disturbances look like it, so that left-out errors alone decide.
+    extension : of the family.  trials : of its numbers, as differences from the prior means;  None: its tangent says
+    what it brings.  of : cause, of which one rung only enters.  only, needs : laws and inputs.  bounding : it bounds
+    the motion, so that linear damping may be negative.  doubtful : slow disturbances look like it, so that a likelihood
+    ratio counts for nothing.
     """
 
     id: str
     title: str
-    priors: Priors = field(default=lambda craft, sign: {})
+    priors: Priors
     extension: str | None = None
-    starts: tuple[tuple[float, ...], ...] = ((0.0,),)
-    instrument: str | None = None
-    trials: Callable[[Craft], Sequence[float]] = field(default=lambda craft: ())
+    trials: Trials | None = None
+    of: str = ""
     only: frozenset[str] = frozenset()
     needs: frozenset[str] = frozenset()
     commands_only: bool = False
-    nonlinear_damping: bool = False
+    bounding: bool = False
     doubtful: bool = False
+
+    def candidates(self, craft: Craft, damping: Number) -> list[Candidate]:
+        """Ways in which it may enter; damping : the linear damping of the law, where it may be negative."""
+        numbers = numbers_of(self.priors(craft))
+        more = (damping,) if self.bounding else ()
+        ways = self.trials(craft) if self.trials else [(None,) * len(numbers)]
+        return [
+            Candidate(
+                self.of or self.id,
+                (*(replace(n, trial=x) for n, x in zip(numbers, way, strict=True)), *more),
+                kind=f"{self.id} {np.sign(way[0] or 0.0):g}",
+            )
+            for way in ways
+        ]
+
+
+def numbers_of(priors: Mapping[str, Prior]) -> tuple[Number, ...]:
+    """Numbers as differences from their prior means."""
+    return tuple(Number(name, p.sd, p.low - p.mean, p.high - p.mean) for name, p in priors.items())
 
 
 def _damping(c: Craft, by_speed: bool) -> Prior:
@@ -101,37 +124,36 @@ def _still(c: Craft) -> Prior:
     return Prior(-0.5 * whole.mean, 0.5 * whole.sd, 0.0, -whole.low)
 
 
-def _steering(c: Craft, sign: float, of: float) -> Prior:
-    """Of a gain of one sign; of: what it is multiplied by (1, U0^2, n0^2)."""
-    ends = (0.0, np.inf) if sign > 0.0 else (-np.inf, 0.0)
-    return Prior(0.0, 3.0 * c.gain / of, *ends)
+def _steering(c: Craft, of: float) -> Prior:
+    """Of a gain; of: what it is multiplied by (1, U0^2, n0^2)."""
+    return Prior(0.0, 3.0 * c.gain / of)
 
 
-def _constant(c: Craft, sign: float) -> dict[str, Prior]:
-    return {"a": _damping(c, False), "b": _steering(c, sign, 1.0)}
+def _constant(c: Craft) -> dict[str, Prior]:
+    return {"a": _damping(c, False), "b": _steering(c, 1.0)}
 
 
-def _thruster(c: Craft, sign: float) -> dict[str, Prior]:
+def _thruster(c: Craft) -> dict[str, Prior]:
     still, moving = (_damping(c, by_speed)._replace(high=0.0) for by_speed in (False, True))
     half = [p._replace(mean=0.5 * p.mean, sd=0.5 * p.sd) for p in (still, moving)]
-    return {"a": half[0], "a1": half[1], "b": _steering(c, sign, 1.0)}
+    return {"a": half[0], "a1": half[1], "b": _steering(c, 1.0)}
 
 
-def _flow(c: Craft, sign: float) -> dict[str, Prior]:
-    return {"a1": _damping(c, True), "b2": _steering(c, sign, c.scales.speed**2)}
+def _flow(c: Craft) -> dict[str, Prior]:
+    return {"a1": _damping(c, True), "b2": _steering(c, c.scales.speed**2)}
 
 
-def _race(c: Craft, sign: float) -> dict[str, Prior]:
-    return {**_flow(c, sign), "bn": _steering(c, sign, c.scales.turns**2)}
+def _race(c: Craft) -> dict[str, Prior]:
+    return {**_flow(c), "bn": _steering(c, c.scales.turns**2)}
 
 
-def _steady_race(c: Craft, sign: float) -> dict[str, Prior]:
-    return {**_flow(c, sign), "b": _steering(c, sign, 1.0)}
+def _steady_race(c: Craft) -> dict[str, Prior]:
+    return {**_flow(c), "b": _steering(c, 1.0)}
 
 
-def _azimuth(c: Craft, sign: float) -> dict[str, Prior]:
-    damping = {name: prior for name, prior in _thruster(c, sign).items() if name != "b"}
-    return damping | {"bn": _steering(c, sign, c.scales.turns**2)}
+def _azimuth(c: Craft) -> dict[str, Prior]:
+    damping = {name: prior for name, prior in _thruster(c).items() if name != "b"}
+    return damping | {"bn": _steering(c, c.scales.turns**2)}
 
 
 GAINS = ("b", "b2", "bn", "bs")
@@ -140,7 +162,7 @@ NOTHING = Law(
     "no_steering",
     "nomoto-1",
     "a yaw motion that dies away, whatever the steering",
-    lambda c, s: {"a": _damping(c, False)},
+    lambda c: {"a": _damping(c, False)},
 )
 """What a recorded rudder or command must do better than, if it turns the craft."""
 SPEED, TURNS, WIND, WIDE, PAIR, ASTERN = "speed", "n", "wind", "wide angles", "two thrusts", "astern"
@@ -184,7 +206,7 @@ def _through_rest(law: Law) -> Law:
         id=f"{law.id}_through_rest",
         family=f"{law.family}+still_damping",
         title=f"{signed}, and a damping that does not depend on the speed",
-        priors=lambda c, s: law.priors(c, s) | {"still_damping": _still(c)},
+        priors=lambda c: law.priors(c) | {"still_damping": _still(c)},
         needs=law.needs | {ASTERN},
         instead=frozenset({law.id, "rudder_in_steady_race"}),
     )
@@ -194,79 +216,86 @@ LAWS = (*ALL_AHEAD, *(_through_rest(law) for law in ALL_AHEAD if law.id in ("rud
 """All laws.  No propeller at constant revolutions drives a craft ahead and astern."""
 
 
-def _delays(c: Craft) -> Sequence[float]:
+def _delays(c: Craft) -> list[tuple[float, ...]]:
     least = max(0.5 * c.step_s, 0.03 * c.scales.time_s)
-    return [least * factor for factor in (1.0, 2.0, 4.0, 8.0) if least * factor < 0.6 * c.scales.time_s] or [least]
+    every = [least * factor for factor in (1.0, 2.0, 4.0, 8.0)]
+    return [(x,) for x in every if x < 0.6 * c.scales.time_s or x == least]
 
 
-def _rates(c: Craft) -> Sequence[float]:
-    return [c.scales.rudder / c.scales.time_s * factor for factor in (0.5, 1.0, 2.0, 4.0)]
+def _slownesses(c: Craft) -> list[tuple[float, ...]]:
+    return [(c.scales.time_s / c.scales.rudder * factor,) for factor in (0.25, 0.5, 1.0, 2.0)]
+
+
+def _lags(c: Craft) -> list[tuple[float, ...]]:
+    """Of the lead, and of the second time constant beside its mean: a lag, and a lead."""
+    return [(x, z * c.scales.time_s) for x, z in ((0.8, -0.3), (0.8, 0.25), (-1.6, -0.05), (-6.0, -0.25))]
+
+
+def _shortest(c: Craft) -> float:
+    """Shortest second time constant, s: a sampling step."""
+    return max(c.step_s, 0.03 * c.scales.time_s)
 
 
 NEUTRAL = Rung(
     "neutral_angle",
     "a neutral angle: rudder or command that holds a straight course",
-    lambda c, s: {"rudder_offset": Prior(0.0, 0.2 * c.scales.rudder)},
+    lambda c: {COMMON: Prior(0.0, 0.2 * c.scales.rudder)},
     "rudder_offset",
 )
 """Every craft has one: it stands beside every law, and is no step of the ladder."""
 RUNGS = (
     Rung(
         "quadratic_damping", "damping that grows with the yaw rate (r|r|)",
-        lambda c, s: {"added_Nr_absr": Prior(0.0, c.moment / c.scales.rate**2, high=0.0)}, "yaw_damping_quadratic",
-        ((-0.3,), (-1.0,)), nonlinear_damping=True,
+        lambda c: {"added_Nr_absr": Prior(0.0, c.moment / c.scales.rate**2, high=0.0)}, "yaw_damping_quadratic",
+        of="damping_by_rate", bounding=True,
     ),
     Rung(
         "cubic_damping", "damping that grows with the yaw rate (r³)",
-        lambda c, s: {"added_Nrrr": Prior(0.0, c.moment / c.scales.rate**3, high=0.0)}, "yaw_damping_cubic",
-        ((-0.3,), (-1.0,)), nonlinear_damping=True,
+        lambda c: {"added_Nrrr": Prior(0.0, c.moment / c.scales.rate**3, high=0.0)}, "yaw_damping_cubic",
+        of="damping_by_rate", bounding=True,
     ),
     Rung(
-        "delay", "a delay between order and hull", instrument="rudder_delay", trials=_delays,
+        "delay", "a delay between order and hull",
+        lambda c: {DELAY: Prior(0.0, 0.3 * c.scales.time_s, 0.0, 2.0 * c.scales.time_s)}, trials=_delays,
     ),
     Rung(
-        "rate_limit", "a limit of the rate at which the order is followed", instrument="rudder_rate_limit",
-        trials=_rates, commands_only=True,
+        "rate_limit", "a limit of the rate at which the order is followed",
+        lambda c: {SLOWNESS: Prior(0.0, c.scales.time_s / c.scales.rudder, 0.0)}, trials=_slownesses,
+        commands_only=True,
     ),
     Rung(
         "second_order", "a second time constant",
-        lambda c, s: {
+        lambda c: {
             "lead": Prior(0.0, 4.0, -20.0, 1.0),
-            "lead_T2": Prior(0.5 * c.scales.time_s, 0.5 * c.scales.time_s, _shortest(c), 6.0 * c.scales.time_s),
+            LAG: Prior(0.5 * c.scales.time_s, 0.5 * c.scales.time_s, _shortest(c), 6.0 * c.scales.time_s),
         },
-        "second_order_lead", ((0.2, -0.6), (0.2, 0.5), (-0.4, 0.0), (-1.5, -0.5)),
+        "second_order_lead", _lags,
     ),
     Rung(
         "asymmetry", "more effect to one side than to the other",
-        lambda c, s: {"rudder_asymmetry": Prior(0.0, 0.15, -0.8, 0.8)}, "rudder_asymmetry",
+        lambda c: {"rudder_asymmetry": Prior(0.0, 0.15, -0.8, 0.8)}, "rudder_asymmetry",
     ),
     Rung(
         "stall", "an effect that levels off at large angles or commands",
-        lambda c, s: {"rudder_stall": Prior(0.0, 0.5 / c.scales.rudder, 0.0, 4.0 / c.scales.rudder)}, "rudder_stall",
-        ((0.3,), (1.0,)),
+        lambda c: {"rudder_stall": Prior(0.0, 0.5 / c.scales.rudder, 0.0, 4.0 / c.scales.rudder)}, "rudder_stall",
     ),
     Rung(
         "hull_asymmetry", "a yaw moment ~ U² on a straight course",
-        lambda c, s: {"c": Prior(0.0, 0.2 * c.moment / c.scales.speed**2)},
+        lambda c: {"c": Prior(0.0, 0.2 * c.moment / c.scales.speed**2)},
         only=frozenset({"thruster", "twin_thrusters"}),
     ),
     Rung(
         "unequal_thrusters", "one thruster that turns the craft more than the other",
-        lambda c, s: {"bs": Prior(0.0, 0.2 * c.moment / c.thrust)}, only=frozenset({"twin_thrusters"}),
+        lambda c: {"bs": Prior(0.0, 0.2 * c.moment / c.thrust)}, only=frozenset({"twin_thrusters"}),
     ),
     Rung(
         "measured_wind", "the measured wind",
-        lambda c, s: dict.fromkeys(("wind_across", "wind_both"), Prior(0.0, 0.3 * c.moment / c.wind2)),
-        "measured_wind", ((0.0, 0.0),), needs=frozenset({WIND}),
+        lambda c: dict.fromkeys(("wind_across", "wind_both"), Prior(0.0, 0.3 * c.moment / c.wind2)),
+        "measured_wind", of="wind", needs=frozenset({WIND}),
     ),
     Rung(
         "heading_moment", "a moment that goes with the heading, as of wind or of a current",
-        lambda c, s: dict.fromkeys(("heading_moment_cos", "heading_moment_sin"), Prior(0.0, 0.1 * c.moment)),
-        "heading_moment", ((0.0, 0.0),), doubtful=True,
+        lambda c: dict.fromkeys(("heading_moment_cos", "heading_moment_sin"), Prior(0.0, 0.1 * c.moment)),
+        "heading_moment", of="wind", doubtful=True,
     ),
 )  # fmt: skip
-
-
-def _shortest(c: Craft) -> float:
-    """Shortest second time constant, s: a sampling step."""
-    return max(c.step_s, 0.03 * c.scales.time_s)

@@ -1,27 +1,34 @@
-"""Windows of records: their inputs, their start, what was measured in them, and predictions of all of them at once."""
+"""Windows of records: their inputs, their start, what was measured in them, and predictions of all of them at once.
+
+A window starts from the yaw rate and heading that the record itself, smoothed, has there, and is predicted with the
+recorded inputs for a few ship lengths.  What a free run of minutes adds up (trim, wind, current, the first error) does
+not reach its end.  This is for yaw alone and structures that are unknown: where a model is given, free runs
+(`diagnosis/free_runs`) know more, for every state and for thrust.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ....datasets.instruments import corrected
-from ....datasets.signals import bridged, sensor_sd
-from ....models.errors import CannotFit
-from ...observers.smoothed_states import smoothed_states
-from ...records.gaps import SHORTEST, parts_of
-from ...records.series import inputs_of, samples, yaw_rate_of
+from ...datasets.instruments import felt_rudder
+from ...datasets.signals import bridged, sensor_sd
+from ...estimation.observers.smoothed_states import smoothed_states
+from ...estimation.records.gaps import SHORTEST, parts_of
+from ...estimation.records.series import inputs_of, samples, yaw_rate_of
+from ...models.errors import CannotFit
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from ....datasets.record import Record
-    from ....models.model import Model
+    from ...datasets.record import Record
+    from ...models.model import Model
 
 SYMBOLS = ("r", "psi")
+LAGGED, LEAD, LAG = "lead_state", "lead", "lead_T2"
+"""State of a rudder or order behind a lag, its share, and the time of the lag: it starts where the record leads it."""
 LENGTH = 4.0
 """Length of a window in the craft's own times."""
 FEWEST, MOST = 10, 120
@@ -59,14 +66,33 @@ class Piece(NamedTuple):
     smooth: np.ndarray
 
 
+class Lane(NamedTuple):
+    """Windows that are predicted alike: coefficients (p,), or (W, p) where windows differ, numbers of the linkage
+    between order and hull (`models.instruments`), and the windows' places."""
+
+    coefficients: np.ndarray
+    linkage: tuple[tuple[str, float], ...] = ()
+    windows: slice = slice(None)
+
+
+class Stretch(NamedTuple):
+    """A piece with times (M,) of the windows' grid, the first samples (w,) of its windows, and the place of the first
+    one among all windows."""
+
+    piece: Piece
+    grid_s: np.ndarray
+    firsts: np.ndarray
+    place: int
+
+
 @dataclass(frozen=True, eq=False)
 class Windows:
     """W windows of N + 1 samples: see the module.
 
     inputs : (W, N + 1, nu) of `model`;  start : (W, n), zero for states that a record does not measure;  measured : (W,
-    N + 1, 2) yaw rate and heading, nan = gap;  record, block : (W,) numbers;  noise : (2,) standard deviations of the
-    sensors, the smallest errors that count;  motion : (2,) of the yaw rate, and of the heading within a window;  run :
-    inputs (M, nu) of each piece with the places of its windows, for states that follow the inputs alone.
+    N + 1, 2) yaw rate and heading, nan = gap;  record, block : (W,) numbers, which do not fall;  noise : (2,) standard
+    deviations of the sensors, the smallest errors that count;  motion : (2,) of the yaw rate, and of the heading within
+    a window;  stretches : what they are cut from;  kept : what acts along a stretch behind a linkage.
     """
 
     model: Model
@@ -78,55 +104,67 @@ class Windows:
     block: np.ndarray
     noise: np.ndarray
     motion: np.ndarray
-    runs: tuple[tuple[np.ndarray, np.ndarray, np.ndarray], ...]
-    n_records: int
-    duration_s: float
+    stretches: tuple[Stretch, ...]
+    kept: dict[tuple[int, tuple[tuple[str, float], ...]], np.ndarray] = field(default_factory=dict)
 
-    def errors(self, sets: np.ndarray, shift: np.ndarray) -> np.ndarray:
-        """Predicted minus measured (B W, N + 1, 2) for B sets of coefficients.
+    @property
+    def length_s(self) -> float:
+        """Length of a window, s."""
+        return self.dt * (self.inputs.shape[1] - 1)
 
-        sets : (B, p) one a set, or (B, W, p);  shift : (B, W) added to the first input.
-        """
-        from ....models.lanes import open_loops
+    @property
+    def duration_s(self) -> float:
+        """Of all pieces together, s."""
+        return float(sum(s.piece.record.time_s[-1] - s.piece.record.time_s[0] for s in self.stretches))
 
-        count, w = len(sets), len(self.inputs)
-        every = np.broadcast_to(sets[:, None, :] if sets.ndim == 2 else sets, (count, w, sets.shape[-1]))
-        inputs = np.tile(self.inputs, (count, 1, 1))
-        inputs[:, :, 0] += shift.reshape(-1, 1)
-        start = np.tile(self.start, (count, 1))
-        if "lead_state" in self.model.states:
-            place = self.model.states.index("lead_state")
-            start[:, place] = np.concatenate([self._lagging(one) for one in every[:, 0, :]]) + shift.ravel()
+    @cached_property
+    def known(self) -> np.ndarray:
+        """Where (W, N + 1, 2) something was measured."""
+        return np.isfinite(self.measured)
+
+    def errors(self, lanes: Sequence[Lane]) -> np.ndarray:
+        """Predicted minus measured (L, N + 1, 2) of the windows of all lanes in turn; 0 in gaps."""
+        from ...models.lanes import open_loops
+
+        inputs, start, sets = (np.concatenate(parts) for parts in zip(*map(self._driven, lanes), strict=True))
+        measured = np.concatenate([self.measured[lane.windows] for lane in lanes])
+        limit, columns = LOST * self.motion, [self.model.states.index(s) for s in SYMBOLS]
         with np.errstate(all="ignore"):
-            states = open_loops(self.model, every.reshape(count * w, -1), inputs, self.dt, start)
-            found = states[:, :, [self.model.states.index(s) for s in SYMBOLS]] - np.tile(self.measured, (count, 1, 1))
-            limit = LOST * self.motion
-            found = np.where(np.isnan(np.tile(self.measured, (count, 1, 1))), np.nan, np.nan_to_num(found, nan=1e9))
-            return np.clip(found, -limit, limit)
+            states = open_loops(self.model, sets, inputs, self.dt, start)
+            found = np.clip(states[:, :, columns] - measured, -limit, limit)
+        return np.where(np.isnan(found), np.where(np.isnan(measured), 0.0, limit), found)
 
-    def of(self, keep: np.ndarray) -> Windows:
-        """Some of the windows; keep: (W,) whether."""
-        place = np.cumsum(keep) - 1
-        runs = tuple((u, place[rows[keep[rows]]], at[keep[rows]]) for u, rows, at in self.runs)
-        return replace(
-            self,
-            inputs=self.inputs[keep],
-            start=self.start[keep],
-            measured=self.measured[keep],
-            record=self.record[keep],
-            block=np.unique(self.block[keep], return_inverse=True)[1],
-            runs=runs,
-            duration_s=self.duration_s * float(np.mean(keep)),
+    def errors_of(self, model: Model) -> np.ndarray:
+        """The same (W, N + 1, 2) by a model of the windows' family with its instruments; nan in gaps."""
+        lane = Lane(model.coefficients, tuple(model.instruments.items()))
+        return np.where(self.known, self.errors([lane]), np.nan)
+
+    def _driven(self, lane: Lane) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Inputs (L, N + 1, nu), starts (L, n) and coefficients (L, p) of the windows of a lane."""
+        inputs, start = self.inputs[lane.windows].copy(), self.start[lane.windows].copy()
+        sets = np.broadcast_to(lane.coefficients, (len(self.inputs), lane.coefficients.shape[-1]))[lane.windows]
+        own, places = (
+            dict(zip(self.model.coordinates, sets[0].tolist(), strict=True)),
+            range(len(self.inputs))[lane.windows],
         )
+        for number, (_, _, firsts, place) in enumerate(self.stretches if lane.linkage or own.get(LEAD) else ()):
+            first, last = max(places.start, place), min(places.stop, place + firsts.size)
+            if first < last:
+                rows, at = slice(first - places.start, last - places.start), firsts[first - place : last - place]
+                acting = self._acting(number, lane.linkage)
+                inputs[rows, :, 0] = acting[at[:, None] + np.arange(inputs.shape[1])]
+                if own.get(LEAD):
+                    late = _lag(acting, self.dt / max(own[LAG], 1e-9))
+                    start[rows, self.model.states.index(LAGGED)] = late[at]
+        return inputs, start, sets
 
-    def _lagging(self, coefficients: np.ndarray) -> np.ndarray:
-        """The state behind the first-order lag of the first input at the windows' starts (W,)."""
-        names = self.model.coordinates
-        lag = float(coefficients[names.index("lead_T2")])
-        out = np.zeros(len(self.inputs))
-        for inputs, rows, places in self.runs:
-            out[rows] = _lag(inputs, self.dt / max(lag, 1e-9))[places]
-        return out
+    def _acting(self, number: int, linkage: tuple[tuple[str, float], ...]) -> np.ndarray:
+        """What acts along a stretch (M,) behind a linkage."""
+        if (number, linkage) not in self.kept:
+            record, grid = self.stretches[number].piece.record, self.stretches[number].grid_s
+            acting = bridged(felt_rudder(record.time_s, record.rudder(), dict(linkage)), record.time_s)
+            self.kept[number, linkage] = _means(record.time_s, acting, grid, self.dt)
+        return self.kept[number, linkage]
 
 
 def mean_of_known(values: np.ndarray, axis: int | tuple[int, ...]) -> np.ndarray:
@@ -181,7 +219,7 @@ def _centred(values: np.ndarray) -> np.ndarray:
 
 
 def _speed(record: Record) -> np.ndarray:
-    from ...records.series import speed_of
+    from ...estimation.records.series import speed_of
 
     try:
         return speed_of(record)
@@ -215,16 +253,9 @@ def pieces_of(records: Sequence[Record], scales: Scales) -> list[Piece]:
     return found
 
 
-def windows_of(
-    pieces: Sequence[Piece],
-    model: Model,
-    scales: Scales,
-    instruments: Mapping[str, float] | None = None,
-    overlap: int | None = None,
-) -> Windows:
+def windows_of(pieces: Sequence[Piece], model: Model, scales: Scales, overlap: int | None = None) -> Windows:
     """The windows of the pieces for a model.
 
-    instruments : linkage between the recorded rudder or command and what acts on the hull (`models.instruments`).
     overlap : windows that begin within one; None: up to three, WINDOWS at most of all records together.
 
     Raises
@@ -234,44 +265,30 @@ def windows_of(
     step, samples_each = _grid(pieces, scales)
     stride = max(samples_each // overlap if overlap else _stride(pieces, step, samples_each), 1)
     blocks = max(1, round(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces) / BLOCKS / step))
-    parts, runs, done, rows = [], [], 0, 0
+    columns = [model.states.index(s) for s in SYMBOLS]
+    parts, stretches, done, place = [], [], 0, 0
     for piece in pieces:
-        series = resampled(piece, model, step, instruments or {})
-        firsts = np.arange(0, len(series[0]) - samples_each, stride)
+        series = resampled(piece, model, step)
+        firsts = np.arange(0, len(series.grid_s) - samples_each, stride)
         if not firsts.size:
             continue
         places = firsts[:, None] + np.arange(samples_each + 1)
         start = np.zeros((firsts.size, len(model.states)))
-        for column, symbol in enumerate(SYMBOLS):
-            start[:, model.states.index(symbol)] = series[2][firsts, column]
-        parts.append(
-            (series[0][places], start, series[1][places], np.full(firsts.size, piece.owner), done + firsts // blocks)
-        )
-        runs.append((series[0][:, 0], rows + np.arange(firsts.size), firsts))
-        done += int(firsts[-1] // blocks) + 1
-        rows += firsts.size
+        start[:, columns] = series.smooth[firsts]
+        owner, block = np.full(firsts.size, piece.owner), done + np.unique(firsts // blocks, return_inverse=True)[1]
+        parts.append((series.inputs[places], start, series.measured[places], owner, block))
+        stretches.append(Stretch(piece, series.grid_s, firsts, place))
+        done, place = int(block[-1]) + 1, place + firsts.size
     if not parts:
         raise CannotFit(f"no record has a stretch of {step * samples_each:.3g} s")
     inputs, start, measured, record, block = (np.concatenate(one) for one in zip(*parts, strict=True))
     own = [[sensor_sd(samples_of) for samples_of in _channels(p.record).T] for p in pieces]
-    spread = measured - start[:, None, [model.states.index(s) for s in SYMBOLS]]
+    spread = measured - start[:, None, columns]
     spread[:, :, 0] = measured[:, :, 0]
     motion = np.sqrt(mean_of_known(spread**2, (0, 1)))
     motion = np.maximum(np.where(np.isfinite(motion), motion, 1.0), 1e-12)
-    return Windows(
-        model=model,
-        dt=step,
-        inputs=inputs,
-        start=start,
-        measured=measured,
-        record=record,
-        block=np.unique(block, return_inverse=True)[1],
-        noise=np.fmin(np.sqrt(np.mean(np.square(own), axis=0)), NOISE * motion),
-        motion=motion,
-        runs=tuple(runs),
-        n_records=1 + max(p.owner for p in pieces),
-        duration_s=float(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces)),
-    )
+    noise = np.fmin(np.sqrt(np.mean(np.square(own), axis=0)), NOISE * motion)
+    return Windows(model, step, inputs, start, measured, record, block, noise, motion, tuple(stretches))
 
 
 def _grid(pieces: Sequence[Piece], scales: Scales) -> tuple[float, int]:
@@ -288,17 +305,23 @@ def _stride(pieces: Sequence[Piece], step: float, samples_each: int) -> int:
     return max(int(np.ceil(total / WINDOWS)), samples_each // 3)
 
 
-def resampled(
-    piece: Piece, model: Model, step: float, instruments: Mapping[str, float]
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Inputs (M, nu), measured (M, 2) and smoothed (M, 2) at equal steps; inputs are means over a step."""
-    record = corrected(piece.record, dict(instruments))
-    time, given = record.time_s, inputs_of(record, model)
-    grid = time[0] + step * np.arange(int((time[-1] - time[0]) / step + 1e-9) + 1)
+class Resampled(NamedTuple):
+    """Times (M,) at equal steps; inputs (M, nu), which are means over a step; measured and smoothed motion (M, 2)."""
+
+    grid_s: np.ndarray
+    inputs: np.ndarray
+    measured: np.ndarray
+    smooth: np.ndarray
+
+
+def resampled(piece: Piece, model: Model, step: float) -> Resampled:
+    """A piece at equal steps."""
+    record, time = piece.record, piece.record.time_s
+    given, grid = inputs_of(record, model), time[0] + step * np.arange(int((time[-1] - time[0]) / step + 1e-9) + 1)
     inputs = np.column_stack([_means(time, bridged(given[s], time), grid, step) for s in model.inputs])
     measured = np.column_stack([_nearest(time, values, grid, record.dt) for values in _channels(record).T])
     smooth = np.column_stack([np.interp(grid, time, values) for values in piece.smooth.T])
-    return inputs, measured, smooth
+    return Resampled(grid, inputs, measured, smooth)
 
 
 def _channels(record: Record) -> np.ndarray:
