@@ -29,8 +29,8 @@ from ...models.model import Model, resolve
 from ...models.time_scale import OWN_TIME
 from ..causes.base import NORMAL_90
 from .problem import COMMON, OWN, WindowErrors, linkage_of
-from .rungs import GAINS, LAWS, NEUTRAL, NOTHING, RUNGS, Craft, Law, Rung, numbers_of
-from .windows import SYMBOLS, Piece, mean_of_known, windows_of
+from .rungs import GAINS, LAWS, NEUTRAL, NOTHING, RUNGS, Law, Rung, priors_of
+from .windows import SYMBOLS, Piece, Scales, mean_of_known, windows_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,20 +51,37 @@ FREED = 2.0
 """Linear damping, in units of 1/T0, that may be negative where nonlinear damping bounds the motion."""
 
 
+NONE = Fall(0.0, 0.0)
+
+
 @dataclass(frozen=True)
 class Attempt:
-    """A law with rungs, fitted.  problem : the errors of windows that it is fitted to."""
+    """A law with rungs, fitted.  problem : the errors of windows that it is fitted to;  fall : of the errors of
+    left-out blocks by its last rung, of a law beside the best one."""
 
+    ladder: Ladder
     law: Law
     rungs: tuple[Rung, ...]
     problem: WindowErrors
     fitted: Fitted
+    fall: Fall = NONE
 
     def of_size(self, size: np.ndarray) -> Attempt:
         """Fitted with another size of usual errors."""
         problem, point = self.problem.of_size(size), self.fitted.point
         fitted = minimise(problem, self.fitted.numbers, point.values, point.own)
-        return Attempt(self.law, self.rungs, problem, fitted)
+        return replace(self, problem=problem, fitted=fitted)
+
+    def beside(self, other: Attempt) -> Attempt:
+        """With the fall of the logarithm of the root mean square error of left-out blocks from another one, mean over
+        channels, and its standard error: 0.05 is about 5 %."""
+        by, channels = fall_between(self.problem, other.fitted, self.fitted), self.problem.channels
+        return replace(self, fall=Fall(by.gain / channels, by.error / channels))
+
+    @property
+    def last(self) -> Law | Rung:
+        """The rung that was taken last, or else the law."""
+        return self.rungs[-1] if self.rungs else self.law
 
     @property
     def count(self) -> int:
@@ -90,15 +107,10 @@ class Attempt:
     @cached_property
     def with_angles(self) -> Fitted:
         """The fit with a neutral angle of its own for every record."""
-        sd = OWN_ANGLE * self.rudder
-        angles = [Number(f"{OWN}{record}", sd) for record in range(int(self.problem.windows.record.max()) + 1)]
+        records = range(int(self.problem.windows.record.max()) + 1)
+        angles = [Number(f"{OWN}{record}", self.ladder.own_angle) for record in records]
         numbers, start = (*self.fitted.numbers, *angles), self.fitted.point
         return minimise(self.problem, numbers, start.values, start.own, ANGLE_STEPS)
-
-    @property
-    def rudder(self) -> float:
-        """Hard rudder or command."""
-        return next(n.sd for n in self.fitted.numbers if n.name == COMMON) / 0.2
 
     @property
     def own_angles(self) -> NDArray[np.float64]:
@@ -106,30 +118,47 @@ class Attempt:
         found = self.with_angles.point.values
         return np.array([x for name, x in found.items() if name.startswith(OWN)])
 
+    @cached_property
+    def covariance(self) -> NDArray[np.float64]:
+        """(q, q) of the fitted numbers: of the cost's curvature, and beside it how they differ between blocks of time.
 
-@dataclass(frozen=True)
-class Step:
-    """A rung that was taken: the attempt with it, and by how much errors fall, with the standard error."""
+        Along simulated craft either alone is too small by a quarter to a half; intervals of the sum hold about 90 %.
+        To that of the neutral angle comes what records have of their own, which a prior counts in as one record more.
+        """
+        names = [n.name for n in self.fitted.numbers]
+        out, own = self.fitted.covariance.copy(), self.own_angles
+        out[(names.index(COMMON),) * 2] += (self.ladder.own_angle**2 + own @ own) / (1.0 + own.size) / own.size
+        blocks = len(self.fitted.without)
+        if blocks < 4:
+            return out
+        moved = np.array([[values[name] for name in names] for values in self.fitted.without])
+        moved -= moved.mean(axis=0)
+        return out + (blocks - 1.0) / blocks * moved.T @ moved
 
-    id: str
-    title: str
-    attempt: Attempt
-    gain: float
-    error: float
+    def model(self, values: Mapping[str, float] | None = None) -> Model:
+        """The fitted model with the extensions of its rungs only; values : other ones of its numbers."""
+        values = self.fitted.point.values if values is None else values
+        whole = dict(zip(self.problem.places, self.problem.coefficients(values).tolist(), strict=True))
+        model = self.ladder.model(self.law, self.rungs)
+        return replace(
+            model, id="craft", title=self.law.title, coefficients=np.array([whole[n] for n in model.coordinates]),
+            instruments=linkage_of(values), source="built from records",
+            particulars={OWN_TIME: self.ladder.scales.time_s},
+        )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Climb:
-    """The laws alone (fall against the best, with its standard error), the steps, and what the last one refused."""
+class Climb(NamedTuple):
+    """The laws alone, the steps from the law that is chosen to all that it lacks, and what was refused then: id of a
+    rung, fall of the errors, standard error."""
 
-    laws: tuple[tuple[Attempt, float, float], ...]
-    steps: tuple[Step, ...]
+    laws: tuple[Attempt, ...]
+    steps: tuple[Attempt, ...]
     refused: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def final(self) -> Attempt:
         """The last attempt."""
-        return self.steps[-1].attempt
+        return self.steps[-1]
 
 
 class Steering(NamedTuple):
@@ -152,15 +181,20 @@ class Ladder:
     """The records of a craft and what can be tried on them.  given : inputs that all records measure."""
 
     pieces: Sequence[Piece]
-    craft: Craft
+    scales: Scales
     given: frozenset[str]
     commands: bool
     problems: dict[str, WindowErrors] = field(default_factory=dict)
 
+    @property
+    def own_angle(self) -> float:
+        """Standard deviation of a record's own neutral angle, rad or the command's unit."""
+        return OWN_ANGLE * self.scales.rudder
+
     def without_heading(self) -> Ladder:
         """The same for the yaw rate alone."""
         blind = [p._replace(record=p.record.with_channels(heading_rad=None)) for p in self.pieces]
-        return Ladder(blind, self.craft, self.given, self.commands)
+        return Ladder(blind, self.scales, self.given, self.commands)
 
     def laws(self) -> list[Law]:
         """The laws whose inputs the records measure; of two that are the same on them, the one with more rungs."""
@@ -179,45 +213,43 @@ class Ladder:
         """The law with rungs at the means of their priors, at the craft's speed and revolutions."""
         from ...models import kernels
 
-        s, every = self.craft.scales, (NEUTRAL, *rungs)
+        s, every = self.scales, (NEUTRAL, *rungs)
         family = "+".join([law.family, *(r.extension for r in every if r.extension is not None)])
-        priors = [law.priors(self.craft), *(r.priors(self.craft) for r in every)]
-        means = {name: prior.mean for one in priors for name, prior in one.items()}
+        means = {name: prior.mean for one in (law, *every) for name, prior in priors_of(one.numbers, s).items()}
         return replace(
             resolve(law.family.split("+")[0]), family=family, speed_m_s=s.speed,
             coefficients=np.array([means.get(name, 0.0) for name in kernels.load(family).COEFFICIENTS]),
             n0_rps=s.turns if np.isfinite(s.turns) else None,
-            max_step_s=max(min(s.time_s / 10.0, self.craft.step_s), s.time_s / 40.0),
+            max_step_s=max(min(s.time_s / 10.0, s.step_s), s.time_s / 40.0),
         )  # fmt: skip
 
     def problem(self, law: Law) -> WindowErrors:
         """The errors of the records' windows by a law with all its rungs; made once."""
         if law.id not in self.problems:
-            windows = windows_of(self.pieces, self.model(law, self.rungs(law)), self.craft.scales)
-            self.problems[law.id] = WindowErrors(windows, self.craft.scales.time_s, WIDE * windows.motion)
+            windows = windows_of(self.pieces, self.model(law, self.rungs(law)), self.scales)
+            self.problems[law.id] = WindowErrors(windows, self.scales.time_s, WIDE * windows.motion)
         return self.problems[law.id]
 
     def first(self, law: Law) -> Attempt:
         """The best of several starts of a law alone, all gains then of the sign that their sum has."""
-        problem, numbers = self.problem(law), numbers_of(law.priors(self.craft) | NEUTRAL.priors(self.craft))
-        means = problem.windows.model.coefficients
-        damping = {n.name: float(means[problem.places[n.name]]) for n in numbers}
-        starts = [{name: x * (1.0 / slower - 1.0) for name, x in damping.items()} for slower in SLOWER]
+        problem, priors = self.problem(law), priors_of((*law.numbers, *NEUTRAL.numbers), self.scales)
+        numbers = [prior.number(name) for name, prior in priors.items()]
+        starts = [{name: p.mean * (1.0 / slower - 1.0) for name, p in priors.items()} for slower in SLOWER]
         tried = [minimise(problem, numbers, start, problem.no_own, FIRST) for start in starts]
         best = min(tried, key=lambda fitted: fitted.point.cost).point
         sign = np.sign(sum(best.values[n.name] / n.sd for n in numbers if n.name in GAINS))
         ends = (0.0, np.inf) if sign >= 0.0 else (-np.inf, 0.0)
         signed = [replace(n, low=ends[0], high=ends[1]) if n.name in GAINS else n for n in numbers]
-        return Attempt(law, (), problem, minimise(problem, signed, best.values, best.own))
+        return Attempt(self, law, (), problem, minimise(problem, signed, best.values, best.own))
 
     def bank(self, law: Law, always: Sequence[Number]) -> dict[Candidate, Rung]:
         """The ways in which rungs may enter beside the numbers of a law."""
-        s, model = self.craft.scales, self.problem(law).windows.model
+        s, model = self.scales, self.problem(law).windows.model
         damping = [n for n in always if n.name in ("a", "a1")][-1]
         place = model.coordinates.index(damping.name)
         unit = FREED / s.time_s / (s.speed if damping.name == "a1" else 1.0)
         free = replace(damping, high=unit - float(model.coefficients[place]))
-        return {c: rung for rung in self.rungs(law) for c in rung.candidates(self.craft, free)}
+        return {c: rung for rung in self.rungs(law) for c in rung.candidates(self.scales, free)}
 
     def chosen(self, alone: Attempt) -> tuple[Attempt, Selection]:
         """A law with the rungs that it needs; what is doubtful comes last, and has to be surer."""
@@ -234,25 +266,6 @@ class Ladder:
         return replace(alone, rungs=tuple(bank[c] for c in found.candidates), fitted=found.final), found
 
 
-def model_of(ladder: Ladder, attempt: Attempt, values: Mapping[str, float] | None = None) -> Model:
-    """The fitted model with the extensions of its rungs only; values : other ones of its numbers."""
-    values = attempt.fitted.point.values if values is None else values
-    whole = dict(zip(attempt.problem.places, attempt.problem.coefficients(values).tolist(), strict=True))
-    model = ladder.model(attempt.law, attempt.rungs)
-    return replace(
-        model, id="craft", title=attempt.law.title, coefficients=np.array([whole[n] for n in model.coordinates]),
-        instruments=linkage_of(values), source="built from records",
-        particulars={OWN_TIME: ladder.craft.scales.time_s},
-    )  # fmt: skip
-
-
-def better(old: Attempt, new: Attempt) -> Fall:
-    """By how much the logarithm of the root mean square error of left-out blocks falls, mean over channels, and its
-    standard error: 0.05 is about 5 %."""
-    by, channels = fall_between(new.problem, old.fitted, new.fitted), new.problem.channels
-    return Fall(by.gain / channels, by.error / channels)
-
-
 def climb(ladder: Ladder) -> Climb:
     """The rungs of every law, and the law that does best with them; it is fitted anew with the size of its own errors.
 
@@ -261,62 +274,51 @@ def climb(ladder: Ladder) -> Climb:
     alone = [ladder.first(law) for law in ladder.laws()]
     size = np.min([a.problem.usual(a.fitted) for a in alone], axis=0)
     alone = [a.of_size(size) for a in alone]
-    law, final, selection = _preferred([(a, *ladder.chosen(a)) for a in alone])
-    steps = _steps(law, final, selection)
-    steps[-1] = replace(steps[-1], attempt=final.of_size(final.problem.usual(final.fitted)))
-    best = min(alone, key=lambda a: a.score)
-    return Climb(tuple((a, *better(best, a)) for a in alone), tuple(steps), _refused(ladder, final))
-
-
-def _preferred(grown: Sequence[tuple[Attempt, Attempt, Selection]]) -> tuple[Attempt, Attempt, Selection]:
-    """The law of the fewest numbers among those that are within LEAST and a standard error of the best, or the one
-    that the records' own columns speak for."""
+    grown = [(a, *ladder.chosen(a)) for a in alone]
     best = min((final for _, final, _ in grown), key=lambda a: a.score)
-    equal = [one for one in grown if one[1] is best or _is_as_good(one[1], best)]
-    return min(equal, key=lambda one: (not one[1].law.seen, one[1].count, one[1].score))
+    law, final, selection = min(
+        (one for one in grown if one[1] is best or _is_as_good(one[1], best)),
+        key=lambda one: (not one[1].law.seen, one[1].count, one[1].score),
+    )
+    steps = [law]
+    for count in range(1, len(final.rungs) + 1):
+        part = with_only(law.problem, selection, selection.entered[:count], law.fitted.numbers)
+        steps.append(replace(law, rungs=final.rungs[:count], fitted=part.final).beside(steps[-1]))
+    steps[-1] = steps[-1].of_size(final.problem.usual(final.fitted))
+    first = min(alone, key=lambda a: a.score)
+    return Climb(tuple(a.beside(first) for a in alone), tuple(steps), _refused(final))
 
 
 def _is_as_good(one: Attempt, best: Attempt) -> bool:
-    by = better(one, best)
+    """Whether an attempt is within LEAST and a standard error of the best."""
+    by = best.beside(one).fall
     return by.gain < min(by.error, LEAST)
 
 
-def _steps(law: Attempt, final: Attempt, selection: Selection) -> list[Step]:
-    """The law alone, and with one more of its rungs each."""
-    steps = [Step(law.law.id, law.law.title, law, 0.0, 0.0)]
-    for count, rung in enumerate(final.rungs, 1):
-        part, now = with_only(law.problem, selection, selection.entered[:count], law.fitted.numbers), final
-        if count < len(final.rungs):
-            now = replace(final, rungs=final.rungs[:count], fitted=part.final)
-        steps.append(Step(rung.id, rung.title, now, *better(steps[-1].attempt, now)))
-    return steps
-
-
-def _refused(ladder: Ladder, final: Attempt) -> tuple[tuple[str, float, float], ...]:
+def _refused(final: Attempt) -> tuple[tuple[str, float, float], ...]:
     """Rungs that are not in, with the fall of the errors that the linearisation predicts, and its standard error."""
-    held, taken = final.fitted.numbers, {r.of or r.id for r in final.rungs}
-    bank = {c: r for c, r in ladder.bank(final.law, held).items() if c.id not in taken}
-    joint = {replace(c, numbers=distinct((*held, *c.numbers))): r for c, r in bank.items()}
-    floor, channels = floor_squares(final.problem), final.problem.channels
-    best: dict[str, tuple[str, float, float]] = {}
-    for candidate, left in predictions(final.problem, list(joint), final.fitted):
-        by, id_ = fall(final.fitted.left_out, left, floor), joint[candidate].id
-        best.setdefault(id_, (id_, by.gain / channels, by.error / channels))
+    held, taken, problem = final.fitted.numbers, {r.of or r.id for r in final.rungs}, final.problem
+    bank = {c: r for c, r in final.ladder.bank(final.law, held).items() if c.id not in taken}
+    joint = {replace(c, numbers=distinct((*held, *c.numbers))): r.id for c, r in bank.items()}
+    floor, best = floor_squares(problem), dict[str, tuple[str, float, float]]()
+    for candidate, left in predictions(problem, list(joint), final.fitted):
+        by, id_ = fall(final.fitted.left_out, left, floor), joint[candidate]
+        best.setdefault(id_, (id_, by.gain / problem.channels, by.error / problem.channels))
     return tuple(best.values())
 
 
 # ---- what the steering brings
-def steering(ladder: Ladder, now: Attempt) -> Steering:
+def steering(now: Attempt) -> Steering:
     """How much better left-out windows are predicted with the rudder or command than without it."""
-    without = ladder.first(NOTHING).of_size(now.problem.size)
-    return Steering(*better(without, now), *_skill(without, now), _most(now))
+    without = now.ladder.first(NOTHING).of_size(now.problem.size)
+    return Steering(*now.beside(without).fall, *_skill(without, now), _most(now))
 
 
 def _most(now: Attempt) -> float:
     """Share of the yaw motion within windows (rms) that the steering makes, with its gains at the ends of their 90 %
     intervals."""
     problem, windows = now.problem, now.problem.windows
-    halves = NORMAL_90 * np.sqrt(np.diag(covariance_of(now)))
+    halves = NORMAL_90 * np.sqrt(np.diag(now.covariance))
     most = dict(now.fitted.point.values)
     for number, half in zip(now.fitted.numbers, halves.tolist(), strict=True):
         if number.name in GAINS:
@@ -343,21 +345,3 @@ def _skill(without: Attempt, now: Attempt) -> tuple[float, float]:
     blocks = np.arange(total.shape[1])
     error = float(jackknife(np.array([share(blocks != b) for b in blocks]))) if blocks.size > 2 else np.inf
     return share(blocks), error
-
-
-def covariance_of(now: Attempt) -> np.ndarray:
-    """(q, q) of the fitted numbers: of the cost's curvature, and beside it how they differ between blocks of time.
-
-    Along simulated craft either alone is too small by a quarter to a half; intervals of the sum hold about 90 %.
-    To that of the neutral angle comes what records have of their own, which a prior counts in as one record more.
-    """
-    names = [n.name for n in now.fitted.numbers]
-    out = now.fitted.covariance.copy()
-    own, prior = now.own_angles, (OWN_ANGLE * now.rudder) ** 2
-    out[(names.index(COMMON),) * 2] += (prior + own @ own) / (1.0 + own.size) / own.size
-    blocks = len(now.fitted.without)
-    if blocks < 4:
-        return out
-    moved = np.array([[values[name] for name in names] for values in now.fitted.without])
-    moved -= moved.mean(axis=0)
-    return out + (blocks - 1.0) / blocks * moved.T @ moved

@@ -27,7 +27,6 @@ from ...estimation.validation.horizons import better_at
 from ...estimation.validation.validate import label, validate
 from ...models.errors import BadInput
 from ..causes.base import NORMAL_90
-from .ladder import OWN_ANGLE, Attempt, Ladder, model_of
 from .problem import COMMON
 from .records import COPIED, EXCITED
 from .result import ADEQUATE, BUILT, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED, Band
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.validation.result import Validation
     from ...models.model import Model
-    from .ladder import Steering
+    from .ladder import Attempt, Steering
 
 
 GOOD, FAIR = 0.7, 0.6
@@ -144,17 +143,17 @@ PLACES = 8
 
 
 def heading_band(
-    ladder: Ladder, final: Attempt, train: Sequence[Record], held_out: Sequence[Record], times_s: Sequence[float]
+    final: Attempt, train: Sequence[Record], held_out: Sequence[Record], times_s: Sequence[float]
 ) -> tuple[tuple[Band, ...], float]:  # fmt: skip
     """The heading band after the times ahead and after one and two minutes, and the share of held-out errors inside."""
     after, records = np.array([*times_s, 60.0, 120.0]), np.unique(final.problem.windows.record)
     squares = []
     for k, number in enumerate(records.tolist() if records.size > 1 else []):
-        model = model_of(ladder, final, final.by_record.without[k])
+        model = final.model(final.by_record.without[k])
         found = _ratios(final, model, train[number], np.setdiff1d(records, number))
         squares += [float(np.mean(found**2))] if found.size else []
     wider = _scale(squares)
-    sd, model = wider * _spread(final, after, records), model_of(ladder, final)
+    sd, model = wider * _spread(final, after, records), final.model()
     outer = np.concatenate([np.zeros(0), *(_ratios(final, model, r, records) for r in held_out)])
     inside = float(np.mean(outer <= wider)) if outer.size else float("nan")
     return tuple(Band(*both) for both in zip(after.tolist(), sd.tolist(), strict=True)), inside
@@ -173,7 +172,7 @@ def _spread(of: Attempt, after_s: np.ndarray, records: np.ndarray) -> np.ndarray
 
 def _drift(of: Attempt, records: np.ndarray) -> float:
     """Yaw rate, rad/s, by which a further record drifts."""
-    own, n, sd = of.own_angles[records], records.size, OWN_ANGLE * of.rudder
+    own, n, sd = of.own_angles[records], records.size, of.ladder.own_angle
     if n > 1:
         sd = float(np.sqrt(np.sum(own**2) / (n - 1.0) * (1.0 + 1.0 / n)))
     values, windows = of.fitted.point.values, of.problem.windows

@@ -8,18 +8,19 @@ not reach its end.  This is for yaw alone and structures that are unknown: where
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...datasets.columns import TWIN
 from ...datasets.instruments import felt_rudder
-from ...datasets.signals import bridged, sensor_sd
+from ...datasets.signals import bridged, lagged, sensor_sd
 from ...estimation.observers.smoothed_states import smoothed_states
 from ...estimation.records.gaps import SHORTEST, parts_of
-from ...estimation.records.series import inputs_of, samples, yaw_rate_of
+from ...estimation.records.series import inputs_of, samples, speed_of, yaw_rate_of
 from ...models.errors import CannotFit
 
 if TYPE_CHECKING:
@@ -47,15 +48,29 @@ LOST = 30.0
 
 
 class Scales(NamedTuple):
-    """The craft's own units: its time L/U [s] as a hard turn shows it, yaw rate [rad/s] and rudder or command [rad] of
-    hard manoeuvres (95 % of all samples are below), speed [m/s] and revolutions [1/s] at which the way is made (means
-    over it, so that a time at rest does not count), nan where they are not known."""
+    """The craft's own units: its time T0 = L/U [s] as a hard turn shows it, yaw rate [rad/s] and rudder or command
+    [rad] of hard manoeuvres (95 % of all samples are below), speed [m/s] and revolutions [1/s] at which the way is made
+    (means over it, so that a time at rest does not count), nan where they are not known; sampling step [s], mean square
+    of the measured wind [m2/s2] and a large sum of two thrusts [N], nan or zero where they were not measured."""
 
     time_s: float
     rate: float
     rudder: float
     speed: float
     turns: float
+    step_s: float
+    wind2: float
+    thrust: float
+
+    @property
+    def gain(self) -> float:
+        """Yaw acceleration per rudder or command, 1/s2."""
+        return self.rate / self.rudder / self.time_s
+
+    @property
+    def moment(self) -> float:
+        """Yaw acceleration of a hard manoeuvre, rad/s2."""
+        return self.rate / self.time_s
 
 
 class Piece(NamedTuple):
@@ -76,11 +91,14 @@ class Lane(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """A piece with times (M,) of the windows' grid, the first samples (w,) of its windows, and the place of the first
-    one among all windows."""
+    """A piece on the grid of the windows: times (M,), inputs (M, nu), which are means over a step, measured and
+    smoothed motion (M, 2), the first samples (w,) of its windows, and the place of the first one among all windows."""
 
     piece: Piece
     grid_s: np.ndarray
+    inputs: np.ndarray
+    measured: np.ndarray
+    smooth: np.ndarray
     firsts: np.ndarray
     place: int
 
@@ -115,7 +133,7 @@ class Windows:
     @property
     def duration_s(self) -> float:
         """Of all pieces together, s."""
-        return float(sum(s.piece.record.time_s[-1] - s.piece.record.time_s[0] for s in self.stretches))
+        return sum(_duration(s.piece) for s in self.stretches)
 
     @cached_property
     def known(self) -> np.ndarray:
@@ -143,19 +161,17 @@ class Windows:
         """Inputs (L, N + 1, nu), starts (L, n) and coefficients (L, p) of the windows of a lane."""
         inputs, start = self.inputs[lane.windows].copy(), self.start[lane.windows].copy()
         sets = np.broadcast_to(lane.coefficients, (len(self.inputs), lane.coefficients.shape[-1]))[lane.windows]
-        own, places = (
-            dict(zip(self.model.coordinates, sets[0].tolist(), strict=True)),
-            range(len(self.inputs))[lane.windows],
-        )
-        for number, (_, _, firsts, place) in enumerate(self.stretches if lane.linkage or own.get(LEAD) else ()):
+        own = dict(zip(self.model.coordinates, sets[0].tolist(), strict=True))
+        places = range(len(self.inputs))[lane.windows]
+        for number, stretch in enumerate(self.stretches if lane.linkage or own.get(LEAD) else ()):
+            firsts, place = stretch.firsts, stretch.place
             first, last = max(places.start, place), min(places.stop, place + firsts.size)
             if first < last:
                 rows, at = slice(first - places.start, last - places.start), firsts[first - place : last - place]
                 acting = self._acting(number, lane.linkage)
                 inputs[rows, :, 0] = acting[at[:, None] + np.arange(inputs.shape[1])]
                 if own.get(LEAD):
-                    late = _lag(acting, self.dt / max(own[LAG], 1e-9))
-                    start[rows, self.model.states.index(LAGGED)] = late[at]
+                    start[rows, self.model.states.index(LAGGED)] = lagged(acting, own[LAG], self.dt)[at]
         return inputs, start, sets
 
     def _acting(self, number: int, linkage: tuple[tuple[str, float], ...]) -> np.ndarray:
@@ -174,17 +190,6 @@ def mean_of_known(values: np.ndarray, axis: int | tuple[int, ...]) -> np.ndarray
         return np.where(known, values, 0.0).sum(axis=axis) / known.sum(axis=axis)
 
 
-def _lag(values: np.ndarray, ratio: float) -> np.ndarray:
-    """First-order lag (M,) of a series that is linear between samples; ratio: step over time constant."""
-    from scipy.signal import lfilter
-
-    decay = float(np.exp(-ratio))
-    slope = (1.0 - decay) / ratio
-    drive = np.concatenate([[0.0], (slope - decay) * values[:-1] + (1.0 - slope) * values[1:]])
-    drive[0] = values[0]
-    return np.asarray(lfilter([1.0], [1.0, -decay], drive), float)
-
-
 def scales_of(records: Sequence[Record]) -> Scales:
     """The craft's own units, from what the records show.
 
@@ -192,44 +197,56 @@ def scales_of(records: Sequence[Record]) -> Scales:
     ------
     CannotFit : the records hold no yaw motion or no movement of the rudder.
     """
-    rate = _high([yaw_rate_of(record) for record in records])
-    rudder = _high([_centred(record.rudder()) for record in records])
+    rate, rudder = _high(records, yaw_rate_of), _high(records, lambda r: r.rudder() - np.nanmedian(r.rudder()))
     if not (rate > 0.0 and rudder > 0.0):
         raise CannotFit("the records hold no yaw motion, or the rudder or command never moves")
-    speed, turns = (_over_the_way([of(record) for record in records]) for of in (_speed, _turns))
-    return Scales(TURN / rate, rate, rudder, speed, turns)
+    wind, step_s = _known(records, wind_speed_of), float(np.median([r.dt for r in records]))
+    ways = (_over_the_way(_known(records, of)) for of in (known_speed_of, turns_of))
+    thrust = _high(records, thrust_of)
+    return Scales(TURN / rate, rate, rudder, *ways, step_s, float(np.mean(wind**2)) if wind.size else 0.0, thrust)
 
 
-def _known(parts: Sequence[np.ndarray]) -> np.ndarray:
-    return np.concatenate([np.abs(part[np.isfinite(part)]) for part in parts])
+Channel = Callable[["Record"], np.ndarray | None]
+"""Samples (N,) of a record; None where it has none."""
 
 
-def _high(parts: Sequence[np.ndarray]) -> float:
-    known = _known(parts)
-    return float(np.quantile(known, 0.95)) if known.size and np.any(known > 0.0) else float("nan")
-
-
-def _over_the_way(parts: Sequence[np.ndarray]) -> float:
-    known = _known(parts)
-    return float(known @ known / known.sum()) if np.any(known > 0.0) else float("nan")
-
-
-def _centred(values: np.ndarray) -> np.ndarray:
-    return values - np.nanmedian(values)
-
-
-def _speed(record: Record) -> np.ndarray:
-    from ...estimation.records.series import speed_of
-
+def known_speed_of(record: Record) -> np.ndarray | None:
+    """Speed (N,); None where it is not known in half of the samples."""
     try:
-        return speed_of(record)
+        speed = speed_of(record)
     except CannotFit:
-        return np.zeros(0)
+        return None
+    return speed if np.isfinite(speed).mean() > 0.5 else None
 
 
-def _turns(record: Record) -> np.ndarray:
-    turns = samples(record, "n")
-    return np.zeros(0) if turns is None else turns
+def turns_of(record: Record) -> np.ndarray | None:
+    """Revolutions of the propeller (N,)."""
+    return samples(record, "n")
+
+
+def wind_speed_of(record: Record) -> np.ndarray | None:
+    """Speed of the wind (N,) where its direction is known, too."""
+    return record.column("wind_speed_m_s") if record.has("wind_speed_m_s", "wind_direction_rad") else None
+
+
+def thrust_of(record: Record) -> np.ndarray | None:
+    """Sum of the thrusts (N,) of two propellers."""
+    return record.column(TWIN[0]) + record.column(TWIN[1]) if record.has(*TWIN) else None
+
+
+def _known(records: Sequence[Record], of: Channel) -> np.ndarray:
+    """Sizes of all samples of records that are no gaps."""
+    every = np.abs(np.concatenate([np.zeros(0), *(x for r in records if (x := of(r)) is not None)]))
+    return every[np.isfinite(every)]
+
+
+def _high(records: Sequence[Record], of: Channel) -> float:
+    known = _known(records, of)
+    return float(np.quantile(known, 0.95)) if np.any(known > 0.0) else float("nan")
+
+
+def _over_the_way(known: np.ndarray) -> float:
+    return float(known @ known / known.sum()) if np.any(known > 0.0) else float("nan")
 
 
 def pieces_of(records: Sequence[Record], scales: Scales) -> list[Piece]:
@@ -262,25 +279,23 @@ def windows_of(pieces: Sequence[Piece], model: Model, scales: Scales, overlap: i
     ------
     CannotFit : a record lacks an input of the model, or none is long enough.
     """
-    step, samples_each = _grid(pieces, scales)
-    stride = max(samples_each // overlap if overlap else _stride(pieces, step, samples_each), 1)
-    blocks = max(1, round(sum(p.record.time_s[-1] - p.record.time_s[0] for p in pieces) / BLOCKS / step))
+    step, count, stride = _cut(pieces, scales, overlap)
+    blocks = max(1, round(sum(map(_duration, pieces)) / BLOCKS / step))
     columns = [model.states.index(s) for s in SYMBOLS]
     parts, stretches, done, place = [], [], 0, 0
     for piece in pieces:
-        series = resampled(piece, model, step)
-        firsts = np.arange(0, len(series.grid_s) - samples_each, stride)
+        stretch = _stretch(piece, model, step, count, stride, place)
+        firsts = stretch.firsts
         if not firsts.size:
             continue
-        places = firsts[:, None] + np.arange(samples_each + 1)
-        start = np.zeros((firsts.size, len(model.states)))
-        start[:, columns] = series.smooth[firsts]
+        places, start = firsts[:, None] + np.arange(count + 1), np.zeros((firsts.size, len(model.states)))
+        start[:, columns] = stretch.smooth[firsts]
         owner, block = np.full(firsts.size, piece.owner), done + np.unique(firsts // blocks, return_inverse=True)[1]
-        parts.append((series.inputs[places], start, series.measured[places], owner, block))
-        stretches.append(Stretch(piece, series.grid_s, firsts, place))
+        parts.append((stretch.inputs[places], start, stretch.measured[places], owner, block))
+        stretches.append(stretch)
         done, place = int(block[-1]) + 1, place + firsts.size
     if not parts:
-        raise CannotFit(f"no record has a stretch of {step * samples_each:.3g} s")
+        raise CannotFit(f"no record has a stretch of {step * count:.3g} s")
     inputs, start, measured, record, block = (np.concatenate(one) for one in zip(*parts, strict=True))
     own = [[sensor_sd(samples_of) for samples_of in _channels(p.record).T] for p in pieces]
     spread = measured - start[:, None, columns]
@@ -291,37 +306,27 @@ def windows_of(pieces: Sequence[Piece], model: Model, scales: Scales, overlap: i
     return Windows(model, step, inputs, start, measured, record, block, noise, motion, tuple(stretches))
 
 
-def _grid(pieces: Sequence[Piece], scales: Scales) -> tuple[float, int]:
-    """Step [s] of the windows and their number of steps."""
-    dt = float(np.median([p.record.dt for p in pieces]))
-    longest = max(float(p.record.time_s[-1] - p.record.time_s[0]) for p in pieces)
+def _cut(pieces: Sequence[Piece], scales: Scales, overlap: int | None) -> tuple[float, int, int]:
+    """Step [s] of the windows, their number of steps, and steps from one to the next."""
+    dt, longest = float(np.median([p.record.dt for p in pieces])), max(map(_duration, pieces))
     length = min(max(LENGTH * scales.time_s, FEWEST * dt), max(longest / 3.0, FEWEST * dt))
     step = dt * max(1, int(np.ceil(length / dt / MOST)))
-    return step, max(FEWEST - 1, round(length / step))
+    count = max(FEWEST - 1, round(length / step))
+    total = sum(max(_duration(p) / step - count, 0.0) for p in pieces)
+    return step, count, max(count // overlap if overlap else max(int(np.ceil(total / WINDOWS)), count // 3), 1)
 
 
-def _stride(pieces: Sequence[Piece], step: float, samples_each: int) -> int:
-    total = sum(max((p.record.time_s[-1] - p.record.time_s[0]) / step - samples_each, 0.0) for p in pieces)
-    return max(int(np.ceil(total / WINDOWS)), samples_each // 3)
+def _duration(piece: Piece) -> float:
+    return float(piece.record.time_s[-1] - piece.record.time_s[0])
 
 
-class Resampled(NamedTuple):
-    """Times (M,) at equal steps; inputs (M, nu), which are means over a step; measured and smoothed motion (M, 2)."""
-
-    grid_s: np.ndarray
-    inputs: np.ndarray
-    measured: np.ndarray
-    smooth: np.ndarray
-
-
-def resampled(piece: Piece, model: Model, step: float) -> Resampled:
-    """A piece at equal steps."""
+def _stretch(piece: Piece, model: Model, step: float, count: int, stride: int, place: int) -> Stretch:
     record, time = piece.record, piece.record.time_s
     given, grid = inputs_of(record, model), time[0] + step * np.arange(int((time[-1] - time[0]) / step + 1e-9) + 1)
     inputs = np.column_stack([_means(time, bridged(given[s], time), grid, step) for s in model.inputs])
     measured = np.column_stack([_nearest(time, values, grid, record.dt) for values in _channels(record).T])
     smooth = np.column_stack([np.interp(grid, time, values) for values in piece.smooth.T])
-    return Resampled(grid, inputs, measured, smooth)
+    return Stretch(piece, grid, inputs, measured, smooth, np.arange(0, len(grid) - count, stride), place)
 
 
 def _channels(record: Record) -> np.ndarray:

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ...diagnosis.craft.records import without_spikes
-from ...diagnosis.craft.windows import pieces_of, resampled, scales_of, windows_of
+from ...diagnosis.craft.windows import pieces_of, scales_of, windows_of
 from ...models.linear_algebra import lstsq
 from ...models.model import resolve
 
@@ -87,16 +87,14 @@ def compared(model: Model, train: Sequence[Record], held_out: Sequence[Record]) 
 
 def stretches_of(records: Sequence[Record], scales: Scales, overlap: int | None = None) -> Stretches:
     """The windows of records that have a history, of the craft's own length;  overlap : as of `windows_of`."""
-    blank = resolve("nomoto-1")
-    windows = windows_of(pieces_of(records, scales), blank, scales, overlap=overlap)
+    windows = windows_of(pieces_of(records, scales), resolve("nomoto-1"), scales, overlap)
     single, found = len(records) == 1, []
     for stretch in windows.stretches:
-        one = resampled(stretch.piece, blank, windows.dt)
         for row, first in enumerate(stretch.firsts.tolist(), stretch.place):
             if first >= HISTORY:
-                part = first * PARTS // len(one.grid_s) if single else int(windows.record[row])
+                part = first * PARTS // len(stretch.grid_s) if single else int(windows.record[row])
                 span = slice(first - HISTORY, first + windows.inputs.shape[1])
-                found.append((one.inputs[span, 0], one.measured[span, 0], one.smooth[span, 0], part, row))
+                found.append((*(x[span, 0] for x in (stretch.inputs, stretch.measured, stretch.smooth)), part, row))
     return Stretches(*(np.array(column) for column in zip(*found, strict=True)))
 
 
