@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 LEAST = 0.03
 """Fall of the left-out errors of a channel below which a rung does not matter: 3 %."""
-RULES = Rules(least=LEAST, level=0.99, evident=0.84, most=6, leaders=3, of_each=0)
+RULES = Rules(least=LEAST, level=0.99, evident=0.84, most=6, leaders=4, of_each=0, hopeless=None)
 """Student's t over 16 blocks is 2.6 at .99, and 1.0 at .84, which suffices for a likelihood ratio of 10."""
 SMALL = 0.05
 """Share of the motion below which an error is no matter."""
@@ -301,7 +301,7 @@ def _refused(final: Attempt) -> tuple[tuple[str, float, float], ...]:
     bank = {c: r for c, r in final.ladder.bank(final.law, held).items() if c.id not in taken}
     joint = {replace(c, numbers=distinct((*held, *c.numbers))): r.id for c, r in bank.items()}
     floor, best = floor_squares(problem), dict[str, tuple[str, float, float]]()
-    for candidate, left in predictions(problem, list(joint), final.fitted):
+    for candidate, left, _ in predictions(problem, list(joint), final.fitted):
         by, id_ = fall(final.fitted.left_out, left, floor), joint[candidate]
         best.setdefault(id_, (id_, by.gain / problem.channels, by.error / problem.channels))
     return tuple(best.values())

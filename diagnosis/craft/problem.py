@@ -5,7 +5,8 @@ little,
 
     rho(e) = (TAIL s_c)^2 log(1 + (e / (TAIL s_c))^2),
 
-and slopes and errors of the linearisation have the weights 1/(1 + (e / (TAIL s_c))^2).  A sample counts as its share of
+and slopes and errors of the linearisation have the weights w = 1/(1 + (e0 / (TAIL s_c))^2) of the errors e0 at its
+point: rho(e) is nowhere larger than rho(e0) + w (e^2 - e0^2).  A sample counts as its share of
 n_eff, the records' duration over twice the craft's own time: errors within a window are correlated.  Numbers are
 differences from the coefficients of the windows' model; those of LINKAGE stand between order and hull.
 """
@@ -105,10 +106,12 @@ class WindowErrors:
         moved = [{**values, n.name: values.get(n.name, 0.0) + h} for n, h in zip(numbers, steps.tolist(), strict=True)]
         found = self.windows.errors([self.lane(one) for one in (*moved, values)])
         rows = found.reshape(len(steps) + 1, *self.windows.known.shape)
+        at_the_point = self.sums(rows[-1])
         rows[:-1] = (rows[:-1] - rows[-1]) / steps[:, None, None, None]
         rows /= np.sqrt(1.0 + (rows[-1] / (TAIL * self.size)) ** 2)
         columns = np.ascontiguousarray(rows.transpose(1, 3, 0, 2))
         gram = np.add.reduceat(columns @ columns.transpose(0, 1, 3, 2), self.firsts)
+        gram[:, :, -1, -1] = at_the_point
         return Quadratic(gram, self.weight, own, self.own_sd)
 
     def lane(self, values: Mapping[str, float], windows: slice = slice(None)) -> Lane:

@@ -196,6 +196,11 @@ def _delays(c: Scales) -> list[tuple[float, ...]]:
     return [(x,) for x in every if x < 0.6 * c.time_s or x == least]
 
 
+def _shares(name: str, c: Scales, *shares: float) -> list[tuple[float, ...]]:
+    """Shares of the prior standard deviation of a number whose tangent tells little."""
+    return [(share * PRIORS[name](c).sd,) for share in shares]
+
+
 NEUTRAL = Rung(
     "neutral_angle", "a neutral angle: rudder or command that holds a straight course", (COMMON,), "rudder_offset"
 )
@@ -203,23 +208,26 @@ NEUTRAL = Rung(
 RUNGS = (
     Rung(
         "quadratic_damping", "damping that grows with the yaw rate (r|r|)", ("added_Nr_absr",),
-        "yaw_damping_quadratic", of="damping_by_rate", bounding=True,
+        "yaw_damping_quadratic", lambda c: _shares("added_Nr_absr", c, -0.3, -1.0), of="damping_by_rate", bounding=True,
     ),
     Rung(
         "cubic_damping", "damping that grows with the yaw rate (r³)", ("added_Nrrr",),
-        "yaw_damping_cubic", of="damping_by_rate", bounding=True,
+        "yaw_damping_cubic", lambda c: _shares("added_Nrrr", c, -0.3, -1.0), of="damping_by_rate", bounding=True,
     ),
     Rung("delay", "a delay between order and hull", (DELAY,), trials=_delays),
     Rung(
         "rate_limit", "a limit of the rate at which the order is followed", (SLOWNESS,),
-        trials=lambda c: [(c.time_s / c.rudder * factor,) for factor in (0.25, 0.5, 1.0, 2.0)], commands_only=True,
+        trials=lambda c: _shares(SLOWNESS, c, 0.25, 0.5, 1.0, 2.0), commands_only=True,
     ),
     Rung(
         "second_order", "a second time constant", (LEAD, LAG), "second_order_lead",
         lambda c: [(x, z * c.time_s) for x, z in ((0.8, -0.3), (0.8, 0.25), (-1.6, -0.05), (-6.0, -0.25))],
     ),
     Rung("asymmetry", "more effect to one side than to the other", ("rudder_asymmetry",), "rudder_asymmetry"),
-    Rung("stall", "an effect that levels off at large angles or commands", ("rudder_stall",), "rudder_stall"),
+    Rung(
+        "stall", "an effect that levels off at large angles or commands", ("rudder_stall",), "rudder_stall",
+        lambda c: _shares("rudder_stall", c, 0.3, 1.0),
+    ),
     Rung(
         "hull_asymmetry", "a yaw moment ~ U² on a straight course", ("c",),
         only=frozenset({"thruster", "twin_thrusters"}),
