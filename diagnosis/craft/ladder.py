@@ -37,19 +37,19 @@ if TYPE_CHECKING:
 
 LEAST = 0.03
 """Fall of the left-out errors of a channel below which a rung does not matter: 3 %."""
-RULES = Rules(least=LEAST, level=0.99, evident=0.84, most=6, leaders=4, of_each=0, hopeless=None)
+RULES = Rules(least=LEAST, level=0.99, evident=0.84, most=6, leaders=3, of_each=0, hopeless=None)
 """Student's t over 16 blocks is 2.6 at .99, and 1.0 at .84, which suffices for a likelihood ratio of 10."""
 SMALL = 0.05
 """Share of the motion below which an error is no matter."""
 WIDE = 0.5
 """Usual errors, in the motion, before any fit."""
-SLOWER, FIRST = (0.4, 1.0, 2.5), 8
-"""Factors of the time constant of the first starts, and their Gauss-Newton steps."""
+SLOWER, FIRST, COARSE = (0.4, 1.0, 2.5), 8, 0.01
+"""Factors of the time constant of the first starts, their Gauss-Newton steps, and the fall of the cost for each
+independent error that ends these."""
 OWN_ANGLE, ANGLE_STEPS = 0.05, 3
 """Standard deviation of a record's own neutral angle, in hard rudders, and steps of a fit with these."""
 FREED = 2.0
 """Linear damping, in units of 1/T0, that may be negative where nonlinear damping bounds the motion."""
-
 
 NONE = Fall(0.0, 0.0)
 
@@ -235,7 +235,7 @@ class Ladder:
         problem, priors = self.problem(law), priors_of((*law.numbers, *NEUTRAL.numbers), self.scales)
         numbers = [prior.number(name) for name, prior in priors.items()]
         starts = [{name: p.mean * (1.0 / slower - 1.0) for name, p in priors.items()} for slower in SLOWER]
-        tried = [minimise(problem, numbers, start, problem.no_own, FIRST) for start in starts]
+        tried = [minimise(problem, numbers, start, problem.no_own, FIRST, coarse=COARSE) for start in starts]
         best = min(tried, key=lambda fitted: fitted.point.cost).point
         sign = np.sign(sum(best.values[n.name] / n.sd for n in numbers if n.name in GAINS))
         ends = (0.0, np.inf) if sign >= 0.0 else (-np.inf, 0.0)
