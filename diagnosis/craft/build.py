@@ -131,7 +131,7 @@ def _built(
         verdict=verdict, reason=reason, window_s=final.problem.windows.length_s,
         laws=laws_told, steps=tuple(map(_rise, steps)), numbers=_numbers(model, covariance, by_thrust(laws_told)),
         refused=refused, band=band, inside=inside,
-        own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.own_angles, strict=True)),
+        own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.own_angles, strict=False)),
         ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(laws, given),
         notes=(*spikes, *taken, *beyond_told, *told, *more),
         wall_s=time.perf_counter() - started, covariance=covariance,
