@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...datasets.columns import RUDDERS
-from ...estimation.diagnosis_only.windows.fit import covariance_of
-from ...estimation.diagnosis_only.windows.problem import mean_of_known, pieces_of, scales_of
 from ...estimation.records.naming import named
 from ...estimation.results.fit import arithmetic_guard, blas_limited
 from ...estimation.validation.horizons import STRAIGHT, TRUSTED, mean_ratio
@@ -21,9 +19,9 @@ from ...models.instruments import INSTRUMENTS, combined
 from ..calibration.calibrate import corrected_particulars
 from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
-from .ladder import OWN_ANGLE, Attempt, Climb, Ladder, Step, climb, model_of, steering
+from .ladder import Attempt, Climb, Ladder, climb, steering
 from .own_speed import numbers_of, with_own_speed
-from .records import copied_input, craft_of, outside, weak_motion, without_spikes
+from .records import copied_input, measured_by_all, outside, weak_motion, without_spikes
 from .result import (
     BUILT,
     FIRST,
@@ -38,9 +36,10 @@ from .result import (
     Rise,
     by_thrust,
 )
-from .rungs import TURNS
+from .rungs import SPEED, TURNS
 from .sensors import Sensors, behind_sensors
-from .verdict import GOOD, NEAR, heading_band, r2, verdict_of, window_s
+from .verdict import GOOD, NEAR, heading_band, r2, verdict_of
+from .windows import LAG, mean_of_known, pieces_of, scales_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -122,112 +121,129 @@ def _built(
     watch(CLIMBING)
     scales = scales_of(train)
     pieces = pieces_of(train, scales)
-    craft, given = craft_of([*train, *held_out], scales)
-    ladder = Ladder(pieces, craft, given, commands=not all(r.has(RUDDERS[0]) for r in train))
+    given = measured_by_all([*train, *held_out], scales)
+    ladder = Ladder(pieces, scales, given, commands=not all(r.has(RUDDERS[0]) for r in train))
     found = climb(ladder)
     watch(LEFT_OUT)
-    kept = _guarded(ladder, found, [*train, *held_out])
     simulation, told = (None, []) if ship is None else corrected_particulars(ship, train)
-    speed = numbers_of(train, scales.time_s, TURNS in given)
+    judge = _Judge(train, held_out, simulation, numbers_of(train, scales.time_s, TURNS in given))
+    kept = judge.guarded(found)
     watch(AHEAD)
-    grown = _judged(ladder, found, kept, train, held_out, simulation, speed)
+    grown = judge.judged(kept)
     if _beside_straight(grown.ahead, RATE) > 1.0 - SLACK or _beside_straight(grown.ahead) > 1.0:
-        grown = _by_yaw_rate(grown, train, held_out, simulation, speed)
-    ladder, found, kept, model, ahead = grown[:5]
-    notes = [*spikes, *_notes(train, held_out, len(kept) < len(found.steps)), *told, *grown.notes]
-    final = kept[-1].attempt
-    covariance = _covariance(ladder, final, model)
-    copied = copied_input(pieces)
-    verdict, reason = verdict_of(final, steering(ladder, final), ahead, copied, weak_motion(pieces))
-    if verdict in (UNEXPLAINED, PARTLY) and max(r2(final)) >= GOOD and any(outside(train, r) for r in held_out):
+        grown = judge.by_yaw_rate(grown, ladder.without_heading())
+    (laws, steps, refused), model, ahead, more = grown
+    final, taken = steps[-1], [] if len(kept.steps) == len(found.steps) else [TAKEN_BACK]
+    verdict, reason = verdict_of(final, steering(final), ahead, copied_input(pieces), weak_motion(pieces))
+    beyond = {r.name: where for r in held_out if (where := outside(train, r))}
+    if verdict in (UNEXPLAINED, PARTLY) and max(r2(final)) >= GOOD and beyond:
         verdict = OUTSIDE
         reason = f"held-out records leave the range of the training records, where {reason}"
-    band, inside = heading_band(ladder, final, model, train, held_out, ahead.horizons_s)
-    roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
-    laws = _laws(found, kept[0].attempt)
+    beyond_told = [f"{n} is outside what the training records show: {', '.join(w)}." for n, w in beyond.items()]
+    band, inside = heading_band(final, train, held_out, ahead.horizons_s)
+    laws_told = tuple(LawTold(**vars(_rise(a)), chosen=a.law is final.law, tied=_is_tied(a, final)) for a in laws)
+    covariance = _covariance(final, model)
     return CraftDiagnosis(
-        model=model, first=model_of(ladder, kept[0].attempt), ship=simulation,
-        own_speed=ahead.models.get(OWN_SPEED), records=tuple(roles),
-        verdict=verdict, reason=reason, window_s=window_s(final),
-        laws=laws, steps=tuple(map(_rise, kept)), numbers=_numbers(model, covariance, by_thrust(laws)),
-        refused=found.refused, band=band, inside=inside,
-        own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.fitted.shifts, strict=True)),
-        ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(found, kept, given), notes=tuple(notes),
+        model=model, first=steps[0].model(), ship=simulation, own_speed=ahead.models.get(OWN_SPEED),
+        records=(*((r.name, "train") for r in train), *((r.name, "held_out") for r in held_out)),
+        verdict=verdict, reason=reason, window_s=final.problem.windows.length_s,
+        laws=laws_told, steps=tuple(map(_rise, steps)), numbers=_numbers(model, covariance, by_thrust(laws_told)),
+        refused=refused, band=band, inside=inside,
+        own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.own_angles, strict=False)),
+        ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(laws, given),
+        notes=(*spikes, *taken, *beyond_told, *told, *more),
         wall_s=time.perf_counter() - started, covariance=covariance,
     )  # fmt: skip
 
 
 class _Grown(NamedTuple):
-    """What was tried on the records of a ladder, the steps that stand, their model, the errors ahead of it and of what
-    stands beside it, and what must be known."""
+    """The steps that stand, their model, the errors ahead of it and of what stands beside it, and what must be
+    known."""
 
-    ladder: Ladder
     climb: Climb
-    kept: list[Step]
     model: Model
     ahead: Validation
-    notes: list[str]
+    notes: tuple[str, ...] = ()
 
 
-def _judged(
-    ladder: Ladder, found: Climb, kept: list[Step], train: Sequence[Record], held_out: Sequence[Record],
-    ship: Model | None, speed: dict[str, float],
-) -> _Grown:  # fmt: skip
-    """The steps that stand along held-out records."""
-    first, model = (model_of(ladder, step.attempt) for step in (kept[0], kept[-1]))
-    ahead, notes = _ahead_of(model, first, train, held_out, ship, speed), list[str]()
-    near = max(ahead.horizons_s[:NEAR])
-    if len(kept) > 1 and held_out and mean_ratio(ahead.scores, BUILT, FIRST, near) > WORSE:
-        notes.append("Held-out records are predicted worse with all that entered: the steering law alone is the model.")
-        kept, model = kept[:1], first
-        ahead = _ahead_of(model, first, train, held_out, ship, speed)
-    ratio = mean_ratio(ahead.scores, SHIP, BUILT)
-    if ship is not None and np.isfinite(ratio):
-        more = f"{abs(ratio - 1.0):.0%} {'larger' if ratio > 1.0 else 'smaller'}"
-        notes.append(f"The simulation of the particulars has errors of heading and yaw rate ahead that are {more}.")
-    return _Grown(ladder, found, kept, model, ahead, notes)
+class _Judge(NamedTuple):
+    """What steps are judged by.  ship : the simulation of particulars that stands beside them;  speed : numbers of
+    surge and sway of their own."""
+
+    train: Sequence[Record]
+    held_out: Sequence[Record]
+    ship: Model | None
+    speed: dict[str, float]
+
+    def guarded(self, climb: Climb) -> Climb:
+        """The steps up to the last that predicts left-out records no worse than any before, and whose free runs of all
+        records stay within bounds."""
+        errors = [_of_left_out_records(step) for step in climb.steps]
+        for last in reversed(range(1, len(errors))):
+            rises = [np.clip(errors[last] - before, -np.log(2.0), np.log(2.0)) for before in errors[:last]]
+            steady = all(not float(mean_of_known(rise, (0, 1))) > SLACK for rise in rises)
+            if steady and self.is_bounded(climb.steps[last].model()):
+                return climb._replace(steps=climb.steps[: last + 1])
+        return climb._replace(steps=climb.steps[:1])
+
+    def is_bounded(self, model: Model) -> bool:
+        """Whether no free run along any record diverges."""
+        try:
+            found = validate({BUILT: model}, named([*self.train, *self.held_out]), ahead=False)
+        except BadInput:
+            return False
+        return not any(run.diverged for run in found.runs)
+
+    def judged(self, climb: Climb) -> _Grown:
+        """The steps that stand along held-out records."""
+        first, model = climb.steps[0].model(), climb.final.model()
+        ahead, notes = self.ahead(model, first), list[str]()
+        near = max(ahead.horizons_s[:NEAR])
+        if len(climb.steps) > 1 and self.held_out and mean_ratio(ahead.scores, BUILT, FIRST, near) > WORSE:
+            notes.append(LAW_ALONE)
+            climb, model, ahead = climb._replace(steps=climb.steps[:1]), first, self.ahead(first, first)
+        ratio = mean_ratio(ahead.scores, SHIP, BUILT)
+        if self.ship is not None and np.isfinite(ratio):
+            more = f"{abs(ratio - 1.0):.0%} {'larger' if ratio > 1.0 else 'smaller'}"
+            notes.append(f"The simulation of the particulars has errors of heading and yaw rate ahead that are {more}.")
+        return _Grown(climb, model, ahead, tuple(notes))
+
+    def ahead(self, model: Model, first: Model) -> Validation:
+        """Errors ahead of a model, of the steering law alone, of particulars, and of surge and sway of its own."""
+        judged = named(list(self.held_out) or list(self.train))
+        given = {BUILT: model, FIRST: first} | ({} if self.ship is None else {SHIP: self.ship})
+        own = with_own_speed(model, self.speed) if self.speed else None
+        if own is not None and self.is_bounded(own):
+            both = validate(given | {OWN_SPEED: own}, judged)
+            if _told_by_speed(both):
+                return both
+        return validate(given, judged)
+
+    def by_yaw_rate(self, grown: _Grown, ladder: Ladder) -> _Grown:
+        """What stands where a model is no better than a craft that goes straight: one that is fitted to the yaw rate
+        alone, where this predicts the yaw rate, or else, where it is worse, the damping alone.
+
+        In waves and under sail the slow changes of the neutral angle decide the heading of a window: a fit to it makes
+        the effect of the rudder too small.
+        """
+        if all(piece.record.has(RATE) for piece in ladder.pieces):
+            other = self.judged(self.guarded(climb(ladder)))
+            if _beside_straight(other.ahead, RATE) < 1.0 - SLACK:
+                return other._replace(notes=(*other.notes, RATE_ALONE))
+        if not _beside_straight(grown.ahead) > 1.0:
+            return grown
+        model = _unsteered(grown.model)
+        ahead = self.ahead(model, grown.ahead.models[FIRST])
+        return grown._replace(model=model, ahead=ahead, notes=(*grown.notes, UNSTEERED))
 
 
-def _ahead_of(
-    model: Model, first: Model, train: Sequence[Record], held_out: Sequence[Record], ship: Model | None,
-    speed: dict[str, float],
-) -> Validation:  # fmt: skip
-    """Errors ahead of a model, of the steering law alone, of particulars, and of surge and sway of its own."""
-    judged = named(list(held_out) or list(train))
-    given = {BUILT: model, FIRST: first} | ({} if ship is None else {SHIP: ship})
-    own = with_own_speed(model, speed) if speed else None
-    if own is not None and _bounded(own, [*train, *held_out]):
-        both = validate(given | {OWN_SPEED: own}, judged)
-        if _told_by_speed(both):
-            return both
-    return validate(given, judged)
-
-
-def _by_yaw_rate(
-    grown: _Grown, train: Sequence[Record], held_out: Sequence[Record], ship: Model | None, speed: dict[str, float]
-) -> _Grown:
-    """What stands where a model is no better than a craft that goes straight: one that is fitted to the yaw rate alone,
-    where this predicts the yaw rate, or else, where it is worse, the damping alone.
-
-    In waves and under sail the slow changes of the neutral angle decide the heading of a window: a fit to it makes the
-    effect of the rudder too small.
-    """
-    here, ladder = grown.ahead, grown.ladder.without_heading()
-    if all(piece.record.has(RATE) for piece in ladder.pieces):
-        found = climb(ladder)
-        other = _judged(ladder, found, _guarded(ladder, found, [*train, *held_out]), train, held_out, ship, speed)
-        if _beside_straight(other.ahead, RATE) < 1.0 - SLACK:
-            note = (
-                "The model is fitted to the yaw rate alone, and predicts no more than that: slow changes of the "
-                "neutral angle decide the heading."
-            )
-            return other._replace(notes=[*other.notes, note])
-    if not _beside_straight(here) > 1.0:
-        return grown
-    first, model = here.models[FIRST], _unsteered(grown.model)
-    note = "No better than a craft that goes straight: the steering of the model is set to zero."
-    ahead = _ahead_of(model, first, train, held_out, ship, speed)
-    return grown._replace(model=model, ahead=ahead, notes=[*grown.notes, note])
+TAKEN_BACK = "Steps that predict left-out records worse, or whose free runs leave all bounds, were taken back."
+LAW_ALONE = "Held-out records are predicted worse with all that entered: the steering law alone is the model."
+UNSTEERED = "No better than a craft that goes straight: the steering of the model is set to zero."
+RATE_ALONE = (
+    "The model is fitted to the yaw rate alone, and predicts no more than that: slow changes of the neutral angle "
+    "decide the heading."
+)
 
 
 def _beside_straight(ahead: Validation, *channels: str) -> float:
@@ -235,65 +251,30 @@ def _beside_straight(ahead: Validation, *channels: str) -> float:
     return mean_ratio([*ahead.scores, *ahead.simple], BUILT, STRAIGHT, channels=channels or TRUSTED)
 
 
-def _guarded(ladder: Ladder, climb: Climb, records: Sequence[Record]) -> list[Step]:
-    """The steps up to the last that predicts left-out records no worse than any before, and whose free runs of all
-    records stay within bounds."""
-    scores = [_left_out_records(ladder, step.attempt) for step in climb.steps]
-    for last in reversed(range(len(climb.steps))):
-        steady = all(_rise_of(scores[last], before) <= SLACK for before in scores[:last])
-        if last == 0 or (steady and _bounded(model_of(ladder, climb.steps[last].attempt), records)):
-            return list(climb.steps[: last + 1])
-    return list(climb.steps[:1])
-
-
-def _rise_of(new: np.ndarray, old: np.ndarray) -> float:
-    """Mean rise of the logarithms (R, 2) of errors; no record counts with more than a factor of two."""
-    return float(np.nan_to_num(mean_of_known(np.clip(new - old, -np.log(2.0), np.log(2.0)), (0, 1))))
-
-
-def _left_out_records(ladder: Ladder, a: Attempt) -> np.ndarray:
+def _of_left_out_records(a: Attempt) -> np.ndarray:
     """Log root mean square errors (R, 2) of whole records, each predicted by a fit to the others; of one none."""
-    w, total = a.fitted.windows, []
-    for record in range(w.n_records):
-        mine = w.record == record
-        if not mine.any() or mine.all():
-            continue
-        others = ladder.fitted_to(a, ~mine)
-        error = w.of(mine).errors(others.coefficients[None], np.zeros((1, int(mine.sum()))))
-        total.append(0.5 * np.log(mean_of_known(error**2, (0, 1)) + (1e-3 * w.motion) ** 2))
-    return np.array(total).reshape(-1, 2)
-
-
-def _bounded(model: Model, records: Sequence[Record]) -> bool:
-    """Whether no free run along any record diverges."""
-    try:
-        found = validate({BUILT: model}, named(records), ahead=False)
-    except BadInput:
-        return False
-    return not any(run.diverged for run in found.runs)
+    problem = a.problem.by_record()
+    if len(problem.counts) < 2:
+        return np.zeros((0, 2))
+    squares = np.add.reduceat(np.nan_to_num(problem.left_out(a.by_record) ** 2).sum(axis=1), problem.firsts)
+    means = squares / np.where(problem.counts > 0.0, problem.counts, np.nan)
+    return 0.5 * np.log(means + (1e-3 * problem.windows.motion) ** 2)
 
 
 def _unsteered(model: Model) -> Model:
     """The model with its linear damping alone."""
-    kept = [value if name in ("a", "a1", "still_damping", "lead_T2") else 0.0 for name, value in _values(model).items()]
+    damping = ("a", "a1", "still_damping", LAG)
+    kept = [x if n in damping else 0.0 for n, x in zip(model.coordinates, model.coefficients.tolist(), strict=True)]
     return replace(model, coefficients=np.array(kept), instruments={})
 
 
-def _values(model: Model) -> dict[str, float]:
-    return dict(zip(model.coordinates, model.coefficients.tolist(), strict=True))
+def _rise(step: Attempt) -> Rise:
+    return Rise(step.last.id, step.last.title, *step.fall, *r2(step), step.count)
 
 
-def _laws(climb: Climb, first: Attempt) -> tuple[LawTold, ...]:
-    return tuple(
-        LawTold(
-            a.law.id, a.law.title, gain, error, *r2(a), a.law is first.law, a.law is not first.law and -gain <= error
-        )
-        for a, gain, error in climb.laws
-    )
-
-
-def _rise(step: Step) -> Rise:
-    return Rise(step.id, step.title, step.gain, step.error, *r2(step.attempt), step.attempt.count)
+def _is_tied(one: Attempt, chosen: Attempt) -> bool:
+    """Whether the records cannot tell a law from the best."""
+    return one.law is not chosen.law and -one.fall.gain <= one.fall.error
 
 
 def _numbers(model: Model, covariance: np.ndarray, in_newton: bool) -> tuple[NumberTold, ...]:
@@ -310,12 +291,11 @@ def _numbers(model: Model, covariance: np.ndarray, in_newton: bool) -> tuple[Num
     return (*own, *(NumberTold(n, units[n], v, v / 1.1, v * 1.1) for n, v in model.instruments.items()))
 
 
-def _covariance(ladder: Ladder, final: Attempt, model: Model) -> np.ndarray:
+def _covariance(final: Attempt, model: Model) -> np.ndarray:
     """(p, p) of the model's coefficients, zero for those that were not free."""
-    every = covariance_of(final.fitted, OWN_ANGLE * ladder.craft.scales.rudder)
-    places = [model.coordinates.index(n.name) for n in final.fitted.numbers]
-    out = np.zeros((len(model.coordinates),) * 2)
-    out[np.ix_(places, places)] = every
+    out, names = np.zeros((len(model.coordinates),) * 2), [n.name for n in final.fitted.numbers]
+    own, places = zip(*((names.index(n), i) for i, n in enumerate(model.coordinates) if n in names), strict=True)
+    out[np.ix_(places, places)] = final.covariance[np.ix_(own, own)]
     return out
 
 
@@ -328,24 +308,9 @@ def _told_by_speed(ahead: Validation) -> bool:
     return bool(surge and own and built and surge.r2 > 0.0 and own.r2 > built.r2 - LOST)
 
 
-def _notes(train: Sequence[Record], held_out: Sequence[Record], shortened: bool) -> list[str]:
-    notes = []
-    if shortened:
-        notes.append("Steps that predict left-out records worse, or whose free runs leave all bounds, were taken back.")
-    for record in held_out:
-        where = outside(train, record)
-        notes += [f"{record.name} is outside what the training records show: {', '.join(where)}."] if where else []
-    return notes
-
-
-def _next(climb: Climb, kept: Sequence[Step], given: frozenset[str]) -> str:
+def _next(laws: Sequence[Attempt], given: frozenset[str]) -> str:
     """What to record next."""
-    tied = [a.law.id for a, gain, error in climb.laws if gain < 0.0 and -gain <= error]
-    wanted = (
-        ["runs at two speeds that differ by half, which tell what steers the craft"]
-        if tied and "speed" in given
-        else []
-    )
-    wanted += [] if "speed" in given else ["the speed, or positions"]
-    wanted += ["a straight leg of a minute before each manoeuvre, which tells the neutral angle"]
-    return "; ".join(wanted)
+    wanted = [] if SPEED in given else ["the speed, or positions"]
+    if SPEED in given and any(a.fall.gain < 0.0 and -a.fall.gain <= a.fall.error for a in laws):
+        wanted = ["runs at two speeds that differ by half, which tell what steers the craft"]
+    return "; ".join([*wanted, "a straight leg of a minute before each manoeuvre, which tells the neutral angle"])

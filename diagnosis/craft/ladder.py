@@ -1,111 +1,172 @@
-"""The ladder: what steers the craft, then one lack after the other, as long as left-out windows are predicted better.
+"""The ladder: for every law that may steer the craft the rungs that it lacks, chosen by `estimation.selection`.
 
-`climb` is the selection.  It knows of a candidate only its fit and the errors of blocks of time that were left out, so
-that another forward selection over groups can take its place.
+Laws compete with the rungs that each of them needs: of those that left-out blocks of time do not tell from the best,
+the one whose inputs say what steers the craft, then the one of the fewest numbers.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import product
+from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...estimation.diagnosis_only.windows.fit import (
-    Fitted,
-    Number,
-    covariance_of,
-    criterion_at,
-    fall,
-    fit,
-    left_out_errors,
-    mean_squares,
+from ...estimation.selection.minimiser import Fitted, minimise
+from ...estimation.selection.number import Candidate, Number, distinct
+from ...estimation.selection.score import Fall, fall, jackknife, score
+from ...estimation.selection.selection import (
+    Rules,
+    Selection,
+    fall_between,
+    floor_squares,
+    predictions,
+    select,
+    with_only,
 )
-from ...estimation.diagnosis_only.windows.problem import SYMBOLS, Piece, Windows, mean_of_known, windows_of
-from ...estimation.selection.score import jackknife
-from ...models.errors import CannotFit
 from ...models.model import Model, resolve
 from ...models.time_scale import OWN_TIME
 from ..causes.base import NORMAL_90
-from .rungs import GAINS, LAWS, NEUTRAL, NOTHING, RUNGS, Craft, Law, Rung
+from .problem import COMMON, OWN, WindowErrors, linkage_of
+from .rungs import GAINS, LAWS, NEUTRAL, NOTHING, RUNGS, Law, Rung, priors_of
+from .windows import SYMBOLS, Piece, Scales, mean_of_known, windows_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LEAST = 0.03
-"""Fall of the left-out errors below which a rung does not matter: 3 %."""
-ERRORS, LIKELY = 2.5, 1.0
-"""Standard errors over blocks by which the errors must fall: alone, and where the criterion falls by SURE as well."""
-KNOWN, CHANCE, SURE = 2.0, 4.0, 6.0
-"""Fall of the criterion, half a likelihood-ratio statistic, that each number must bring where a measured input acts,
-where something is supposed, and where LIKELY is enough."""
+"""Fall of the left-out errors of a channel below which a rung does not matter: 3 %."""
+RULES = Rules(least=LEAST, level=0.99, evident=0.84, most=6, leaders=3, of_each=0, hopeless=None)
+"""Student's t over 16 blocks is 2.6 at .99, and 1.0 at .84, which suffices for a likelihood ratio of 10."""
 SMALL = 0.05
 """Share of the motion below which an error is no matter."""
-MOST = 6
-FIRST, SHORT, LONG = 6, 8, 16
-"""Gauss-Newton steps of a first start, of a candidate, and of what is kept."""
-OWN_ANGLE = 0.05
-"""Standard deviation of a record's own neutral angle, in hard rudders."""
-SLOWER, WEAKER, DESCENDED = (0.4, 1.0, 2.5), (1.0, 4.0, 20.0), 4
-"""Factors of time constant and gain of the first starts, and how many of these are followed."""
+WIDE = 0.5
+"""Usual errors, in the motion, before any fit."""
+SLOWER, FIRST, COARSE = (0.4, 1.0, 2.5), 8, 0.01
+"""Factors of the time constant of the first starts, their Gauss-Newton steps, and the fall of the cost for each
+independent error that ends these."""
+OWN_ANGLE, ANGLE_STEPS = 0.05, 3
+"""Standard deviation of a record's own neutral angle, in hard rudders, and steps of a fit with these."""
 FREED = 2.0
 """Linear damping, in units of 1/T0, that may be negative where nonlinear damping bounds the motion."""
+
+NONE = Fall(0.0, 0.0)
 
 
 @dataclass(frozen=True)
 class Attempt:
-    """A law with rungs, fitted, and the errors of windows whose block of time was left out.
+    """A law with rungs, fitted.  problem : the errors of windows that it is fitted to;  fall : of the errors of
+    left-out blocks by its last rung, of a law beside the best one."""
 
-    sign : of the steering;  linkage : numbers between order and hull (`models.instruments`).
-    """
-
+    ladder: Ladder
     law: Law
     rungs: tuple[Rung, ...]
-    sign: float
-    linkage: Mapping[str, float]
+    problem: WindowErrors
     fitted: Fitted
-    errors: NDArray[np.float64]
+    fall: Fall = NONE
+
+    def of_size(self, size: np.ndarray) -> Attempt:
+        """Fitted with another size of usual errors."""
+        problem, point = self.problem.of_size(size), self.fitted.point
+        fitted = minimise(problem, self.fitted.numbers, point.values, point.own)
+        return replace(self, problem=problem, fitted=fitted)
+
+    def beside(self, other: Attempt) -> Attempt:
+        """With the fall of the logarithm of the root mean square error of left-out blocks from another one, mean over
+        channels, and its standard error: 0.05 is about 5 %."""
+        by, channels = fall_between(self.problem, other.fitted, self.fitted), self.problem.channels
+        return replace(self, fall=Fall(by.gain / channels, by.error / channels))
+
+    @property
+    def last(self) -> Law | Rung:
+        """The rung that was taken last, or else the law."""
+        return self.rungs[-1] if self.rungs else self.law
 
     @property
     def count(self) -> int:
         """Numbers that were fitted."""
-        return len(self.fitted.numbers) + len(self.linkage)
+        return len(self.fitted.numbers)
+
+    @property
+    def score(self) -> float:
+        """Score of left-out blocks."""
+        return float(score(self.fitted.left_out + floor_squares(self.problem)))
+
+    @cached_property
+    def left_out(self) -> NDArray[np.float64]:
+        """Errors (W, N + 1, 2) of every window by the fit without its block, nan in gaps."""
+        return self.problem.left_out(self.fitted)
+
+    @cached_property
+    def by_record(self) -> Fitted:
+        """The fit with records as the units that are left out."""
+        problem, at = self.problem.by_record(), self.fitted.point.values
+        return minimise(problem, self.fitted.numbers, at, problem.no_own, steps=1)
+
+    @cached_property
+    def with_angles(self) -> Fitted:
+        """The fit with a neutral angle of its own for every record."""
+        records = range(int(self.problem.windows.record.max()) + 1)
+        angles = [Number(f"{OWN}{record}", self.ladder.own_angle) for record in records]
+        numbers, start = (*self.fitted.numbers, *angles), self.fitted.point
+        return minimise(self.problem, numbers, start.values, start.own, ANGLE_STEPS)
+
+    @property
+    def own_angles(self) -> NDArray[np.float64]:
+        """Own neutral angles (R,) of the records."""
+        found = self.with_angles.point.values
+        return np.array([x for name, x in found.items() if name.startswith(OWN)])
+
+    @cached_property
+    def covariance(self) -> NDArray[np.float64]:
+        """(q, q) of the fitted numbers: of the cost's curvature, and beside it how they differ between blocks of time.
+
+        Along simulated craft either alone is too small by a quarter to a half; intervals of the sum hold about 90 %.
+        To that of the neutral angle comes what records have of their own, which a prior counts in as one record more.
+        """
+        names = [n.name for n in self.fitted.numbers]
+        out, own = self.fitted.covariance.copy(), self.own_angles
+        out[(names.index(COMMON),) * 2] += (self.ladder.own_angle**2 + own @ own) / (1.0 + own.size) / own.size
+        blocks = len(self.fitted.without)
+        if blocks < 4:
+            return out
+        moved = np.array([[values[name] for name in names] for values in self.fitted.without])
+        moved -= moved.mean(axis=0)
+        return out + (blocks - 1.0) / blocks * moved.T @ moved
+
+    def model(self, values: Mapping[str, float] | None = None) -> Model:
+        """The fitted model with the extensions of its rungs only; values : other ones of its numbers."""
+        values = self.fitted.point.values if values is None else values
+        whole = dict(zip(self.problem.places, self.problem.coefficients(values).tolist(), strict=True))
+        model = self.ladder.model(self.law, self.rungs)
+        return replace(
+            model, id="craft", title=self.law.title, coefficients=np.array([whole[n] for n in model.coordinates]),
+            instruments=linkage_of(values), source="built from records",
+            particulars={OWN_TIME: self.ladder.scales.time_s},
+        )  # fmt: skip
 
 
-@dataclass(frozen=True)
-class Step:
-    """A rung that was taken: the attempt with it, and by how much errors fall, with the standard error."""
+class Climb(NamedTuple):
+    """The laws alone, the steps from the law that is chosen to all that it lacks, and what was refused then: id of a
+    rung, fall of the errors, standard error."""
 
-    id: str
-    title: str
-    attempt: Attempt
-    gain: float
-    error: float
-
-
-@dataclass(frozen=True)
-class Climb:
-    """The laws compared (fall against the best, with its standard error), the steps, and what the last step refused."""
-
-    laws: tuple[tuple[Attempt, float, float], ...]
-    steps: tuple[Step, ...]
+    laws: tuple[Attempt, ...]
+    steps: tuple[Attempt, ...]
     refused: tuple[tuple[str, float, float], ...] = ()
 
     @property
     def final(self) -> Attempt:
         """The last attempt."""
-        return self.steps[-1].attempt
+        return self.steps[-1]
 
 
 class Steering(NamedTuple):
     """What the rudder or command brings to predictions of left-out windows, beside a craft that it does not turn.
 
-    gain, error : fall of the errors (`fall`) and its standard error;  skill, spread : R2 of the yaw rate against the
-    better of that craft and one that does not turn at all, and its standard error;  most : share of the yaw motion
-    (rms) that the steering makes at most, at the end of its 90 % interval.
+    gain, error : fall of the errors and its standard error;  skill, spread : R2 of the yaw rate against the better of
+    that craft and one that does not turn at all, and its standard error;  most : share of the yaw motion (rms) that the
+    steering makes at most, at the end of its 90 % interval.
     """
 
     gain: float
@@ -120,15 +181,20 @@ class Ladder:
     """The records of a craft and what can be tried on them.  given : inputs that all records measure."""
 
     pieces: Sequence[Piece]
-    craft: Craft
+    scales: Scales
     given: frozenset[str]
     commands: bool
-    kept: dict[tuple[str, tuple[tuple[str, float], ...]], Windows] = field(default_factory=dict)
+    problems: dict[str, WindowErrors] = field(default_factory=dict)
+
+    @property
+    def own_angle(self) -> float:
+        """Standard deviation of a record's own neutral angle, rad or the command's unit."""
+        return OWN_ANGLE * self.scales.rudder
 
     def without_heading(self) -> Ladder:
         """The same for the yaw rate alone."""
         blind = [p._replace(record=p.record.with_channels(heading_rad=None)) for p in self.pieces]
-        return Ladder(blind, self.craft, self.given, self.commands)
+        return Ladder(blind, self.scales, self.given, self.commands)
 
     def laws(self) -> list[Law]:
         """The laws whose inputs the records measure; of two that are the same on them, the one with more rungs."""
@@ -143,176 +209,134 @@ class Ladder:
             if r.needs <= self.given and (not r.only or law.id in r.only) and (self.commands or not r.commands_only)
         ]  # fmt: skip
 
-    def structure(self, law: Law) -> Model:
-        """The law's family with the extensions of all its rungs, without effect."""
-        extensions = [r.extension for r in (NEUTRAL, *self.rungs(law)) if r.extension is not None]
-        return self.blank("+".join([law.family, *extensions]))
-
-    def blank(self, family: str) -> Model:
-        """A model of a family at the craft's speed and revolutions, all coefficients zero."""
+    def model(self, law: Law, rungs: Sequence[Rung]) -> Model:
+        """The law with rungs at the means of their priors, at the craft's speed and revolutions."""
         from ...models import kernels
 
-        s, own = self.craft.scales, resolve(family.split("+")[0])
-        names = kernels.load(family).COEFFICIENTS
-        values = np.array([0.5 * s.time_s if name == "lead_T2" else 0.0 for name in names])
+        s, every = self.scales, (NEUTRAL, *rungs)
+        family = "+".join([law.family, *(r.extension for r in every if r.extension is not None)])
+        means = {name: prior.mean for one in (law, *every) for name, prior in priors_of(one.numbers, s).items()}
         return replace(
-            own, family=family, coefficients=values, speed_m_s=s.speed,
+            resolve(law.family.split("+")[0]), family=family, speed_m_s=s.speed,
+            coefficients=np.array([means.get(name, 0.0) for name in kernels.load(family).COEFFICIENTS]),
             n0_rps=s.turns if np.isfinite(s.turns) else None,
-            max_step_s=max(min(s.time_s / 10.0, self.craft.step_s), s.time_s / 40.0),
+            max_step_s=max(min(s.time_s / 10.0, s.step_s), s.time_s / 40.0),
         )  # fmt: skip
 
-    def windows(self, law: Law, linkage: Mapping[str, float]) -> Windows:
-        """The records' windows for a law; made once."""
-        key = law.id, tuple(sorted(linkage.items()))
-        if key not in self.kept:
-            self.kept[key] = windows_of(self.pieces, self.structure(law), self.craft.scales, linkage)
-        return self.kept[key]
-
-    def numbers(self, law: Law, rungs: Sequence[Rung], sign: float) -> list[Number]:
-        """The free numbers with their priors; linear damping may be negative beside nonlinear damping."""
-        names = self.structure(law).coordinates
-        priors = law.priors(self.craft, sign) | NEUTRAL.priors(self.craft, sign)
-        if any(r.nonlinear_damping for r in rungs):
-            unit = FREED / self.craft.scales.time_s
-            limits = {"a": unit, "a1": unit / self.craft.scales.speed}
-            free = [n for n in ("a", "a1") if n in priors][-1]
-            priors[free] = priors[free]._replace(high=limits[free])
-        for rung in rungs:
-            priors |= rung.priors(self.craft, sign)
-        return [Number(name, names.index(name), *prior) for name, prior in priors.items()]
-
-    def attempt(
-        self, law: Law, rungs: Sequence[Rung], sign: float, linkage: Mapping[str, float], start: np.ndarray,
-        shifts: np.ndarray | None, most: int,
-    ) -> Attempt:  # fmt: skip
-        """A fit from a start, with left-out errors."""
-        found = self.fitted(law, rungs, sign, linkage, start, shifts, most)
-        return Attempt(law, tuple(rungs), sign, dict(linkage), found, left_out_errors(found))
-
-    def fitted(
-        self, law: Law, rungs: Sequence[Rung], sign: float, linkage: Mapping[str, float], start: np.ndarray,
-        shifts: np.ndarray | None, most: int, windows: Windows | None = None,
-    ) -> Fitted:  # fmt: skip
-        """A fit from a start."""
-        s = self.craft.scales
-        own = self.windows(law, linkage) if windows is None else windows
-        return fit(own, self.numbers(law, rungs, sign), start, s.time_s, OWN_ANGLE * s.rudder, shifts, most)
-
-    def fitted_to(self, a: Attempt, keep: np.ndarray) -> Fitted:
-        """An attempt's numbers fitted to some of its windows, (W,) whether."""
-        start = a.fitted.coefficients, a.fitted.shifts
-        return self.fitted(a.law, a.rungs, a.sign, a.linkage, *start, FIRST, a.fitted.windows.of(keep))
+    def problem(self, law: Law) -> WindowErrors:
+        """The errors of the records' windows by a law with all its rungs; made once."""
+        if law.id not in self.problems:
+            windows = windows_of(self.pieces, self.model(law, self.rungs(law)), self.scales)
+            self.problems[law.id] = WindowErrors(windows, self.scales.time_s, WIDE * windows.motion)
+        return self.problems[law.id]
 
     def first(self, law: Law) -> Attempt:
-        """The best of several starts of a law alone: both signs, several sizes of time constant and gain."""
-        s, windows = self.craft.scales, self.windows(law, {})
-        starts = [(sign, self._start(law, sign, a, b)) for sign, a, b in product((1.0, -1.0), SLOWER, WEAKER)]
-        cost = [
-            criterion_at(windows, self.numbers(law, (), sign), x, s.time_s, OWN_ANGLE * s.rudder) for sign, x in starts
-        ]
-        chosen = [starts[i] for i in np.argsort(cost)[:DESCENDED].tolist()]
-        tried = [(self.fitted(law, (), sign, {}, x, None, FIRST), sign) for sign, x in chosen]
-        best, sign = min(tried, key=lambda t: t[0].criterion)
-        return self.attempt(law, (), sign, {}, best.coefficients, best.shifts, LONG)
+        """The best of several starts of a law alone, all gains then of the sign that their sum has."""
+        problem, priors = self.problem(law), priors_of((*law.numbers, *NEUTRAL.numbers), self.scales)
+        numbers = [prior.number(name) for name, prior in priors.items()]
+        starts = [{name: p.mean * (1.0 / slower - 1.0) for name, p in priors.items()} for slower in SLOWER]
+        tried = [minimise(problem, numbers, start, problem.no_own, FIRST, coarse=COARSE) for start in starts]
+        best = min(tried, key=lambda fitted: fitted.point.cost).point
+        sign = np.sign(sum(best.values[n.name] / n.sd for n in numbers if n.name in GAINS))
+        ends = (0.0, np.inf) if sign >= 0.0 else (-np.inf, 0.0)
+        signed = [replace(n, low=ends[0], high=ends[1]) if n.name in GAINS else n for n in numbers]
+        return Attempt(self, law, (), problem, minimise(problem, signed, best.values, best.own))
 
-    def _start(self, law: Law, sign: float, slower: float, weaker: float) -> np.ndarray:
-        """Coefficients of a law: damping and steering of the craft's own size over these factors."""
-        blank, priors = self.structure(law), law.priors(self.craft, sign)
-        start, steering = blank.coefficients.copy(), [name for name in priors if name[0] == "b"]
-        for name, prior in priors.items():
-            size = sign * prior.sd / 3.0 / len(steering) / weaker if name in steering else prior.mean
-            start[blank.coordinates.index(name)] = size / slower
-        return start
+    def bank(self, law: Law, always: Sequence[Number]) -> dict[Candidate, Rung]:
+        """The ways in which rungs may enter beside the numbers of a law."""
+        s, model = self.scales, self.problem(law).windows.model
+        damping = [n for n in always if n.name in ("a", "a1")][-1]
+        place = model.coordinates.index(damping.name)
+        unit = FREED / s.time_s / (s.speed if damping.name == "a1" else 1.0)
+        free = replace(damping, high=unit - float(model.coefficients[place]))
+        return {c: rung for rung in self.rungs(law) for c in rung.candidates(self.scales, free)}
 
-    def with_rung(self, now: Attempt, rung: Rung) -> Attempt | None:
-        """The best of the rung's starts beside what there is; None where it fails."""
-        if rung.instrument is None:
-            return self._best(now, rung, [now.linkage])
-        best, tried = None, list(rung.trials(self.craft))
-        for finer in (1.5, 1.25, 1.1, 1.04):
-            linkages = [{**now.linkage, rung.instrument: value} for value in tried]
-            best = min(filter(None, (best, self._best(now, rung, linkages))), key=_cost, default=None)
-            if best is None:
-                break
-            tried = [best.linkage[rung.instrument] * factor for factor in (1.0 / finer, finer)]
-        return best
-
-    def _best(self, now: Attempt, rung: Rung, linkages: Sequence[Mapping[str, float]]) -> Attempt | None:
-        """The best fit of several linkages and all starts of a rung."""
-        priors, names = rung.priors(self.craft, now.sign), self.structure(now.law).coordinates
-        trials: list[Attempt] = []
-        for linkage, begin in product(linkages, rung.starts):
-            start = now.fitted.coefficients.copy()
-            for (name, prior), z in zip(priors.items(), begin, strict=False):
-                start[names.index(name)] = prior.mean + z * prior.sd
-            with suppress(np.linalg.LinAlgError, CannotFit):
-                rungs = (*now.rungs, rung)
-                trials.append(self.attempt(now.law, rungs, now.sign, linkage, start, now.fitted.shifts, SHORT))
-        return min(trials, key=_cost, default=None)
-
-    def with_law(self, now: Attempt, law: Law) -> Attempt | None:
-        """The same rungs on another law; None where it has not all of them."""
-        if any(r not in self.rungs(law) for r in now.rungs):
-            return None
-        base = self.first(law)
-        start, mine = base.fitted.coefficients.copy(), self.structure(now.law).coordinates
-        names = self.structure(law).coordinates
-        for rung in now.rungs:
-            for name in rung.priors(self.craft, now.sign):
-                start[names.index(name)] = now.fitted.coefficients[mine.index(name)]
-        return self.attempt(law, now.rungs, base.sign, now.linkage, start, now.fitted.shifts, LONG)
+    def chosen(self, alone: Attempt) -> tuple[Attempt, Selection]:
+        """A law with the rungs that it needs; what is doubtful comes last, and has to be surer."""
+        problem, always = alone.problem, alone.fitted.numbers
+        bank, windows = self.bank(alone.law, always), problem.windows
+        enough = np.sqrt((SMALL * windows.motion) ** 2 + problem.floor**2)
+        rules = replace(RULES, enough=enough)
+        sure = [c for c, rung in bank.items() if not rung.doubtful]
+        found = select(problem, sure, rules, alone.fitted, always)
+        causes = {c.id for c in found.candidates}
+        rest = [c for c, rung in bank.items() if rung.doubtful and c.id not in causes]
+        more = select(problem, rest, replace(rules, evident=rules.level), found.final, found.final.numbers)
+        found = Selection(found.base, (*found.entered, *more.entered), more.final)
+        return replace(alone, rungs=tuple(bank[c] for c in found.candidates), fitted=found.final), found
 
 
-def _cost(attempt: Attempt) -> float:
-    return attempt.fitted.criterion
+def climb(ladder: Ladder) -> Climb:
+    """The rungs of every law, and the law that does best with them; it is fitted anew with the size of its own errors.
+
+    While laws are compared errors have the usual size of those of the law that is best alone.
+    """
+    alone = [ladder.first(law) for law in ladder.laws()]
+    size = np.min([a.problem.usual(a.fitted) for a in alone], axis=0)
+    alone = [a.of_size(size) for a in alone]
+    grown = [(a, *ladder.chosen(a)) for a in alone]
+    best = min((final for _, final, _ in grown), key=lambda a: a.score)
+    law, final, selection = min(
+        (one for one in grown if one[1] is best or _is_as_good(one[1], best)),
+        key=lambda one: (not one[1].law.seen, one[1].count, one[1].score),
+    )
+    steps = [law]
+    for count in range(1, len(final.rungs) + 1):
+        part = with_only(law.problem, selection, selection.entered[:count], law.fitted.numbers)
+        steps.append(replace(law, rungs=final.rungs[:count], fitted=part.final).beside(steps[-1]))
+    steps[-1] = steps[-1].of_size(final.problem.usual(final.fitted))
+    first = min(alone, key=lambda a: a.score)
+    return Climb(tuple(a.beside(first) for a in alone), tuple(steps), _refused(final))
 
 
-def model_of(ladder: Ladder, attempt: Attempt) -> Model:
-    """The fitted model with the extensions of its rungs only."""
-    extensions = [r.extension for r in (NEUTRAL, *attempt.rungs) if r.extension is not None]
-    blank = ladder.blank("+".join([attempt.law.family, *extensions]))
-    whole = dict(zip(attempt.fitted.windows.model.coordinates, attempt.fitted.coefficients.tolist(), strict=True))
-    return replace(
-        blank, id="craft", title=attempt.law.title, coefficients=np.array([whole[n] for n in blank.coordinates]),
-        instruments=dict(attempt.linkage), source="built from records",
-        particulars={OWN_TIME: ladder.craft.scales.time_s},
-    )  # fmt: skip
+def _is_as_good(one: Attempt, best: Attempt) -> bool:
+    """Whether an attempt is within LEAST and a standard error of the best."""
+    by = best.beside(one).fall
+    return by.gain < min(by.error, LEAST)
 
 
-def better(old: Attempt, new: Attempt) -> tuple[float, float]:
-    """By how much left-out errors fall from old to new, and the standard error (`fall`)."""
-    return fall(old.errors, new.errors, old.fitted.windows, old.fitted.sizes)
+def _refused(final: Attempt) -> tuple[tuple[str, float, float], ...]:
+    """Rungs that are not in, with the fall of the errors that the linearisation predicts, and its standard error."""
+    held, taken, problem = final.fitted.numbers, {r.of or r.id for r in final.rungs}, final.problem
+    bank = {c: r for c, r in final.ladder.bank(final.law, held).items() if c.id not in taken}
+    joint = {replace(c, numbers=distinct((*held, *c.numbers))): r.id for c, r in bank.items()}
+    floor, best = floor_squares(problem), dict[str, tuple[str, float, float]]()
+    for candidate, left, _ in predictions(problem, list(joint), final.fitted):
+        by, id_ = fall(final.fitted.left_out, left, floor), joint[candidate]
+        best.setdefault(id_, (id_, by.gain / problem.channels, by.error / problem.channels))
+    return tuple(best.values())
 
 
-def steering(ladder: Ladder, now: Attempt) -> Steering:
+# ---- what the steering brings
+def steering(now: Attempt) -> Steering:
     """How much better left-out windows are predicted with the rudder or command than without it."""
-    without = ladder.first(NOTHING)
-    return Steering(*better(without, now), *_skill(without, now), _most(ladder, now))
+    without = now.ladder.first(NOTHING).of_size(now.problem.size)
+    return Steering(*now.beside(without).fall, *_skill(without, now), _most(now))
 
 
-def _most(ladder: Ladder, now: Attempt) -> float:
+def _most(now: Attempt) -> float:
     """Share of the yaw motion within windows (rms) that the steering makes, with its gains at the ends of their 90 %
     intervals."""
-    fitted, w = now.fitted, now.fitted.windows
-    halves = NORMAL_90 * np.sqrt(np.diag(covariance_of(fitted, OWN_ANGLE * ladder.craft.scales.rudder)))
-    gains = [(n.place, half) for n, half in zip(fitted.numbers, halves.tolist(), strict=True) if n.name in GAINS]
-    without, most = fitted.coefficients.copy(), fitted.coefficients.copy()
-    for place, half in gains:
-        without[place] = 0.0
-        most[place] += half if most[place] >= 0.0 else -half
-    errors = w.errors(np.stack([most, without]), np.tile(fitted.shifts[w.record], (2, 1)))
-    steered = (errors[: len(w.inputs)] - errors[len(w.inputs) :])[:, :, :1]
-    return float(np.sqrt(mean_of_known(steered**2, (0, 1)))[0] / w.motion[0])
+    problem, windows = now.problem, now.problem.windows
+    halves = NORMAL_90 * np.sqrt(np.diag(now.covariance))
+    most = dict(now.fitted.point.values)
+    for number, half in zip(now.fitted.numbers, halves.tolist(), strict=True):
+        if number.name in GAINS:
+            most[number.name] += half if most[number.name] >= 0.0 else -half
+    without = most | {name: 0.0 for name in GAINS if name in most}
+    both = windows.errors([problem.lane(most), problem.lane(without)]).reshape(2, *windows.known.shape)
+    steered = np.where(windows.known, both[0] - both[1], np.nan)[:, :, :1]
+    return float(np.sqrt(mean_of_known(steered**2, (0, 1)))[0] / windows.motion[0])
 
 
 def _skill(without: Attempt, now: Attempt) -> tuple[float, float]:
     """R2 of the yaw rate, or of the heading where no yaw rate was measured, with its jackknife standard error."""
-    w, sizes = now.fitted.windows, now.fitted.sizes
-    still = np.tile(w.start[:, None, [w.model.states.index(s) for s in SYMBOLS]] - w.measured, (2, 1, 1))
-    still[:, :, 0] = -np.tile(w.measured[:, :, 0], (2, 1))
-    squares = mean_squares((now.errors, without.errors, still), w, sizes)
-    channel = 0 if squares[0, :, 0, 1].any() else 1
-    total = squares[:, :, channel, 0]
+    w = now.problem.windows
+    still = w.start[:, None, [w.model.states.index(s) for s in SYMBOLS]] - w.measured
+    still[:, :, 0] = -w.measured[:, :, 0]
+    squares = (now.fitted.left_out, without.fitted.left_out, now.problem.sums(np.nan_to_num(still)))
+    channel = 0 if now.problem.counts[:, 0].any() else 1
+    total = np.stack(squares)[:, :, channel]
 
     def share(keep: np.ndarray) -> float:
         own, *simple = total[:, keep].sum(axis=1).tolist()
@@ -321,128 +345,3 @@ def _skill(without: Attempt, now: Attempt) -> tuple[float, float]:
     blocks = np.arange(total.shape[1])
     error = float(jackknife(np.array([share(blocks != b) for b in blocks]))) if blocks.size > 2 else np.inf
     return share(blocks), error
-
-
-def enters(old: Attempt, new: Attempt, gain: float, error: float) -> bool:
-    """Whether a rung is taken: errors of left-out blocks fall, and the criterion by more than chance would do.
-
-    That a measured input acts is known beforehand: only its size is asked.
-    """
-    each = (old.fitted.criterion - new.fitted.criterion) / (new.count - old.count)
-    added = set(new.rungs) - set(old.rungs)
-    known = all(r.needs for r in added)
-    likely = known or (each > SURE and not any(r.doubtful for r in added))
-    return each > (KNOWN if known else CHANCE) and gain > max(LEAST, (LIKELY if likely else ERRORS) * error)
-
-
-def climb(ladder: Ladder) -> Climb:
-    """Choose the law, then rungs, then see whether another law would do better with them."""
-    laws = [ladder.first(law) for law in ladder.laws()]
-    now, told = _law(laws)
-    steps = [Step(now.law.id, now.law.title, now, 0.0, 0.0)]
-    refused: tuple[tuple[str, float, float], ...] = ()
-    while len(steps) <= MOST and _needed(now):
-        tried = [
-            (r, a)
-            for r in ladder.rungs(now.law)
-            if r not in now.rungs and not _excluded(r, now) and (a := ladder.with_rung(now, r))
-        ]
-        falls = [(r, a, *better(now, a)) for r, a in tried]
-        entering = [t for t in falls if enters(now, *t[1:])]
-        if not entering:
-            before, now = now, _richer_law(ladder, now, steps)
-            if now is before:
-                refused = tuple((r.id, gain, error) for r, _, gain, error in falls)
-                break
-            continue
-        rung, attempt, gain, error = max(entering, key=lambda t: t[2] / (t[1].count - now.count))
-        now = ladder.attempt(
-            now.law, attempt.rungs, now.sign, attempt.linkage, attempt.fitted.coefficients, attempt.fitted.shifts, LONG
-        )
-        steps.append(Step(rung.id, rung.title, now, gain, error))
-        now = _other_law(ladder, now, steps)
-    return Climb(told, tuple(_pruned(ladder, steps)), refused)
-
-
-def _needed(now: Attempt) -> bool:
-    """Whether errors of left-out windows are larger than SMALL, in yaw rate or heading; the noise is no error."""
-    w = now.fitted.windows
-    square = mean_of_known(now.errors**2, (0, 1)) - np.nan_to_num(w.noise) ** 2
-    return bool(np.any(square > (SMALL * w.motion) ** 2))
-
-
-def _law(laws: Sequence[Attempt]) -> tuple[Attempt, tuple[tuple[Attempt, float, float], ...]]:
-    """The law of the fewest numbers among those that are within LEAST and a standard error of the best, or the one
-    that the records' own columns speak for."""
-    best = max(laws, key=lambda a: better(laws[0], a)[0])
-    told = tuple((a, *better(best, a)) for a in laws)
-    equal = [a for a, gain, error in told if a is best or gain > -min(error, LEAST)]
-    return min(equal, key=lambda a: (not a.law.seen, a.count, -better(best, a)[0])), told
-
-
-def _excluded(rung: Rung, now: Attempt) -> bool:
-    """One nonlinear damping only; wind by heading not beside the measured one."""
-    ids = {r.id for r in now.rungs}
-    if rung.nonlinear_damping:
-        return any(r.nonlinear_damping for r in now.rungs)
-    return (rung.id == "heading_moment" and "measured_wind" in ids) or (
-        rung.id == "measured_wind" and "heading_moment" in ids
-    )
-
-
-def _other_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:
-    """The same rungs on the law that does best with them; the step tells of a change.
-
-    Of two laws of as many numbers the one with the smaller errors of left-out blocks and the smaller criterion stands:
-    that the other came first is no reason for it.
-    """
-    others = [a for law in ladder.laws() if law is not now.law and (a := ladder.with_law(now, law))]
-    found = [(a, *better(now, a)) for a in others]
-    entering = [t for t in found if t[1] > max(LEAST, _doubt(now, t[0]) * t[2])]
-    entering = entering or [t for t in found if t[0].count < now.count and t[1] > -min(t[2], LEAST)]
-    if not entering:
-        return now
-    attempt, gain, error = max(entering, key=lambda t: t[1])
-    steps.append(Step(attempt.law.id, f"instead: {attempt.law.title}", attempt, gain, error))
-    return attempt
-
-
-def _doubt(now: Attempt, other: Attempt) -> float:
-    """Standard errors by which another law must do better to take the place of the present one."""
-    if other.count > now.count:
-        return ERRORS
-    return 0.0 if other.fitted.criterion < now.fitted.criterion else LIKELY
-
-
-def _richer_law(ladder: Ladder, now: Attempt, steps: list[Step]) -> Attempt:
-    """Another law with a rung that the present one has not, where both together do better than all that it can add:
-    before that rung the records did not tell the laws apart."""
-    own = ladder.rungs(now.law)
-    more = {law: [r for r in ladder.rungs(law) if r not in own] for law in ladder.laws()}
-    others = [a for law, rungs in more.items() if rungs and (a := ladder.with_law(now, law))]
-    tried = [(r, b) for a in others for r in more[a.law] if (b := ladder.with_rung(a, r))]
-    found = [(r, b, *better(now, b)) for r, b in tried]
-    entering = [t for t in found if t[2] > max(LEAST, ERRORS * t[3])]
-    if not entering:
-        return now
-    rung, attempt, gain, error = max(entering, key=lambda t: t[2])
-    steps.append(Step(rung.id, f"instead: {attempt.law.title}; {rung.title}", attempt, gain, error))
-    return attempt
-
-
-def _pruned(ladder: Ladder, steps: Sequence[Step]) -> list[Step]:
-    """The steps, with a last one where a rung has become idle by later ones."""
-    out, now = list(steps), steps[-1].attempt
-    for rung in now.rungs[:-1]:
-        rest = tuple(r for r in now.rungs if r is not rung)
-        linkage = {k: v for k, v in now.linkage.items() if k != rung.instrument}
-        start = now.fitted.coefficients.copy()
-        names, blank = ladder.structure(now.law).coordinates, ladder.structure(now.law).coefficients
-        for name in rung.priors(ladder.craft, now.sign):
-            start[names.index(name)] = blank[names.index(name)]
-        without = ladder.attempt(now.law, rest, now.sign, linkage, start, now.fitted.shifts, LONG)
-        gain, error = better(without, now)
-        if not enters(without, now, gain, error):
-            now = without
-            out.append(Step(rung.id, f"no longer needed: {rung.title}", now, -gain, error))
-    return out

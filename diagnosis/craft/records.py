@@ -8,15 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.ndimage import median_filter
 
-from ...datasets.columns import TWIN
 from ...estimation.records.series import samples, speed_of, yaw_rate_of
-from ...models.errors import CannotFit
 from ...models.linear_algebra import lstsq
-from .rungs import ASTERN, PAIR, SPEED, TURNS, WIDE, WIND, Craft
+from .rungs import ASTERN, PAIR, SPEED, TURNS, WIDE, WIND
+from .windows import known_speed_of, thrust_of, turns_of, wind_speed_of
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...estimation.diagnosis_only.windows.problem import Piece, Scales
+    from .windows import Piece, Scales
 
 SPIKED, NEAR, SPIKE = ("yaw_rate_rad_s", "heading_rad", "surge_m_s"), 7, 12.0
 """Channels freed of spikes, samples of the median, and usual distances from it that a spike exceeds."""
@@ -61,31 +60,13 @@ def without_spikes(record: Record) -> tuple[Record, int]:
     return (record.with_channels(**found) if found else record), count
 
 
-def craft_of(records: Sequence[Record], scales: Scales) -> tuple[Craft, frozenset[str]]:
-    """The craft's units, and the inputs that all records measure, held-out ones among them."""
-    given = {name for name, known in ((SPEED, scales.speed > 0.0), (TURNS, scales.turns > 0.0)) if known}
-    if any(_speeds(r) is None for r in records):
-        given.discard(SPEED)
+def measured_by_all(records: Sequence[Record], scales: Scales) -> frozenset[str]:
+    """The inputs that all records measure."""
+    channels = {SPEED: known_speed_of, TURNS: turns_of, WIND: wind_speed_of, PAIR: thrust_of}
+    sizes = {SPEED: scales.speed, TURNS: scales.turns, WIND: scales.wind2, PAIR: scales.thrust}
+    given = {n for n, of in channels.items() if sizes[n] > 0.0 and all(of(r) is not None for r in records)}
     given |= {ASTERN} if SPEED in given and _goes_astern(records, scales.speed) else set()
-    if not all(samples(r, "n") is not None for r in records):
-        given.discard(TURNS)
-    winds = [r.column("wind_speed_m_s") for r in records if r.has("wind_speed_m_s") and r.has("wind_direction_rad")]
-    square = float(np.nanmean(np.concatenate(winds) ** 2)) if len(winds) == len(records) else 0.0
-    given |= {WIND} if square > 0.0 else set()
-    pairs = [r.column(TWIN[0]) + r.column(TWIN[1]) for r in records if r.has(*TWIN)]
-    thrust = float(np.nanquantile(np.abs(np.concatenate(pairs)), 0.95)) if len(pairs) == len(records) else 0.0
-    given |= {PAIR} if thrust > 0.0 else {WIDE} if scales.rudder > WIDEST_RUDDER else set()
-    step_s = float(np.median([r.dt for r in records]))
-    return Craft(scales, step_s, max(square, 1e-6), max(thrust, 1e-6)), frozenset(given)
-
-
-def _speeds(record: Record) -> np.ndarray | None:
-    """Speed (N,); None where it is not known in half of the samples."""
-    try:
-        speed = speed_of(record)
-    except CannotFit:
-        return None
-    return speed if np.isfinite(speed).mean() > 0.5 else None
+    return frozenset(given | ({WIDE} if PAIR not in given and scales.rudder > WIDEST_RUDDER else set()))
 
 
 def _goes_astern(records: Sequence[Record], speed: float) -> bool:
@@ -151,8 +132,8 @@ def outside(train: Sequence[Record], other: Record) -> list[str]:
 ENVELOPE = {
     "yaw rate": yaw_rate_of,
     "rudder or command": lambda record: record.rudder(),
-    "speed": _speeds,
+    "speed": known_speed_of,
     "surge": lambda record: samples(record, "u"),
-    "revolutions": lambda record: samples(record, "n"),
+    "revolutions": turns_of,
 }
 """What is compared -> its samples (N,), None where a record has none."""

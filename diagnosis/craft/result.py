@@ -26,27 +26,6 @@ particulars, and all steps with surge and sway of its own."""
 
 
 @dataclass(frozen=True)
-class LawTold:
-    """A steering law: by how much its left-out errors are below those of the best (0: it is the best; negative: they
-    are larger, -0.05 by 5 %), with the standard error, its shares of the motion of left-out windows, what was chosen,
-    and whether the records cannot tell it from the best."""
-
-    id: str
-    title: str
-    gain: float
-    error: float
-    r2_yaw_rate: float
-    r2_heading: float
-    chosen: bool
-    tied: bool
-
-
-def by_thrust(laws: Sequence[LawTold]) -> bool:
-    """Whether orders are forces, N, and no angles: the records have those of two thrusters, and that law was tried."""
-    return any(law.id == "twin_thrusters" for law in laws)
-
-
-@dataclass(frozen=True)
 class Rise:
     """One step of the ladder: fall of the logarithm of left-out errors with its standard error (0.05: by 5 %), and the
     shares of the motion of left-out windows that the model with it explains."""
@@ -58,6 +37,20 @@ class Rise:
     r2_yaw_rate: float
     r2_heading: float
     numbers: int
+
+
+@dataclass(frozen=True)
+class LawTold(Rise):
+    """A steering law alone: by how much its left-out errors are below those of the best (0: it is the best; negative:
+    they are larger, -0.05 by 5 %), what was chosen, and whether the records cannot tell it from the best."""
+
+    chosen: bool
+    tied: bool
+
+
+def by_thrust(laws: Sequence[LawTold]) -> bool:
+    """Whether orders are forces, N, and no angles: the records have those of two thrusters, and that law was tried."""
+    return any(law.id == "twin_thrusters" for law in laws)
 
 
 @dataclass(frozen=True)

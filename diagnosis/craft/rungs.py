@@ -1,17 +1,19 @@
-"""The steering laws and the rungs of the ladder: which numbers each frees, with priors in units of the craft itself.
+"""The steering laws and the bank of rungs: which numbers each frees, with priors in units of the craft (`Scales`).
 
-T0, r95, d95, U0 and n0 are the craft's time, yaw rate, rudder or command, speed and revolutions (`Scales`).
+A row of LAWS or RUNGS says which numbers belong together; PRIORS says once what is expected of each.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
-from ...estimation.diagnosis_only.windows.problem import Scales
+from ...estimation.selection.number import Candidate, Number
+from .problem import COMMON, DELAY, SLOWNESS
+from .windows import LAG, LEAD, Scales
 
 STEEPEST = 1.0
 """Largest damping of a hull, per sampling step: no time constant is shorter than a step."""
@@ -25,29 +27,64 @@ class Prior(NamedTuple):
     low: float = -np.inf
     high: float = np.inf
 
-
-class Craft(NamedTuple):
-    """Units of the craft, the records' sampling step, s, the mean square of the measured wind, m2/s2, and a large
-    sum of two thrusts, N."""
-
-    scales: Scales
-    step_s: float
-    wind2: float
-    thrust: float
-
-    @property
-    def gain(self) -> float:
-        """Yaw acceleration per rudder or command, 1/s2."""
-        return self.scales.rate / self.scales.rudder / self.scales.time_s
-
-    @property
-    def moment(self) -> float:
-        """Yaw acceleration of a hard manoeuvre, rad/s2."""
-        return self.scales.rate / self.scales.time_s
+    def number(self, name: str) -> Number:
+        """The number as its difference from the mean."""
+        return Number(name, self.sd, self.low - self.mean, self.high - self.mean)
 
 
-Priors = Callable[[Craft, float], dict[str, Prior]]
-"""(craft, sign of the steering) -> prior of each number."""
+def _damping(c: Scales, by_speed: bool) -> Prior:
+    """Of linear damping: about 1/T0, negative, not steeper than a step allows."""
+    unit = 1.0 / c.time_s / (c.speed if by_speed else 1.0)
+    return Prior(-unit, 2.0 * unit, -max(STEEPEST * c.time_s / c.step_s, 2.0) * unit, -0.02 * unit)
+
+
+def _shared(whole: Prior) -> Prior:
+    """Of a damping that is one of two."""
+    return Prior(0.5 * whole.mean, 0.5 * whole.sd, whole.low, 0.0)
+
+
+def _still(c: Scales) -> Prior:
+    mean, sd, low, _ = _shared(_damping(c, False))
+    return Prior(-mean, sd, 0.0, -low)
+
+
+def _lag(c: Scales) -> Prior:
+    """Of a second time constant, not shorter than a sampling step."""
+    return Prior(0.5 * c.time_s, 0.5 * c.time_s, max(c.step_s, 0.03 * c.time_s), 6.0 * c.time_s)
+
+
+PRIORS: dict[str, Callable[[Scales], Prior]] = {
+    "a": lambda c: _damping(c, False),
+    "a1": lambda c: _damping(c, True),
+    "still_damping": _still,
+    "b": lambda c: Prior(0.0, 3.0 * c.gain),
+    "b2": lambda c: Prior(0.0, 3.0 * c.gain / c.speed**2),
+    "bn": lambda c: Prior(0.0, 3.0 * c.gain / c.turns**2),
+    "bs": lambda c: Prior(0.0, 0.2 * c.moment / c.thrust),
+    "c": lambda c: Prior(0.0, 0.2 * c.moment / c.speed**2),
+    COMMON: lambda c: Prior(0.0, 0.2 * c.rudder),
+    "added_Nr_absr": lambda c: Prior(0.0, c.moment / c.rate**2, high=0.0),
+    "added_Nrrr": lambda c: Prior(0.0, c.moment / c.rate**3, high=0.0),
+    DELAY: lambda c: Prior(0.0, 0.3 * c.time_s, 0.0, 2.0 * c.time_s),
+    SLOWNESS: lambda c: Prior(0.0, c.time_s / c.rudder, 0.0),
+    LEAD: lambda c: Prior(0.0, 4.0, -20.0, 1.0),
+    LAG: _lag,
+    "rudder_asymmetry": lambda c: Prior(0.0, 0.15, -0.8, 0.8),
+    "rudder_stall": lambda c: Prior(0.0, 0.5 / c.rudder, 0.0, 4.0 / c.rudder),
+    "wind_across": lambda c: Prior(0.0, 0.3 * c.moment / c.wind2),
+    "wind_both": lambda c: Prior(0.0, 0.3 * c.moment / c.wind2),
+    "heading_moment_cos": lambda c: Prior(0.0, 0.1 * c.moment),
+    "heading_moment_sin": lambda c: Prior(0.0, 0.1 * c.moment),
+}
+"""Number -> its prior for a craft."""
+GAINS = ("b", "b2", "bn", "bs")
+"""Numbers that a rudder, an order or a difference of orders is multiplied by."""
+
+
+def priors_of(names: Sequence[str], c: Scales) -> dict[str, Prior]:
+    """The priors of numbers that belong together."""
+    found = {name: PRIORS[name](c) for name in names}
+    return {n: _shared(p) if {"a", "a1"} <= found.keys() and n in ("a", "a1") else p for n, p in found.items()}
 
 
 @dataclass(frozen=True)
@@ -58,7 +95,7 @@ class Law:
     id: str
     family: str
     title: str
-    priors: Priors
+    numbers: tuple[str, ...]
     needs: frozenset[str] = frozenset()
     instead: frozenset[str] = frozenset()
     seen: bool = False
@@ -68,112 +105,71 @@ class Law:
 class Rung:
     """One thing that a simpler model lacks.
 
-    extension : of the family;  starts : of the new numbers, in prior standard deviations;  instrument, trials : a
-    number of the linkage between order and hull, tried at these multiples of its unit;  only, needs : laws and inputs;
-    doubtful : slow disturbances look like it, so that left-out errors alone decide.
+    extension : of the family.  trials : values of its numbers, as differences from the prior means, that it is
+    linearised at and started from;  None: its tangent says what it brings.  of : cause, of which one rung only enters.
+    only, needs : laws and inputs.  bounding : it bounds the motion, so that linear damping may be negative.  doubtful :
+    slow disturbances look like it, so that a likelihood ratio counts for nothing.
     """
 
     id: str
     title: str
-    priors: Priors = field(default=lambda craft, sign: {})
+    numbers: tuple[str, ...]
     extension: str | None = None
-    starts: tuple[tuple[float, ...], ...] = ((0.0,),)
-    instrument: str | None = None
-    trials: Callable[[Craft], Sequence[float]] = field(default=lambda craft: ())
+    trials: Callable[[Scales], Sequence[tuple[float, ...]]] | None = None
+    of: str = ""
     only: frozenset[str] = frozenset()
     needs: frozenset[str] = frozenset()
     commands_only: bool = False
-    nonlinear_damping: bool = False
+    bounding: bool = False
     doubtful: bool = False
 
-
-def _damping(c: Craft, by_speed: bool) -> Prior:
-    """Of linear damping: about 1/T0, negative, not steeper than a step allows."""
-    unit = 1.0 / c.scales.time_s
-    low = -max(STEEPEST / c.step_s, 2.0 * unit)
-    speed = c.scales.speed if by_speed else 1.0
-    return Prior(-unit / speed, 2.0 * unit / speed, low / speed, -0.02 * unit / speed)
-
-
-def _still(c: Craft) -> Prior:
-    """Of a damping that does not depend on the speed, beside one that does: positive, half of what is expected."""
-    whole = _damping(c, False)
-    return Prior(-0.5 * whole.mean, 0.5 * whole.sd, 0.0, -whole.low)
-
-
-def _steering(c: Craft, sign: float, of: float) -> Prior:
-    """Of a gain of one sign; of: what it is multiplied by (1, U0^2, n0^2)."""
-    ends = (0.0, np.inf) if sign > 0.0 else (-np.inf, 0.0)
-    return Prior(0.0, 3.0 * c.gain / of, *ends)
+    def candidates(self, c: Scales, damping: Number) -> list[Candidate]:
+        """Ways in which it may enter; damping : the linear damping of the law, where it may be negative."""
+        numbers = [p.number(name) for name, p in priors_of(self.numbers, c).items()]
+        more = (damping,) if self.bounding else ()
+        ways = self.trials(c) if self.trials else [(None,) * len(numbers)]
+        return [
+            Candidate(
+                self.of or self.id,
+                (*(replace(n, trial=x) for n, x in zip(numbers, way, strict=True)), *more),
+                kind=f"{self.id} {np.sign(way[0] or 0.0):g}",
+            )
+            for way in ways
+        ]
 
 
-def _constant(c: Craft, sign: float) -> dict[str, Prior]:
-    return {"a": _damping(c, False), "b": _steering(c, sign, 1.0)}
-
-
-def _thruster(c: Craft, sign: float) -> dict[str, Prior]:
-    still, moving = (_damping(c, by_speed)._replace(high=0.0) for by_speed in (False, True))
-    half = [p._replace(mean=0.5 * p.mean, sd=0.5 * p.sd) for p in (still, moving)]
-    return {"a": half[0], "a1": half[1], "b": _steering(c, sign, 1.0)}
-
-
-def _flow(c: Craft, sign: float) -> dict[str, Prior]:
-    return {"a1": _damping(c, True), "b2": _steering(c, sign, c.scales.speed**2)}
-
-
-def _race(c: Craft, sign: float) -> dict[str, Prior]:
-    return {**_flow(c, sign), "bn": _steering(c, sign, c.scales.turns**2)}
-
-
-def _steady_race(c: Craft, sign: float) -> dict[str, Prior]:
-    return {**_flow(c, sign), "b": _steering(c, sign, 1.0)}
-
-
-def _azimuth(c: Craft, sign: float) -> dict[str, Prior]:
-    damping = {name: prior for name, prior in _thruster(c, sign).items() if name != "b"}
-    return damping | {"bn": _steering(c, sign, c.scales.turns**2)}
-
-
-GAINS = ("b", "b2", "bn", "bs")
-"""Names of the numbers that a rudder, an order or a difference of orders is multiplied by."""
-NOTHING = Law(
-    "no_steering",
-    "nomoto-1",
-    "a yaw motion that dies away, whatever the steering",
-    lambda c, s: {"a": _damping(c, False)},
-)
-"""What a recorded rudder or command must do better than, if it turns the craft."""
 SPEED, TURNS, WIND, WIDE, PAIR, ASTERN = "speed", "n", "wind", "wide angles", "two thrusts", "astern"
+NOTHING = Law("no_steering", "nomoto-1", "a yaw motion that dies away, whatever the steering", ("a",))
+"""What a recorded rudder or command must do better than, if it turns the craft."""
 ALL_AHEAD = (
-    Law("constant", "nomoto-1", "moment and damping that do not depend on the speed (K, T)", _constant),
+    Law("constant", "nomoto-1", "moment and damping that do not depend on the speed (K, T)", ("a", "b")),
     Law(
-        "rudder_in_flow", "rudder-in-flow", "a rudder in the flow: moment ~ U², damping ~ U (K', T')", _flow,
+        "rudder_in_flow", "rudder-in-flow", "a rudder in the flow: moment ~ U², damping ~ U (K', T')", ("a1", "b2"),
         frozenset({SPEED}),
     ),
     Law(
         "thruster", "thruster-in-flow", "thrusters: the moment does not depend on the speed, the damping does",
-        _thruster, frozenset({SPEED}),
+        ("a", "a1", "b"), frozenset({SPEED}),
     ),
     Law(
-        "rudder_in_race", "rudder-in-race", "a rudder in a propeller's race: moment ~ U² and n², damping ~ U", _race,
-        frozenset({SPEED, TURNS}),
+        "rudder_in_race", "rudder-in-race", "a rudder in a propeller's race: moment ~ U² and n², damping ~ U",
+        ("a1", "b2", "bn"), frozenset({SPEED, TURNS}),
     ),
     Law(
         "rudder_in_steady_race", "rudder-in-steady-race",
         "a rudder in the race of a propeller at constant revolutions: a moment beside that ~ U², damping ~ U",
-        _steady_race, frozenset({SPEED}),
+        ("a1", "b2", "b"), frozenset({SPEED}),
     ),
     Law(
-        "azimuth", "azimuth-thruster", "an azimuth thruster: moment ~ n² sin of its angle", _azimuth,
-        frozenset({SPEED, TURNS, WIDE}), seen=True,
+        "azimuth", "azimuth-thruster", "an azimuth thruster: moment ~ n² sin of its angle",
+        ("a", "a1", "bn"), frozenset({SPEED, TURNS, WIDE}), seen=True,
     ),
     Law(
         "twin_thrusters", "twin-thrusters",
-        "two thrusters: the moment goes with the difference of the two, the damping with the speed", _thruster,
-        frozenset({SPEED, PAIR}), frozenset({"thruster"}), seen=True,
+        "two thrusters: the moment goes with the difference of the two, the damping with the speed",
+        ("a", "a1", "b"), frozenset({SPEED, PAIR}), frozenset({"thruster"}), seen=True,
     ),
 )  # fmt: skip
-"""The laws of craft that go ahead."""
 
 
 def _through_rest(law: Law) -> Law:
@@ -184,7 +180,7 @@ def _through_rest(law: Law) -> Law:
         id=f"{law.id}_through_rest",
         family=f"{law.family}+still_damping",
         title=f"{signed}, and a damping that does not depend on the speed",
-        priors=lambda c, s: law.priors(c, s) | {"still_damping": _still(c)},
+        numbers=(*law.numbers, "still_damping"),
         needs=law.needs | {ASTERN},
         instead=frozenset({law.id, "rudder_in_steady_race"}),
     )
@@ -194,79 +190,58 @@ LAWS = (*ALL_AHEAD, *(_through_rest(law) for law in ALL_AHEAD if law.id in ("rud
 """All laws.  No propeller at constant revolutions drives a craft ahead and astern."""
 
 
-def _delays(c: Craft) -> Sequence[float]:
-    least = max(0.5 * c.step_s, 0.03 * c.scales.time_s)
-    return [least * factor for factor in (1.0, 2.0, 4.0, 8.0) if least * factor < 0.6 * c.scales.time_s] or [least]
+def _delays(c: Scales) -> list[tuple[float, ...]]:
+    least = max(0.5 * c.step_s, 0.03 * c.time_s)
+    every = [least * factor for factor in (1.0, 2.0, 4.0, 8.0)]
+    return [(x,) for x in every if x < 0.6 * c.time_s or x == least]
 
 
-def _rates(c: Craft) -> Sequence[float]:
-    return [c.scales.rudder / c.scales.time_s * factor for factor in (0.5, 1.0, 2.0, 4.0)]
+def _shares(name: str, c: Scales, *shares: float) -> list[tuple[float, ...]]:
+    """Shares of the prior standard deviation of a number whose tangent tells little."""
+    return [(share * PRIORS[name](c).sd,) for share in shares]
 
 
 NEUTRAL = Rung(
-    "neutral_angle",
-    "a neutral angle: rudder or command that holds a straight course",
-    lambda c, s: {"rudder_offset": Prior(0.0, 0.2 * c.scales.rudder)},
-    "rudder_offset",
+    "neutral_angle", "a neutral angle: rudder or command that holds a straight course", (COMMON,), "rudder_offset"
 )
 """Every craft has one: it stands beside every law, and is no step of the ladder."""
 RUNGS = (
     Rung(
-        "quadratic_damping", "damping that grows with the yaw rate (r|r|)",
-        lambda c, s: {"added_Nr_absr": Prior(0.0, c.moment / c.scales.rate**2, high=0.0)}, "yaw_damping_quadratic",
-        ((-0.3,), (-1.0,)), nonlinear_damping=True,
+        "quadratic_damping", "damping that grows with the yaw rate (r|r|)", ("added_Nr_absr",),
+        "yaw_damping_quadratic", lambda c: _shares("added_Nr_absr", c, -0.3, -1.0), of="damping_by_rate", bounding=True,
     ),
     Rung(
-        "cubic_damping", "damping that grows with the yaw rate (r³)",
-        lambda c, s: {"added_Nrrr": Prior(0.0, c.moment / c.scales.rate**3, high=0.0)}, "yaw_damping_cubic",
-        ((-0.3,), (-1.0,)), nonlinear_damping=True,
+        "cubic_damping", "damping that grows with the yaw rate (r³)", ("added_Nrrr",),
+        "yaw_damping_cubic", lambda c: _shares("added_Nrrr", c, -0.3, -1.0), of="damping_by_rate", bounding=True,
+    ),
+    Rung("delay", "a delay between order and hull", (DELAY,), trials=_delays),
+    Rung(
+        "rate_limit", "a limit of the rate at which the order is followed", (SLOWNESS,),
+        trials=lambda c: _shares(SLOWNESS, c, 0.25, 0.5, 1.0, 2.0), commands_only=True,
     ),
     Rung(
-        "delay", "a delay between order and hull", instrument="rudder_delay", trials=_delays,
+        "second_order", "a second time constant", (LEAD, LAG), "second_order_lead",
+        lambda c: [(x, z * c.time_s) for x, z in ((0.8, -0.3), (0.8, 0.25), (-1.6, -0.05), (-6.0, -0.25))],
+    ),
+    Rung("asymmetry", "more effect to one side than to the other", ("rudder_asymmetry",), "rudder_asymmetry"),
+    Rung(
+        "stall", "an effect that levels off at large angles or commands", ("rudder_stall",), "rudder_stall",
+        lambda c: _shares("rudder_stall", c, 0.3, 1.0),
     ),
     Rung(
-        "rate_limit", "a limit of the rate at which the order is followed", instrument="rudder_rate_limit",
-        trials=_rates, commands_only=True,
-    ),
-    Rung(
-        "second_order", "a second time constant",
-        lambda c, s: {
-            "lead": Prior(0.0, 4.0, -20.0, 1.0),
-            "lead_T2": Prior(0.5 * c.scales.time_s, 0.5 * c.scales.time_s, _shortest(c), 6.0 * c.scales.time_s),
-        },
-        "second_order_lead", ((0.2, -0.6), (0.2, 0.5), (-0.4, 0.0), (-1.5, -0.5)),
-    ),
-    Rung(
-        "asymmetry", "more effect to one side than to the other",
-        lambda c, s: {"rudder_asymmetry": Prior(0.0, 0.15, -0.8, 0.8)}, "rudder_asymmetry",
-    ),
-    Rung(
-        "stall", "an effect that levels off at large angles or commands",
-        lambda c, s: {"rudder_stall": Prior(0.0, 0.5 / c.scales.rudder, 0.0, 4.0 / c.scales.rudder)}, "rudder_stall",
-        ((0.3,), (1.0,)),
-    ),
-    Rung(
-        "hull_asymmetry", "a yaw moment ~ U² on a straight course",
-        lambda c, s: {"c": Prior(0.0, 0.2 * c.moment / c.scales.speed**2)},
+        "hull_asymmetry", "a yaw moment ~ U² on a straight course", ("c",),
         only=frozenset({"thruster", "twin_thrusters"}),
     ),
     Rung(
-        "unequal_thrusters", "one thruster that turns the craft more than the other",
-        lambda c, s: {"bs": Prior(0.0, 0.2 * c.moment / c.thrust)}, only=frozenset({"twin_thrusters"}),
+        "unequal_thrusters", "one thruster that turns the craft more than the other", ("bs",),
+        only=frozenset({"twin_thrusters"}),
     ),
     Rung(
-        "measured_wind", "the measured wind",
-        lambda c, s: dict.fromkeys(("wind_across", "wind_both"), Prior(0.0, 0.3 * c.moment / c.wind2)),
-        "measured_wind", ((0.0, 0.0),), needs=frozenset({WIND}),
+        "measured_wind", "the measured wind", ("wind_across", "wind_both"),
+        "measured_wind", of="wind", needs=frozenset({WIND}),
     ),
     Rung(
         "heading_moment", "a moment that goes with the heading, as of wind or of a current",
-        lambda c, s: dict.fromkeys(("heading_moment_cos", "heading_moment_sin"), Prior(0.0, 0.1 * c.moment)),
-        "heading_moment", ((0.0, 0.0),), doubtful=True,
+        ("heading_moment_cos", "heading_moment_sin"), "heading_moment", of="wind", doubtful=True,
     ),
 )  # fmt: skip
-
-
-def _shortest(c: Craft) -> float:
-    """Shortest second time constant, s: a sampling step."""
-    return max(c.step_s, 0.03 * c.scales.time_s)

@@ -17,21 +17,20 @@ Student's distribution of PRIOR + R degrees of freedom has it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import t as student
 
-from ...estimation.diagnosis_only.windows.problem import mean_of_known
 from ...estimation.records.naming import named
 from ...estimation.validation.horizons import better_at
 from ...estimation.validation.validate import label, validate
 from ...models.errors import BadInput
 from ..causes.base import NORMAL_90
-from .ladder import OWN_ANGLE, Attempt, Ladder, model_of
+from .problem import COMMON
 from .records import COPIED, EXCITED
 from .result import ADEQUATE, BUILT, FOLLOWS, INCONCLUSIVE, NO_EFFECT, PARTLY, UNEXPLAINED, Band
+from .windows import mean_of_known
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,7 +38,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.validation.result import Validation
     from ...models.model import Model
-    from .ladder import Steering
+    from .ladder import Attempt, Steering
 
 
 GOOD, FAIR = 0.7, 0.6
@@ -61,11 +60,11 @@ SKILLED = 0.2
 
 
 def r2(attempt: Attempt) -> tuple[float, float]:
-    """Shares of the motion (yaw rate, heading from the window's start) of left-out windows, by fits without them and
-    without the record's own neutral angle; nan where a channel is not measured or does not vary."""
-    w = attempt.fitted.windows
-    motion = np.where(w.motion > 0.0, w.motion, np.nan)
-    share = 1.0 - mean_of_known(attempt.errors[len(w.inputs) :] ** 2, (0, 1)) / motion**2
+    """Shares of the motion (yaw rate, heading from the window's start) of left-out windows, by fits without
+    them; nan where a channel is not measured or does not vary."""
+    motion = attempt.problem.windows.motion
+    motion = np.where(motion > 0.0, motion, np.nan)
+    share = 1.0 - mean_of_known(attempt.left_out**2, (0, 1)) / motion**2
     return float(share[0]), float(share[1])
 
 
@@ -74,7 +73,7 @@ def verdict_of(final: Attempt, acts: Steering, ahead: Validation, copied: float,
     shares = dict(zip(("the yaw rate", "the change of heading"), r2(final), strict=True))
     known = {name: share for name, share in shares.items() if not np.isnan(share)}
     explained = " and ".join(f"{_percent(share)} of {name}" for name, share in known.items())
-    said = f"over {window_s(final):.3g} s of left-out windows it explains {explained}"
+    said = f"over {final.problem.windows.length_s:.3g} s of left-out windows it explains {explained}"
     if copied > COPIED:
         share = _percent(copied)
         return FOLLOWS, f"heading and yaw rate of the same moment give {share} of the steering: it follows the motion"
@@ -138,57 +137,51 @@ def _percent(share: float) -> str:
     return f"{100.0 * max(share, 0.0):.0f} %"
 
 
-def window_s(a: Attempt) -> float:
-    return a.fitted.windows.dt * (a.fitted.windows.inputs.shape[1] - 1)
-
-
 NORMAL_68, PRIOR = 0.683, 4.0
 PLACES = 8
 """Times of a record at which its heading error is compared with the band."""
 
 
 def heading_band(
-    ladder: Ladder, final: Attempt, model: Model, train: Sequence[Record], held_out: Sequence[Record],
-    times_s: Sequence[float],
+    final: Attempt, train: Sequence[Record], held_out: Sequence[Record], times_s: Sequence[float]
 ) -> tuple[tuple[Band, ...], float]:  # fmt: skip
     """The heading band after the times ahead and after one and two minutes, and the share of held-out errors inside."""
-    w = final.fitted.windows
-    every, squares = np.unique(w.record), []
-    for number in every.tolist() if every.size > 1 else []:
-        others = replace(final, fitted=ladder.fitted_to(final, w.record != number))
-        found = _ratios(ladder, others, model_of(ladder, others), train[number], np.setdiff1d(every, number))
+    after, records = np.array([*times_s, 60.0, 120.0]), np.unique(final.problem.windows.record)
+    squares = []
+    for k, number in enumerate(records.tolist() if records.size > 1 else []):
+        model = final.model(final.by_record.without[k])
+        found = _ratios(final, model, train[number], np.setdiff1d(records, number))
         squares += [float(np.mean(found**2))] if found.size else []
-    wider, after = _scale(squares), np.array([*times_s, 60.0, 120.0])
-    sd = wider * _spread(ladder, final, after, every)
-    outer = np.concatenate([np.zeros(0), *(_ratios(ladder, final, model, r, every) for r in held_out)])
+    wider = _scale(squares)
+    sd, model = wider * _spread(final, after, records), final.model()
+    outer = np.concatenate([np.zeros(0), *(_ratios(final, model, r, records) for r in held_out)])
     inside = float(np.mean(outer <= wider)) if outer.size else float("nan")
     return tuple(Band(*both) for both in zip(after.tolist(), sd.tolist(), strict=True)), inside
 
 
-def _spread(ladder: Ladder, of: Attempt, after_s: np.ndarray, records: np.ndarray) -> np.ndarray:
+def _spread(of: Attempt, after_s: np.ndarray, records: np.ndarray) -> np.ndarray:
     """The band without calibration, rad, after times (K,), of the records whose numbers are given."""
-    w = of.fitted.windows
-    walk = np.sqrt(mean_of_known(of.errors[: len(of.errors) // 2, :, 1] ** 2, 0))
-    at = np.asarray(after_s) / w.dt
+    windows = of.problem.windows
+    walk = np.sqrt(mean_of_known(of.problem.left_out(of.with_angles)[:, :, 1] ** 2, 0))
+    at = np.asarray(after_s) / windows.dt
     known = np.flatnonzero(np.isfinite(walk))
     inside = np.interp(at, known, walk[known]) if known.size else np.zeros(at.shape)
-    inside = inside * np.sqrt(np.maximum(at / (w.inputs.shape[1] - 1), 1.0))
-    return np.hypot(inside, _drift(ladder, of, records) * np.asarray(after_s))
+    inside = inside * np.sqrt(np.maximum(after_s / windows.length_s, 1.0))
+    return np.hypot(inside, _drift(of, records) * np.asarray(after_s))
 
 
-def _drift(ladder: Ladder, of: Attempt, records: np.ndarray) -> float:
+def _drift(of: Attempt, records: np.ndarray) -> float:
     """Yaw rate, rad/s, by which a further record drifts."""
-    shifts, n = of.fitted.shifts[records], records.size
-    sd = OWN_ANGLE * ladder.craft.scales.rudder
+    own, n, sd = of.own_angles[records], records.size, of.ladder.own_angle
     if n > 1:
-        sd = float(np.sqrt(np.sum(shifts**2) / (n - 1.0) * (1.0 + 1.0 / n)))
-    w = of.fitted.windows
-    moved = np.stack([np.full(len(w.inputs), side * sd) for side in (0.0, 1.0)])
-    both = w.errors(np.stack([of.fitted.coefficients] * 2), moved).reshape(2, len(w.inputs), -1, 2)
-    return float(mean_of_known(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0]), 0))
+        sd = float(np.sqrt(np.sum(own**2) / (n - 1.0) * (1.0 + 1.0 / n)))
+    values, windows = of.fitted.point.values, of.problem.windows
+    moved = {**values, COMMON: values[COMMON] + sd}
+    both = windows.errors([of.problem.lane(values), of.problem.lane(moved)]).reshape(2, *windows.known.shape)
+    return float(np.mean(np.abs(both[1, :, -1, 0] - both[0, :, -1, 0])))
 
 
-def _ratios(ladder: Ladder, of: Attempt, model: Model, record: Record, records: np.ndarray) -> np.ndarray:
+def _ratios(of: Attempt, model: Model, record: Record, records: np.ndarray) -> np.ndarray:
     """Heading errors of a free run over the band without calibration, at PLACES times of a record without a gap."""
     try:
         told = validate({"": model}, named([record]), ahead=False)
@@ -200,7 +193,7 @@ def _ratios(ladder: Ladder, of: Attempt, model: Model, record: Record, records: 
     since = measured.time_s - float(np.ravel(run.starts_s)[0])
     places = np.linspace(0, since.size - 1, PLACES + 1).astype(int)[1:]
     error = (run.predicted["heading_rad"] - measured.channels["heading_rad"])[places]
-    found = np.abs(error) / _spread(ladder, of, since[places], records)
+    found = np.abs(error) / _spread(of, since[places], records)
     return found[np.isfinite(found)]
 
 

@@ -88,11 +88,7 @@ class Linearisation:
         return number.name, self._step(number)
 
     def _step(self, number: Number) -> float:
-        """Step of the difference: of a size that is not negative (slowness, play) a share of it at most."""
-        value = self.values.get(number.name, 0.0)
-        if number.trial is not None:
-            return number.trial - value
-        return STEP * (min(number.sd, value) if number.low == 0.0 < value else number.sd)
+        return number.step(self.values.get(number.name, 0.0), STEP)
 
     # ---- columns (C, N) as differences of runs
     @cached_property

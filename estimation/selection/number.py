@@ -23,6 +23,13 @@ class Number:
     high: float = np.inf
     trial: float | None = None
 
+    def step(self, value: float, share: float) -> float:
+        """Step of the difference at a value: a share of the prior standard deviation, or, of a size that is not
+        negative (slowness, play), of the value where this is smaller."""
+        if self.trial is not None:
+            return self.trial - value
+        return share * (min(self.sd, value) if self.low == 0.0 < value else self.sd)
+
 
 def distinct(numbers: Iterable[Number]) -> tuple[Number, ...]:
     """Numbers, each once and without its trial value: those of a fit."""

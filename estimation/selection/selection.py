@@ -53,6 +53,8 @@ class Rules:
     most : candidates that may enter.  leaders, of_each : candidates that are refitted in a step, of all and of each
     rank.  last_rank : that of candidates which are preferred only where all others are far worse; None: of none.
     evident : lower level, which suffices for a likelihood ratio of `EVIDENT`.
+    hopeless : share of the largest predicted fall below which a candidate is not refitted; None: predictions order
+    candidates and exclude none, where errors bend far with the numbers.
     """
 
     least: float = 0.05
@@ -63,6 +65,7 @@ class Rules:
     of_each: int = 3
     last_rank: int | None = None
     evident: float = LARGE
+    hopeless: float | None = HOPELESS
 
 
 @dataclass(frozen=True)
@@ -258,8 +261,8 @@ class _Search:
     def leaders(self, now: Selection, bank: Sequence[Candidate]) -> list[Candidate]:
         """The candidates of the largest predicted falls of the score: of all, of each rank, and of single numbers."""
         every = self.predictions(now, bank)
-        least = HOPELESS * max((one.gain for one in every), default=0.0)
-        ordered = [one.candidate for one in every if one.gain >= least]
+        share, largest = self.rules.hopeless, max((one.gain for one in every), default=0.0)
+        ordered = [one.candidate for one in every if share is None or one.gain >= share * largest]
         kinds: list[Callable[[Candidate], bool]] = [lambda c, r=r: c.rank == r for r in {c.rank for c in bank}]
         kinds.append(lambda c: len(c.numbers) == 1)
         chosen = ordered[: self.rules.leaders]

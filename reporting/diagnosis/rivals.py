@@ -20,13 +20,13 @@ import numpy as np
 from scipy.signal import lfilter
 
 from ...diagnosis.craft.records import without_spikes
-from ...estimation.diagnosis_only.windows.problem import pieces_of, resampled, scales_of, windows_of
+from ...diagnosis.craft.windows import pieces_of, scales_of, windows_of
 from ...models.linear_algebra import lstsq
 from ...models.model import resolve
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
-    from ...estimation.diagnosis_only.windows.problem import Scales
+    from ...diagnosis.craft.windows import Scales
     from ...models.model import Model
 
 HISTORY = 12
@@ -79,25 +79,22 @@ def compared(model: Model, train: Sequence[Record], held_out: Sequence[Record]) 
     train, held_out = ([without_spikes(r.turned("starboard"))[0] for r in side] for side in (train, held_out))
     scales = scales_of(train)
     seen, new = stretches_of(train, scales), stretches_of(held_out, scales, OVERLAP)
-    windows = windows_of(pieces_of(held_out, scales), model, scales, model.instruments, OVERLAP)
-    own = windows.errors(model.coefficients[None], np.zeros((1, len(windows.inputs))))[new.place, 1:, 0]
+    windows = windows_of(pieces_of(held_out, scales), model, scales, OVERLAP)
+    own = windows.errors_of(model)[new.place, 1:, 0]
     errors = (own, nomoto_errors(nomoto(seen), new), arx_errors(arx(seen), new))
-    return YawRateSkill(*(_r2(e, new.ahead) for e in errors), windows.dt * own.shape[1], len(own))
+    return YawRateSkill(*(_r2(e, new.ahead) for e in errors), windows.length_s, len(own))
 
 
 def stretches_of(records: Sequence[Record], scales: Scales, overlap: int | None = None) -> Stretches:
     """The windows of records that have a history, of the craft's own length;  overlap : as of `windows_of`."""
-    blank, pieces = resolve("nomoto-1"), pieces_of(records, scales)
-    windows = windows_of(pieces, blank, scales, overlap=overlap)
-    series = [resampled(piece, blank, windows.dt, {}) for piece in pieces]
-    long = [one for one in series if len(one[0]) >= windows.inputs.shape[1]]
-    single, found = windows.n_records == 1, []
-    for (inputs, rows, firsts), one in zip(windows.runs, long, strict=True):
-        for row, first in zip(rows.tolist(), firsts.tolist(), strict=True):
+    windows = windows_of(pieces_of(records, scales), resolve("nomoto-1"), scales, overlap)
+    single, found = len(records) == 1, []
+    for stretch in windows.stretches:
+        for row, first in enumerate(stretch.firsts.tolist(), stretch.place):
             if first >= HISTORY:
-                part = first * PARTS // len(inputs) if single else int(windows.record[row])
+                part = first * PARTS // len(stretch.grid_s) if single else int(windows.record[row])
                 span = slice(first - HISTORY, first + windows.inputs.shape[1])
-                found.append((one[0][span, 0], one[1][span, 0], one[2][span, 0], part, row))
+                found.append((*(x[span, 0] for x in (stretch.inputs, stretch.measured, stretch.smooth)), part, row))
     return Stretches(*(np.array(column) for column in zip(*found, strict=True)))
 
 

@@ -12,11 +12,15 @@ from helmbench.estimation.validation.horizons import STRAIGHT, TRUSTED, TURNS_ON
 from helmbench.estimation.validation.result import ErrorScore
 
 
+def left_out(motion, errors):
+    """What is asked of an attempt: the motion in windows of 10 s, and their errors by fits without them."""
+    windows = SimpleNamespace(motion=np.array(motion), length_s=10.0)
+    return SimpleNamespace(problem=SimpleNamespace(windows=windows), left_out=errors)
+
+
 @pytest.mark.parametrize("dead", [0.0, np.nan])
 def test_nothing_is_said_of_a_channel_that_is_dead(dead):
-    windows = SimpleNamespace(inputs=np.zeros((4, 11, 1)), motion=np.array([dead, 0.2]), dt=1.0)
-    errors = np.stack([np.full((8, 10), dead), np.full((8, 10), 0.02)], axis=-1)
-    attempt = SimpleNamespace(fitted=SimpleNamespace(windows=windows), errors=errors)
+    attempt = left_out([dead, 0.2], np.stack([np.full((8, 10), dead), np.full((8, 10), 0.02)], axis=-1))
     ahead = SimpleNamespace(trusted_s={BUILT: 30.0}, horizons_s=(), score=lambda *_, **__: None)
     assert np.isnan(r2(attempt)[0]) and r2(attempt)[1] == pytest.approx(0.99)
     said = (ADEQUATE, "over 10 s of left-out windows it explains 99 % of the change of heading; trust it for 30 s")
@@ -36,8 +40,7 @@ def test_a_tie_at_the_first_time_ahead_is_no_failure(first, trusted, verdict):
     simple = [s for name in (TURNS_ON, STRAIGHT) for time in times for s in scored(name, 1.0, time)]
     own = [s for time, rmse in zip(times, (first, 0.7, 0.5), strict=True) for s in scored(BUILT, rmse, time)]
     assert trusted_s(own, simple, BUILT) == trusted
-    windows = SimpleNamespace(inputs=np.zeros((4, 11, 1)), motion=np.array([0.2, 0.2]), dt=1.0)
-    attempt = SimpleNamespace(fitted=SimpleNamespace(windows=windows), errors=np.full((8, 10, 2), 0.02))
+    attempt = left_out([0.2, 0.2], np.full((8, 10, 2), 0.02))
     ahead = SimpleNamespace(
         trusted_s={BUILT: trusted}, horizons_s=(), score=lambda *_, **__: None, scores=own, simple=simple
     )
@@ -47,7 +50,6 @@ def test_a_tie_at_the_first_time_ahead_is_no_failure(first, trusted, verdict):
 
 @pytest.mark.parametrize(("skill", "verdict"), [(0.6, ADEQUATE), (0.1, UNEXPLAINED)])
 def test_a_fall_of_two_and_a_half_errors_is_enough_where_the_yaw_rate_shows_the_command(skill, verdict):
-    windows = SimpleNamespace(inputs=np.zeros((4, 11, 1)), motion=np.array([0.2, 0.2]), dt=1.0)
-    attempt = SimpleNamespace(fitted=SimpleNamespace(windows=windows), errors=np.full((8, 10, 2), 0.02))
+    attempt = left_out([0.2, 0.2], np.full((8, 10, 2), 0.02))
     ahead = SimpleNamespace(trusted_s={BUILT: 30.0}, horizons_s=(), score=lambda *_, **__: None)
     assert verdict_of(attempt, Steering(0.6, 0.24, skill, 0.1, 0.5), ahead, 0.0, 5.0)[0] == verdict

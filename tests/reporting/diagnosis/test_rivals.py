@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.record import Record
-from helmbench.estimation.diagnosis_only.windows.problem import pieces_of, scales_of, windows_of
+from helmbench.diagnosis.craft.windows import pieces_of, scales_of, windows_of
 from helmbench.models.model import resolve
 from helmbench.reporting.diagnosis.rivals import (
     HISTORY,
