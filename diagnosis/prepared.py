@@ -162,6 +162,22 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
     return done.compared(options.causes(), [c for c in chains() if c.of_positions])
 
 
+def ready_records(
+    model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
+) -> tuple[Prepared, tuple[str, ...]]:
+    """The records of a diagnosis or a calibration without those that stand in doubt, and a sentence for each of these.
+
+    Raises
+    ------
+    BadInput : no training record, or `require_room` refuses one.
+    """
+    if not train:
+        raise BadInput("no training record", hint="give at least one")
+    records, aside = without_doubtful(corrected_records(model, train, held_out, options))
+    require_room(model, records)
+    return records, aside
+
+
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
     """Records in the model's rudder sign, behind its instruments, with the chosen channels and the inputs only."""
     out = []
