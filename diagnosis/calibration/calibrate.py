@@ -195,7 +195,7 @@ def _regime(choice: Choice) -> StatedRegime | None:
 def _keeps_ratio(choice: Choice, one: str, other: str) -> bool:
     """Whether both numbers moved, and the 90 % interval of their ratio holds that of the base model.
 
-    Eq. 1 of docs/mathematics/calibration.md.
+    Eq. 2 of docs/mathematics/calibration.md.
     """
     fitted, base = choice.selection.final, choice.bank.values
     names = [n.name for n in fitted.numbers]
@@ -229,8 +229,8 @@ def _steps(
     def name_of(candidate: Candidate) -> str:
         return group_of.get(choice.bank.cause_of(candidate), candidate.of)
 
-    told = [(OWN, ())] if own else []
-    told += [(name_of(e.candidate), tuple(dict.fromkeys(map(name_of, e.tied_with)))) for e in selection.entered]
+    entered = [(name_of(e.candidate), tuple(dict.fromkeys(map(name_of, e.tied_with)))) for e in selection.entered]
+    told = [*([(OWN, ())] if own else []), *entered]
     before = selection.base
     for i, (name, tied) in enumerate(told, 1):
         count = i - bool(own)
@@ -247,7 +247,7 @@ def _steps(
 def _shares(choice: Choice) -> dict[str, Share]:
     """Shares of the base model's squared free-run error, by column.
 
-    Eq. 2 of docs/mathematics/calibration.md.
+    Eq. 3 of docs/mathematics/calibration.md.
     """
     runs, fits = choice.runs, (choice.selection.base, choice.selection.final)
     base, after = (mean_squares(runs, runs.squares(one.without, runs.no_own)) for one in fits)

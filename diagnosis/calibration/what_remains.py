@@ -46,7 +46,7 @@ Inputs = Callable[[np.ndarray], np.ndarray]
 def ingredients(choice: Choice) -> tuple[Ingredient, ...]:
     """What every measured input, and what was chosen, remove of the squared error of left-out pieces.
 
-    Eq. 3 of docs/mathematics/calibration.md.
+    Eq. 4 of docs/mathematics/calibration.md.
     """
     runs, final = choice.runs, choice.selection.final
     whole = mean_squares(runs, final.left_out)
