@@ -19,7 +19,7 @@ from .one_bank.diagnose import by_pieces, without_one
 from .one_bank.force_answer import INSTEAD
 from .one_bank.remaining import with_remaining
 from .options import Options
-from .prepared import Prepared, ready_records
+from .prepared import Prepared, ready_records, require_room
 from .report.bank import BY_CHANNELS, without_causes
 from .result import Diagnosis
 
@@ -69,6 +69,7 @@ def _diagnosed(
     started = time.perf_counter(), time.process_time()
     watch(CHECKS)
     records, aside = ready_records(model, train, held_out, options)
+    require_room(model, records)
     if options.base_parameters == "identify":
         records = records.behind_sensors(options.causes())
         watch(BASE_MODEL)

@@ -169,13 +169,11 @@ def ready_records(
 
     Raises
     ------
-    BadInput : no training record, or `require_room` refuses one.
+    BadInput : no training record.
     """
     if not train:
         raise BadInput("no training record", hint="give at least one")
-    records, aside = without_doubtful(corrected_records(model, train, held_out, options))
-    require_room(model, records)
-    return records, aside
+    return without_doubtful(corrected_records(model, train, held_out, options))
 
 
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:

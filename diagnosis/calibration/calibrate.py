@@ -74,6 +74,7 @@ def calibrate(model: Model, train: Sequence[Record], held_out: Sequence[Record] 
 def corrected_particulars(ship: Model, train: Sequence[Record]) -> tuple[Model, list[str]]:
     """A simulation of a craft's particulars with the numbers that the training records move under their priors, and
     what must be known: why it is as it was given."""
+    _groups(ship)
     options = Options().checked(ship)
     try:
         with arithmetic_guard(), blas_limited():
@@ -83,10 +84,15 @@ def corrected_particulars(ship: Model, train: Sequence[Record]) -> tuple[Model, 
     return said.calibrated or said.extended, []
 
 
-def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
+def _groups(model: Model) -> tuple[Group, ...]:
+    """The groups of a model's numbers; BadInput where it has no numbers, or its family states no groups."""
     if not model.known:
         raise BadInput(f"model {model.id} has no coefficients to calibrate", hint="name a vessel or a model.json")
-    started, groups, options = time.perf_counter(), groups_of(model), Options().checked(model)
+    return groups_of(model)
+
+
+def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Record]) -> Calibration:
+    started, groups, options = time.perf_counter(), _groups(model), Options().checked(model)
     records, aside = ready_records(model, train, held_out, options)
     held, behind = records.put_back(model), records.behind_sensors(None)
     choice, wide, said, _ = by_pieces(model, records, held, through_the_water(options, records))
@@ -145,7 +151,7 @@ def _moved(choice: Choice, said: Diagnosis, groups: Sequence[Group]) -> Iterator
         if choice.local is not None and "regime" in finding.details:
             yield _moved_in_regime(choice, next(s for s in finding.sizes if s.parameter.startswith("change: ")))
         elif finding.cause == RudderOffset.id:
-            yield _neutral_angle(finding, owner[OFFSET])
+            yield _neutral_angle(finding, owner[OFFSET].id if OFFSET in owner else finding.cause)
         for size in finding.sizes or _all_sizes(choice, finding):
             name, group = size.parameter, owner.get(size.parameter)
             if group is not None and name in before:
@@ -164,12 +170,12 @@ def _all_sizes(choice: Choice, finding: Finding) -> list[Size]:
     return [Size(name, value, value - half, value + half, "1") for name, value, half in both]
 
 
-def _neutral_angle(finding: Finding, group: Group) -> Moved:
+def _neutral_angle(finding: Finding, group: str) -> Moved:
     """The neutral rudder angle, rad; of those of single records the mean, whose interval holds their spread."""
     values, halves = np.array([(s.value, 0.5 * (s.high - s.low)) for s in finding.sizes]).T
     mean, spread = float(values.mean()), NORMAL_90 * values.std(ddof=1) if values.size > 1 else 0.0
     half = float(np.sqrt((np.mean(halves**2) + spread**2) / values.size))
-    return Moved(OFFSET, group.id, 0.0, mean, mean - half, mean + half, None, mean / RudderOffset.prior.sd)
+    return Moved(OFFSET, group, 0.0, mean, mean - half, mean + half, None, mean / RudderOffset.prior.sd)
 
 
 def _moved_in_regime(choice: Choice, size: Size) -> Moved:
