@@ -114,7 +114,7 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
         calibrated=said.calibrated or said.extended,
         records=tuple([(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]),
         verdict=said.verdict,
-        reason=_with_other_causes(said),
+        reason="; ".join([said.reason, *_other_causes(said), *_few_alone(choice, said)]),
         moved=tuple(_moved(choice, said, groups)),
         steps=tuple(_steps(choice, said, groups, behind.instruments, held)),
         before=before,
@@ -135,11 +135,23 @@ def _calibration(model: Model, train: Sequence[Record], held_out: Sequence[Recor
     )
 
 
-def _with_other_causes(said: Diagnosis) -> str:
-    """The reason of the verdict, with causes that are no numbers of the model."""
+def _other_causes(said: Diagnosis) -> Iterator[str]:
+    """The causes that are no numbers of the model, in words."""
     of_numbers = {BaseCoefficients.id, *causes_of(said.model).values()}
     others = [f.cause.replace("_", " ") for f in said.causes if f.cause not in of_numbers]
-    return f"{said.reason}; beside numbers of the model: {', '.join(others)}" if others else said.reason
+    if others:
+        yield f"beside numbers of the model: {', '.join(others)}"
+
+
+def _few_alone(choice: Choice, said: Diagnosis) -> Iterator[str]:
+    """Where all of the model's own numbers are uncertain and none of them is named: the few that were chosen without
+    all."""
+    if choice.few is None or not any(f.cause == BaseCoefficients.id and not f.sizes for f in said.causes):
+        return
+    final, values = choice.few.final, choice.bank.values
+    few = [name for candidate in choice.few.candidates for name in candidate.names if name in values]
+    if few:
+        yield f"few numbers alone would be {', '.join(f'{n} {values[n] + final.value(n):.3g}' for n in few)}"
 
 
 # ---- numbers that moved
