@@ -19,7 +19,7 @@ from .one_bank.diagnose import by_pieces, without_one
 from .one_bank.force_answer import INSTEAD
 from .one_bank.remaining import with_remaining
 from .options import Options
-from .prepared import Prepared, corrected_records, require_room, without_doubtful
+from .prepared import Prepared, ready_records, require_room
 from .report.bank import BY_CHANNELS, without_causes
 from .result import Diagnosis
 
@@ -67,19 +67,16 @@ def _diagnosed(
     options: Options,
     watch: Callable[[str], object],
 ) -> Diagnosis:
-    if not train:
-        raise BadInput("no training record", hint="give at least one")
     started = time.perf_counter(), time.process_time()
     watch(CHECKS)
-    records, aside = without_doubtful(corrected_records(model, train, held_out, options))
+    records, aside = ready_records(model, train, held_out, options)
     require_room(model, records)
     if options.base_parameters == "identify":
         records = records.behind_sensors(options.causes())
         watch(BASE_MODEL)
         model = identified(model, records.train)
     held = records.put_back()
-    if options.coefficient_sd != 0.0 and records.behind_sensors(options.causes()).current is not None:
-        options = replace(options, channels=through_the_water(options))
+    options = through_the_water(options, records)
     diagnosis, nearly = _named(model, records, held, options, watch)
     alike = replace(records, train=[r for r in records.train if r.name not in diagnosis.apart])
     diagnosis = _described(diagnosis, alike if diagnosis.apart else records, held, options, watch)
@@ -94,10 +91,13 @@ def _diagnosed(
     return replace(diagnosis, records=tuple(roles), doubts=doubts, wall_s=wall_s, cpu_s=cpu_s)
 
 
-def through_the_water(options: Options) -> tuple[str, ...]:
-    """The channels that are told but positions: in a current they show the way over ground, and the model's runs, like
-    the log, that through the water."""
-    return tuple(c for c in options.channels or (*CHANNELS.values(), *INPUTS) if c not in POSITIONS)
+def through_the_water(options: Options, records: Prepared) -> Options:
+    """The options; where positions drift against the log, positions are not told: in a current they show the way over
+    ground, and the model's runs, like the log, that through the water."""
+    if options.coefficient_sd == 0.0 or records.behind_sensors(options.causes()).current is None:
+        return options
+    told = (c for c in options.channels or (*CHANNELS.values(), *INPUTS) if c not in POSITIONS)
+    return replace(options, channels=tuple(told))
 
 
 def _named(
@@ -111,7 +111,8 @@ def _named(
         watch(PIECES)
         try:
             with arithmetic_guard():
-                return by_pieces(model, records, held_out, options)
+                answer = by_pieces(model, records, held_out, options)
+                return answer.diagnosis, answer.nearly
         except (BadInput, CannotFit, FitFailed) as error:
             why = f"; judged by the innovations of a filter, without free runs of left-out pieces: {error}"
     watch(CAUSES)

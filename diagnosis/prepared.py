@@ -163,6 +163,20 @@ def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[
     return done.compared(options.causes(), positions_only=True)
 
 
+def ready_records(
+    model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options
+) -> tuple[Prepared, tuple[str, ...]]:
+    """The records of a diagnosis or a calibration without those that stand in doubt, and a sentence for each of these.
+
+    Raises
+    ------
+    BadInput : no training record.
+    """
+    if not train:
+        raise BadInput("no training record", hint="give at least one")
+    return without_doubtful(corrected_records(model, train, held_out, options))
+
+
 def prepared(records: Sequence[Record], model: Model, options: Options) -> list[Record]:
     """Records in the model's rudder sign, behind its instruments, with the chosen channels and the inputs only."""
     out = []

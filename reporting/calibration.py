@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 VERDICTS = {
     "adequate": (GOOD, "The model agrees with the records."),
     "named": (GOOD, "What the model gets wrong is explained by"),
+    "tied": (FAIR, "What the model gets wrong is explained, as others would do as well, by"),
     "partly_named": (FAIR, "A part of what the model gets wrong is explained by"),
     "unexplained": (BAD, "No number of the model explains what it gets wrong."),
 }
@@ -30,8 +31,9 @@ DEGREES = ("rudder_offset",)
 """Numbers that are shown in degrees."""
 BASE = "base model"
 STEPS = (
-    "Root mean square errors of free runs. Left out: training records, each predicted by a fit without it. Of held-out "
-    "records only that is used that a change which worsens them is withdrawn."
+    "Root mean square errors of free runs. Left out: pieces of training records, with starts of their own, each "
+    "predicted by a fit without it. Of held-out records only that is used that a change which worsens them is "
+    "withdrawn."
 )
 
 
@@ -137,7 +139,7 @@ MOVED = (
 
 
 def steps_table(calibration: Calibration) -> Table:
-    """Errors of records that were left out, and of held-out records, from the base model through every step."""
+    """Errors of pieces that were left out, and of held-out records, from the base model through every step."""
     rows: list[tuple[str, Mapping[str, float], Mapping[str, float], str, str]]
     rows = [(BASE, {c: old for c, (old, _) in calibration.before.items()}, _held(calibration), "", "")]
     rows += [
@@ -169,7 +171,7 @@ def shares_table(calibration: Calibration) -> Table:
     """What each channel's squared free-run error of the base model consists of."""
     names = (
         ("numbers that moved", "coefficients"),
-        ("trim and start of single runs", "trim"),
+        ("start of single pieces", "trim"),
         ("sensor noise", "noise"),
         ("remaining", "remaining"),
     )
@@ -181,9 +183,9 @@ def shares_table(calibration: Calibration) -> Table:
 
 
 def models_table(calibration: Calibration) -> Table:
-    """Errors of held-out records, of left-out training records where none are held out, by every model; with each
-    held-out record's own neutral rudder angle and start; and the floor: the error of a fit to these records themselves.
-    """
+    """Errors of held-out records, of left-out pieces of training records where none are held out, by every model; with
+    each held-out record's own neutral rudder angle and start; and the floor: the error of a fit to these records
+    themselves."""
     place = 1 if any(new is not None for _, new in calibration.before.values()) else 0
     models = (
         (BASE, calibration.before),
@@ -196,9 +198,8 @@ def models_table(calibration: Calibration) -> Table:
         own = {c: pair[place] for c, pair in calibration.own.items()}
         columns.append(_model_column(f"{title}, own neutral angle and start", own))
     columns += [_model_column("floor of the structure", calibration.floor)] if calibration.floor else []
-    return make_table(
-        columns, list(calibration.before), f"Errors of {'held-out' if place else 'left-out training'} records"
-    )
+    side = "held-out records" if place else "left-out pieces of training records"
+    return make_table(columns, list(calibration.before), f"Errors of {side}")
 
 
 def _model_column(title: str, errors: Mapping[str, float | None]) -> Column:
@@ -207,7 +208,7 @@ def _model_column(title: str, errors: Mapping[str, float | None]) -> Column:
 
 
 def ingredients_table(calibration: Calibration) -> Table:
-    """Share of the squared error of these records that every ingredient removes: it comes back where all numbers are
+    """Share of the squared error of left-out pieces that every ingredient removes: it comes back where all numbers are
     fitted again without it."""
     columns = [
         field("what", "ingredient"),
@@ -216,7 +217,8 @@ def ingredients_table(calibration: Calibration) -> Table:
             for column in calibration.before
         ),
     ]
-    return make_table(columns, calibration.ingredients, note="All numbers are fitted again without it.")
+    note = "Of left-out pieces; all numbers are fitted again without it."
+    return make_table(columns, calibration.ingredients, note=note)
 
 
 REMAINING = (

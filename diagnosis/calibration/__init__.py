@@ -1,1 +1,1 @@
-"""Which numbers of a base model are wrong, by how much: chosen by leaving one record out of free runs."""
+"""Which numbers of a base model are wrong, by how much: the answer of a diagnosis, told number by number."""

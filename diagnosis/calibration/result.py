@@ -1,4 +1,4 @@
-"""What a calibration says: the numbers that moved, the errors of records that were left out, and what remains."""
+"""What a calibration says: the numbers that moved, the errors of what was left out, and what remains."""
 
 from __future__ import annotations
 
@@ -13,12 +13,9 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..result import Trace
 
-SCHEMA = 3
-EXPLAINABLE = 0.05
-"""Least share of the squared error that counts as explainable by the model."""
+SCHEMA = 4
 HIDDEN = ("model", "extended", "calibrated", "traces")
 """Fields that are not written as plain data."""
-VERDICTS = ("adequate", "named", "partly_named", "unexplained")
 
 
 @dataclass(frozen=True)
@@ -38,18 +35,13 @@ class Moved:
     where: str = ""
     in_proportion: bool = False
 
-    @property
-    def parameter(self) -> str:
-        """Its name as a size: that of a number in a regime is told as its change."""
-        return f"change: {self.name} {self.where}" if self.where else self.name
-
 
 @dataclass(frozen=True)
 class StatedRegime:
     """Where a number is wrong: on one side of a threshold (SI) with its 90 % interval.
 
-    number, group : what is wrong there.  share_of_error : share of the squared free-run error of left-out records that
-    it takes off, mean over the states.
+    number, group : what is wrong there.  share_of_error : share of the squared error of left-out pieces, beyond what is
+    no matter, that the choice with it takes off.
     """
 
     number: str
@@ -67,8 +59,8 @@ class StatedRegime:
 class StepTold:
     """One group that entered: fall of the score with its standard error, groups that would do as well, and errors.
 
-    left_out, held_out : column -> root mean squared free-run error, SI, of training records that were left out of the
-    fit, and of the held-out records.
+    left_out, held_out : column -> root mean squared free-run error, SI, of pieces of training records that were left
+    out of the fit, and of the held-out records.
     """
 
     group: str
@@ -82,27 +74,16 @@ class StepTold:
 
 @dataclass(frozen=True)
 class Share:
-    """Shares of a channel's squared free-run error of the base model, left-out records.
+    """Shares of a channel's squared free-run error of the base model, left-out pieces of records.
 
-    coefficients : taken off by the numbers that moved.  trim : due to the neutral rudder angle and the initial state of
-    single runs.  noise : the sensor's.  remaining : the rest.  causes : taken off by known causes beside the numbers.
+    coefficients : taken off by what was chosen.  trim : due to the initial state of single pieces.  noise : the
+    sensor's.  remaining : the rest.
     """
 
     coefficients: float
     trim: float
     noise: float
     remaining: float
-    causes: float = 0.0
-
-    @property
-    def explained(self) -> float:
-        """Share of what the model can explain, which trim and noise are no part of, that numbers and causes take
-        off.
-
-        Eq. 4 of docs/mathematics/calibration.md.
-        """
-        taken = self.coefficients + self.causes
-        return taken / max(taken + self.remaining, EXPLAINABLE)
 
 
 @dataclass(frozen=True)
@@ -150,26 +131,27 @@ class Calibration(RunsResult):
 
     model: Model
     extended: Model
-    """The base model with the numbers that moved, as few as explain the records."""
+    """The extended model of the diagnosis: numbers that moved, as few as explain the records, and other causes."""
     calibrated: Model
-    """The model for predictions: all numbers moved a little where that predicts left-out records better, else the
-    extended one."""
+    """The model for predictions: all numbers moved under their priors where that predicts left-out pieces better, else
+    the extended one."""
     records: tuple[tuple[str, str], ...]
     """(name, 'train' | 'held_out')."""
     verdict: str
+    """As of `diagnose`: 'adequate', 'named', 'tied', 'partly_named' or 'unexplained'."""
     reason: str
+    """One sentence that supports the verdict, with causes that are no numbers of the model."""
     moved: tuple[Moved, ...]
     steps: tuple[StepTold, ...]
     before: Mapping[str, tuple[float, float | None]]
     after: Mapping[str, tuple[float, float | None]]
-    """Before and after: column -> (left-out training records, held-out records) root mean squared free-run errors, SI;
-    the second is None without held-out records.  Before, these are as they were read; after, without what sensors and
-    known causes explain, where such were found."""
+    """Before and after: column -> (left-out pieces of training records, held-out records) root mean squared free-run
+    errors, SI; pieces have starts of their own, the second is None without held-out records."""
     shares: Mapping[str, Share]
     remaining: tuple[Remaining, ...]
     runs: tuple[RunEffect, ...]
     traces: tuple[Trace, ...]
-    """Measured against free runs before and after; after of a training record is by a fit without it."""
+    """Measured against free runs of the base and the extended model."""
     next_runs: tuple[NextRun, ...]
     worse: tuple[str, ...]
     """Columns in which held-out records are predicted worse than 1.05 times the base model's error."""
@@ -182,7 +164,7 @@ class Calibration(RunsResult):
     """Column -> errors of held-out records by the base and by the calibrated model, with each record's own neutral
     rudder angle and start, which are fitted to it under their priors; empty without held-out records."""
     ingredients: tuple[Ingredient, ...] = ()
-    """What measured inputs and the numbers that moved each remove of the error."""
+    """What measured inputs and the numbers that moved each remove of the error of left-out pieces."""
     floor: Mapping[str, float] = field(default_factory=dict)
     """Column -> error (SI) of held-out records by a fit to these records themselves; empty without them."""
     doubts: tuple[str, ...] = ()

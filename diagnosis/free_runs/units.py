@@ -44,8 +44,6 @@ REFERENCE_S = 160.0 / (15.0 * 1852.0 / 3600.0)
 """L/U of a ship of 160 m at 15 kn, s."""
 LENGTHS = 8.0
 """Ship lengths sailed in a piece."""
-LEAST = 3.5
-"""Ship lengths sailed in a part of a record that is to stand for a whole one, at least."""
 SMOOTHED = 12
 """Samples that measured thrust is averaged over."""
 FEWEST, WANTED, MOST = 3, 8, 24
@@ -132,32 +130,25 @@ class Rudder:
         return np.interp(grid_s, self.record.time_s, acting - self._recorded)
 
 
-def units_of(model: Model, records: Sequence[Record], length: float, whole: bool = False) -> list[Unit]:
+def units_of(model: Model, records: Sequence[Record], length: float) -> list[Unit]:
     """The pieces of records behind the model's instruments, in its sign of the rudder.
 
-    length : time of one ship length, s.  whole : stretches without long gaps are not cut where there are FEWEST.
+    length : time of one ship length, s.
 
     Raises
     ------
     CannotFit : no record has a stretch without long gaps, there are too few pieces, or none measures a state of the
-        model; where the parts stand for whole records, if these are too short to be cut.
+        model.
     """
     stretches_ = [(i, a, b) for i, r in enumerate(records) for a, b in stretches(r, clock_of(model, records))]
     seconds = [float(records[i].time_s[b - 1] - records[i].time_s[a]) for i, a, b in stretches_]
     if not stretches_:
         raise CannotFit(f"no {SHORTEST} samples in turn with a rudder angle")
     piece = max(LENGTHS * length, sum(seconds) / MOST)
-    counts, wanted = [max(1, int(s / piece)) for s in seconds], FEWEST if whole else WANTED
-    if whole and len(stretches_) >= FEWEST:
-        counts = [1] * len(stretches_)
-    elif sum(counts) < wanted:
-        least = LEAST * length if whole else 0.0
-        counts = [
-            max(1, min(-(-wanted // len(stretches_)), (b - a) // SHORTEST, int(span / least) if least else wanted))
-            for (_, a, b), span in zip(stretches_, seconds, strict=True)
-        ]
-        if whole and sum(counts) < FEWEST:
-            raise CannotFit(f"the records last less than {FEWEST * least:.0f} s: no part can be left out")
+    counts = [max(1, int(s / piece)) for s in seconds]
+    if sum(counts) < WANTED:
+        each = -(-WANTED // len(stretches_))
+        counts = [max(1, min(each, (b - a) // SHORTEST)) for _, a, b in stretches_]
     units = []
     for (i, a, b), count, span in zip(stretches_, counts, seconds, strict=True):
         edges = np.linspace(a, b, count + 1).astype(int)
@@ -171,17 +162,6 @@ def units_of(model: Model, records: Sequence[Record], length: float, whole: bool
     if len(units) < FEWEST:
         raise CannotFit(f"fewer than {FEWEST} pieces of {SHORTEST} samples")
     return units
-
-
-def names_of_units(units: Sequence[Unit]) -> list[str]:
-    """The name of each unit: of its record, with its part where there are several."""
-    numbers = [u.number for u in units]
-    parts = [numbers[:k].count(n) + 1 for k, n in enumerate(numbers)]
-    names = [u.record.name for u in units]
-    return [
-        f"{name}, part {part}" if numbers.count(n) > 1 else name
-        for name, part, n in zip(names, parts, numbers, strict=True)
-    ]
 
 
 def whole_unit(model: Model, record: Record, length: float, begin_s: float = 0.0) -> Unit:

@@ -81,7 +81,8 @@ def with_runs(
     as they were read.  channels : the only ones that are told; None: all.
     """
     base, extended = (
-        _without(one, {*diagnosis.model.instruments, *corrected}) for one in (diagnosis.model, diagnosis.extended)
+        without_instruments(one, {*diagnosis.model.instruments, *corrected})
+        for one in (diagnosis.model, diagnosis.extended)
     )
     held = pairs_of(diagnosis.model, diagnosis.extended, held_out, diagnosis.of_held_out, channels)
     traces = [
@@ -132,7 +133,8 @@ def pairs_of(
     return out
 
 
-def _without(model: Model, instruments: Collection[str]) -> Model:
+def without_instruments(model: Model, instruments: Collection[str]) -> Model:
+    """The model without some of its instruments, which its records are behind."""
     kept = {name: value for name, value in model.instruments.items() if name not in instruments}
     return replace(model, instruments=kept)
 
@@ -199,16 +201,25 @@ def ratio_of(old: np.ndarray, new: np.ndarray, rng: np.random.Generator) -> tupl
     return float(whole), float(low), float(high)
 
 
+def own_effects(stretch: Stretch) -> list[float]:
+    """A neutral rudder angle, rad, and changes of the start of the stretch's own, fitted to it under their priors.
+
+    Raises
+    ------
+    CannotFit : the model has no time to scale by, or the stretch has a few samples only.
+    """
+    length_s = time_scale_s(stretch.model)
+    unit = whole_unit(stretch.model, stretch.record, length_s, stretch.begin_s)
+    runs = FreeRuns(of_numbers(stretch.model), [unit], length_s, whole=True)
+    return minimise(runs, (), {}, runs.no_own).point.own[0].tolist()
+
+
 def own_run(stretch: Stretch) -> FreeRun:
-    """The free run with the stretch's own neutral rudder angle and start; the plain one of a model without a time to
-    scale by, and of a few samples."""
+    """The free run with the stretch's own neutral rudder angle and start; the plain one where there are none."""
     try:
-        length_s = time_scale_s(stretch.model)
-        unit = whole_unit(stretch.model, stretch.record, length_s, stretch.begin_s)
-        runs = FreeRuns(of_numbers(stretch.model), [unit], length_s, whole=True)
+        angle, *effects = own_effects(stretch)
     except CannotFit:
         return stretch.free_run()
-    angle, *effects = minimise(runs, (), {}, runs.no_own).point.own[0].tolist()
     inputs, start = stretch.series.inputs.copy(), stretch.state_at(0)
     inputs[:, 0] += angle
     for value, symbol in zip(effects, started_states(stretch.model), strict=True):

@@ -22,7 +22,6 @@ from ..gain.guard import log_fall
 from ..options import Options
 from ..prepared import prepared
 from .answer import extended_model, findings
-from .behind import instruments_of
 from .diagnose import runs_of
 from .search import BESIDE, chosen
 
@@ -54,8 +53,7 @@ def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
             if not choice.selection.entered or not _needed(choice):
                 return None
             with_biases = replace(extended_model(model, choice, {}), instruments={})
-            candidates = choice.selection.candidates
-            behind = [corrected(r, instruments_of(choice, candidates, number)) for number, r in enumerate(behind_model)]
+            behind = [corrected(record, _instruments(choice, number)) for number, record in enumerate(behind_model)]
             before, after = _errors(model, records), _errors(with_biases, behind)
     except (BadInput, CannotFit, FitFailed):
         return None
@@ -68,6 +66,13 @@ def biases_of(model: Model, records: Sequence[Record]) -> Biases | None:
     if not any(size.low > 0.0 or size.high < 0.0 for size in sizes):
         return None
     return Biases(tuple(sizes), {n: float(x) for n, x in with_biases.parameters.items()}, before, after)
+
+
+def _instruments(choice: Choice, record: int) -> dict[str, float]:
+    """Instruments of rudder and sensors that a choice says a record has, by its number."""
+    places, values = choice.bank.places, choice.selection.final.value
+    names = [name for c in choice.selection.candidates for name in c.names if places[name].record in (None, record)]
+    return {entry: x for name in names if (x := values(name)) for entry in places[name].entries}
 
 
 def _on_both_sides(records: Sequence[Record], angles: Sequence[float]) -> bool:

@@ -64,9 +64,17 @@ class Answer(NamedTuple):
     nearly: Diagnosis | None
 
 
-def by_pieces(
-    model: Model, records: Prepared, held_out: Sequence[Record], options: Options
-) -> tuple[Diagnosis, Diagnosis | None]:
+class OfPieces(NamedTuple):
+    """What free runs of pieces say: the choice, that with all of the model's own numbers beside it where it predicts
+    left-out pieces better, the diagnosis by both, and what was nearly said (`Answer`)."""
+
+    choice: Choice
+    wide: Choice | None
+    diagnosis: Diagnosis
+    nearly: Diagnosis | None
+
+
+def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], options: Options) -> OfPieces:
     """Say what a model gets wrong about training records by free runs of pieces of them that were left out; what
     worsens held-out records is withdrawn, the last that entered first.  And what was nearly said (`Answer`).
 
@@ -78,17 +86,18 @@ def by_pieces(
     FitFailed : the arithmetic fails.
     """
     behind = records.behind_sensors(options.causes())
-    choice, diagnosis, nearly = choice_and_diagnosis(model, behind, held_out, options)
+    choice, diagnosis, nearly = _choice_and_diagnosis(model, behind, held_out, options)
     few, most = apart(choice)
     if few:
         choice, diagnosis = _with_apart((choice, diagnosis), (few, most), model, behind, held_out, options)
     diagnosis, wide = _with_held_out_verdict(diagnosis), with_own_numbers(choice)
     if wide is None:
-        return diagnosis, nearly
+        return OfPieces(choice, None, diagnosis, nearly)
     calibrated = extended_model(model, wide, behind.instruments)
     outcome = with_calibrated(diagnosis, calibrated, held_out, options.channels)
-    lost = worsens(replace(outcome, gain=outcome.calibrated_gain, traces=()), outweighed=True)
-    return diagnosis if lost else outcome, nearly
+    if worsens(replace(outcome, gain=outcome.calibrated_gain, traces=()), outweighed=True):
+        return OfPieces(choice, None, diagnosis, nearly)
+    return OfPieces(choice, wide, outcome, nearly)
 
 
 def _with_held_out_verdict(diagnosis: Diagnosis) -> Diagnosis:
@@ -119,13 +128,13 @@ def _with_apart(
     choice, diagnosis = of_all
     names, explains = "", False
     with suppress(CannotFit, FitFailed):
-        rest, of_rest, _ = choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
+        rest, of_rest, _ = _choice_and_diagnosis(model, replace(behind, train=others), held_out, options)
         explains = rest.runs.worst(rest.selection.final) <= SMALL
         if explains and not _are_apart(choice, rest, few):
             return rest, of_rest
         if explains:
             choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
-            of_own = choice_and_diagnosis(model, replace(behind, train=own), (), options).diagnosis
+            of_own = _choice_and_diagnosis(model, replace(behind, train=own), (), options).diagnosis
             names = ", ".join(name for finding in of_own.causes for name in _titles(finding))
     each = ", ".join(f"{name} ({100.0 * error:.0f} % of the motion)" for name, error in few.items())
     said = f"the model errs in {each} by far more than in the other records (at most {100.0 * most:.1f} %)"
@@ -171,16 +180,13 @@ def _titles(finding: Finding) -> list[str]:
     return finding.details.get("groups", [own])
 
 
-def choice_and_diagnosis(
-    model: Model, behind: Prepared, held_out: Sequence[Record], options: Options, never: Collection[str] = ()
-) -> Answer:
+def _choice_and_diagnosis(model: Model, behind: Prepared, held_out: Sequence[Record], options: Options) -> Answer:
     """The choice without what worsens whole records, and the diagnosis by it.
 
     What stands beside the model's own numbers is tried without them.  Then the candidate that entered last is barred,
     and another choice is made without it; at the end what entered last is withdrawn as long as the errors grow.
 
-    behind : records behind their sensors.  held_out : as they were read.  never : candidates (`Candidate.of`) that are
-        not tried.
+    behind : records behind their sensors.  held_out : as they were read.
 
     Raises
     ------
@@ -189,7 +195,7 @@ def choice_and_diagnosis(
     """
 
     def runs_with(model: Model) -> FreeRuns:
-        return runs_of(model, behind.train, options, behind.decided).without(never)
+        return runs_of(model, behind.train, options, behind.decided)
 
     likely, slips, as_it_is = without_slips(model, runs_with)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -17,18 +17,7 @@ if TYPE_CHECKING:
 FOLLOWED = 0.5
 """Share of the squared yaw motion that free runs must hold for a cause to be named: nonsense is not followed."""
 NAMED, PARTLY = 0.8, 0.2
-"""Shares of the explainable free-run error from which it counts as named, and as partly named."""
-
-
-def by_share(what: str, explained: float) -> tuple[str, str]:
-    """The verdict by the share of the explainable free-run error that is explained, and the sentence that supports it.
-
-    Eq. 4 of docs/mathematics/calibration.md.
-    """
-    said = f"{what} off {100.0 * min(explained, 1.0):.0f} % of what can be explained of the free-run error"
-    if explained >= NAMED:
-        return "named", said
-    return ("partly_named" if explained >= PARTLY else "unexplained"), said
+"""Shares of the squared free-run error from which it counts as named, and as partly named."""
 
 
 def without_motion(traces: Sequence[Trace]) -> str | None:
@@ -71,31 +60,42 @@ def next_manoeuvre(poor: str | None, findings: Sequence[Finding]) -> str | None:
 
 def where(traces: Sequence[Trace]) -> list[dict[str, Any]]:
     """In which conditions the base model's free-run yaw rate or heading goes wrong: share of the squared error."""
-    out = []
-    for channel in ("yaw_rate_rad_s", "heading_rad"):
-        parts = [t for t in traces if channel in t.measured]
-        if not parts:
-            continue
-        error = np.concatenate([t.measured[channel] - t.before[channel] for t in parts])
-        rudder = np.abs(np.concatenate([t.rudder for t in parts]))
-        rate = np.concatenate(
-            [t.measured.get("yaw_rate_rad_s", np.gradient(t.measured[channel], t.time)) for t in parts]
-        )
-        late = np.concatenate([t.time / t.time[-1] for t in parts])
-        square = np.where(np.isfinite(error), error**2, 0.0)
-        total = square.sum()
-        if not total > 0.0:
-            continue
-        seen = np.isfinite(error)
-        for label, chosen in {
-            "large rudder angles (above the median)": rudder > np.median(rudder[seen]),
-            "turns to starboard": rate > 0.0,
-            "the second half of a record": late > 0.5,
-        }.items():
-            share, time = float(square[chosen & seen].sum() / total), float(np.mean(chosen[seen]))
-            out.append({"channel": channel, "condition": label, "share_of_error": share, "share_of_time": time})
-        break
-    return out
+    rows = (where_wrong(channel, traces, lambda t: t.before) for channel in ("yaw_rate_rad_s", "heading_rad"))
+    return next(filter(None, rows), [])
+
+
+def where_wrong(
+    channel: str, traces: Sequence[Trace], run: Callable[[Trace], Mapping[str, np.ndarray]]
+) -> list[dict[str, Any]]:
+    """Conditions with their shares of a channel's squared error and of the time; none where there is no error.
+
+    run : of a trace, the one whose errors count.
+    """
+    parts = [t for t in traces if channel in t.measured]
+    if not parts:
+        return []
+    error = np.concatenate([t.measured[channel] - run(t)[channel] for t in parts])
+    rudder = np.abs(np.concatenate([t.rudder for t in parts]))
+    rate = np.concatenate([t.measured.get("yaw_rate_rad_s", np.gradient(t.measured[channel], t.time)) for t in parts])
+    late = np.concatenate([t.time / t.time[-1] for t in parts])
+    seen = np.isfinite(error)
+    square = np.where(seen, error**2, 0.0)
+    if not square.any():
+        return []
+    conditions = {
+        "large rudder angles (above the median)": rudder > np.median(rudder[seen]),
+        "turns to starboard": rate > 0.0,
+        "the second half of a record": late > 0.5,
+    }
+    return [
+        {
+            "channel": channel,
+            "condition": condition,
+            "share_of_error": float(square[chosen & seen].sum() / square.sum()),
+            "share_of_time": float(np.mean(chosen[seen])),
+        }
+        for condition, chosen in conditions.items()
+    ]
 
 
 def diagnosis_of(

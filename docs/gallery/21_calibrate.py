@@ -3,8 +3,8 @@ Which numbers of a simulation are wrong
 =======================================
 
 The simulation has a rudder moment that is a quarter too small, so that it is to grow by a third. `calibrate` moves
-groups of coefficients within what is known of them beforehand, as long as that predicts records better which were
-left out.
+coefficients within what is known of them beforehand, as long as that predicts pieces of records better which were left
+out.
 """
 
 import helmbench

@@ -180,17 +180,16 @@ def calibrate(
     *,
     positive_rudder: str | None = None,
 ) -> Calibration:
-    """Find which numbers of a model are wrong and by how much, by free runs of records that were left out.
+    """Find which numbers of a model are wrong and by how much, by free runs of pieces of records that were left out.
 
-    Groups of coefficients and constants enter one after the other, within the prior standard deviations that the
-    family states, as long as they predict training records better that took no part in the fit.  Every record has a
-    neutral rudder angle and an initial state of its own.
+    The choice, its sizes and the extended model are those of `diagnose`: coefficients, constants and causes of rudder,
+    sensors and weather enter one after the other, as long as they predict pieces better that took no part in the fit.
 
     Parameters
     ----------
     model : a 3-DOF model with coefficients, a vessel id or the path of a model.json.
-    train : one record or several, or paths of record files; fewer than three are cut into pieces.
-    held_out : likewise; scored once at the end, they take no part in the choice.
+    train : one record or several, or paths of record files.
+    held_out : likewise; they take no part in the fit, but what worsens them is withdrawn.
     positive_rudder : 'port' or 'starboard', the side of a positive rudder in the files; overrides their sidecars.
 
     Raises

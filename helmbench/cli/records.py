@@ -253,8 +253,9 @@ def diagnose(
 def calibrate(model: str, output: Path, force: bool, printer: Printer, **asked: Any) -> None:
     """Say which numbers of a model are wrong, and by how much.
 
-    Judged by free runs of records that were left out.  Writes calibration.json, calibration.html, extended_model.json
-    (the numbers that moved) and calibrated_model.json (all numbers, moved under their priors).
+    Judged by free runs of pieces of records that were left out, as `diagnose` does.  Writes calibration.json,
+    calibration.html, extended_model.json (what was named) and calibrated_model.json (all numbers, moved under their
+    priors).
     """
     import helmbench
 

@@ -1,5 +1,7 @@
 """The stages of a diagnosis are told as they begin."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -21,7 +23,7 @@ def record():
 )
 def test_each_stage_is_told(monkeypatch, record, diagnosis_of, coefficient_sd, stages):
     made, told = diagnosis_of(), []
-    monkeypatch.setattr(engine, "by_pieces", lambda *_: made)
+    monkeypatch.setattr(engine, "by_pieces", lambda *_: SimpleNamespace(diagnosis=made, nearly=None))
     monkeypatch.setattr(engine, "by_innovations", lambda *_: made)
     options = Options(coefficient_sd=coefficient_sd)
     engine.diagnose(helmbench.resolve("response-1"), [record], options=options, watch=told.append)

@@ -12,13 +12,14 @@ from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
 from helmbench.diagnosis.calibration.calibrate import calibrate
+from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.gain.guard import WORSE
 from helmbench.estimation.run.run import run_along
 from helmbench.models.errors import BadInput, CannotFit
 from helmbench.models.model import model_to_json, resolve
 
 from ...expectations.calibrations import CALIBRATED, SHIP, altered
-from ...expectations.injections import passes
+from ...expectations.injections import injected, passes
 from ...nightly_marks import nightly_but
 
 
@@ -41,6 +42,27 @@ def test_changes_are_named_with_their_sizes(found):
     assert found.verdict == "named"
     assert moved["rudder_offset"].after == pytest.approx(np.deg2rad(1.0), abs=np.deg2rad(0.3))
     assert moved["rudder_offset"].low < moved["rudder_offset"].after < moved["rudder_offset"].high
+
+
+WRONG = [("kvlcc2-l7", {"R_0": 1.3}), ("s175", {"Nur": 0.7}), ("mariner", {"Nd": 0.75})]
+"""Ships, and factors on numbers of the base model."""
+
+
+@pytest.mark.parametrize("case", nightly_but(WRONG, WRONG[1]), ids=str)
+def test_calibrate_and_diagnose_give_the_same_sizes_where_numbers_are_wrong(case, rng):
+    vessel, factors = case
+    base, records = resolve(vessel), injected(vessel, (), rng)
+    parameters = {name: factors.get(name, 1.0) * value for name, value in base.parameters.items()}
+    wrong = base.with_coefficients(base.from_parameters(parameters))
+    found, said = (one(wrong, records.train, records.held_out[:1]) for one in (calibrate, diagnose))
+    sizes = {s.parameter: (s.value, s.low, s.high) for f in said.causes for s in f.sizes}
+    print(found.moved, sizes)
+    assert {m.name: (m.after, m.low, m.high) for m in found.moved} == sizes and {*factors} <= {*sizes}
+    assert (found.verdict, found.worse) == (said.verdict, ())
+    assert np.array_equal(found.extended.theta, said.extended.theta)
+    assert {c: g.rmse_after for c, g in said.gain.items() if c in found.after} == {
+        c: e for c, (_, e) in found.after.items()
+    }
 
 
 @pytest.mark.parametrize("expected", nightly_but(CALIBRATED), ids=[one.name for one in CALIBRATED])
@@ -101,22 +123,24 @@ def test_records_without_a_heading_and_with_a_long_gap_are_calibrated(ship, rng)
     gap = (run.time_s > 100.0) & (run.time_s < 130.0)
     broken = replace(run, time_s=run.time_s[~gap], channels={k: v[~gap] for k, v in run.channels.items()})
     found = calibrate(ship, [broken])
-    assert len(found.runs) >= 3 and found.next_runs
+    assert [one.record for one in found.runs] == [broken.name] and found.next_runs
     assert found.after["surge_m_s"][0] < found.before["surge_m_s"][0]
-    assert all(np.diff(trace.time).max() < 5.0 for trace in found.traces)
+    behind = found.traces[0].time >= 130.0
+    first = (found.traces[0].after["surge_m_s"] - found.traces[0].measured["surge_m_s"])[behind][0]
+    assert abs(first) < 0.02  # the run starts anew behind the gap
 
 
 def test_a_single_run_of_twelve_ship_lengths_is_calibrated(ship, rng):
     run = record_run(altered(ship, 0.4, 0.0), parse_manoeuvre("zigzag:10/10"), duration_s=72.0, dt_s=0.2)
     found = calibrate(ship, [apply(run, parse_noise("low"), rng)])
-    assert len(found.runs) == 3
+    assert len(found.runs) == 1
     assert found.after["surge_m_s"][0] <= WORSE * found.before["surge_m_s"][0]
 
 
 @pytest.mark.nightly
 def test_what_cannot_be_calibrated_is_refused(ship):
-    short = record_run(ship, parse_manoeuvre("zigzag:10/10"), duration_s=30.0, dt_s=0.2)
-    with pytest.raises(CannotFit, match="no part can be left out"):
+    short = record_run(ship, parse_manoeuvre("zigzag:10/10"), duration_s=8.0, dt_s=0.2)
+    with pytest.raises(CannotFit, match="fewer than 3 pieces"):
         calibrate(ship, [short])
     with pytest.raises(BadInput, match="no training record"):
         calibrate(ship, [])
@@ -128,13 +152,14 @@ def test_what_cannot_be_calibrated_is_refused(ship):
 
 @pytest.mark.nightly
 def test_measured_kvlcc2_runs_need_more_thrust(ship):
-    """The published simulation pairs a propeller curve with another diameter: more thrust."""
+    """The published simulation pairs a propeller curve with another diameter: more thrust.  All of the model's own
+    numbers predict left-out pieces better still; the few that were chosen without them are told."""
     folder = measured.data_dir() / measured.dataset("kvlcc2-hsva").folder
     if not folder.is_dir():
         pytest.skip(f"no measured data in {folder}: set HELMBENCH_DATA or run `helmbench fetch kvlcc2-hsva`")
     stems = ("Z_05_01", "Z_15_05", "Z_20_10_S", "Z_35_05")
     found = calibrate(ship, [measured.load("kvlcc2-hsva", stem).thinned(32) for stem in stems])
-    moved = {m.name: m for m in found.moved}
-    print(found.steps)
-    assert moved["thrust_scale"].after == pytest.approx(0.33, abs=0.04)
+    print(found.steps, found.reason)
+    few = found.reason.partition("few numbers alone would be thrust_scale ")[2]
+    assert float(few.partition(",")[0]) == pytest.approx(0.33, abs=0.04)
     assert found.after["surge_m_s"][0] < 0.7 * found.before["surge_m_s"][0]

@@ -7,12 +7,9 @@ import pytest
 
 from helmbench.datasets.instruments import corrected
 from helmbench.datasets.measured import data_dir, load
-from helmbench.diagnosis.calibration.group_fits import blind_errors
-from helmbench.diagnosis.free_runs.bank import of_numbers
-from helmbench.diagnosis.free_runs.problem import FreeRuns
-from helmbench.diagnosis.free_runs.units import whole_unit
 from helmbench.models.model import resolve
-from helmbench.models.time_scale import time_scale_s
+
+from ...support.free_runs import blind_errors, whole_runs
 
 pytestmark = pytest.mark.skipif(
     not (data_dir() / "esso_osaka").exists(), reason="measured data are not here: helmbench fetch esso-osaka"
@@ -23,12 +20,9 @@ LATE = dict.fromkeys(("surge_delay", "sway_delay", "yaw_rate_delay", "heading_de
 
 def held_out_r2(model):
     """R^2 of u, v, r, psi over both records, free runs from the first samples."""
-    length_s = time_scale_s(model)
-    units = [whole_unit(model, corrected(load("esso-osaka", stem), LATE), length_s) for stem in HELD_OUT]
-    runs = FreeRuns(of_numbers(model), units, length_s, whole=True)
+    runs = whole_runs(model, [corrected(load("esso-osaka", stem), LATE) for stem in HELD_OUT])
     motion = [m - np.nanmean(m, axis=0) for m in runs.measured]
-    errors = np.array([*blind_errors(runs, {}).values()])
-    return 1.0 - errors**2 / np.nanmean(np.concatenate(motion) ** 2, axis=0)
+    return 1.0 - blind_errors(runs) ** 2 / np.nanmean(np.concatenate(motion) ** 2, axis=0)
 
 
 def test_held_out_zigzags_from_rest_are_predicted():

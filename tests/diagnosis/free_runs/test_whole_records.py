@@ -6,13 +6,15 @@ import pytest
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import apply, parse_noise
-from helmbench.diagnosis.calibration.group_fits import blind_errors, fit_groups, score_fall
-from helmbench.diagnosis.free_runs.bank import of_numbers
-from helmbench.diagnosis.free_runs.problem import LIMIT, FreeRuns
-from helmbench.diagnosis.free_runs.units import THRUST, Lane, names_of_units, units_of
-from helmbench.models.coefficient_groups import Group
+from helmbench.diagnosis.free_runs.problem import LIMIT
+from helmbench.diagnosis.free_runs.units import THRUST, Lane
+from helmbench.estimation.selection.minimiser import minimise
+from helmbench.estimation.selection.number import Number
+from helmbench.estimation.selection.selection import fall_between
 from helmbench.models.model import resolve
-from helmbench.models.time_scale import time_scale_s
+
+from ...support.free_runs import blind_errors
+from ...support.free_runs import whole_runs as runs_of
 
 MANOEUVRES = ("zigzag:10/10", "zigzag:20/20:port", "turn:20", "zigzag:25/5")
 TRIM = np.deg2rad([0.2, -0.3, 0.1, -0.1])
@@ -40,13 +42,9 @@ def changed(model, **values):
     return model.with_coefficients(new)
 
 
-def runs_of(model, records):
-    length_s = time_scale_s(model)
-    return FreeRuns(of_numbers(model), units_of(model, records, length_s, whole=True), length_s, whole=True)
-
-
-def group(sd):
-    return Group("wrong", "numbers that are wrong", None, sd)
+def fitted(runs, sds):
+    """The fit of numbers with these prior standard deviations."""
+    return minimise(runs, [Number(name, sd) for name, sd in sds.items()], {}, runs.no_own)
 
 
 def noisy(true, rng):
@@ -56,35 +54,35 @@ def noisy(true, rng):
 def test_the_true_model_has_no_error(ship):
     runs = runs_of(ship, [record(ship, text) for text in MANOEUVRES])
     assert runs.channels == ["surge_m_s", "sway_m_s", "yaw_rate_rad_s", "heading_rad"]
-    assert np.all(np.array([*blind_errors(runs, {}).values()]) < 0.05 * runs.floor)
+    assert np.all(blind_errors(runs) < 0.05 * runs.floor)
 
 
 def test_wrong_numbers_and_each_records_trim_are_estimated(ship):
     true = changed(ship, R_0=0.018, N_v=-0.15)
     runs = runs_of(ship, [record(true, text, trim) for text, trim in zip(MANOEUVRES, TRIM, strict=True)])
-    fitted = fit_groups(runs, [group(BOTH)]).fitted
-    values = [runs.bank.values[name] + fitted.value(name) for name in BOTH]
+    fit = fitted(runs, BOTH)
+    values = [runs.bank.values[name] + fit.value(name) for name in BOTH]
     assert values == pytest.approx([0.018, -0.15], rel=0.02)
-    assert np.rad2deg(fitted.point.own[:, 0]) == pytest.approx(np.rad2deg(TRIM), abs=0.05)
-    assert fitted.point.cost < fit_groups(runs, []).fitted.point.cost - 100.0
+    assert np.rad2deg(fit.point.own[:, 0]) == pytest.approx(np.rad2deg(TRIM), abs=0.05)
+    assert fit.point.cost < fitted(runs, {}).point.cost - 100.0
 
 
 def test_leaving_a_record_out_agrees_with_a_fit_to_the_others(ship, rng):
     records = noisy(changed(ship, R_0=0.018, N_v=-0.15), rng)
-    without = fit_groups(runs_of(ship, records), [group(BOTH)]).fitted.without
+    without = fitted(runs_of(ship, records), BOTH).without
     for i in range(len(records)):
         others = runs_of(ship, [r for j, r in enumerate(records) if j != i])
-        exact = fit_groups(others, [group(BOTH)]).fitted
+        exact = fitted(others, BOTH)
         assert [without[i][n] for n in BOTH] == pytest.approx([exact.value(n) for n in BOTH], abs=5e-4)
 
 
 def test_a_score_falls_where_a_number_is_needed_and_not_where_it_is_not(ship, rng):
     runs = runs_of(ship, noisy(changed(ship, R_0=0.018), rng))
-    base, needed = fit_groups(runs, []), fit_groups(runs, [group(RESISTANCE)])
-    needless = fit_groups(runs, [group(RESISTANCE | {"X_vvvv": 0.3})])
-    by = score_fall(runs, base, needed)
+    base, needed = fitted(runs, {}), fitted(runs, RESISTANCE)
+    needless = fitted(runs, RESISTANCE | {"X_vvvv": 0.3})
+    by = fall_between(runs, base, needed)
     assert by.gain > 2.0 * by.error
-    by = score_fall(runs, needed, needless)
+    by = fall_between(runs, needed, needless)
     assert by.gain < max(0.03, 2.0 * by.error)
 
 
@@ -123,15 +121,5 @@ def test_measured_thrust_is_a_channel_that_no_fit_gives_up(ship):
     (error,) = straight.errors([Lane(0, {}, straight.no_own[0])])
     assert np.max(np.abs(error[-1, 0, 10:-10])) < 2e-3 * np.nanmean(straight.measured[0][:, -1])
     fast = [record(changed(ship, R_0=0.01), text) for text in MANOEUVRES]
-    by = {k: fit_groups(runs_of(ship, r), [group({"k_0": 0.1})]) for k, r in
-          {"without": fast, "with": [measured(r) for r in fast]}.items()}  # fmt: skip
-    assert abs(by["with"].fitted.value("k_0")) < 0.3 * abs(by["without"].fitted.value("k_0"))
-
-
-def test_few_records_are_cut_and_parts_have_names(ship):
-    one = record(ship, "zigzag:10/10")
-    cut = units_of(ship, [one], time_scale_s(ship), whole=True)
-    whole = units_of(ship, [one] * 3, time_scale_s(ship), whole=True)
-    assert len(cut) == 3 == len(whole)
-    assert names_of_units(cut) == [f"{one.name}, part {k}" for k in (1, 2, 3)]
-    assert names_of_units(whole) == [one.name] * 3
+    without, thrust = (fitted(runs_of(ship, r), {"k_0": 0.1}) for r in (fast, [measured(run) for run in fast]))
+    assert abs(thrust.value("k_0")) < 0.3 * abs(without.value("k_0"))

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
-from helmbench.diagnosis.calibration.group_fits import blind_errors
-from helmbench.diagnosis.free_runs.bank import of_numbers
-from helmbench.diagnosis.free_runs.problem import FreeRuns
-from helmbench.diagnosis.free_runs.units import Lane, whole_unit
+from helmbench.diagnosis.free_runs.units import Lane
 from helmbench.estimation.records.weather import measured_weather
 from helmbench.models.model import resolve
-from helmbench.models.time_scale import time_scale_s
+
+from ...support.free_runs import blind_errors, whole_runs
 
 SPEED, FROM = 3.0, np.deg2rad(60.0)
 
@@ -28,15 +26,9 @@ def record(ship):
     return run.with_channels(wind_speed_m_s=np.full(run.n, SPEED), wind_direction_rad=np.full(run.n, FROM))
 
 
-def whole_run(model, record):
-    """The free run of a whole record as a problem of a fit."""
-    length_s = time_scale_s(model)
-    return FreeRuns(of_numbers(model), [whole_unit(model, record, length_s)], length_s, whole=True)
-
-
 def test_a_run_in_wind_is_predicted_with_the_measured_wind_and_not_without(ship, record):
-    windy, calm = (whole_run(model, record) for model in (ship, replace(ship, windage=None)))
-    known, unknown = (np.array([*blind_errors(runs, {}).values()]) for runs in (windy, calm))
+    windy, calm = (whole_runs(model, [record]) for model in (ship, replace(ship, windage=None)))
+    known, unknown = map(blind_errors, (windy, calm))
     assert np.all(known < 0.1 * windy.floor)
     assert np.all(unknown > 5.0 * windy.floor)
 
@@ -102,7 +94,7 @@ def test_filter_calibration_and_validation_give_the_same_free_run(ship, record, 
     def headings(model):
         est = estimator(model, [run])
         filtered = est.free_run(est.start(), 0, int(np.searchsorted(run.time_s, 5.0)))[:, 0]
-        whole = whole_run(model, run)
+        whole = whole_runs(model, [run])
         error = whole.errors([Lane(0, {}, whole.no_own[0])])[0][whole.symbols.index("psi"), 0]
         validated = Stretch.of(model, run).free_run().states[:, 5]
         return filtered, heading[whole.units[0].stretch.series.index] - error, validated
