@@ -123,8 +123,8 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     sds = {n.name: n.sd for n in choice.bank.own}
     everywhere = [e.candidate for e in few.entered if {*e.candidate.names} <= runs.places.keys()]
     of_hull = [c for c in everywhere if choice.bank.cause_of(c) == BaseCoefficients.id]
-    alone_wrong = len(few.entered) == 1  # as a slip is, or not at all
-    own = [c for c in of_hull if alone_wrong or {*c.names} <= sds.keys()]
+    first = {c.of for c in few.candidates[:1]}  # explains most, as a slip does
+    own = [c for c in of_hull if c.of in first or {*c.names} <= sds.keys()]
     faults = choice.selection.candidates
     before = _fitted_beside(choice, faults) if faults else few.base
     singles = [c for c in choice.bank.candidates if len(c.names) == 1 and {*c.names} <= sds.keys()]

@@ -44,4 +44,4 @@ def test_a_channel_that_is_a_little_worse_is_outweighed_by_motion_that_is_clearl
     diagnosis_of, after_m_s, worse
 ):
     said = of_errors(diagnosis_of, heading_rad=(0.1, 0.02), yaw_rate_rad_s=(0.01, 0.006), surge_m_s=(0.1, after_m_s))
-    assert worsens(said) == worse
+    assert worsens(said) and worsens(said, outweighed=True) == worse

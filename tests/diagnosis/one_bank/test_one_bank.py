@@ -269,13 +269,13 @@ def test_columns_of_many_forces_are_those_of_runs_with_each(mariner):
     point = {numbers[3].name: STEP * numbers[3].sd}
     quadratic = runs.quadratic(point, runs.no_own, numbers)
     assert len(numbers) > FEW and {runs.places[n.name].column for n in numbers} == {4, 5, 6}
+    at_rest = runs.squares([point] * len(runs.units), runs.no_own)
     for place, number in enumerate(numbers):
-        step = 1e-3 * number.sd
+        step = 1e-4 * number.sd
         values = point | {number.name: point.get(number.name, 0.0) + step}
-        by_algebra = quadratic.squares(np.full((len(runs.units), 1), step), runs.no_own, [place])
-        by_run = runs.squares([values] * len(runs.units), runs.no_own)
-        at_rest = runs.squares([point] * len(runs.units), runs.no_own)
-        assert np.allclose(by_algebra - at_rest, by_run - at_rest, rtol=0.01, atol=1e-4 * at_rest.max(axis=0))
+        change = runs.squares([values] * len(runs.units), runs.no_own) - at_rest
+        by_algebra = quadratic.squares(np.full((len(runs.units), 1), step), runs.no_own, [place]) - at_rest
+        assert np.allclose(by_algebra, change, rtol=0.01, atol=0.01 * np.abs(change).max(axis=0))
 
 
 def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):

@@ -58,7 +58,7 @@ def kt(t1, t2, gain, t3):
 def turned_about(model):
     """A record of a response model without noise: zigzags about a course that goes round."""
     time = np.arange(0.0, 300.0, 0.5)
-    rudder = 0.3 * np.sign(np.sin(time / 9.0) + 0.5 * np.sin(time / 31.0))
+    rudder = 0.3 * np.sign(np.sin(time / 9.0) + 0.5 * np.sin(time / 31.0)) + 0.15
     rudder = np.convolve(np.pad(rudder, 4, mode="edge"), np.full(9, 1.0 / 9.0), mode="valid")
     states = simulate(model, rudder[:, None], 0.5, np.zeros(len(model.states)))
     shown = {CHANNELS[s]: states[:, model.states.index(s)] for s in ("r", "psi")}
@@ -85,13 +85,14 @@ def squared(runs, values):
 @pytest.mark.parametrize("name", SIZES)
 def test_a_force_along_the_measured_motion_is_that_of_the_extended_model(mariner, name):
     """A record of the extended model is followed by the base model with the force as a number."""
-    _, forces = over_forces(mariner, [sailed(mariner)])
+    manoeuvre = "turn:20" if "heading" in name else "zigzag:20/20"
+    _, forces = over_forces(mariner, [sailed(mariner, manoeuvre)])
     force = next(f for f in forces.forces.values() if name in f.extensions and f.axis == name[0])
     number = next(n.format(name[0]) for n in force.shape.terms if name in n.format(name[0]))
     values = dict(force.parameters(dict.fromkeys((n.format(name[0]) for n in force.shape.terms), 0.0)))[name]
     nature = extended(mariner, name, values | {number.partition("@")[0]: SIZES[name]})
     runs, _, _ = with_force(
-        *over_forces(mariner, [sailed(nature)]), force
+        *over_forces(mariner, [sailed(nature, manoeuvre)]), force
     )  # a curve over the range of the first record
     assert squared(runs, {number: SIZES[name]}) < 0.02 * squared(runs, {})
 
