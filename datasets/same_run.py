@@ -36,6 +36,8 @@ SURE = 0.999
 """Share of the least correlation that one in single precision must reach: it errs by far less."""
 MOST_NUMBERS = 200_000
 """Correlations that are computed at a time."""
+MOST_PAIRS = 4_000_000
+"""Pairs of records that are listed at a time."""
 
 
 class Same(NamedTuple):
@@ -108,17 +110,18 @@ def _pairs(records: Sequence[Record], split: int | None) -> Iterator[tuple[_Grid
     steps = np.array([np.median(np.diff(records[i].time_s)) for i in places])
     spans = np.array([np.ptp(records[i].time_s) for i in places])
     for step in np.unique(steps).tolist():
-        a, b = np.flatnonzero(steps == step), np.flatnonzero(steps <= step)
-        kept = (steps[b] < step) | (a[:, None] < b)
-        if split is not None:
-            kept &= (places[a] < split)[:, None] != (places[b] < split)
-        with np.errstate(all="ignore"):
-            longest = np.maximum.outer(spans[a], spans[b]) / step
-        kept &= longest <= 4 * np.maximum.outer(counts[a], counts[b])
-        powers = np.ceil(np.log2(2.0 * np.where(kept, longest, 0.0) + 2.0)).astype(int)
-        for power in np.unique(powers[kept]).tolist():
-            i, j = np.nonzero(kept & (powers == power))
-            yield _Grid(step, 1 << power), np.sort(np.column_stack([places[a[i]], places[b[j]]]), axis=1)
+        coarse, b = np.flatnonzero(steps == step), np.flatnonzero(steps <= step)
+        for a in np.array_split(coarse, 1 + coarse.size * b.size // MOST_PAIRS):
+            kept = (steps[b] < step) | (a[:, None] < b)
+            if split is not None:
+                kept &= (places[a] < split)[:, None] != (places[b] < split)
+            with np.errstate(all="ignore"):
+                longest = np.maximum.outer(spans[a], spans[b]) / step
+            kept &= longest <= 4 * np.maximum.outer(counts[a], counts[b])
+            powers = np.ceil(np.log2(2.0 * np.where(kept, longest, 0.0) + 2.0)).astype(int)
+            for power in np.unique(powers[kept]).tolist():
+                i, j = np.nonzero(kept & (powers == power))
+                yield _Grid(step, 1 << power), np.sort(np.column_stack([places[a[i]], places[b[j]]]), axis=1)
 
 
 def _with_peak(records: Sequence[Record], pairs: np.ndarray, name: str, grid: _Grid) -> Iterator[tuple[int, int]]:
