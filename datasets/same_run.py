@@ -112,15 +112,15 @@ def _pairs(records: Sequence[Record], split: int | None) -> Iterator[tuple[_Grid
     for step in np.unique(steps).tolist():
         coarse, b = np.flatnonzero(steps == step), np.flatnonzero(steps <= step)
         for a in np.array_split(coarse, 1 + coarse.size * b.size // MOST_PAIRS):
-            kept = (steps[b] < step) | (a[:, None] < b)
+            mask = (steps[b] < step) | (a[:, None] < b)
             if split is not None:
-                kept &= (places[a] < split)[:, None] != (places[b] < split)
+                mask &= (places[a] < split)[:, None] != (places[b] < split)
             with np.errstate(all="ignore"):
                 longest = np.maximum.outer(spans[a], spans[b]) / step
-            kept &= longest <= 4 * np.maximum.outer(counts[a], counts[b])
-            powers = np.ceil(np.log2(2.0 * np.where(kept, longest, 0.0) + 2.0)).astype(int)
-            for power in np.unique(powers[kept]).tolist():
-                i, j = np.nonzero(kept & (powers == power))
+            mask &= longest <= 4 * np.maximum.outer(counts[a], counts[b])
+            powers = np.ceil(np.log2(2.0 * np.where(mask, longest, 0.0) + 2.0)).astype(int)
+            for power in np.unique(powers[mask]).tolist():
+                i, j = np.nonzero(mask & (powers == power))
                 yield _Grid(step, 1 << power), np.sort(np.column_stack([places[a[i]], places[b[j]]]), axis=1)
 
 

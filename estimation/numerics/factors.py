@@ -53,12 +53,12 @@ def of_all_others(each: np.ndarray) -> np.ndarray:
     odd = len(each) % 2
     padded = np.concatenate([each, np.zeros_like(each[:odd])])
     first, second = padded[0::2], padded[1::2]
-    outside = of_all_others(_joined(first, second))
-    found = np.stack([_joined(outside, second), _joined(outside, first)], axis=1).reshape(padded.shape)
-    return found[: len(each)]
+    outside = of_all_others(_of_both(first, second))
+    others = np.stack([_of_both(outside, second), _of_both(outside, first)], axis=1).reshape(padded.shape)
+    return others[: len(each)]
 
 
-def _joined(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+def _of_both(one: np.ndarray, other: np.ndarray) -> np.ndarray:
     """Factors (..., m, m) of the rows of both."""
     return np.asarray(np.linalg.qr(np.concatenate([one, other], axis=-2), mode="r"))
 

@@ -119,19 +119,19 @@ def derivatives(
     """
     highest = order if highest is None else highest
     system, x = sampled_filter(omega * dt, order), np.zeros(order)
-    found = np.empty((-(-len(signal) // every), highest + 1))
+    columns = np.empty((-(-len(signal) // every), highest + 1))
     block = every * max(1, BLOCK // every)
     for start in range(0, len(signal), block):
         rise = signal[start : start + block + 1] - signal[0]
         states = respond(system, rise[:, None], x)
-        x, kept = states[-1], states[:block:every]
-        rows = found[start // every :][: len(kept)]
-        rows[:, :order] = kept[:, : highest + 1]
+        x, thin = states[-1], states[:block:every]
+        rows = columns[start // every :][: len(thin)]
+        rows[:, :order] = thin[:, : highest + 1]
         if highest == order:
-            rows[:, order] = rise[:block:every] - kept @ [comb(order, k) for k in range(order)]
-    found *= omega ** np.arange(highest + 1)
-    found[:, 0] += signal[0]
-    return found
+            rows[:, order] = rise[:block:every] - thin @ [comb(order, k) for k in range(order)]
+    columns *= omega ** np.arange(highest + 1)
+    columns[:, 0] += signal[0]
+    return columns
 
 
 def transients(n: int, dt: float, omega: float, order: int = 4) -> NDArray[np.float64]:

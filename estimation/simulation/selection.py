@@ -49,9 +49,9 @@ def _improved(model: Model, run: Followed) -> np.ndarray:
     slopes = np.empty((len(free), int(known.sum())))
     for own, state in zip(slopes, free, strict=True):
         step = STEP * series.start_sd[state]
-        moved = series.start.copy()
-        moved[state] += step
-        change = free_run.residuals(model, series, moved)
+        nearby = series.start.copy()
+        nearby[state] += step
+        change = free_run.residuals(model, series, nearby)
         np.subtract(error, change, out=change)
         change /= step
         change *= weight

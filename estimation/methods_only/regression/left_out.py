@@ -107,8 +107,8 @@ def _left_out_fits(scheme: Scheme, records: Sequence[Record], model: Model) -> l
     p, rows = len(model.coordinates), counts.sum(axis=0) - counts
     if rows.sum(axis=1).min() <= p:
         raise CannotFit(f"{rows.sum(axis=1).min()} usable regression rows for {p} coefficients")
-    others = zip(factors.of_all_others(equations), rows, strict=True)
-    return [least_squares(joined, own).coefficients for joined, own in others]
+    pairs = zip(factors.of_all_others(equations), rows, strict=True)
+    return [least_squares(others, behind).coefficients for others, behind in pairs]
 
 
 def _window_factors(scheme: Scheme, records: Sequence[Record], model: Model) -> tuple[np.ndarray, np.ndarray]:
