@@ -115,6 +115,8 @@ def _pairs(records: Sequence[Record], split: int | None) -> Iterator[tuple[_Grid
             mask = (steps[b] < step) | (a[:, None] < b)
             if split is not None:
                 mask &= (places[a] < split)[:, None] != (places[b] < split)
+            if not mask.any():
+                continue
             with np.errstate(all="ignore"):
                 longest = np.maximum.outer(spans[a], spans[b]) / step
             mask &= longest <= 4 * np.maximum.outer(counts[a], counts[b])
@@ -136,7 +138,8 @@ def _with_peak(records: Sequence[Record], pairs: np.ndarray, name: str, grid: _G
     row = np.full(len(records), -1)
     row[[*channels]] = np.arange(len(channels))
     spectra = np.array([c.spectrum for c in channels.values()])
-    sizes, noisy = (np.array([f(c) for c in channels.values()]) for f in (lambda c: c.values.size, lambda c: c.noisy))
+    sizes = np.array([c.values.size for c in channels.values()])
+    noisy = np.array([c.noisy for c in channels.values()])
     pairs = pairs[(row[pairs] >= 0).all(axis=1)]
     pairs = pairs[noisy[row[pairs]].any(axis=1)]
     block = max(1, MOST_NUMBERS // (2 * grid.size))
@@ -145,7 +148,8 @@ def _with_peak(records: Sequence[Record], pairs: np.ndarray, name: str, grid: _G
         one, other = row[own].T
         values = 2.0 * np.fft.irfft(spectra[one] * np.conj(spectra[other]), 2 * grid.size)
         largest = np.maximum(values.max(axis=1), -values.min(axis=1))
-        yield from map(tuple, own[largest > SURE * _least(np.minimum(sizes[one], sizes[other]))].tolist())
+        alike = own[largest > SURE * _least(np.minimum(sizes[one], sizes[other]))]
+        yield from ((i, j) for i, j in alike.tolist())
 
 
 def _compared(first: Record, second: Record, grid: _Grid) -> Same | None:
