@@ -9,11 +9,11 @@ it: simulations of one seed share their noise in different manoeuvres.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from itertools import product
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .record import Record
 from .signals import white_noise
@@ -31,6 +31,13 @@ MOTION, NOISY = 0.98, 0.7
 """Correlations of the motions, shifted so, of one channel and at least of every other, from which they are one."""
 CLIP = 4.0
 """Robust standard deviations to which differences are limited: a step of the rudder is in many runs."""
+
+SURE = 0.999
+"""Share of the least correlation that one in single precision must reach: it errs by far less."""
+MOST_NUMBERS = 200_000
+"""Correlations that are computed at a time."""
+MOST_PAIRS = 4_000_000
+"""Pairs of records that are listed at a time."""
 
 
 class Same(NamedTuple):
@@ -63,81 +70,136 @@ class _Correlated(NamedTuple):
         return float(np.max(sign * self.values[np.arange(k - 2 * NEAR, k + 2 * NEAR + 1) % self.values.size]))
 
 
-class EvenRecords:
-    """Records at even steps, ready to be compared with each other."""
+class _Grid(NamedTuple):
+    """Even steps, s, on which two records are compared, and the size of their spectra."""
 
-    def __init__(self, records: Sequence[Record]) -> None:
-        self.records = [r for r in records if r.n >= SHORTEST]
-        self._steps = {id(r): (float(np.median(np.diff(r.time_s))), float(np.ptp(r.time_s))) for r in self.records}
-        self._sampled: dict[tuple[int, str, float, int], _Sampled | None] = {}
-
-    def same(self, first: Record, second: Record) -> Same | None:
-        """What two records share where they are of one run; else None."""
-        if min(first.n, second.n) < SHORTEST:
-            return None
-        (one_s, one_span_s), (other_s, other_span_s) = (self._steps[id(r)] for r in (first, second))
-        step = max(one_s, other_s)
-        longest = max(one_span_s, other_span_s) / step
-        if not np.isfinite(longest) or longest > 4 * max(first.n, second.n):  # a gap that no step bridges
-            return None
-        size = 1 << int(np.ceil(np.log2(2.0 * longest + 2.0)))
-        correlated = {}
-        for name in (n for n in CHANNELS if first.has(n) and second.has(n)):
-            one, other = (self._of(r, name, step, size) for r in (first, second))
-            if one is not None and other is not None and (one.noisy or other.noisy):
-                correlated[name] = _correlated(one, other, size)
-        return _judged(correlated, step, lambda name, lag: self._motion(first, second, name, step, size, lag))
-
-    def _of(self, record: Record, name: str, step: float, size: int) -> _Sampled | None:
-        key = (id(record), name, step, size)
-        if key not in self._sampled:
-            self._sampled[key] = _sampled(record, name, step, size)
-        return self._sampled[key]
-
-    def _motion(self, first: Record, second: Record, name: str, step: float, size: int, lag: float) -> float:
-        """Correlation of the motions at a lag in samples."""
-        one, other = self._of(first, name, step, size), self._of(second, name, step, size)
-        assert one is not None and other is not None
-        a, b = one.values[max(round(lag), 0) :], other.values[max(round(-lag), 0) :]
-        n = min(a.size, b.size)
-        with np.errstate(all="ignore"):  # of gross errors
-            if n < SHORTEST // 2 or not (np.std(a[:n]) > 0.0 and np.std(b[:n]) > 0.0):
-                return 0.0
-            return float(np.nan_to_num(np.corrcoef(a[:n], b[:n])[0, 1]))
+    step: float
+    size: int
 
 
 def same_run(records: Sequence[Record], others: Sequence[Record] | None = None) -> tuple[Record, Record, Same] | None:
     """The first two records that are of one run, of the records and the others; others None: of the records among each
     other."""
-    compared = EvenRecords([*records, *(others or ())])
-    if others is None:
-        pairs = ((a, b) for i, a in enumerate(records) for b in records[i + 1 :])
-    else:
-        pairs = product(records, others)
-    return next(((a, b, found) for a, b in pairs if (found := compared.same(a, b)) is not None), None)
+    every = [*records, *(others or ())]
+    for (i, j), grid in _suspects(every, None if others is None else len(records)):
+        if (same := _compared(every[i], every[j], grid)) is not None:
+            return every[i], every[j], same
+    return None
 
 
-def _sampled(record: Record, name: str, step: float, size: int) -> _Sampled | None:
+def _suspects(records: Sequence[Record], split: int | None) -> list[tuple[tuple[int, int], _Grid]]:
+    """Places of the pairs, in turn, whose noise in some channel has a peak in common, with their grids: all that may be
+    of one run.
+
+    split : place of the first record that is compared with those before it alone; None: all are with each other.
+    """
+    suspects: dict[tuple[int, int], _Grid] = {}
+    for grid, pairs in _pairs(records, split):
+        for name in CHANNELS:
+            suspects |= dict.fromkeys(_with_peak(records, pairs, name, grid), grid)
+    return sorted(suspects.items())
+
+
+def _pairs(records: Sequence[Record], split: int | None) -> Iterator[tuple[_Grid, np.ndarray]]:
+    """Grids, and the pairs of places (P, 2) that are compared on them; without those with a gap that no step bridges.
+
+    The grid of two records has the longer of their steps.
+    """
+    places = np.array([i for i, r in enumerate(records) if r.n >= SHORTEST], dtype=int)
+    counts = np.array([records[i].n for i in places])
+    steps = np.array([np.median(np.diff(records[i].time_s)) for i in places])
+    spans = np.array([np.ptp(records[i].time_s) for i in places])
+    for step in np.unique(steps).tolist():
+        coarse, b = np.flatnonzero(steps == step), np.flatnonzero(steps <= step)
+        for a in np.array_split(coarse, 1 + coarse.size * b.size // MOST_PAIRS):
+            mask = (steps[b] < step) | (a[:, None] < b)
+            if split is not None:
+                mask &= (places[a] < split)[:, None] != (places[b] < split)
+            if not mask.any():
+                continue
+            with np.errstate(all="ignore"):
+                longest = np.maximum.outer(spans[a], spans[b]) / step
+            mask &= longest <= 4 * np.maximum.outer(counts[a], counts[b])
+            powers = np.ceil(np.log2(2.0 * np.where(mask, longest, 0.0) + 2.0)).astype(int)
+            for power in np.unique(powers[mask]).tolist():
+                i, j = np.nonzero(mask & (powers == power))
+                yield _Grid(step, 1 << power), np.sort(np.column_stack([places[a[i]], places[b[j]]]), axis=1)
+
+
+def _with_peak(records: Sequence[Record], pairs: np.ndarray, name: str, grid: _Grid) -> Iterator[tuple[int, int]]:
+    """Those of the pairs (P, 2) whose noise in a channel is correlated by more than chance at some lag.
+
+    Many are computed at a time, in single precision.
+    """
+    holders = [i for i in np.unique(pairs).tolist() if records[i].has(name)]
+    channels = {i: c for i in holders if (c := _sampled(records[i], name, grid, np.complex64)) is not None}
+    if not channels:
+        return
+    row = np.full(len(records), -1)
+    row[[*channels]] = np.arange(len(channels))
+    spectra = np.array([c.spectrum for c in channels.values()])
+    sizes = np.array([c.values.size for c in channels.values()])
+    noisy = np.array([c.noisy for c in channels.values()])
+    pairs = pairs[(row[pairs] >= 0).all(axis=1)]
+    pairs = pairs[noisy[row[pairs]].any(axis=1)]
+    block = max(1, MOST_NUMBERS // (2 * grid.size))
+    for start in range(0, len(pairs), block):
+        own = pairs[start : start + block]
+        one, other = row[own].T
+        values = 2.0 * np.fft.irfft(spectra[one] * np.conj(spectra[other]), 2 * grid.size)
+        largest = np.maximum(values.max(axis=1), -values.min(axis=1))
+        alike = own[largest > SURE * _least(np.minimum(sizes[one], sizes[other]))]
+        yield from ((i, j) for i, j in alike.tolist())
+
+
+def _compared(first: Record, second: Record, grid: _Grid) -> Same | None:
+    """What two records share where they are of one run; else None."""
+    channels = {}
+    for name in (n for n in CHANNELS if first.has(n) and second.has(n)):
+        one, other = (_sampled(r, name, grid) for r in (first, second))
+        if one is not None and other is not None and (one.noisy or other.noisy):
+            channels[name] = (one, other)
+    correlated = {name: _correlated(*pair, grid.size) for name, pair in channels.items()}
+    return _judged(correlated, grid.step, lambda name, lag: _motion(*channels[name], lag))
+
+
+def _motion(one: _Sampled, other: _Sampled, lag: float) -> float:
+    """Correlation of the motions at a lag in samples."""
+    a, b = one.values[max(round(lag), 0) :], other.values[max(round(-lag), 0) :]
+    n = min(a.size, b.size)
+    with np.errstate(all="ignore"):  # of gross errors
+        if n < SHORTEST // 2 or not (np.std(a[:n]) > 0.0 and np.std(b[:n]) > 0.0):
+            return 0.0
+        return float(np.nan_to_num(np.corrcoef(a[:n], b[:n])[0, 1]))
+
+
+def _sampled(record: Record, name: str, grid: _Grid, precision: type = np.complex128) -> _Sampled | None:
     values = record.continuous(name)
     known = np.isfinite(values)
     if known.sum() < SHORTEST:
         return None
     time = record.time_s
-    even = np.interp(np.arange(time[0], time[-1], step), time[known], values[known])
+    even = np.interp(np.arange(time[0], time[-1], grid.step), time[known], values[known])
     rough = np.diff(even, 3)
     limit = CLIP * 1.4826 * float(np.median(np.abs(rough)))
     rough = np.clip(rough, -limit, limit)
-    spectrum = np.fft.rfft(rough - np.mean(rough), size)
+    spectrum = np.fft.rfft(rough - np.mean(rough), grid.size)
     length = np.abs(spectrum)
     if not (np.isfinite(length).all() and length.any()):
         return None
-    return _Sampled(even, spectrum / np.maximum(length, 1e-300), white_noise(values) > 0.0)
+    spectrum = (spectrum / np.maximum(length, 1e-300)).astype(precision, copy=False)
+    return _Sampled(even, spectrum, white_noise(values) > 0.0)
 
 
 def _correlated(one: _Sampled, other: _Sampled, size: int) -> _Correlated:
     """Correlations at all lags, half a sample apart: between two samples a peak is shared by both and low in each."""
     values = 2.0 * np.fft.irfft(one.spectrum * np.conj(other.spectrum), 2 * size)
-    return _Correlated(values, max(PEAK, CHANCE / np.sqrt(min(one.values.size, other.values.size))))
+    return _Correlated(values, float(_least(min(one.values.size, other.values.size))))
+
+
+def _least(size: ArrayLike) -> np.ndarray:
+    """The least correlation, at its peak, that noise of so many samples does not have by chance."""
+    return np.maximum(PEAK, CHANCE / np.sqrt(size))
 
 
 def _judged(found: dict[str, _Correlated], step: float, motion: Callable[[str, float], float]) -> Same | None:

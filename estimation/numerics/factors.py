@@ -42,6 +42,27 @@ def _below(height: int, width: int) -> np.ndarray:
     return np.tri(height, width, k=-1, dtype=bool)
 
 
+def of_all_others(each: np.ndarray) -> np.ndarray:
+    """For each of W factors (W, ..., m, m) the factor of the rows of all others, in about 3 W decompositions.
+
+    Pairs are joined, the factors of all other pairs are found by the same rule, and each half of a pair joins its other
+    half to them.
+    """
+    if len(each) < 2:
+        return np.zeros_like(each)
+    odd = len(each) % 2
+    padded = np.concatenate([each, np.zeros_like(each[:odd])])
+    first, second = padded[0::2], padded[1::2]
+    outside = of_all_others(_of_both(first, second))
+    others = np.stack([_of_both(outside, second), _of_both(outside, first)], axis=1).reshape(padded.shape)
+    return others[: len(each)]
+
+
+def _of_both(one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """Factors (..., m, m) of the rows of both."""
+    return np.asarray(np.linalg.qr(np.concatenate([one, other], axis=-2), mode="r"))
+
+
 def empty(columns: int) -> np.ndarray:
     """Factor of no rows for `columns` unknowns and one right-hand side."""
     return np.zeros((0, columns + 1))

@@ -16,6 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 HOLDS = ("zero", "linear", "euler")
+BLOCK = 4096
+"""Samples that are filtered at a time."""
 
 
 class Discrete(NamedTuple):
@@ -102,25 +104,34 @@ def sampled_filter(omega_dt: float, order: int) -> Discrete:
 
 
 def derivatives(
-    signal: NDArray[np.float64], dt: float, omega: float, order: int = 4, highest: int | None = None
+    signal: NDArray[np.float64], dt: float, omega: float, order: int = 4, highest: int | None = None, every: int = 1
 ) -> NDArray[np.float64]:
     """s^k F(s) signal for k = 0 .. highest, as columns (N, highest + 1), in units of the signal per second^k.
 
+    Blocks are filtered one after the other, each of which fits in a processor's cache.
+
     Parameters
     ----------
-    signal : (N,) without gaps.  Before the record it is taken as constant at its first value.
+    signal : samples without gaps.  Before the record it is taken as constant at its first value.
     omega : rad/s.
     highest : at most `order`, which is the default.
+    every : rows of every so many samples, from the first one on.
     """
     highest = order if highest is None else highest
-    first = float(signal[0])
-    states = respond(sampled_filter(omega * dt, order), (signal - first)[:, None], np.zeros(order))
-    if highest == order:
-        top = signal - first - states @ [comb(order, k) for k in range(order)]
-        states = np.column_stack([states, top])
-    found = states[:, : highest + 1] * omega ** np.arange(highest + 1)
-    found[:, 0] += first
-    return found
+    system, x = sampled_filter(omega * dt, order), np.zeros(order)
+    columns = np.empty((-(-len(signal) // every), highest + 1))
+    block = every * max(1, BLOCK // every)
+    for start in range(0, len(signal), block):
+        rise = signal[start : start + block + 1] - signal[0]
+        states = respond(system, rise[:, None], x)
+        x, thin = states[-1], states[:block:every]
+        rows = columns[start // every :][: len(thin)]
+        rows[:, :order] = thin[:, : highest + 1]
+        if highest == order:
+            rows[:, order] = rise[:block:every] - thin @ [comb(order, k) for k in range(order)]
+    columns *= omega ** np.arange(highest + 1)
+    columns[:, 0] += signal[0]
+    return columns
 
 
 def transients(n: int, dt: float, omega: float, order: int = 4) -> NDArray[np.float64]:

@@ -104,7 +104,7 @@ class _Filter:
         signal = np.interp(self.grid, time, bridged(values, time))
         if smooth:
             signal = sharpened(signal)
-        return derivatives(signal, self.dt, self.omega, self.order, highest)[:: self.stride]
+        return derivatives(signal, self.dt, self.omega, self.order, highest, self.stride)
 
     def start(self) -> np.ndarray:
         """(n, order): what the filter's initial state can add; exactly zero once it has decayed."""

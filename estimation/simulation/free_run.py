@@ -17,6 +17,8 @@ from ..records.series import Series
 
 PIECE = 400_000
 """Numbers of a sensitivity array that are in memory at a time."""
+STRETCH = 4096
+"""Samples of a run that are in memory at a time."""
 
 
 def start_state(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
@@ -31,10 +33,24 @@ def start_state(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
 
 def residuals(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
     """Measured minus simulated outputs (N, c); nan at gaps, not finite where the run diverges."""
+    run = series.observe(_measured_states(model, series, state))
+    return np.subtract(series.outputs, run, out=run)
+
+
+def _measured_states(model: Model, series: Series, state: np.ndarray) -> np.ndarray:
+    """The states (M + 1, c) of a free run on the grid that the series has outputs of.
+
+    Of a long run, stretches are simulated one after the other, each of which fits in a processor's cache.
+    """
     from ...models.simulate import simulate
 
-    run = simulate(model, series.inputs, series.dt, start_state(model, series, state))
-    return series.outputs - series.observe(run[:, series.columns])
+    x, last = start_state(model, series, state), len(series.inputs) - 1
+    measured = np.empty((last + 1, len(series.columns)))
+    for first in range(0, max(last, 1), STRETCH):
+        run = simulate(model, series.inputs[first : first + STRETCH + 1], series.dt, x)
+        measured[first : first + len(run)] = run[:, series.columns]
+        x = run[-1]
+    return measured
 
 
 def squares(model: Model, series: Series, state: np.ndarray) -> np.ndarray:

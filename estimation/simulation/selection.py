@@ -46,17 +46,20 @@ def _improved(model: Model, run: Followed) -> np.ndarray:
     known = np.isfinite(error)
     mean = (np.where(known, error, 0.0) ** 2).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
     weight = 1.0 / np.maximum(np.sqrt(mean), 1e-300)
-    columns = []
-    for state in free:
+    slopes = np.empty((len(free), int(known.sum())))
+    for own, state in zip(slopes, free, strict=True):
         step = STEP * series.start_sd[state]
-        moved = series.start.copy()
-        moved[state] += step
-        columns.append((error - free_run.residuals(model, series, moved)) / step * weight)
-    slopes = np.column_stack([column[known] for column in columns]) if columns else np.zeros((known.sum(), 0))
-    if not (columns and known.any() and np.isfinite(slopes).all()):
+        nearby = series.start.copy()
+        nearby[state] += step
+        change = free_run.residuals(model, series, nearby)
+        np.subtract(error, change, out=change)
+        change /= step
+        change *= weight
+        own[:] = change[known]
+    if not (slopes.size and np.isfinite(slopes).all()):
         return series.start
     start = series.start.copy()
-    start[free] += lstsq(slopes, (error * weight)[known], rcond=1e-10)
+    start[free] += lstsq(slopes.T, (error * weight)[known], rcond=1e-10)
     return start
 
 

@@ -3,20 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING
 
 from ...bench.pool import MOST_TOGETHER, TOGETHER_S
 from ..numbers import number
-
-if TYPE_CHECKING:
-    from .page import Row
+from .rows import Row
 
 RUNS, CORES = 1e8, 1000
 MEMORY_BYTES, DISK_BYTES = 64e9, 10e12
 """What one machine of the example has."""
 SAMPLES = 1000.0
-
-
 START_SHARE = 0.01
 """Share of a part's time that its start may take."""
 HOUR_S = 3600.0

@@ -6,6 +6,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
+from helmbench.datasets import same_run as module
 from helmbench.datasets.copies import check_no_copies
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.measured import data_dir, load, stems
@@ -89,3 +90,16 @@ def test_a_gross_error_ends_in_no_warning(size, rng):
     values[int(rng.integers(values.size))] = size
     second = run("zigzag:20/20", int(rng.integers(2**31)))
     assert same_run([first.with_channels(yaw_rate_rad_s=values)], [second]) is None
+
+
+@pytest.mark.parametrize("few", ["MOST_PAIRS", "MOST_NUMBERS"])
+def test_the_first_pair_of_many_is_told_however_many_are_compared_at_a_time(few, rng, monkeypatch):
+    """Records of several steps and lengths; two of them are there twice."""
+    runs = [run("zigzag:20/20", int(rng.integers(2**31))) for _ in range(4)]
+    runs[1], runs[3] = resampled(runs[1], 0.8), runs[3].slice(0, 250)
+    many = [*runs, rounded(runs[2], rng), resampled(runs[1], 0.8, 0.3)]
+    monkeypatch.setattr(module, few, 1)
+    first, second, _ = same_run(many)
+    assert first is many[1] and second is many[5]
+    first, second, _ = same_run(many[2:5][::-1], runs)
+    assert first is many[4] and second is many[2]

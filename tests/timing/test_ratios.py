@@ -46,10 +46,14 @@ SIZES = (1_000, 10_000, 100_000, 1_000_000)
 LONGEST_FIT_S = 10.0
 MORE_STEPS = "linear in each iteration; longer records need more of them"
 MEMORY = "one pass over the rows, which no longer fit in the processor's caches at the largest size"
+CORNERS = "free runs and rows of whole records at 11 corner frequencies, which no longer fit in the processor's caches"
+CLOSER = f"{CORNERS}; the corner that is chosen for the longest record keeps more rows a sample"
 LIMITS = {
     **dict.fromkeys(("output-error", "pem"), MORE_STEPS),
     **dict.fromkeys(("grey-residual", "grey-gp"), f"output error, which they start from: {MORE_STEPS}"),
     **dict.fromkeys(("mean", "straight-line", "ls-forward", "arx", "lts", "sindy", "subspace", "narx-poly"), MEMORY),
+    "svf-ls": CORNERS,
+    **dict.fromkeys(("ls-svr", "rw-ls-svr"), CLOSER),
 }
 """What keeps a method's cost from being linear in samples."""
 STEERED = {"response-2": "zigzag:20/20", "mariner": "prbs:30deg/20s"}

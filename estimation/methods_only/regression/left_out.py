@@ -89,11 +89,26 @@ def windows_of(records: Sequence[Record], model: Model) -> list[tuple[Record, Se
 def left_out_error(scheme: Scheme, windows: Sequence[tuple[Record, Series]], model: Model) -> float:
     """Negative log likelihood of free runs along every window of the fit to all others; inf where one has none."""
     try:
-        equations, counts = _window_factors(scheme, [record for record, _ in windows], model)
-        models = [model.with_coefficients(_without(equations, counts, left)) for left in range(len(windows))]
+        models = [model.with_coefficients(c) for c in _left_out_fits(scheme, [record for record, _ in windows], model)]
         return left_out_cost(models, [series for _, series in windows])
     except (CannotFit, FitFailed):
         return np.inf
+
+
+def _left_out_fits(scheme: Scheme, records: Sequence[Record], model: Model) -> list[np.ndarray]:
+    """Coefficients (p,) of least squares on all windows but one, for each of them.
+
+    Raises
+    ------
+    CannotFit : as `_window_factors`, or there are no more rows than coefficients.
+    FitFailed : no column is finite and non-zero.
+    """
+    equations, counts = _window_factors(scheme, records, model)
+    p, rows = len(model.coordinates), counts.sum(axis=0) - counts
+    if rows.sum(axis=1).min() <= p:
+        raise CannotFit(f"{rows.sum(axis=1).min()} usable regression rows for {p} coefficients")
+    pairs = zip(factors.of_all_others(equations), rows, strict=True)
+    return [least_squares(others, behind).coefficients for others, behind in pairs]
 
 
 def _window_factors(scheme: Scheme, records: Sequence[Record], model: Model) -> tuple[np.ndarray, np.ndarray]:
@@ -112,19 +127,3 @@ def _window_factors(scheme: Scheme, records: Sequence[Record], model: Model) -> 
     else:
         found = [equation_factors([samples_of(record, model, scheme.name)], model) for record in records]
     return np.array([equations for equations, _ in found]), np.array([counts for _, counts in found])
-
-
-def _without(equations: np.ndarray, counts: np.ndarray, left: int) -> np.ndarray:
-    """Coefficients (p,) of least squares on all windows but `left`.
-
-    Raises
-    ------
-    CannotFit : there are no more rows than coefficients.
-    FitFailed : no column is finite and non-zero.
-    """
-    others, rows = np.delete(equations, left, axis=0), np.delete(counts, left, axis=0).sum(axis=0)
-    width = equations.shape[-1]
-    if rows.sum() < width:
-        raise CannotFit(f"{rows.sum()} usable regression rows for {width - 1} coefficients")
-    joined = [factors.upper_triangle(others[:, e].reshape(-1, width)) for e in range(equations.shape[1])]
-    return least_squares(np.array(joined), rows).coefficients

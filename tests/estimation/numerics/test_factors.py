@@ -37,3 +37,21 @@ def test_undetermined_directions(rng):
     assert np.isinf(np.diag(found.covariance)).tolist() == [True, True, False, True]
     assert a @ found.x == pytest.approx(a @ [1.0, 2.0, 3.0, 0.0])
     assert found.x[2] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize("count", [2, 3, 6, 7])
+def test_factors_of_all_others_hold_the_rows_of_all_others(rng, count):
+    rows = rng.normal(size=(count, 2, 9, 4))
+    each = np.linalg.qr(rows, mode="r")
+    for left, found in enumerate(factors.of_all_others(each)):
+        others = np.delete(rows, left, axis=0).swapaxes(0, 1).reshape(2, -1, 4)
+        assert found.swapaxes(1, 2) @ found == pytest.approx(others.swapaxes(1, 2) @ others, rel=1e-12)
+
+
+def test_all_others_of_many_factors_take_few_decompositions(rng, monkeypatch):
+    """The time would grow with the square of their number."""
+    decomposed, qr = [], np.linalg.qr
+    each = qr(rng.normal(size=(400, 5, 3)), mode="r")
+    monkeypatch.setattr(np.linalg, "qr", lambda a, mode: decomposed.append(a.size) or qr(a, mode=mode))
+    factors.of_all_others(each)
+    assert sum(decomposed) < 4 * 2 * each.size

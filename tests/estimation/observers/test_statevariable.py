@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from helmbench.estimation.observers import linear
 from helmbench.estimation.observers.linear import derivatives, respond, sampled_filter, transients
 from helmbench.estimation.regression.filtered import sharpened
 
@@ -34,3 +35,13 @@ def test_transients_span_what_the_filters_start_adds(rng):
     basis = transients(200, dt, omega, 4)
     left = free - basis @ np.linalg.lstsq(basis, free, rcond=None)[0]
     assert np.abs(left).max() < 1e-11 * np.abs(free).max()
+
+
+@pytest.mark.parametrize("every", [1, 3, 50])
+@pytest.mark.parametrize("highest", [1, 4])
+def test_blocks_make_no_difference(highest, every, rng, monkeypatch):
+    signal = np.cumsum(rng.normal(size=101))
+    whole = derivatives(signal, 0.1, 0.5, 4, highest)
+    for block in (1, 20, 101):
+        monkeypatch.setattr(linear, "BLOCK", block)
+        assert derivatives(signal, 0.1, 0.5, 4, highest, every) == pytest.approx(whole[::every], rel=1e-12)

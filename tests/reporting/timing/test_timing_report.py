@@ -9,8 +9,9 @@ from xml.etree import ElementTree
 import pytest
 
 from helmbench.models.errors import BadInput
-from helmbench.reporting.timing.page import publish, read_rows, verdict
-from helmbench.reporting.timing.study_page import demands, study
+from helmbench.reporting.timing.page import publish, verdict
+from helmbench.reporting.timing.rows import read_rows
+from helmbench.reporting.timing.study_page import demands, page, study
 
 PUBLISHED = Path(__file__).parents[3] / "reports" / "timing" / "rows.jsonl"
 MACHINE = {"cpu": "a processor", "cpus": 2, "python": "3.11"}
@@ -70,12 +71,15 @@ def test_the_last_row_of_a_kind_counts(tmp_path):
 
 
 @pytest.mark.parametrize("text", ["", "{}\n", "[1]\n", "nonsense\n"])
-def test_a_file_that_holds_no_rows_is_refused_in_one_line(tmp_path, text):
+def test_a_file_that_holds_no_rows_is_refused(tmp_path, text):
     path = tmp_path / "rows.jsonl"
     path.write_text(text)
     with pytest.raises(BadInput):
         read_rows(path)
-    command = [sys.executable, "-m", "helmbench.reporting.timing.page", path, tmp_path / "out"]
+
+
+def test_the_command_refuses_such_a_file_in_one_line(tmp_path):
+    command = [sys.executable, "-m", "helmbench.reporting.timing.page", tmp_path / "none.jsonl", tmp_path / "out"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()
@@ -108,10 +112,10 @@ def test_the_page_of_a_study_has_its_figures(tmp_path):
     assert f"| `ls` | 2 ms | {1e8 * 0.002 / 1000 / 3600:.3g} h | 1 |" in text
 
 
-def test_the_published_study_is_that_of_the_published_rows(tmp_path):
-    paths = publish(PUBLISHED, tmp_path, MACHINE)
-    (page,) = (path for path in paths if path.name == "study.md")
-    assert page.read_text() == (PUBLISHED.parent / "study.md").read_text()
+def test_the_published_study_is_that_of_the_published_rows():
+    rows = read_rows(PUBLISHED)
+    (tiny,) = (row for row in rows if row.run)
+    assert page(tiny, rows) == (PUBLISHED.parent / "study.md").read_text()
 
 
 def test_every_published_target_that_is_missed_says_why():
