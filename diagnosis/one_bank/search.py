@@ -322,11 +322,13 @@ def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:
             wider = with_only(runs, selection, [*selection.entered, fault], bank.own)
             worse = fall_between(runs, wider.final, selection.final)
             selection = selection if worse.gain > quantile(runs, CLEAR) * worse.error else wider
-    between = fall_between(runs, choice.selection.final, selection.final)
     count = len(choice.selection.entered)
-    errors = quantile(runs, CLEAR) if count == 1 else 1.0 if count <= FEW else 0.0
-    least = max(errors * between.error, MATTERS[0]) if errors else 0.0
-    return replace(selection, base=base) if between.gain > least else None
+    errors = quantile(runs, CLEAR) if count == 1 else 1.0
+    for fitted in (selection.final, whole):
+        between = fall_between(runs, choice.selection.final, fitted)
+        if between.gain > (0.0 if count > FEW else max(errors * between.error, MATTERS[0])):
+            return replace(selection, base=base)
+    return None
 
 
 def _of_identified(runs: FreeRuns, candidates: Sequence[Candidate]) -> Choice:
