@@ -28,8 +28,8 @@ SHARES = ("e", "s", "share", "fraction", "change")
 """Parameters without unit that are given in per cent."""
 HEADLINED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m", "east_m", "position_m")
 """Channels of which the first one that changes is told in the headline."""
-FACTORS = ("thrust_scale",)
-"""Parameters of extensions that are changes of a factor."""
+FACTORS = {"thrust_scale": "thrust"}
+"""Parameters of extensions that are changes of a factor, and what they change."""
 MOST_PERCENT = 1000.0
 """Change, %, from which both values are told in its place."""
 MOVED = 5
@@ -53,13 +53,13 @@ def size(item: Size) -> str:
     factor, unit = scale(item)
     value, low, high = (factor * x for x in (item.value, item.low, item.high))
     digits = interval_digits(value, low, high, most=3)
-    where = f" in {item.record}" if item.record else ""
+    where, name = f" in {item.record}" if item.record else "", FACTORS.get(item.parameter, item.parameter)
     middle, ends = with_unit(value, unit, digits), (number(low, digits), number(high, digits))
     if ends[0] == ends[1] and low < high:  # three digits do not show so narrow an interval
         of_value = f"{number(50.0 * (high - low) / max(abs(value), 1e-300), 1)} %"
         width = f"+- {with_unit(0.5 * (high - low), unit, 1) if unit == 'deg' else of_value}"
-        return f"{item.parameter} {middle} {width}{where}"
-    return f"{item.parameter} {middle} [{ends[0]}, {ends[1]}]{where}"
+        return f"{name} {middle} {width}{where}"
+    return f"{name} {middle} [{ends[0]}, {ends[1]}]{where}"
 
 
 def scale(item: Size) -> tuple[float, str]:
@@ -70,7 +70,7 @@ def scale(item: Size) -> tuple[float, str]:
         return 1.0 / DEG, f"{item.unit.removesuffix('rad')}deg"
     if item.unit.startswith("rad/"):
         return DEG, f"deg{item.unit.removeprefix('rad')}"
-    if item.unit in ("1", "fraction") and item.parameter.partition(":")[0] in SHARES:
+    if item.unit in ("1", "fraction") and item.parameter.partition(":")[0] in (*SHARES, *FACTORS):
         return 100.0, "%"
     return 1.0, "" if item.unit == "1" else item.unit
 
@@ -278,7 +278,7 @@ def _changed(model: Model, item: Size) -> str:
 def _moved(name: str, before: float, after: float) -> str:
     """The change of a number in per cent; where it is too large for that, both values."""
     if name in FACTORS:
-        return f"{name} {100.0 * after:+.0f} %"
+        return f"{FACTORS[name]} {100.0 * after:+.0f} %"
     if not before:
         return f"{name} {number(after)}"
     percent = 100.0 * (after / before - 1.0)

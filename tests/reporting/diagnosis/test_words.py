@@ -87,7 +87,7 @@ def test_wrong_coefficients_are_told_by_group_as_changes_in_per_cent():
     details = {"groups": ["resistance", "propeller thrust (scale of K_T)"]}
     own = replace(found.causes[0], cause="base_coefficients", stage="free runs", sizes=sizes, details=details)
     told = words.verdict(replace(found, causes=(own,)))
-    numbers = f"({name} -25 %, thrust_scale +33 %)"
+    numbers = f"({name} -25 %, thrust +33 %)"
     assert told.startswith(f"The simulation has wrong resistance and propeller thrust {numbers}.")
     beside = [words.size_and_change(found.model, own, item) for item in sizes]
     assert beside == [f"{words.size(sizes[0])}, -25 %", words.size(sizes[1])]
