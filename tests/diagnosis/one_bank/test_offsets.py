@@ -29,6 +29,7 @@ def test_a_further_record_has_the_mean_where_it_differs_from_zero(own, records, 
     assert common_part(own, records) == pytest.approx(expected)
 
 
+@pytest.mark.nightly
 def test_a_zero_that_is_off_in_one_record_is_named_beside_a_base_that_is_off(rng):
     """Records that are left out have none of it: neither is their error larger, nor is the name withdrawn."""
     ship = resolve("kvlcc2-l7")

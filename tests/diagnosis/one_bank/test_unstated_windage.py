@@ -56,6 +56,7 @@ def test_no_wind_is_named_where_there_is_none(rng):
     assert found.verdict == "adequate" and not found.causes and found.extended.windage is None
 
 
+@pytest.mark.nightly
 def test_a_measured_wind_that_is_told_the_other_way_round(rng):
     case = inject(FaultCase("mariner", effects=(Effect("wind", {"speed": 12.0, "from": 0.6}),)), rng)
     train, held_out = (measured(records, 12.0, 0.6 - np.pi) for records in (case.train, case.held_out))
