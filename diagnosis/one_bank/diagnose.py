@@ -55,7 +55,7 @@ BARRED = 2
 """Candidates that are barred at most, as whole records are predicted worse with them."""
 
 
-class Answer(NamedTuple):
+class ChoiceAndDiagnosis(NamedTuple):
     """A choice with its diagnosis, and a diagnosis that was withdrawn only as it predicts a channel a little worse,
     where the motion is predicted clearly better (`guard.worsens`)."""
 
@@ -66,7 +66,7 @@ class Answer(NamedTuple):
 
 class OfPieces(NamedTuple):
     """What free runs of pieces say: the choice, that with all of the model's own numbers beside it where it predicts
-    left-out pieces better, the diagnosis by both, and what was nearly said (`Answer`)."""
+    left-out pieces better, the diagnosis by both, and what was nearly said (`ChoiceAndDiagnosis`)."""
 
     choice: Choice
     wide: Choice | None
@@ -76,7 +76,7 @@ class OfPieces(NamedTuple):
 
 def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], options: Options) -> OfPieces:
     """Say what a model gets wrong about training records by free runs of pieces of them that were left out; what
-    worsens held-out records is withdrawn, the last that entered first.  And what was nearly said (`Answer`).
+    worsens held-out records is withdrawn, the last that entered first.  And what was nearly said (`ChoiceAndDiagnosis`).
 
     records : as they were corrected.  held_out : as they were read.
 
@@ -180,7 +180,9 @@ def _titles(finding: Finding) -> list[str]:
     return finding.details.get("groups", [own])
 
 
-def _choice_and_diagnosis(model: Model, behind: Prepared, held_out: Sequence[Record], options: Options) -> Answer:
+def _choice_and_diagnosis(
+    model: Model, behind: Prepared, held_out: Sequence[Record], options: Options
+) -> ChoiceAndDiagnosis:
     """The choice without what worsens whole records, and the diagnosis by it.
 
     What stands beside the model's own numbers is tried without them.  Then the candidate that entered last is barred,
@@ -214,7 +216,7 @@ def _choice_and_diagnosis(model: Model, behind: Prepared, held_out: Sequence[Rec
         if (few := alone(choice)) is not None:
             of_few = diagnosed(few)
             if of_few.verdict != "unexplained" and not worsens(of_few):
-                return Answer(few, of_few, nearly)
+                return ChoiceAndDiagnosis(few, of_few, nearly)
         if last and len(without_gain) < BARRED:
             without_gain |= last
             choice = chosen(runs.without(without_gain), options)
@@ -223,7 +225,7 @@ def _choice_and_diagnosis(model: Model, behind: Prepared, held_out: Sequence[Rec
         else:
             break
         diagnosis = diagnosed(choice)
-    return Answer(choice, diagnosis, nearly)
+    return ChoiceAndDiagnosis(choice, diagnosis, nearly)
 
 
 def runs_of(model: Model, records: Sequence[Record], options: Options, decided: Collection[str] = ()) -> FreeRuns:
