@@ -103,8 +103,8 @@ def through_the_water(options: Options, records: Prepared) -> Options:
 def _named(
     model: Model, records: Prepared, held_out: Sequence[Record], options: Options, watch: Callable[[str], object]
 ) -> tuple[Diagnosis, Diagnosis | None]:
-    """What free runs of left-out pieces say, and nearly said (`one_bank.diagnose.ChoiceAndDiagnosis`); of a model that is stated to
-    be exact, or where the records allow no pieces, what the likelihood of the innovations says, which also sees what is
+    """What free runs of left-out pieces say, and nearly said (`ChoiceAndDiagnosis`); of a model that is stated to be
+    exact, or where the records allow no pieces, what the likelihood of the innovations says, which also sees what is
     faint beside gusts.  The reason of the verdict then says why no pieces were asked."""
     why = ""
     if options.coefficient_sd != 0.0:

@@ -76,7 +76,8 @@ class OfPieces(NamedTuple):
 
 def by_pieces(model: Model, records: Prepared, held_out: Sequence[Record], options: Options) -> OfPieces:
     """Say what a model gets wrong about training records by free runs of pieces of them that were left out; what
-    worsens held-out records is withdrawn, the last that entered first.  And what was nearly said (`ChoiceAndDiagnosis`).
+    worsens held-out records is withdrawn, the last that entered first.  And what was nearly said
+    (`ChoiceAndDiagnosis`).
 
     records : as they were corrected.  held_out : as they were read.
 
