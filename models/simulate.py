@@ -193,13 +193,19 @@ def _tangent_tables(kernels: kernel_store.Kernels, columns: tuple[int, ...], ext
     return source, target, kernels.JT_COLUMN.size
 
 
-def step_map(model: Model, states: ArrayLike, inputs: ArrayLike, dt: float) -> NDArray[np.float64]:
-    """One-sample predictions (N, n) from each row of states (N, n), with inputs (N+1, nu)."""
+def step_map(
+    model: Model, states: ArrayLike, inputs: ArrayLike, dt: float, theta: ArrayLike | None = None
+) -> NDArray[np.float64]:
+    """One-sample predictions (N, n) from each row of states (N, n), with inputs (N+1, nu).
+
+    inputs : or with those of the environment, as in `variant`.  theta (p + c,) : numbers of the model; None: its own.
+    """
     from . import drivers
 
-    x = _array(states, 2)
+    x, u = _array(states, 2), _array(inputs, 2)
+    kernels, numbers = variant(model, u.shape[1], model.theta if theta is None else _array(theta, 1))
     ahead = np.empty_like(x)
-    drivers.one_step(model.kernels.rhs, x, _array(inputs, 2), model.theta, dt, substeps(model, dt), ahead)
+    drivers.one_step(kernels.rhs, x, u, numbers, dt, substeps(model, dt), ahead)
     return ahead
 
 
@@ -212,27 +218,17 @@ def slopes_along(
     theta (p + c,) : numbers of the model.  states (N+1, n), inputs (N+1, nu) : as in `simulate`.
     steps : column of an input -> its step, over which the slope is a difference.
     """
-    from . import drivers
-
-    x, u = _array(states, 2), _array(inputs, 2)
-    kernels, numbers = variant(model, u.shape[1], _array(theta, 1))
-
-    def ahead(x: NDArray[np.float64], u: NDArray[np.float64]) -> NDArray[np.float64]:
-        after = np.empty_like(x)
-        drivers.one_step(kernels.rhs, x, u, numbers, dt, substeps(model, dt), after)
-        return after
-
-    here = x[:-1].copy()
-    base, by_state = ahead(here, u), []
+    here, u = _array(states, 2)[:-1], _array(inputs, 2)
+    base, by_state = step_map(model, here, u, dt, theta), []
     for i, step in enumerate((DIFFERENCE * (1.0 + np.max(np.abs(here), axis=0))).tolist()):
-        moved = here.copy()
-        moved[:, i] += step
-        by_state.append((ahead(moved, u) - base) / step)
+        other = here.copy()
+        other[:, i] += step
+        by_state.append((step_map(model, other, u, dt, theta) - base) / step)
     by_input = []
     for column, step in steps.items():
-        pushed = u.copy()
-        pushed[:, column] += step
-        by_input.append((ahead(here, pushed) - base) / step)
+        force = u.copy()
+        force[:, column] += step
+        by_input.append((step_map(model, here, force, dt, theta) - base) / step)
     return np.stack(by_state, axis=2), by_input
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from ...checks.base import scaled
 from ...checks.files.rudder_response import fitted, means_of
 from ...datasets.columns import RUDDERS
 from ..causes.registry import causes
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
 
 CORRECTED = ("yaw_rate_scale", "yaw_rate_bias", "yaw_rate_delay")
 """Errors of sensors that are corrected."""
-TOLD, BETTER, FEWEST = 3.0, 1.5, 3
+SURE, BETTER, FEWEST = 3.0, 1.5, 3
 """Standard deviations by which a rudder has to act in every record, ratio of their sum to that of a rudder which acts
 to the same side in all, and records, to tell which has it the other way round."""
 FARTHEST = 0.1
@@ -43,9 +44,14 @@ class Sensors(NamedTuple):
 
 def behind_sensors(train: Sequence[Record], held_out: Sequence[Record]) -> Sensors:
     """The records as their sensors should have shown them."""
-    turned = {r.name for r in against_the_others([*train, *held_out])}
-    own, others = ([_turned(r) if r.name in turned else r for r in side] for side in (train, held_out))
-    notes = [f"{name}: the rudder or command has the other sign than in the other records." for name in sorted(turned)]
+    names = {r.name for r in against_the_others([*train, *held_out])}
+
+    def to_the_side(record: Record) -> Record:
+        signs = {name: -1.0 for name in RUDDERS if record.has(name) and record.name in names}
+        return record.with_channels(**scaled(record, **signs)) if signs else record
+
+    own, others = ([*map(to_the_side, side)] for side in (train, held_out))
+    notes = [f"{name}: the rudder or command has the other sign than in the other records." for name in sorted(names)]
     bare = Prepared(own, others)
     every = bare.compared().findings
     wrong = {f.cause for f in every} & {*CORRECTED}
@@ -65,10 +71,5 @@ def against_the_others(records: Sequence[Record]) -> list[Record]:
     each, alike = np.abs(acts).sum(axis=1), np.abs(acts.sum(axis=1))
     best = acts[np.argmax(each)]
     few = best > 0.0 if 2 * np.count_nonzero(best > 0.0) < best.size else best < 0.0
-    told = np.min(np.abs(best)) > TOLD and np.max(each) > BETTER * np.max(alike)
-    return [r for r, other in zip(records, few.tolist(), strict=True) if other and told and 2 * sum(few) < few.size]
-
-
-def _turned(record: Record) -> Record:
-    """The record with its rudder or command to the other side."""
-    return record.with_channels(**{name: -record.column(name) for name in RUDDERS if record.has(name)})
+    is_sure = np.min(np.abs(best)) > SURE and np.max(each) > BETTER * np.max(alike) and 2 * sum(few) < few.size
+    return [r for r, other in zip(records, few.tolist(), strict=True) if other and is_sure]

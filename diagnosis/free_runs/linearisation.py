@@ -68,15 +68,17 @@ class Linearisation:
         runs : these ones, with places of the numbers.
         """
         self.runs = runs
+        keys = [self._key(n) for n in numbers]
         forces = [n for n in numbers if self._is_force(n)]
         forces = forces if len(forces) > FEW else []
-        missing = [n for n in numbers if n not in forces and self._key(n) not in self._kept]
-        of_model = {self._key(n): list[np.ndarray]() for n in missing if runs.places[n.name].kind == "model"}
-        grams, count = list[np.ndarray](), max(1, LANES // (len(missing) + 1))
+        ready = {*self._kept, *map(self._key, forces)}
+        others = [n for n, key in zip(numbers, keys, strict=True) if key not in ready]
+        of_model = {self._key(n): list[np.ndarray]() for n in others if runs.places[n.name].kind == "model"}
+        grams, count = list[np.ndarray](), max(1, LANES // (len(others) + 1))
         for part in (range(len(self.own))[i : i + count] for i in range(0, len(self.own), count)):
-            for k, columns in zip(part, self._simulated(part, missing), strict=True):
-                columns |= {key: kept[k] for key, kept in self._kept.items()} | self._of_forces(k, forces)
-                block = np.stack([columns[self._key(n)] for n in numbers] + [*self._base[k]])
+            for k, columns in zip(part, self._simulated(part, others), strict=True):
+                columns |= {key: self._kept[key][k] for key in keys if key in self._kept} | self._of_forces(k, forces)
+                block = np.stack([*(columns[key] for key in keys), *self._base[k]])
                 block = np.ascontiguousarray(block.transpose(1, 0, 2))
                 grams.append(block @ block.transpose(0, 2, 1))
                 for key, kept in of_model.items():

@@ -222,10 +222,10 @@ def _descended(
     """
     damping = 0.0
     for _ in range(steps):
-        known = about is not None
+        is_new = about is None
         about = about or _About(here.values, here.own, problem.quadratic(here.values, here.own, numbers))
         following = _stepped(problem, numbers, here, about, damping)
-        if following is None and not known:
+        if following is None and is_new:
             return _End(here, about)
         if following is not None:
             there, damping, error = following
