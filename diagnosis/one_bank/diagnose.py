@@ -208,14 +208,14 @@ def _choice_and_diagnosis(
         outcome = _concluded(model, slips, behind, choice, options)
         return with_runs(outcome, behind.train, behind.instruments, held_out, options.channels)
 
-    runs, without_gain, nearly = runs_with(likely), set[str](), None
+    runs, without_gain, nearly, before = runs_with(likely), set[str](), None, None
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
     while worsens(diagnosis):
         nearly = diagnosis if nearly is None and not worsens(diagnosis, outweighed=True) else nearly
         last = {one.candidate.of for one in choice.selection.entered[-1:]} - without_gain
-        if (few := alone(choice)) is not None:
-            of_few = diagnosed(few)
+        if (few := alone(choice)) is not None and few.selection is not before:  # what is withdrawn leaves it as it is
+            of_few, before = diagnosed(few), few.selection
             if of_few.verdict != "unexplained" and not worsens(of_few):
                 return ChoiceAndDiagnosis(few, of_few, nearly)
         if last and len(without_gain) < BARRED:
