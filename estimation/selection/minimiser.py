@@ -239,8 +239,8 @@ def _descended(
 def _stepped(
     problem: UnitErrors, numbers: Sequence[Number], here: Point, about: _About, damping: float
 ) -> tuple[Point, float, float] | None:
-    """The next point of lower cost, the damping after it, and by how much the linearisation errs in the cost of its
-    least point, infinite where it is another one; None where there is none."""
+    """The next point of lower cost, the damping after it, 0 for a free step, and by how much the linearisation errs in
+    the cost of its least point, infinite where it is another one; None where there is none."""
     if not damping:
         least = _least(problem, numbers, here, about)
         there = point_at(problem, numbers, least.values, least.own, here.weight)
@@ -248,13 +248,13 @@ def _stepped(
             return there, 0.0, _difference(here, least, there)
     prior, normal = prior_of(numbers, about.values), about.quadratic.normal(here.size, here.weight)
     matrix, slope = joint(normal, prior)
+    damping = damping or FIRST_GROWTH
     for _ in range(TRIALS):
-        damping = max(damping, FIRST_GROWTH)
         step = _bounded(prior, matrix + damping * np.diag(np.diag(matrix)), slope)
         own = about.own + own_step(normal, np.tile(step, (len(here.own), 1))) / (1.0 + damping)
         there = point_at(problem, numbers, _moved(numbers, about, step), own, here.weight)
         if there.cost < here.cost:
-            return there, damping / GROWTH, np.inf
+            return there, damping / GROWTH if damping > FIRST_GROWTH else 0.0, np.inf
         damping *= GROWTH
     return None
 
