@@ -138,7 +138,8 @@ class SensorError(Check):
     act between positions and velocities, and between positions along the heading and a log that measures no sway.
     together : what it leaves between positions and velocities, sway or not, of sizes that act together; the last one
     has to matter, and all have to explain more than a scale error.
-    scaled : what it leaves between heading and yaw rate in the place of a scale error.
+    turn_instead, instead_of : what it leaves between heading and yaw rate in the place of another error, and the id of
+    that one.
     track_rivals : causes that the track alone cannot tell from it.  least_turn : range of headings, rad, from which it
     can be told.  drifts : it may have another sign in another record, as the zero of a rate gyro.
     farthest : size beyond which it is none of an instrument: then something else is wrong with a channel.
@@ -150,7 +151,8 @@ class SensorError(Check):
     track: ClassVar[tuple[Effect, ...]] = ()
     log: ClassVar[tuple[Effect, ...]] = ()
     together: ClassVar[tuple[Effect, ...]] = ()
-    scaled: ClassVar[tuple[Effect, ...]] = ()
+    turn_instead: ClassVar[tuple[Effect, ...]] = ()
+    instead_of: ClassVar[str] = ""
     track_rivals: ClassVar[tuple[str, ...]] = ()
     least_turn: ClassVar[float] = 0.0
     drifts: ClassVar[bool] = False

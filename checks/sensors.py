@@ -47,8 +47,20 @@ class LoggerClock(SensorError):
     instruments with clocks of their own then read 1 + e times what heading and positions change in recorded time."""
 
     id, unit, is_cause = "logger_clock", "1", True
-    scaled = (scale(lambda turn: -turn.run, "clock_rate", parameter="e"),)
+    turn_instead = (scale(lambda turn: -turn.run, "clock_rate", parameter="e"),)
+    instead_of = YawRateScaleError.id
     separate_by = "the times of two events that another clock shows too, an hour apart"
+
+
+class HeadingDrift(SensorError):
+    """Heading that drifts: recorded(t) = true(t) + d (t - start of the record), d in rad/s (a gyro compass that
+    settles, or a heading that is integrated).  It looks like a zero error of the rate; positions tell which it is."""
+
+    id, unit, is_cause = "heading_drift", "rad/s", True
+    turn_instead = (Effect("d", "rad/s", ("heading_drift",), lambda turn: turn.time, zero_floor),)
+    instead_of = YawRateBiasError.id
+    drifts = True
+    separate_by = "courses from positions on a straight run at the begin and at the end"
 
 
 class YawRateDelay(SensorError):

@@ -207,6 +207,10 @@ def _fast_clock(c: Columns, t: np.ndarray) -> None:
         c[name] = np.interp(t / 1.05, t, values)
 
 
+def _drifting(c: Columns, t: np.ndarray) -> None:
+    c["heading_rad"] += 0.05 * DEGREE * t
+
+
 def _larger_ship(c: Columns, t: np.ndarray) -> None:
     """1.3 times as long: slower turns at the same rudder angles."""
     c["yaw_rate_rad_s"] = np.interp(t / np.sqrt(1.3), t, c["yaw_rate_rad_s"]) / np.sqrt(1.3)
@@ -231,6 +235,7 @@ CHANGES: Mapping[str, tuple[str, Callable[[Columns, np.ndarray], None]]] = {
     "constant_channel": ("surge_m_s", _constant),
     "derived_channel": ("yaw_rate_rad_s", _derived),
     "frozen_samples": ("heading_rad", _frozen),
+    "heading_drift": ("heading_rad", _drifting),
     "heading_zero": ("heading_rad", _from_zero),
     "impossible_samples": ("yaw_rate_rad_s", _impossible),
     "logger_clock": ("heading_rad", _fast_clock),

@@ -81,15 +81,15 @@ def chains(only: Collection[str] | None = None) -> tuple[Chain, ...]:
     only : sensor errors (ids) that are looked for; None: all.
     """
     errors = [c for c in sensor_errors() if only is None or c.id in only]
-    turns, clocks, curves = (
+    turns, others, curves = (
         tuple(Option(c, effects) for c in errors if (effects := getattr(c, name)))
-        for name in ("turn", "scaled", "together")
+        for name in ("turn", "turn_instead", "together")
     )
     tracks, logs = (tuple(Option(c, (e,)) for c in errors for e in getattr(c, name)) for name in ("track", "log"))
     speeds, log = (HEADING, *VELOCITIES), (HEADING, "surge_m_s")
     along = "positions along the heading against the log"
     return (
-        Chain("heading against yaw rate", TURN, TURN[1:], TURN[:1], TURN, turn_of, turns, clocks),
+        Chain("heading against yaw rate", TURN, TURN[1:], TURN[:1], TURN, turn_of, turns, others),
         Chain("positions against velocities", TRACK, speeds, POSITIONS, TRACK[1:], path_of, tracks, curves),
         Chain(along, (*log, *POSITIONS), log, POSITIONS, (*log[1:], *POSITIONS), log_of, logs, curves, ("sway_m_s",)),
     )

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..base import UNUSABLE
 from ..result import NORMAL_90, CheckFinding, Size
-from ..sensors import SpeedScaleError, YawRateScaleError
+from ..sensors import LoggerClock, SpeedScaleError
 from ..tails import student_quantile
 from .blocks import BLOCKS, BlockFit, Mean, Sums, explained, fit, p_value, random_effects_mean
 from .chains import Chain, Option, sums, why_not
@@ -113,7 +113,7 @@ def compare(
     done = _compared(chain, records, derived)
     if not chain.instead:
         return done
-    return _as_curve(done) if chain.of_positions else _as_clock(done, derived, later)
+    return _as_curve(done) if chain.of_positions else _told_instead(done, derived, later)
 
 
 def _compared(chain: Chain, records: Sequence[Record], derived: Mapping[str, set[str]]) -> Compared:
@@ -346,22 +346,49 @@ def corrected_for(record: Record, options: Sequence[Option], values: np.ndarray)
     return record
 
 
-def _as_clock(done: Compared, derived: Mapping[str, set[str]], later: Sequence[Chain]) -> Compared:
-    """Heading against yaw rate with the scale error of the rate told as one of the clock, where this makes a scale
-    error of the speed, which the later comparisons show, needless; else the same."""
+def _told_instead(done: Compared, derived: Mapping[str, set[str]], later: Sequence[Chain]) -> Compared:
+    """Heading against yaw rate with an error of the rate told as another one, else the same: the scale error as one of
+    the clock, where this makes a scale error of the speed, which the later comparisons show, needless; the zero error
+    as a heading that drifts, where positions agree clearly better with the heading without that."""
+    for option in done.chain.instead:
+        of_rate = [s for s in done.sizes if s.option.cause.id == option.cause.instead_of and s.material]
+        if not of_rate:
+            continue
+        kept = tuple(o for o in done.chain.options if o.cause.id != option.cause.instead_of)
+        other = _compared(done.chain._replace(options=(*kept, option)), done.records, derived)
+        if not any(s.option == option and s.material for s in other.sizes):
+            continue
+        if option.cause.id == LoggerClock.id:
+            is_better = _scales_speed(done, derived, later) and not _scales_speed(other, derived, later)
+        else:
+            is_better = _agree_better(other, done, derived, later)
+        if is_better:
+            return replace(other, chain=done.chain, tested=done.tested)
+    return done
 
-    def speed_is_scaled(one: Compared) -> bool:
-        chains = ((chain, chain.taken([one.without(r) for r in one.records])) for chain in later)
-        sizes = (s for chain, records in chains for s in _compared(chain, records, derived).sizes)
-        return any(s.option.cause.id == SpeedScaleError.id and s.material for s in sizes)
 
-    of_rate = {s.option: s for s in done.sizes if s.option.cause.id == YawRateScaleError.id}
-    if not any(s.material for s in of_rate.values()):
-        return done
-    clock = done.chain.instead[0]
-    sizes = (s._replace(option=clock, rivals=()) if s.option in of_rate else s for s in done.sizes)
-    other = replace(done, sizes=tuple(sizes))
-    return other if speed_is_scaled(done) and not speed_is_scaled(other) else done
+def _scales_speed(done: Compared, derived: Mapping[str, set[str]], later: Sequence[Chain]) -> bool:
+    """Whether later comparisons show a scale error of the speed in the corrected records."""
+    chains = ((chain, chain.taken(done.corrected)) for chain in later)
+    sizes = (s for chain, records in chains for s in _compared(chain, records, derived).sizes)
+    return any(s.option.cause.id == SpeedScaleError.id and s.material for s in sizes)
+
+
+def _agree_better(one: Compared, other: Compared, derived: Mapping[str, set[str]], later: Sequence[Chain]) -> bool:
+    """Whether later comparisons leave clearly less, beside all sensor errors, of records that the first comparison
+    corrected than of those that the other one did: odds from TIE on, for as many rows as are independent."""
+    lead = 0.0
+    for chain in later:
+        lefts, scatter, rows = [], 1.0, 0
+        for done in (one, other):
+            usable = [r for r in chain.taken(done.corrected) if not why_not(chain, r, derived.get(r.name, set()))]
+            parts = [sums(chain, r, chain.options) for r in usable]
+            if parts:
+                every, rows = range(parts[0].score.shape[1]), sum(p.count for p in parts)
+                scatter = max(scatter, float(np.max(fit(parts, every).inflation)))
+                lefts.append(max(sum(p.square for p in parts) - explained(parts, every), 1e-300))
+        lead += rows / scatter * float(np.log(lefts[1] / lefts[0])) if lefts else 0.0
+    return lead > TIE
 
 
 def _as_curve(done: Compared) -> Compared:

@@ -116,6 +116,23 @@ def test_a_clock_that_runs_fast_or_slow_is_one_cause(rate, rng):
     assert found[0].sizes[0].value == pytest.approx(rate, abs=0.4 * abs(rate))
 
 
+@pytest.mark.parametrize("with_sway", [True, False])
+def test_a_heading_that_drifts_is_told_from_a_gyro_zero_by_positions(with_sway, rng):
+    """Heading and yaw rate are the same to both; one of the records drifts to the other side."""
+    records, rates = made("", rng).train, np.deg2rad([0.05, -0.03, 0.04])
+    records = records if with_sway else [r.with_channels(sway_m_s=None) for r in records]
+    for name, sign in (("heading_rad", 1.0), ("yaw_rate_rad_s", 0.0)):
+        wrong = [
+            r.with_channels(**{name: r.column(name) + d * (r.time_s if sign else 1.0)})
+            for r, d in zip(records, rates, strict=False)
+        ]
+        found = [f for f in check(wrong).findings if f.material and f.stage == "sensors"]
+        print(name, found)
+        assert [f.cause for f in found] == ["heading_drift" if sign else "yaw_rate_bias"]
+        own = {s.record: s.value for s in found[0].sizes if s.record is not None}
+        assert list(own.values()) == pytest.approx(rates[: len(own)], abs=np.deg2rad(0.01))
+
+
 def test_a_gyro_and_a_log_of_different_scales_are_no_clock(rng):
     records = made("", rng).train
     scaled = [r.with_channels(yaw_rate_rad_s=1.05 * r.column("yaw_rate_rad_s")) for r in records]
