@@ -75,7 +75,7 @@ def _diagnosed(
         records = records.behind_sensors(options.causes())
         watch(BASE_MODEL)
         model = identified(model, records.train)
-    held = records.put_back()
+    held = records.put_back(records.recorded)
     options = through_the_water(options, records)
     diagnosis, nearly = _named(model, records, held, options, watch)
     alike = replace(records, train=[r for r in records.train if r.name not in diagnosis.apart])
@@ -87,8 +87,9 @@ def _diagnosed(
     diagnosis = with_checks(diagnosis, records.checked, (*records.train, *records.held_out))
     roles = [(r.name, "train") for r in train] + [(r.name, "held_out") for r in held_out]
     wall_s, cpu_s = time.perf_counter() - started[0], time.process_time() - started[1]
-    doubts = (*aside, *diagnosis.doubts)
-    return replace(diagnosis, records=tuple(roles), doubts=doubts, wall_s=wall_s, cpu_s=cpu_s)
+    names, doubts = {r.name for r in records.train}, (*aside, *diagnosis.doubts)
+    evaluation = tuple(held or records.put_back([r for r in train if r.name in names]))
+    return replace(diagnosis, records=tuple(roles), doubts=doubts, evaluation=evaluation, wall_s=wall_s, cpu_s=cpu_s)
 
 
 def through_the_water(options: Options, records: Prepared) -> Options:

@@ -127,12 +127,12 @@ class Prepared:
         faults = {name: value for fault in self.faults.values() for name, value in fault.instruments.items()}
         return faults | self.removed
 
-    def put_back(self) -> list[Record]:
-        """The held-out records as they were read, but for what no instrument of a model can show: columns in another
-        unit, with the other sign, or under each other's names are as they should be."""
+    def put_back(self, records: Sequence[Record]) -> list[Record]:
+        """Records as they were read, but for what no instrument of a model can show: columns in another unit, with the
+        other sign, or under each other's names are as they should be."""
         wrong = {f.cause for f in self.checked if f.corrected and not f.blanked}
         wrong -= {name for name, fault in self.faults.items() if fault.instruments}
-        return examine_each(self.recorded, [check for check in file_checks() if check.id in wrong]).records
+        return examine_each(records, [check for check in file_checks() if check.id in wrong]).records
 
 
 def _current(comparison: Compared) -> Finding | None:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from ..checks.result import CheckFinding, Size
+    from ..datasets.record import Record
     from ..estimation.validation.result import Validation
     from ..models.model import Model
 
@@ -185,8 +186,11 @@ class Diagnosis(RunsResult):
     extended model is run along it."""
     remaining: tuple[RemainingForce, ...] = ()
     """What describes the error that known causes leave."""
+    evaluation: tuple[Record, ...] = ()
+    """Records that models are compared with: held out, or else of training, as they were read but for columns that mean
+    something else."""
     ahead: Validation | None = None
-    """Errors some time ahead on held-out records, or else on those of training; None where none were computed."""
+    """Errors some time ahead along these; None where none were computed."""
     room: ClassVar[str] = "diagnosis.page"
     files: ClassVar[tuple[str, ...]] = ("diagnosis.json", "diagnosis.html", "extended_model.json")
     pictured: ClassVar[str] = "measured channels and simulations"

@@ -227,8 +227,8 @@ def own_run(stretch: Stretch) -> FreeRun:
     return stretch.run(start, inputs)
 
 
-def with_errors_ahead(diagnosis: Diagnosis, records: Sequence[Record]) -> Diagnosis:
-    """The diagnosis with errors ahead along records: those held out, or else those of training.
+def with_errors_ahead(diagnosis: Diagnosis) -> Diagnosis:
+    """The diagnosis with errors ahead along the records of its evaluation.
 
     The extended model stands first.  Without a model that can be run along the records it stays as it is.
     """
@@ -237,6 +237,7 @@ def with_errors_ahead(diagnosis: Diagnosis, records: Sequence[Record]) -> Diagno
     known = {name: model for name, model in models.items() if model.known}
     try:
         with arithmetic_guard():
-            return replace(diagnosis, ahead=validate(known, named(records))) if known else diagnosis
+            ahead = validate(known, named(diagnosis.evaluation)) if known else None
+            return replace(diagnosis, ahead=ahead)
     except (BadInput, FitFailed):
         return diagnosis

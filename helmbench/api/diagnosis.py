@@ -88,8 +88,7 @@ def diagnose(
         options.checked(base)
         *given, doubts = both_sides(base, train, held_out, positive_rudder)
         records, others = ([record.turned(base.positive_rudder) for record in side] for side in given)
-        found = engine.diagnose(base, records, others, options, watch)
-        found = with_errors_ahead(found, others or records)
+        found = with_errors_ahead(engine.diagnose(base, records, others, options, watch))
     left = [str(doubt) for doubt in doubts if not _corrected(doubt, found.checks)]
     doubts = (*unusual_numbers(base), *left, *doubts_of(found.checks, base), *found.doubts)
     return _told_of(found, train, held_out, doubts)

@@ -175,8 +175,7 @@ def diagnosed(report: PublishedDiagnosis) -> Diagnosis:
         [report.prepare(record) if report.prepare else record for record in turned]
         for turned in ([one.turned(model.positive_rudder) for one in side] for side in report.records())
     )
-    found = diagnose(model, train, held_out, Options(**report.options))
-    return with_errors_ahead(found, held_out)
+    return with_errors_ahead(diagnose(model, train, held_out, Options(**report.options)))
 
 
 POND = tuple(stem for stem in stems(ESSO_OSAKA) if stem.startswith("zigzag") and stem not in APART)
