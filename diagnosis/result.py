@@ -186,6 +186,8 @@ class Diagnosis(RunsResult):
     extended model is run along it."""
     remaining: tuple[RemainingForce, ...] = ()
     """What describes the error that known causes leave."""
+    explained: float = 0.0
+    """Share of the squared error of left-out pieces, beyond the sensors' noise, that what free runs name takes off."""
     evaluation: tuple[Record, ...] = ()
     """Records that models are compared with: held out, or else of training, as they were read but for columns that mean
     something else."""
@@ -212,6 +214,7 @@ class Diagnosis(RunsResult):
             "threads": self.threads,
             "verdict": self.verdict,
             "reason": self.reason,
+            "explained": self.explained,
             "causes": plain(self.causes),
             "gain": plain(self.gain),
             "calibrated_gain": plain(self.calibrated_gain),

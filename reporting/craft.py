@@ -82,7 +82,7 @@ def page(diagnosis: CraftDiagnosis) -> Page:
             make_table(NUMBERS, diagnosis.numbers, "Numbers of the model"),
         ],
         remains=[
-            items([*trusted, *_remaining(diagnosis), *_speed(diagnosis), _heading(diagnosis), *diagnosis.notes]),
+            items([*diagnosis.notes, *trusted, *_remaining(diagnosis), *_speed(diagnosis), _heading(diagnosis)]),
             make_table(BAND, sorted(diagnosis.band, key=lambda b: b.after_s), "How far heading can be trusted"),
         ],
         following=[f"{diagnosis.next_runs[:1].upper()}{diagnosis.next_runs[1:]}." if diagnosis.next_runs else None],

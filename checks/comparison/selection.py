@@ -39,9 +39,10 @@ LATEST = 0.1
 """Share of a record's duration that a delay may have at most."""
 COLLINEAR = 0.5
 """Correlation of two sizes from which the small one is left out of the estimate of the large one."""
-DIFFERENT, SURELY = 0.05, 1e-3
-"""Probability of equal sizes below which a size is said to differ between records; and below which records are
-corrected by their own sizes of a cause that does not drift."""
+DIFFERENT, FAR, SURELY = 0.05, 0.1, 1e-3
+"""Probability of equal sizes below which a size is said to differ between records, where their standard deviation is a
+share of it from the second on; and probability below which records are corrected by their own sizes of a cause that
+does not drift."""
 
 
 class Sizes(NamedTuple):
@@ -424,7 +425,7 @@ def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
             )
         ]
     entry, p_equal = s.option.cause, min(m.p_equal for m in s.means)
-    differs = p_equal < DIFFERENT and len(names) > 1
+    differs = len(names) > 1 and any(m.p_equal < DIFFERENT and m.between > FAR * abs(m.value) for m in s.means)
     tied = [o.cause.id for o in s.rivals] + list(entry.track_rivals)
     said = f"{done.chain.title}: z = {s.z:.1f} over {len(names)} record{'s' if len(names) > 1 else ''}"
     said += f"; late: {_late(s)}" if s.option.is_delay else ""

@@ -11,7 +11,7 @@ from ...datasets.columns import CANONICAL, TRACK, VELOCITIES
 from ..base import SENSED, ChannelCheck, Fault, FileCheck, exact, without
 from ..integrity.averages import swing
 from ..integrity.readings import track_error
-from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution
+from ..integrity.runs import COARSE, frozen_runs, held_rows, never_changes, resolution, runs_of, stuck_runs
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -27,7 +27,8 @@ SEEN, MATTERS = 0.002, float(np.sqrt(12.0 * 0.005))
 white noise of variance q^2/12 (Bennett 1948, Bell Syst. Tech. J. 27, 446).  A slope that is fitted to the channel is
 too small by q^2/12 over the mean square of the motion (errors in variables, Fuller 1987, section 1.1): by half a
 percent, the floor of a scale, where q is .245 of the motion."""
-RATES = ("yaw_rate_rad_s", *VELOCITIES)
+RATE = "yaw_rate_rad_s"
+RATES = (RATE, *VELOCITIES)
 """Channels whose motion is their root mean square; a heading and a position count from any zero."""
 
 
@@ -70,6 +71,9 @@ class FrozenSamples(ChannelCheck):
     def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
         values, time = record.column(name), record.time_s
         runs, rows = frozen_runs(values), held_rows(values)
+        stuck = stuck_runs(record.column(RATE)) if record.has(RATE) and rows == 1 else []
+        inside = [r for r in runs_of(values) if any(r.start <= s.start + 1 and r.stop >= s.stop - 1 for s in stuck)]
+        runs = sorted({r.start: r for r in (*inside, *runs)}.values())
         if runs:
             worst = max(runs, key=lambda r: time[r.stop - 1] - time[r.start])
             start, length = time[worst.start], float(time[worst.stop - 1] - time[worst.start])

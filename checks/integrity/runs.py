@@ -15,6 +15,8 @@ TURNS = 0.4
 """Share of steps in the other direction than the one before from which a channel is noisy."""
 NEIGHBOURS = 60
 """Samples to each side of a stretch whose steps are compared with it, at least."""
+STEADY = 0.25
+"""Share of the yaw rate's root mean square from which it turns the ship."""
 COARSE = 3.5
 """Steps of a coarse channel by which it must jump after a frozen stretch."""
 ROUNDING = 1e-12
@@ -60,19 +62,42 @@ def frozen_runs(values: np.ndarray) -> list[Run]:
     return [r._replace(jump=jump) for r in long if (jump := _jump_if_frozen(values, r, known.size)) > 0.0]
 
 
+def stuck_runs(rate: np.ndarray) -> list[Run]:
+    """Runs of a yaw rate (N,) that are too long for it at a value that turns the ship: whether it jumps out of them or
+    not, no ship turns so steadily."""
+    known = rate[np.isfinite(rate)]
+    turning = STEADY * float(np.sqrt(np.mean(known**2))) if known.size else 0.0
+    long = (r for r in runs_of(rate) if r.stop - r.start >= SHORTEST and abs(rate[r.start]) > turning)
+    return [r for r in long if known.size * _share_at_rest(rate, r) ** (r.stop - r.start - 1) < RARE]
+
+
+def _beside(values: np.ndarray, run: Run) -> tuple[np.ndarray, np.ndarray]:
+    """Samples before a run, and after it, with those of its ends."""
+    reach = max(NEIGHBOURS, 3 * (run.stop - run.start))
+    return values[max(run.start - reach, 0) : run.start + 1], values[run.stop - 1 : run.stop + reach]
+
+
+def _steps_beside(values: np.ndarray, run: Run) -> np.ndarray:
+    """Sizes of the known steps beside a run."""
+    steps = np.abs(np.concatenate([np.diff(side) for side in _beside(values, run)]))
+    return steps[np.isfinite(steps)]
+
+
+def _share_at_rest(values: np.ndarray, run: Run) -> float:
+    """Share of the steps beside a run in which the channel does not change, at least 1e-3."""
+    steps = _steps_beside(values, run)
+    return max(float(np.mean(steps == 0.0)), 1e-3) if steps.size else 1.0
+
+
 def _jump_if_frozen(values: np.ndarray, run: Run, samples: int) -> float:
     """Jump out of a run in usual steps beside it, where these make the run improbable; else 0."""
-    length = run.stop - run.start
-    reach = max(NEIGHBOURS, 3 * length)
-    before, after = values[max(run.start - reach, 0) : run.start + 1], values[run.stop - 1 : run.stop + reach]
-    steps = np.abs(np.concatenate([np.diff(before), np.diff(after)]))
-    steps = steps[np.isfinite(steps)]
+    before, after = _beside(values, run)
+    steps, share = _steps_beside(values, run), _share_at_rest(values, run)
     moving = steps[steps > 0.0]
     if moving.size < SHORTEST:
         return 0.0
-    share = max(1.0 - moving.size / steps.size, 1e-3)
     jump = _jump(values, run) / float(np.median(moving))
-    rare = samples * share ** (length - 1) < RARE
+    rare = samples * share ** (run.stop - run.start - 1) < RARE
     sides = [side for side in (before, after) if np.isfinite(side).sum() > SHORTEST + 1]  # none at the record's ends
     least = COARSE if share > 0.1 else 0.0 if sides and all(map(_noisy, sides)) else JUMP
     return jump if rare and jump > least else 0.0

@@ -13,10 +13,15 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...checks.base import scaled
+from ...checks.check import check
+from ...checks.columns import RudderSign
+from ...checks.files.repeats import FrozenSamples
 from ...checks.files.rudder_response import fitted, means_of
+from ...checks.sensors import CompassDeviation
 from ...datasets.columns import RUDDERS
 from ..causes.registry import causes
 from ..prepared import Prepared
+from ..report.bank import of_sensor
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -24,6 +29,8 @@ if TYPE_CHECKING:
 
 CORRECTED = ("yaw_rate_scale", "yaw_rate_bias", "yaw_rate_delay")
 """Errors of sensors that are corrected."""
+TOLD = (FrozenSamples.id, RudderSign.id)
+"""Faults of files and columns that are told: the others leave the model as it is, or were told on reading."""
 SURE, BETTER, FEWEST = 3.0, 1.5, 3
 """Standard deviations by which a rudder has to act in every record, ratio of their sum to that of a rudder which acts
 to the same side in all, and records, to tell which has it the other way round."""
@@ -52,8 +59,11 @@ def behind_sensors(train: Sequence[Record], held_out: Sequence[Record]) -> Senso
 
     own, others = ([*map(to_the_side, side)] for side in (train, held_out))
     notes = [f"{name}: the rudder or command has the other sign than in the other records." for name in sorted(names)]
-    bare = Prepared(own, others)
+    bare, checked = Prepared(own, others), [f for f in check([*own, *others]).findings if f.material]
+    notes += [f"{f.evidence[:1].upper()}{f.evidence[1:]}." for f in checked if f.cause in TOLD]
     every = bare.compared().findings
+    if CompassDeviation.id not in {f.cause for f in every}:
+        every += tuple(of_sensor(f, causes()) for f in checked if f.cause == CompassDeviation.id)
     wrong = {f.cause for f in every} & {*CORRECTED}
     done = bare.compared([causes()[name] for name in wrong]) if wrong else bare
     return Sensors(done.train, done.held_out, every, done.removed, notes)

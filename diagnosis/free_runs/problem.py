@@ -296,8 +296,9 @@ class FreeRuns:
 
     @cached_property
     def motion(self) -> np.ndarray:
-        """Root mean square (C,) of each channel about its mean in a unit, SI."""
-        means = [np.nansum(m, axis=0) / np.maximum(n, 1.0) for m, n in zip(self.measured, self.counts, strict=True)]
+        """Root mean square (C,) of each channel about its mean in a unit, of thrust itself, SI."""
+        sums = (np.nansum(m, axis=0) * ~self.known for m in self.measured)
+        means = [total / np.maximum(n, 1.0) for total, n in zip(sums, self.counts, strict=True)]
         squares = [np.nansum((m - mean) ** 2, axis=0) for m, mean in zip(self.measured, means, strict=True)]
         return np.sqrt(np.sum(squares, axis=0) / np.maximum(self.counts.sum(axis=0), 1.0))
 

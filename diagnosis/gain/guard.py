@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.columns import POSITIONS
+from ..causes.steering_gear import RudderOffset
 from ..free_runs.units import FLOOR
 
 if TYPE_CHECKING:
@@ -47,15 +48,18 @@ def worsens(said: Diagnosis, outweighed: bool = False) -> bool:
     with it and no better without; or the motion of these or of whole training records clearly worse without it, in the
     mean over channels.
 
+    Where each record has a neutral angle of its own, which a further one does not tell, only errors with it count.
     Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and they sum up what
     the speed and the heading show.
 
     outweighed : where the motion is predicted clearly better in that mean, with trim and without, a channel is worse
         only where it is much worse.
     """
-    blind = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}
     own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
-    if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training_errors(said))):
+    blind, training = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}, training_errors(said)
+    if any(f.cause == RudderOffset.id and any(size.record for size in f.sizes) for f in said.causes):
+        blind, training = own, {}
+    if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training)):
         return True
     least = MUCH_WORSE if outweighed and min(map(_motion_fall, (blind, own))) > CLEARLY else WORSE
     pairs = [(least, blind[c], own[c]) for c in said.gain if c not in POSITIONS]

@@ -26,7 +26,7 @@ from ..report.bank import BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
-from .search import INTERVAL, SMALL, half_intervals, main_number
+from .search import INTERVAL, LARGE, SMALL, half_intervals, main_number
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -36,8 +36,6 @@ if TYPE_CHECKING:
     from ..free_runs.problem import FreeRuns
     from .search import Choice
 
-LARGE = 0.3
-"""Error, as a share of the motion, from which a model without a finding is not adequate."""
 ASSUMED = "the base model states no areas above water: the speed of the wind is that on a usual ship of her length"
 OTHER_SHIP, MANY = 2.0, 9
 """Prior standard deviations (rms) by which all numbers of a model of more than MANY move, from which it may be of
@@ -110,6 +108,8 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     details: dict[str, Any] = {}
     if cause == BaseCoefficients.id:
         details["groups"] = list(dict.fromkeys(_title(choice, one.candidate.of) for one in own))
+        if alike := [name for one in own for c in one.alike for name in c.names]:
+            details["numbers that would do as well"] = alike
     hull = [c.of for c in rivals if choice.bank.cause_of(c) == BaseCoefficients.id]
     if hull:
         details["would do as well"] = sorted({_title(choice, of) for of in hull})
@@ -247,6 +247,8 @@ def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[s
     if not findings:
         unexplained = f"{said}, and nothing in the bank explains it"
         return ("unexplained", unexplained) if worst > LARGE else ("adequate", unexplained if worst > SMALL else said)
+    if not choice.selection.entered and not choice.beside:
+        return "named", f"with what is corrected, {said}"
     share = runs.share_taken(before, after)
     said = f"what is named takes {100.0 * share:.0f} % off the squared error of free runs"
     if not exact and worst > LARGE and share < NAMED:

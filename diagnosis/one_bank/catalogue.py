@@ -88,6 +88,8 @@ def bank_of(model: Model, facts: Facts, length_s: float, only: Collection[str] |
     if facts.identified:
         barely = every_own_number(groups)
         own = {n.name: n for n in numbers_of(barely, numbers)}
+    if only is not None and BaseCoefficients.id not in only and not facts.identified:
+        own = {}
     kept = [c for c in candidates if only is None or cause_of.get(c.of, BaseCoefficients.id) in only]
     terms = every_term()
     series = {name: terms[name].along for name, place in places.items() if place.kind == "term"}
@@ -246,7 +248,7 @@ def _terms(model: Model, facts: Facts) -> Iterator[tuple[Candidate, dict[str, Pl
         numbers = tuple(Number(t.entry, t.sd) for t in own if t.entry in places)
         sets: Sequence[tuple[Number, ...]] = [(n,) for n in numbers]
         for chosen in (*sets, *([numbers] if len(numbers) > 1 else [])):
-            yield Candidate(cause.id, chosen, HULL), places
+            yield Candidate(cause.id, chosen, HULL, extends=True), places
 
 
 def every_term() -> dict[str, Term]:

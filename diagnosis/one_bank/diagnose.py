@@ -271,7 +271,9 @@ def _concluded(model: Model, slips: Sequence[Slip], records: Prepared, choice: C
     noise = noise_of(records.train, choice)
     outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
     doubts = () if options.base_parameters == "identify" else doubts_of(choice)
-    return replace(outcome, of_held_out=of_held_out(model, choice, records), doubts=(*outcome.doubts, *doubts))
+    explained = choice.runs.share_taken(choice.selection.base, choice.selection.final)
+    held_out, doubts = of_held_out(model, choice, records), (*outcome.doubts, *doubts)
+    return replace(outcome, explained=explained, of_held_out=held_out, doubts=doubts)
 
 
 def noise_of(records: Sequence[Record], choice: Choice) -> dict[str, Any]:

@@ -124,7 +124,10 @@ def in_regime(
     if not columns:
         return None
     runs = runs.with_numbers(_places(runs.bank.model, columns), {})
-    best = _best(runs, base, columns, values, PROMISING * fall_between(runs, base, selection.final).gain)
+    few = len(selection.entered) <= 1
+    best = _best(
+        runs, base, columns, values, PROMISING * fall_between(runs, base, selection.final).gain if few else 0.0
+    )
     if best is None:
         return None
     runs, column, fitted, low, high = best
@@ -135,8 +138,8 @@ def in_regime(
     names = {n.name for n in own}
     others = [c for c in bank if not names & {*c.names}]
     rest = select(runs, others, rules, fitted, own)
-    between = fall_between(runs, selection.final, rest.final)
-    if between.gain <= max(rules.least, quantile(runs, clear) * between.error):
+    between, fewer = fall_between(runs, selection.final, rest.final), 1 + len(rest.entered) < len(selection.entered)
+    if between.gain <= (0.0 if fewer else max(rules.least, quantile(runs, clear) * between.error)):
         return None
     entered = Entered(column.candidate, alone)
     whole = Selection(selection.base, (entered, *rest.entered), rest.final)

@@ -15,12 +15,13 @@ import numpy as np
 from ...datasets.instruments import corrected
 from ...estimation.selection.selection import CLEAR, is_enough, quantile
 from ...models.instruments import RUDDER
+from ..causes.steering_gear import RudderOffset
 from ..report.bank import BY_FREE_RUNS, without_causes
 from .catalogue import FLOWS
 from .events import events
 from .force_answer import INSTEAD, MOST_OF_IT, event_forces, of_hull, share_of, with_forces
 from .force_search import Beside, Remainder, forces_alone, forces_beside_numbers, same_forces_alone, surely_worse
-from .search import FEW
+from .search import FEW, LARGE
 
 if TYPE_CHECKING:
     from ...datasets.record import Record
@@ -47,7 +48,9 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     """
     of_records = {*diagnosis.model.instruments, *records.instruments}
     instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in of_records}
-    train = [corrected(record, instruments) for record in records.train]
+    angles = {s.record: s.value for f in diagnosis.causes if f.cause == RudderOffset.id for s in f.sizes if s.record}
+    own = {name: {RudderOffset.id: x} for name, x in angles.items()}
+    train = [corrected(record, instruments | own.get(record.name, {})) for record in records.train]
     base, model = (replace(m, instruments={}) for m in (diagnosis.model, diagnosis.extended))
     if diagnosis.verdict not in ("named", "tied", "partly_named"):
         model = base
@@ -56,7 +59,8 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if wide:  # the numbers that took up what remains start anew
         model = base
     now = Beside.of(model, train, options, flows)
-    if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter())):  # the sensors' noise is all that is left
+    little = not wide and diagnosis.verdict in ("named", "tied") and now.runs.worst(now.plain) <= LARGE
+    if little or is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter())):  # or the sensors' noise alone is left
         return diagnosis
     beside_base = now if model is base else Beside.of(base, train, options, flows)
     bases = [(_without_named(diagnosis, now.runs.bank, flows), beside_base)]
@@ -95,7 +99,7 @@ def _explanations(
     """
     now, ((rival, base), few) = own[1], _fewest(bases, wide)
     simple = few is not None and len(few.selection.entered) == 1 and not base.leaves(few.fitted)
-    rest = None if simple else forces_beside_numbers(now)
+    rest = None if simple or own[0].verdict == "adequate" else forces_beside_numbers(now)
     same_alone = same_forces_alone(base, rest) if rest is not None and few is None else None
     for one in (one for one in (few, same_alone) if one is not None):
         if _takes_the_place(base, one, None if wide else now.plain) and not (rest and _preferred(rest, one)):

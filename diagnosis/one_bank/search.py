@@ -19,10 +19,13 @@ from ...estimation.selection.selection import (
     Entered,
     Rules,
     Selection,
+    at_bound,
     clearly_worse,
+    enters,
     fall_between,
     has_entered,
     is_enough,
+    least_gain,
     mean_squares,
     predictions,
     quantile,
@@ -33,7 +36,7 @@ from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
 from ..free_runs.units import REFERENCE_S
-from .catalogue import DELAY, FLOWS, FORCE, INPUT, OFFSET
+from .catalogue import DELAY, FLOWS, FORCE, HULL, INPUT, OFFSET
 from .regimes import in_regime
 
 if TYPE_CHECKING:
@@ -63,10 +66,14 @@ LOCAL = 0.1
 number above some speed took 2 % off."""
 LATE = 0.1
 """Delay of the rudder, as a share of a piece, from which it matters what acted before a record's begin."""
-MOST, NEARLY_ALL, SINGLES, FAR = 0.8, 0.95, 4, 2.0
+MOST, NEARLY_ALL, SINGLES, FAR = 0.75, 0.95, 4, 2.0
 """Shares of what all of the model's own numbers take off the squared error, from which one of them is told that takes
 it off alone: where some are far off, and where none is; single numbers that are tried beside those of the choice; prior
 standard deviations that are far."""
+LARGE, HALF = 0.3, 0.5
+"""Error, as a share of the motion, from which a model without a finding is not adequate; and share of what all of the
+model's own numbers take off the excess from which neutral angles and zeros of sensors are told without them: a hull
+that is alike to both sides takes their place only in part."""
 INTERVAL, WIDER = 0.95, 3.0
 """Quantile of Student's t over pieces that a 90 % interval ends at, and factor on it beside numbers that are all
 uncertain, and alike to both sides: of a delay beside ten Mariners whose numbers were off by 10 % the error was 2.9
@@ -127,8 +134,10 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     own = [c for c in of_hull if c.of in first or {*c.names} <= sds.keys()]
     faults = choice.selection.candidates
     before = _fitted_beside(choice, faults) if faults else few.base
-    singles = [c for c in choice.bank.candidates if len(c.names) == 1 and {*c.names} <= sds.keys()]
-    own += [p.candidate for p in predictions(runs, singles, before)[:SINGLES] if p.candidate not in own]
+    singles = [c for c in choice.bank.candidates if len(c.names) == 1 and c.rank == HULL and not c.extends]
+    predicted = predictions(runs, singles, before)
+    predicted.sort(key=lambda p: float(np.sum(runs.beyond(mean_squares(runs, p.left_out)))))
+    own += [p.candidate for p in predicted[:SINGLES] if p.candidate not in own]
     final, most = choice.selection.final, list[tuple[Selection, float]]()
     whole, gross = _taken(runs, before, final), any(abs(final.value(n)) > FAR * sd for n, sd in sds.items())
     for candidate in own:
@@ -137,8 +146,13 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
         if (share := _taken(runs, before, fitted) / whole) > needed:
             one = Entered(candidate, fall_between(runs, before, fitted))
             most.append((Selection(before, (one,), fitted), share))
-    most.sort(key=lambda pair: (len(pair[0].candidates[0].numbers), -pair[1]))
+    most.sort(key=lambda pair: (len(pair[0].candidates[0].numbers), _is_at_bound(pair[0]), -pair[1]))
     return most[0] if most else None
+
+
+def _is_at_bound(selection: Selection) -> bool:
+    """Whether some number of what entered first ended at its bound."""
+    return at_bound(selection.final, selection.candidates[0])
 
 
 def _fitted_beside(choice: Choice, candidates: Sequence[Candidate]) -> Fitted:
@@ -149,9 +163,8 @@ def _fitted_beside(choice: Choice, candidates: Sequence[Candidate]) -> Fitted:
 
 
 def _taken(runs: FreeRuns, before: Fitted, after: Fitted) -> float:
-    """What a fit takes off the squared error of left-out pieces, in squares of the motion, sum over channels."""
-    old, new = (mean_squares(runs, fitted.left_out) for fitted in (before, after))
-    return max(float(np.sum((old - new) / runs.motion**2)), 1e-12)
+    """What a fit takes off the excess of left-out pieces, in squares of the motion, sum over channels."""
+    return max(float(np.sum(runs.excess(before) - runs.excess(after))), 1e-12)
 
 
 def alone(choice: Choice) -> Choice | None:
@@ -191,7 +204,25 @@ def chosen(runs: FreeRuns, options: Options) -> Choice:
         choice = _chosen(runs.without_begin(late_s), options)
     while small := [e for e in choice.selection.entered if not _matters(choice, e) or _may_be_none(choice, e)]:
         choice = _without(choice, small[-1])
-    return choice
+    return _sparse(choice)
+
+
+def _sparse(choice: Choice) -> Choice:
+    """The few candidates in the place of all of the model's own numbers, where these take off little more than one of
+    them does, or not much more than neutral angles and zeros of sensors; none, where errors are small and all numbers
+    do not take most of them off."""
+    few, runs, final = choice.few, choice.runs, choice.selection.final
+    if few is None:
+        return choice
+    if not few.entered:
+        little = runs.worst(few.base) <= LARGE and runs.share_taken(few.base, final) < MOST
+        return Choice(runs, few) if little else choice
+    named = [one for one in few.entered if one.candidate.rank != FORCE]
+    sided = bool(named) and all(_has_side(runs.places[n]) for one in named for n in one.candidate.names)
+    if sided and len(named) < len(few.entered):
+        few = with_only(runs, few, named)
+    needed = HALF if sided else MOST if len(few.entered) == 1 else np.inf
+    return Choice(runs, few) if _taken(runs, few.base, few.final) > needed * _taken(runs, few.base, final) else choice
 
 
 def half_intervals(runs: FreeRuns, fitted: Fitted, beside: bool = False) -> dict[str, float]:
@@ -216,6 +247,9 @@ def _may_be_none(choice: Choice, one: Entered) -> bool:
     in each record, hold zero."""
     of_records = len({choice.bank.places[n].record for n in one.candidate.names}) > 1
     if not choice.beside and (not of_records or choice.bank.cause_of(one.candidate) in FLOWS):
+        return False
+    sided = all(_has_side(choice.runs.places[n]) for n in one.candidate.names)
+    if sided and choice.few is not None and has_entered(one.candidate, choice.few.candidates):
         return False
     final = choice.selection.final
     halves = half_intervals(choice.runs, final, choice.beside)
@@ -250,7 +284,7 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     if options.coefficient_sd == 0.0:
         return Choice(runs, select(runs, candidates, EXACT, base))
     rules = Rules(*MATTERS, _enough(runs), last_rank=FORCE)
-    choice = Choice(runs, select(runs, candidates, rules, base))
+    choice = _beside_neutral_angle(Choice(runs, select(runs, candidates, rules, base)), rules)
 
     @cache
     def whole() -> Fitted:
@@ -258,12 +292,10 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
 
     several = len(choice.selection.entered) > 1
     as_well = several and bool(runs.bank.own) and _predicts_as_well(choice, whole())
-    if as_well and runs.worst(whole()) <= SMALL:
-        return _of_own_numbers(choice, whole())
     if several and not as_well and _left_to_explain(runs, choice.selection):
         choice = _without_first(choice, rules)
     faint = not choice.selection.entered and runs.worst(base) <= FAINT
-    if not runs.bank.own or faint or not _left_to_explain(runs, choice.selection):
+    if not runs.bank.own or faint or not (several or _left_to_explain(runs, choice.selection)):
         return choice
     local = _with_regime(choice, rules)
     if as_well if local.local is None else _predicts_as_well(local, whole()):
@@ -274,14 +306,40 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     return local if with_numbers is None else Choice(runs, with_numbers, beside=True, few=local.selection)
 
 
+def _beside_neutral_angle(choice: Choice, rules: Rules) -> Choice:
+    """The choice, or another one beside a neutral rudder angle, where that enters by itself and the other one predicts
+    left-out pieces as well by the count of its numbers: nearly every rudder has one, and it makes many numbers together
+    of the one that is wrong."""
+    runs, selection = choice.runs, choice.selection
+    angle = next((c for c in choice.bank.candidates if c.of == OFFSET and len(c.numbers) == 1), None)
+    if angle is None or _count(selection) < 2 or selection.candidates[0] is angle:
+        return choice
+    fitted = minimise(runs, angle.numbers, {}, runs.no_own)
+    fall = fall_between(runs, selection.base, fitted)
+    if not enters(runs, rules, fitted, fall):
+        return choice
+    rest = select(runs, [c for c in choice.bank.candidates if c.of != OFFSET], rules, fitted, angle.numbers)
+    other = Selection(selection.base, (Entered(angle, fall), *rest.entered), rest.final)
+    between, fewer = fall_between(runs, selection.final, other.final), _count(selection) - _count(other)
+    needed = -fewer * least_gain(runs, rules)
+    return Choice(runs, other) if between.gain > (needed if fewer < 0 else min(needed, -between.error)) else choice
+
+
+def _count(selection: Selection) -> int:
+    """Numbers of what entered."""
+    return sum(len(c.numbers) for c in selection.candidates)
+
+
 def _without_first(choice: Choice, rules: Rules) -> Choice:
     """A choice without the candidate that entered first, where left-out pieces are predicted better with it, clearly
-    if more entered: what is best alone need not be among the best together."""
+    and by what each further number has to gain if it has more: what is best alone need not be among the best
+    together."""
     runs, selection = choice.runs, choice.selection
     first = selection.candidates[0].of
     other = select(runs, [c for c in choice.bank.candidates if c.of != first], rules, selection.base)
-    between, more = fall_between(runs, selection.final, other.final), len(other.entered) > len(selection.entered)
-    least = max(rules.least, quantile(runs, CLEAR) * between.error) if more else 0.0
+    between, more = fall_between(runs, selection.final, other.final), _count(other) - _count(selection)
+    needed = more * least_gain(runs, rules)
+    least = max(rules.least, quantile(runs, CLEAR) * between.error, needed) if more > 0 else 0.0
     return Choice(runs, other) if between.gain > least else choice
 
 
@@ -311,17 +369,20 @@ def _beside(choice: Choice, base: Fitted, whole: Fitted) -> Selection | None:
     """Faults of input and sensors beside all of the model's own numbers, where these predict left-out pieces clearly
     better than the choice, surely than a single cause, or at all where that holds more than few causes.
 
-    A fault of the choice stays where left-out pieces are not predicted clearly worse with it: all numbers together can
-    take most of its place.
+    Faults of the choice go before others, and stay where left-out pieces are not predicted clearly worse with them: all
+    numbers together can take most of their place.
     """
-    runs, bank = choice.runs, choice.bank
-    inputs = [c for c in bank.candidates if c.rank == INPUT]
-    selection = select(runs, inputs, Rules(*BESIDE, most=3), whole, bank.own)
-    for fault in choice.selection.entered:
-        if fault.candidate.rank == INPUT and not has_entered(fault.candidate, selection.candidates):
-            wider = with_only(runs, selection, [*selection.entered, fault], bank.own)
-            worse = fall_between(runs, wider.final, selection.final)
-            selection = selection if worse.gain > quantile(runs, CLEAR) * worse.error else wider
+    runs, bank, faults = choice.runs, choice.bank, list[Entered]()
+    now = Selection(whole, (), whole)
+    for fault in (one for one in choice.selection.entered if one.candidate.rank == INPUT):
+        wider = with_only(runs, now, [*faults, fault], bank.own)
+        worse = fall_between(runs, wider.final, now.final)
+        if worse.gain <= quantile(runs, CLEAR) * worse.error:
+            now, faults = wider, [*faults, fault]
+    inputs = [c for c in bank.candidates if c.rank == INPUT and not has_entered(c, now.candidates)]
+    always = (*bank.own, *(n for one in faults for n in one.candidate.numbers))
+    more = select(runs, inputs, Rules(*BESIDE, most=3), now.final, always)
+    selection = Selection(whole, (*faults, *more.entered), more.final)
     count = len(choice.selection.entered)
     errors = quantile(runs, CLEAR) if count == 1 else 1.0
     for fitted in (selection.final, whole):

@@ -45,6 +45,7 @@ class Candidate:
     kind : candidates of the same id and kind differ in a setting that is no number of the fit, such as a time: of these
     the best is tried.
     Several candidates may have the same id: ways in which one cause may act.
+    extends : it adds a term that the model lacks: of candidates that are alike otherwise it is not preferred.
     """
 
     id: str
@@ -52,6 +53,7 @@ class Candidate:
     rank: int = 0
     of: str = ""
     kind: str = ""
+    extends: bool = False
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "of", self.of or self.id)

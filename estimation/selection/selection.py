@@ -30,6 +30,8 @@ TAKEN = 0.01
 EVIDENT, LARGE = 10.0, 0.99
 """Fall of the score times the independent values from which a lower level suffices: few units may hold all that is
 known of a number, so that the standard error is large by the size of the fall itself."""
+AT_BOUND = 1e-3
+"""Prior standard deviations from a bound within which a number is at it."""
 MANY = 3
 """Numbers of a candidate from which others are tried in its place at the end."""
 COARSE = 0.04
@@ -70,11 +72,13 @@ class Rules:
 
 @dataclass(frozen=True)
 class Entered:
-    """A candidate that entered: by how much the score fell, and candidates that would have done as well."""
+    """A candidate that entered: by how much the score fell, candidates of another id that would have done as well, and
+    those of its own id with other numbers."""
 
     candidate: Candidate
     fall: Fall
     tied_with: tuple[Candidate, ...] = ()
+    alike: tuple[Candidate, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -212,10 +216,12 @@ class _Search:
         if not good:
             return None
         best = max(good, key=lambda t: t.fall.gain)
-        order = sorted(good, key=lambda t: (_place(t.candidate), len(t.candidate.numbers), -t.fall.gain))
+        order = sorted(good, key=_order)
         first = next(t for t in order if t is best or not self._worse(t, best))
-        rivals = (t.candidate for t in good if self._rivals(t, first))
-        one = Entered(first.candidate, first.fall, tuple({c.of: c for c in rivals}.values()))
+        rivals = [t.candidate for t in good if t is not first and self._rivals(t, first)]
+        tied = {c.of: c for c in rivals if c.of != first.candidate.of}
+        alike = tuple(c for c in rivals if c.of == first.candidate.of and not {*c.names} & {*first.candidate.names})
+        one = Entered(first.candidate, first.fall, tuple(tied.values()), alike)
         numbers, end = self.numbers_of([*now.candidates, one.candidate]), first.fitted.point
         final = minimise(self.problem, numbers, end.values, end.own, weight=end.weight)
         return Selection(now.base, (*now.entered, one), final)
@@ -252,7 +258,7 @@ class _Search:
 
     def _rivals(self, other: Trial, chosen: Trial) -> bool:
         """Whether another candidate would have done as well with no more numbers."""
-        if other.candidate.of == chosen.candidate.of or len(other.candidate.numbers) > len(chosen.candidate.numbers):
+        if len(other.candidate.numbers) > len(chosen.candidate.numbers):
             return False
         between = fall_between(self.problem, other.fitted, chosen.fitted)
         return between.gain < max(between.error, self.rules.least)
@@ -353,10 +359,22 @@ def _parts(bank: Sequence[Candidate]) -> Iterator[Sequence[Candidate]]:
         yield [c for c, end in zip(bank, ends, strict=True) if end == part]
 
 
+def _order(trial: Trial) -> tuple[int, int, bool, float]:
+    """What is preferred among trials that predict as well."""
+    one = trial.candidate
+    return _place(one), len(one.numbers), one.extends or at_bound(trial.fitted, one), -trial.fall.gain
+
+
 def _place(candidate: Candidate) -> int:
     """The place of a candidate's rank: one of the first rank with many numbers, as a flow of its own in each record,
     stands beside those of the next."""
     return candidate.rank or int(len(candidate.numbers) > MANY)
+
+
+def at_bound(fitted: Fitted, candidate: Candidate) -> bool:
+    """Whether some number of a candidate ended at a bound: it would go on to what cannot be."""
+    values = ((fitted.value(n.name), n) for n in candidate.numbers)
+    return any(x - n.low < AT_BOUND * n.sd or n.high - x < AT_BOUND * n.sd for x, n in values)
 
 
 def _column(number: Number) -> Column:

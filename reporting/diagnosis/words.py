@@ -239,7 +239,9 @@ def _groups(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     are uncertain."""
     numbers = [_changed(diagnosis.model, item) for finding in findings for item in finding.sizes]
     groups = in_line(_wrong_groups(findings))
-    return f"{groups} ({', '.join(numbers)})" if numbers else ""
+    alike = [name for f in findings for name in f.details.get("numbers that would do as well", ())]
+    others = f"; {in_line(alike)} would do as well" if alike else ""
+    return f"{groups} ({', '.join(numbers)}{others})" if numbers else ""
 
 
 def _together(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
