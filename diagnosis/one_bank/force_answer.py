@@ -215,8 +215,10 @@ def _sizes(rest: Remainder, one: Entered) -> Iterator[Size]:
     halves = half_intervals(rest.runs, rest.fitted)
     force = rest.forces.forces[one.candidate.id]
     for name in one.candidate.names:
-        value, half = rest.fitted.value(name), halves[name]
-        yield Size(name.partition("@")[0], value, value - half, value + half, force.unit(name, rest.runs.model))
+        value, half, number = rest.fitted.value(name), halves[name], rest.runs.places[name].record
+        parameter = name.partition("@")[0].partition(":")[0]
+        unit, record = force.unit(name, rest.runs.model), rest.runs.record_names.get(number)
+        yield Size(parameter, value, value - half, value + half, unit, record)
 
 
 def _extended_model(start: Model, rest: Remainder, entered: Sequence[Entered]) -> Model:

@@ -59,9 +59,9 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     if wide:  # the numbers that took up what remains start anew
         model = base
     now = Beside.of(model, train, options, flows)
-    little = not wide and diagnosis.verdict in ("named", "tied") and now.runs.worst(now.plain) <= LARGE
-    if little or is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter())):  # or the sensors' noise alone is left
+    if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter())):  # the sensors' noise is all that is left
         return diagnosis
+    little = not wide and now.runs.worst(now.plain) <= LARGE
     beside_base = now if model is base else Beside.of(base, train, options, flows)
     bases = [(_without_named(diagnosis, now.runs.bank, flows), beside_base)]
     if steering := {*instruments} & {*RUDDER}:
@@ -69,7 +69,7 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
         bare = Beside.of(base, [corrected(record, rest_of) for record in records.train], options, flows)
         bases = [(_without_named(diagnosis, now.runs.bank, flows, steering), bare), *bases]
     answer = diagnosis
-    for rival, rest in _explanations((diagnosis, now), bases, wide):
+    for rival, rest in _explanations((diagnosis, now), bases, wide, little):
         start = model if rival is diagnosis else base
         answer = with_forces(diagnosis, rival, start, rest, records, held_out, options)
         if answer is not diagnosis:
@@ -89,17 +89,18 @@ def _moved(base: Model, model: Model) -> int:
 
 
 def _explanations(
-    own: tuple[Diagnosis, Beside], bases: Sequence[tuple[Diagnosis, Beside]], wide: bool
+    own: tuple[Diagnosis, Beside], bases: Sequence[tuple[Diagnosis, Beside]], wide: bool, little: bool
 ) -> Iterator[tuple[Diagnosis, Remainder]]:
     """What is told beside forces, and these, the preferred first: few forces beside the base alone, where they take the
     place of what is named of the hull and the rudder; forces beside the model's own numbers.
 
     own : the diagnosis, and free runs of its extended model.  bases : the base model's, the fewest names
-    first.
+    first.  little : whether the errors that are left are small: then several forces beside numbers are not told.
     """
     now, ((rival, base), few) = own[1], _fewest(bases, wide)
     simple = few is not None and len(few.selection.entered) == 1 and not base.leaves(few.fitted)
-    rest = None if simple or own[0].verdict == "adequate" else forces_beside_numbers(now)
+    rest = None if simple else forces_beside_numbers(now)
+    rest = None if rest is not None and little and len(rest.selection.entered) > 1 else rest
     same_alone = same_forces_alone(base, rest) if rest is not None and few is None else None
     for one in (one for one in (few, same_alone) if one is not None):
         if _takes_the_place(base, one, None if wide else now.plain) and not (rest and _preferred(rest, one)):

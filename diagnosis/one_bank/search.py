@@ -212,7 +212,7 @@ def _sparse(choice: Choice) -> Choice:
     them does, or not much more than neutral angles and zeros of sensors; none, where errors are small and all numbers
     do not take most of them off."""
     few, runs, final = choice.few, choice.runs, choice.selection.final
-    if few is None:
+    if few is None or not {n for c in few.candidates for n in c.names} <= runs.places.keys():
         return choice
     if not few.entered:
         little = runs.worst(few.base) <= LARGE and runs.share_taken(few.base, final) < MOST

@@ -118,7 +118,7 @@ def headline(diagnosis: Diagnosis) -> str:
     alone = {
         "adequate": f"the simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}",
         "inconclusive": "the records do not allow a conclusion",
-        "unexplained": _unexplained(diagnosis),
+        "unexplained": f"{_corrected(diagnosis)}{_unexplained(diagnosis)}",
     }
     told = f"{cause(diagnosis.verdict).capitalize()}: "
     if diagnosis.verdict == "described":
@@ -137,6 +137,13 @@ def headline(diagnosis: Diagnosis) -> str:
         if len(line.split()) <= LONGEST:
             return line
     return f"{told}{len(names)} {'cause' if len(names) == 1 else 'causes'}{ending}"
+
+
+def _corrected(diagnosis: Diagnosis) -> str:
+    """What was corrected in the records before the simulation was judged, as the first words of a headline."""
+    first, *more = [tie(f) for f in _by_stage(diagnosis)[0]] or [""]
+    others = f" and {len(more)} more" if more else ""
+    return f"{first}{others} corrected, but " if first else ""
 
 
 def _unexplained(diagnosis: Diagnosis) -> str:
@@ -205,7 +212,8 @@ def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     if current:
         shown.append(f"Positions against the log show a {listed(current)}: they are not compared with the model.")
     lacking = _lacking(diagnosis, of_model) if of_model else f"The simulation agrees with {_alike(diagnosis)}"
-    unexplained = "The simulation is wrong in a way that none of the known causes explains"
+    still = "With that corrected, the simulation is still" if sensors else "The simulation is"
+    unexplained = f"{still} wrong in a way that none of the known causes explains"
     best = f"; of these, {listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
     return " ".join(shown), {
         "adequate": f"The simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}: no further cause is needed.",

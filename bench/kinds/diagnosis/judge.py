@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ....checks.result import Size
+from ....checks.sensors import HeadingDrift
 from ....diagnosis.causes.registry import all_causes
 from ....diagnosis.result import Diagnosis, Finding
 from .bases import EXACT, LACKING, UNSTATED
@@ -34,6 +35,9 @@ OUTCOMES = {
     "false_alarm": "no effect is injected and something was found",
 }
 KNOWN, UNKNOWN = ("injected", "pair"), ("anticipated", "unforeseen", PLANTED)
+NAMED_AS = {"sensor_ramp": HeadingDrift.id}
+"""Effect outside the taxonomy -> the cause that is right where it is one of these: a heading that drifts, where
+positions tell it from a yaw rate that does."""
 POWER, LEVEL = 0.99, 0.001
 """An effect is detectable where the best test of this level has this power."""
 
@@ -46,7 +50,7 @@ def judge(diagnosis: Said, group: str, injected: Sequence[str], base: str = EXAC
     base : what is wrong with the base model itself (`bases.BASES`); unless it is exact, names of what it lacks itself
     are right, and count only where such an effect is injected.
     """
-    injected = () if group == PLANTED else injected
+    injected = () if group == PLANTED else [*injected, *(NAMED_AS[name] for name in injected if name in NAMED_AS)]
     findings = [frozenset((f.cause, *f.tied_with)) for f in diagnosis.causes]
     extra = [f for f, held in zip(diagnosis.causes, findings, strict=True) if not held & set(injected)]
     others = [f for f in extra if not of_base(f.cause, base)]
@@ -141,6 +145,7 @@ def description(diagnosis: Diagnosis, effects: Sequence[Effect]) -> dict[str, An
     likely, depends on what an unknown effect depends on (None where no variable of it is known)."""
     right = frozenset(v for effect in effects for v in effect.kind.variables(effect.parameters))
     words = [" ".join((*force.depends_on, *force.tied_with)) for force in diagnosis.remaining]
+    words += ["time" for f in diagnosis.causes if f.cause in {NAMED_AS.get(effect.kind.id) for effect in effects}]
     return {
         "described": "+".join("/".join(force.depends_on) for force in diagnosis.remaining),
         "right_variable": any(variable in said for variable in right for said in words) if right else None,

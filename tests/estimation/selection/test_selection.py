@@ -265,6 +265,27 @@ def test_a_tie_is_told_and_the_lower_rank_goes_first(rng):
     assert [c.id for c in found.entered[0].tied_with] == ["a"]
 
 
+@pytest.mark.parametrize("worse", [{"extends": True}, {"high": 0.45}])
+def test_of_two_that_are_alike_a_new_term_and_a_number_at_its_bound_come_last(worse, rng):
+    """Column b is a little nearer to the errors than a, but b is a term that the model lacks, or ends at its bound."""
+    p = problem(rng, "ab", a=0.5)
+    p.columns["b"] = p.columns["a"]
+    p.columns["a"] = p.columns["a"] + 0.02 * rng.standard_normal(p.columns["a"].shape)
+    number = Number("b", 2.0, high=worse.get("high", np.inf))
+    bank = [*singles("a"), Candidate("b", (number,), extends="extends" in worse)]
+    (entered,) = select(p, bank, Rules(least=0.5), base(p)).entered
+    assert entered.candidate.id == "a"
+    (alone,) = select(p, singles("ab"), Rules(least=0.5), base(p)).entered
+    assert alone.candidate.id == "b"
+
+
+def test_numbers_of_one_group_that_would_do_as_well_are_told(rng):
+    p = problem(rng, "abc", a=0.5)
+    p.columns["b"] = p.columns["a"] + 1e-3 * p.columns["b"]
+    (entered,) = select(p, singles("abc", of="group"), Rules(), base(p)).entered
+    assert entered.tied_with == () and {entered.candidate.id, *(c.id for c in entered.alike)} == {"a", "b"}
+
+
 def test_what_a_later_one_makes_needless_leaves_again(rng):
     p = problem(rng, "abm", a=0.5, b=0.5)
     p.columns["m"] = p.columns["a"] + p.columns["b"] + 0.9 * p.columns["m"]
