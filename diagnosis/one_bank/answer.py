@@ -67,8 +67,8 @@ def _all_numbers(choice: Choice) -> Finding:
     alone, share = main
     one = _finding(replace(choice, selection=alone, few=None), BaseCoefficients.id, alone.entered)
     titles = ", ".join(one.details["groups"])
-    taken = f"{100.0 * share:.0f} % of what they take off the squared error"
-    return replace(one, evidence=f"{said}; {titles} alone takes {taken}")
+    part = f"takes {100.0 * share:.0f} % of what" if share < 1.0 else "takes no less than"
+    return replace(one, evidence=f"{said}; {titles} alone {part} they take off the squared error")
 
 
 def doubts_of(choice: Choice) -> Iterator[str]:
@@ -248,7 +248,7 @@ def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[s
         unexplained = f"{said}, and nothing in the bank explains it"
         return ("unexplained", unexplained) if worst > LARGE else ("adequate", unexplained if worst > SMALL else said)
     if not choice.selection.entered and not choice.beside:
-        return "named", f"with what is corrected, {said}"
+        return "unexplained" if worst > LARGE else "named", f"with what is corrected, {said}"
     share = runs.share_taken(before, after)
     said = f"what is named takes {100.0 * share:.0f} % off the squared error of free runs"
     if not exact and worst > LARGE and share < NAMED:

@@ -211,7 +211,7 @@ def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     shown = [f"Found in the records themselves, and corrected: {listed(sensors)}."] if sensors else []
     if current:
         shown.append(f"Positions against the log show a {listed(current)}: they are not compared with the model.")
-    lacking = _lacking(diagnosis, of_model) if of_model else f"The simulation agrees with {_alike(diagnosis)}"
+    lacking = _lacking(diagnosis, of_model) if of_model else _agrees(diagnosis)
     still = "With that corrected, the simulation is still" if sensors else "The simulation is"
     unexplained = f"{still} wrong in a way that none of the known causes explains"
     best = f"; of these, {listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
@@ -224,6 +224,14 @@ def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
         "partly_named": f"{lacking}; a part of its error remains." if of_model else "A part of its error remains.",
         "tied": f"{lacking}; the records cannot distinguish between the tied causes.",
     }[diagnosis.verdict]
+
+
+def _agrees(diagnosis: Diagnosis) -> str:
+    """That nothing of the simulation is named, and whether it follows whole held-out records."""
+    r2 = {n: diagnosis.gain[n].r2_after for n in HEADLINED[:2] if n in diagnosis.gain}
+    lost = [f"R² {x:.2f} of the {shown_name(n)}" for n, x in r2.items() if x < USEFUL]
+    pieces = f"pieces of {_alike(diagnosis)}, but hardly follows whole held-out records ({', '.join(lost)})"
+    return f"The simulation agrees with {pieces if lost else _alike(diagnosis)}"
 
 
 def _alike(diagnosis: Diagnosis) -> str:
