@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from ...datasets.importing.formats.hdf import hdf_content
+from ...datasets.importing.binary_tables import hdf_content
 from ...datasets.io import write_record
 from ...datasets.record import Record, RecordMeta
 from ...models.argument_types import typed

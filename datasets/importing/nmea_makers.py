@@ -5,9 +5,7 @@ from __future__ import annotations
 import datetime
 import re
 import zlib
-from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
 
 from .gps_time import start_of_week, utc_of_gps
 
@@ -27,92 +25,6 @@ class SentenceParts:
     cells: tuple[str, ...]
     time: datetime.time | None = None
     date: datetime.date | None = None
-
-
-Read = Callable[[Any], Any]
-
-
-class Field(NamedTuple):
-    """A column of a sentence: its name, the quantity that it is ('' : the name tells), unit, and how it is read."""
-
-    name: str
-    quantity: str
-    unit: str
-    read: Read
-
-
-def number(place: int) -> Read:
-    """The number in a field."""
-    return lambda m: m.cells[place] if place < len(m.cells) else None
-
-
-def lettered(place: int, negative: str) -> Read:
-    """The number in a field, negative where the field behind it is that letter."""
-
-    def read(m: SentenceParts) -> object:
-        value, letter = number(place)(m), number(place + 1)(m)
-        return None if not value or not letter else float(str(value)) * (-1.0 if letter == negative else 1.0)
-
-    return read
-
-
-def _heading(place: int) -> tuple[Field, ...]:
-    return (Field("true heading", "heading", "deg", number(place)),)
-
-
-def _attitude(heading: int, roll: int) -> tuple[Field, ...]:
-    return *_heading(heading), Field("roll", "roll", "deg", number(roll))
-
-
-def _position(latitude: int) -> tuple[Field, ...]:
-    return (
-        Field("latitude", "latitude", "deg", number(latitude)),
-        Field("longitude", "longitude", "deg", number(latitude + 1)),
-    )
-
-
-def _velocity(north: int) -> tuple[Field, ...]:
-    return (
-        Field("velocity north", "velocity_north", "m/s", number(north)),
-        Field("velocity east", "velocity_east", "m/s", number(north + 1)),
-    )
-
-
-MAKERS: dict[str, tuple[Field, ...]] = {
-    # iXblue: Octans, Phins.  Roll T: port side up, B: port side down.
-    "PHTRO": (Field("roll", "roll", "deg", lettered(2, "B")),),
-    "PHSPD": (Field("surge speed", "surge", "m/s", number(0)), Field("sway speed", "not used", "m/s", number(1))),
-    "PIXSEPOSITI": _position(0),
-    "PIXSESPEED_": (
-        Field("velocity east", "velocity_east", "m/s", number(0)),
-        Field("velocity north", "velocity_north", "m/s", number(1)),
-    ),
-    "PSXN23": _attitude(2, 0),  # Kongsberg Seatex: roll positive with port up
-    "PFECGPatt": _heading(0),  # Furuno
-    "PRDID": _heading(2),  # RDI: pitch, roll, heading
-    "PSATHPR": _heading(1),  # Hemisphere: time, heading, pitch, roll
-    "PTNLAVR": _heading(1),  # Trimble: time, yaw, Yaw, tilt
-}
-"""Address, with the kind of those that have several -> its entries."""
-_INS = (*_position(2), *_velocity(5), *_attitude(10, 8))
-_FIX, _TRACK = _position(2), (
-    Field("speed over ground", "speed_over_ground", "m/s", number(4)),
-    Field("course over ground", "course_over_ground", "deg", number(5)),
-)  # fmt: skip
-_ANTENNAS = _heading(3)
-LOGS: dict[str, tuple[Field, ...]] = {
-    "INSPVA": _INS, "INSPVAS": _INS, "INSPVAX": (*_position(2), *_velocity(6), *_attitude(11, 9)),
-    "INSATT": _attitude(4, 2), "INSATTS": _attitude(4, 2), "INSATTX": _attitude(4, 2),
-    "INSVEL": _velocity(2), "INSVELS": _velocity(2), "INSVELX": _velocity(2),
-    "INSPOS": _position(2), "INSPOSS": _position(2), "INSPOSX": _position(2),
-    "INSSPD": (Field("course over ground", "course_over_ground", "deg", number(2)),
-               Field("speed over ground", "speed_over_ground", "m/s", number(3))),
-    **dict.fromkeys(("BESTPOS", "BESTGNSSPOS", "GPSPOS", "RTKPOS", "PSRPOS", "PPPPOS", "BESTNAV"), _FIX),
-    **dict.fromkeys(("BESTVEL", "BESTGNSSVEL", "GPSVEL", "RTKVEL", "PSRVEL", "PPPVEL"), _TRACK),
-    "BESTUTM": (Field("northing", "north", "m", number(4)), Field("easting", "east", "m", number(5))),
-    **dict.fromkeys(("HEADING", "HEADING2", "DUALANTENNAHEADING", "UNIHEADING"), _ANTENNAS),
-}  # fmt: skip
-"""Log of NovAtel without the A at its end -> its entries.  Azimuths count clockwise, roll to starboard."""
 
 
 def maker_kind(address: str, body: str) -> str:

@@ -11,22 +11,14 @@ import numpy as np
 from ....models.errors import BadInput
 from ..layout import distinct
 from ..raw import RawColumn, RawTable, Rejected, with_faults
-
-KNOTS = ("bsp", "aws", "tws", "sog")
-DEGREES = ("awa", "twa", "twd", "cog", "hdg", "heel", "trim", "rudder", "lat", "lon", "leeway")
-UNITS = {**{name: "kn" for name in KNOTS}, **{name: "deg" for name in DEGREES}}
-KNOWN = {"lat": "latitude", "lon": "longitude", "sog": "speed_over_ground", "cog": "course_over_ground",
-         "tws": "wind_speed", "twd": "wind_direction"}  # fmt: skip
-"""Channels whose meaning and sign the program states; those of rudder and heel are told otherwise."""
+from .fields import StatedField, stated_fields
 
 
-def looks_like_expedition(text: str) -> bool:
-    """Whether a text is a log of Expedition."""
-    return bool(re.match(r"!?\s*boat\s*,\s*utc\s*,", text[:200], re.IGNORECASE))
-
-
-def read_expedition(text: str, path: Path) -> list[RawTable]:
-    """The channels of the own boat (0); BadInput where the log holds no numbers."""
+def read_expedition(text: str, path: Path) -> list[RawTable] | None:
+    """The channels of the own boat (0), None where the text is no log of Expedition; BadInput where it holds no
+    numbers."""
+    if not re.match(r"!?\s*boat\s*,\s*utc\s*,", text[:200], re.IGNORECASE):
+        return None
     lines = list(csv.reader(text.splitlines()))
     names, places = [c.strip() for c in lines[0]], [c.strip() for c in lines[1]] if len(lines) > 1 else []
     named = {place: name for name, place in zip(names[1:], places[1:], strict=False) if place.isdigit()}
@@ -61,5 +53,5 @@ def _column(name: str, numbers: np.ndarray) -> RawColumn:
     key = name.lower()
     if key == "utc":
         return RawColumn(name, "", numbers, "time", "Expedition states it: days in UTC")
-    known = KNOWN.get(key, "")
-    return RawColumn(name, UNITS.get(key, ""), numbers, known, "Expedition states it" if known else "")
+    _, known, unit = stated_fields("Expedition")["channel"].get(key, StatedField(name, "", ""))
+    return RawColumn(name, unit, numbers, known, "Expedition states it" if known else "")

@@ -7,34 +7,19 @@ from pathlib import Path
 
 from ....models.errors import BadInput
 from ..raw import RawColumn, RawTable
+from .fields import stated_fields
 
-Fields = dict[str, tuple[str, str, str]]
-KINDS: dict[str, tuple[str, str, Fields]] = {
-    "GPX": ("<gpx", "trkpt", {
-        "lat": ("latitude", "latitude", "deg"), "lon": ("longitude", "longitude", "deg"),
-        "speed": ("speed", "speed_over_ground", "m/s"), "course": ("course", "course_over_ground", "deg"),
-    }),
-    "TCX": ("<TrainingCenterDatabase", "trackpoint", {
-        "latitudedegrees": ("latitude", "latitude", "deg"), "longitudedegrees": ("longitude", "longitude", "deg"),
-        "speed": ("speed", "speed_over_ground", "m/s"),
-    }),
-}  # fmt: skip
-"""Kind -> how its document begins, the tag of a point, and tag or attribute of a point -> name, quantity, unit."""
+KINDS = {"GPX": "<gpx", "TCX": "<TrainingCenterDatabase"}
+"""Kind -> how its document begins."""
 
 
-def looks_like_track(text: str) -> bool:
-    """Whether a text is a GPX or TCX file."""
-    return _kind(text) is not None
-
-
-def _kind(text: str) -> str | None:
-    return next((kind for kind, (begin, *_) in KINDS.items() if begin in text[:4000]), None)
-
-
-def read_track(text: str, path: Path) -> list[RawTable]:
-    """The points of all tracks of a GPX or TCX file; BadInput where there are none, or the file declares entities."""
-    kind = _kind(text) or ""
-    _, tag, fields = KINDS[kind]
+def read_track(text: str, path: Path) -> list[RawTable] | None:
+    """The points of all tracks of a GPX or TCX file, None where the text is neither; BadInput where there are none, or
+    the file declares entities."""
+    kind = next((kind for kind, begin in KINDS.items() if begin in text[:4000]), None)
+    if kind is None:
+        return None
+    ((tag, fields),) = stated_fields(kind).items()
     points = [_texts(point) for point in _root(text, path, kind).iter() if _tag(point) == tag]
     points = [point for point in points if kind == "GPX" or point.get("time")]
     columns = [

@@ -12,48 +12,39 @@ import numpy as np
 
 from ..moments import without_zone
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
+from .fields import stated_fields, table_of_fields
 
 DEVICE = re.compile(r'DEV\s+(?P<number>\d+)\s+\d+\s+"(?P<name>[^"]*)"')
 BEGIN = re.compile(r"TND\s+(?P<hour>\d+):(?P<minute>\d+):(?P<second>\d+)\s+(?P<month>\d+)/(?P<day>\d+)/(?P<year>\d{4})")
 BY = "Hypack's format states it"
-RECORDS: dict[str, tuple[tuple[int, str, str, str], ...]] = {
-    "POS": ((0, "easting", "east", "m"), (1, "northing", "north", "m")),
-    "GYR": ((0, "heading", "heading", "deg"),),
-    "HCP": ((1, "roll", "roll", "deg"),),
-}
-"""Record -> (place of a number behind the time, name, quantity, unit); roll is positive with port up."""
 READINGS = ("EC1", "EC2", "TID", "DFT")
 """Records of a single reading of a device, whose name says what it is."""
 DAY = 86400.0
 
 
-def looks_like_hypack(text: str) -> bool:
-    """Whether a text begins as a RAW file of Hypack."""
+def read_hypack(text: str, path: Path) -> list[RawTable] | None:
+    """A table for every device and kind of record, None where the text begins as no RAW file of Hypack; BadInput where
+    no record can be used."""
     head = text[:20000]
-    return (
-        re.match(r"\s*(FTP|VER|INF)\s", head) is not None and re.search(r"^(DEV|EOH)\b", head, re.MULTILINE) is not None
-    )
-
-
-def read_hypack(text: str, path: Path) -> list[RawTable]:
-    """A table for every device and kind of record; BadInput where no record can be used."""
+    if not (re.match(r"\s*(FTP|VER|INF)\s", head) and re.search(r"^(DEV|EOH)\b", head, re.MULTILINE)):
+        return None
     devices = {match["number"]: match["name"] for match in map(DEVICE.match, text.splitlines()) if match}
-    begin = BEGIN.search(text)
+    begin, records = BEGIN.search(text), stated_fields("Hypack")
     rows: dict[tuple[str, str], list[tuple[int, list[float]]]] = defaultdict(list)
     faults: list[Rejected] = []
     count = 0
     for number, line in enumerate(text.splitlines(), start=1):
         kind, *cells = line.split() or [""]
-        if (kind not in RECORDS and kind not in READINGS) or len(cells) < 2:
+        if (kind not in records and kind not in READINGS) or len(cells) < 2:
             continue
         count += 1
         numbers = _numbers(cells[1:])
-        if numbers is None or len(numbers) <= max((place for place, *_ in RECORDS.get(kind, ())), default=0) + 1:
+        if numbers is None or len(numbers) <= max(map(int, records.get(kind, ())), default=0) + 1:
             faults.append((number, f"no numbers of a record {kind}", line))
         else:
             rows[kind, cells[0]].append((number, numbers))
     tables = [_table(path, key, own, devices, begin) for key, own in rows.items() if len(own) > 2]
-    hint = f"read are {', '.join((*RECORDS, *READINGS))}"
+    hint = f"read are {', '.join((*records, *READINGS))}"
     return with_faults(usable(tables, path, "no record of the file can be used", hint), faults, count)
 
 
@@ -64,7 +55,9 @@ def _numbers(cells: list[str]) -> list[float] | None:
         return None
 
 
-def _table(path: Path, key: tuple[str, str], own: list, devices: dict[str, str], begin: re.Match | None) -> RawTable:
+def _table(
+    path: Path, key: tuple[str, str], own: list, devices: dict[str, str], begin: re.Match | None
+) -> RawTable | None:
     kind, device = key
     name = devices.get(device, "")
     seconds = np.array([numbers[0] for _, numbers in own])
@@ -72,13 +65,13 @@ def _table(path: Path, key: tuple[str, str], own: list, devices: dict[str, str],
     day = _day(begin)
     source = f"{BY}: {kind} of device {device} {name}".strip()
     time = RawColumn("time", "s", seconds) if day is None else RawColumn("time", "", without_zone(day + seconds))
-    columns = [replace(time, source=source)]
-    if kind in RECORDS:
-        for place, called, quantity, unit in RECORDS[kind]:
-            columns.append(RawColumn(called, unit, np.array([n[1 + place] for _, n in own]), quantity, source))
-    else:
-        columns.append(RawColumn(name or kind, "", np.array([numbers[1] for _, numbers in own])))
-    return RawTable.of(path, columns, f"{len(own)} records", f"{kind} {device}", [line for line, _ in own])
+    time, lines = replace(time, source=source), [line for line, _ in own]
+    if kind in READINGS:
+        columns = (time, RawColumn(name or kind, "", np.array([numbers[1] for _, numbers in own])))
+        return RawTable.of(path, columns, f"{len(own)} records", f"{kind} {device}", lines)
+    fields = stated_fields("Hypack")[kind]
+    values = {place: np.array([numbers[1 + int(place)] for _, numbers in own]) for place in fields}
+    return table_of_fields(path, fields, values, time, f"{len(own)} records", f"{kind} {device}", lines)
 
 
 def _day(begin: re.Match | None) -> float | None:

@@ -33,13 +33,11 @@ class LabViewSegment:
         return _float(cells[min(place, len(cells) - 1)], default) if cells else default
 
 
-def looks_like_labview(text: str) -> bool:
-    """Whether a text is a LabVIEW measurement file."""
-    return text[:100].lstrip("\ufeff \t\r\n").startswith("LabVIEW Measurement")
-
-
-def read_labview(text: str, path: Path) -> list[RawTable]:
-    """A table for every segment, or for every channel with a time of its own; BadInput where there is no data."""
+def read_labview(text: str, path: Path) -> list[RawTable] | None:
+    """A table for every segment, or for every channel with a time of its own, None where the text is no LabVIEW
+    measurement file; BadInput where there is no data."""
+    if not text[:100].lstrip("\ufeff \t\r\n").startswith("LabVIEW Measurement"):
+        return None
     lines = text.lstrip("\ufeff").splitlines()
     separator = "," if any(line.lower().startswith("separator,") for line in lines[:40]) else "\t"
     head, segments = _segments(lines, separator)

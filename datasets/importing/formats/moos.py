@@ -10,22 +10,16 @@ import numpy as np
 
 from ....models.number_texts import DECIMAL
 from ..raw import RawColumn, RawTable, usable
+from .fields import StatedField, stated_fields
 
 LINE = re.compile(rf"(?P<time>-?\d+\.\d+)\s+(?P<name>[A-Za-z]\w{{1,80}})\s+(?P<source>\S+)\s+(?P<value>{DECIMAL})\s*$")
 START = re.compile(r"LOGSTART\s+(\d+\.?\d*)")
 BY = "MOOS states it"
-KNOWN: dict[str, tuple[str, str]] = {
-    "NAV_HEADING": ("heading", "deg"), "NAV_SPEED": ("speed_over_ground", "m/s"), "NAV_X": ("east", "m"),
-    "NAV_Y": ("north", "m"), "NAV_LAT": ("latitude", "deg"), "NAV_LONG": ("longitude", "deg"),
-    "NAV_HEADING_OVER_GROUND": ("course_over_ground", "deg"), "NAV_SPEED_OVER_GROUND": ("speed_over_ground", "m/s"),
-    "NAV_YAW": ("not used", "rad"), "NAV_DEPTH": ("not used", "m"),
-}  # fmt: skip
-"""Variable -> (quantity, unit) by the conventions of MOOS: headings clockwise from north, x to east, y to north."""
 ANGLES = ("RUDDER", "ELEVATOR")
 """Words in the name of a variable that is an angle in degrees."""
 
 
-def looks_like_alog(text: str) -> bool:
+def _is_alog(text: str) -> bool:
     """Whether a text is a log of MOOS."""
     head = text[:6000]
     if "%% LOG FILE" in head or "%% LOGSTART" in head:
@@ -35,8 +29,10 @@ def looks_like_alog(text: str) -> bool:
     return len(variables) > 0.4 * len(lines) and sum(name.isupper() for name in variables) > 5
 
 
-def read_alog(text: str, path: Path) -> list[RawTable]:
-    """A table for every variable of numbers; BadInput where there is none."""
+def read_alog(text: str, path: Path) -> list[RawTable] | None:
+    """A table for every variable of numbers, None where the text is no log of MOOS; BadInput where there is none."""
+    if not _is_alog(text):
+        return None
     start = START.search(text[:20000])
     since = float(start[1]) if start else 0.0
     series: dict[str, list[tuple[int, float, float]]] = defaultdict(list)
@@ -49,7 +45,8 @@ def read_alog(text: str, path: Path) -> list[RawTable]:
 
 
 def _table(path: Path, name: str, own: list[tuple[int, float, float]], dated: bool) -> RawTable:
-    quantity, unit = KNOWN.get(name, ("", "deg" if any(word in name for word in ANGLES) else ""))
+    other = StatedField(name, "", "deg" if any(word in name for word in ANGLES) else "")
+    _, quantity, unit = stated_fields("MOOS")["variable"].get(name, other)
     lines, times, values = zip(*own, strict=True)
     time = RawColumn("time", "s", np.array(times), "time" if dated else "", BY)
     column = RawColumn(name, unit, np.array(values), quantity, BY if unit else "")

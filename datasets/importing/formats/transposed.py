@@ -19,7 +19,7 @@ FEWEST_TIMES, MOST_CHANNELS, HEAD = 10, 500, 4000
 """Times and channels of such a table; characters of its first line that are looked at."""
 
 
-def looks_transposed(text: str) -> bool:
+def _is_transposed(text: str) -> bool:
     """Whether the first line is a word and then times that rise, and the lines below it are a word and then numbers."""
     stop = text.find("\n")
     first, rest = text[:stop].lstrip("\ufeff"), text[stop + 1 : stop + 1 + HEAD]
@@ -46,8 +46,11 @@ def _are_times(cells: list[str]) -> bool:
     return bool(np.all(np.diff(times) > 0.0)) and not np.array_equal(times - times[0], np.arange(times.size))
 
 
-def read_transposed(text: str, path: Path) -> list[RawTable]:
-    """The table, turned round: a column for every row; BadInput where no row has a number for every time."""
+def read_transposed(text: str, path: Path) -> list[RawTable] | None:
+    """The table, turned round: a column for every row, None where it does not lie on its side; BadInput where no row
+    has a number for every time."""
+    if not _is_transposed(text):
+        return None
     lines = [line for line in text.lstrip("\ufeff").splitlines() if line.strip()]
     separator = max(SEPARATORS, key=lines[0].count)
     head = _cells(lines[0], separator)
