@@ -15,7 +15,6 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ...models.extras import extras_told
-from .formats.extras import needed
 from .layout import Line, table_of
 from .moments import moment
 from .raw import RawColumn, RawTable, usable
@@ -74,7 +73,7 @@ def read_mat(data: bytes, path: Path) -> list[RawTable]:
     import scipy.io
 
     if data.startswith((b"MATLAB 7.3", b"\x89HDF")):
-        return _tables_of(*hdf_content(data, path), path)
+        return _tables_of(*hdf_content(data), path)
     content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
     return _tables_of({k: v for k, v in content.items() if not k.startswith("__")}, {}, path)
 
@@ -191,14 +190,16 @@ MOST_ITEMS, MOST_DEPTH, MOST_BYTES, MOST_NAMES = 10_000, 12, 2**31, 2000
 UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNIT", "einheit")
 
 
-def hdf_content(data: bytes, path: Path) -> tuple[dict[str, Any], dict[str, str]]:
+def hdf_content(data: bytes) -> tuple[dict[str, Any], dict[str, str]]:
     """(arrays and texts in nested dictionaries, path of an array -> its unit); links to other files are not followed.
 
     Raises
     ------
     BadInput : h5py is missing, or the file has too many groups.
     """
-    h5py = needed("h5py", "h5py", "an HDF5 file (MAT version 7.3)", path)
+    with extras_told():
+        import h5py
+
     units: dict[str, str] = {}
     with h5py.File(io.BytesIO(data), "r") as file:
         return _group(h5py, file, "", units, [0]), units

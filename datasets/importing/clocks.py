@@ -11,8 +11,7 @@ import numpy as np
 from .convert import Stream
 from .draft import Answer, Question
 from .gps_time import EPOCH_S, WEEK_S, leap_seconds
-from .motions import Lag, offset_by_motion
-from .offsets import NEAR_S, OVERLAP, estimate_offset
+from .offsets import NEAR_S, OVERLAP, Lag, estimate_offset, offset_by_motion
 from .report import FileFault
 from .times import clock_question
 

@@ -18,12 +18,12 @@ from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side, is_side
 from ..rudder_sign import rudder_sign_doubt, steering_side
-from . import no_rudder, proposal, scales, shared_questions, vessels
+from . import proposal, scales, steering, vessels
 from .clock import FORMS, seconds, spread
 from .clocks import on_dates
 from .convert import Stream, streams_of
 from .derive import derive
-from .draft import NOT_USED, TIME, Answer, DraftColumn, Question
+from .draft import NOT_USED, TIME, Answer, DraftColumn, Question, asked_once
 from .finding import AS_RECORD, ColumnFinding
 from .guess import entry_of, examine, missing, stated_side
 from .log import RawLog
@@ -269,14 +269,14 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: RawLog, ans
     if entries and mapping:  # the map of a log need not name its tables without a column that is used
         labels = {entry.label for entry in mapping.tables}
         faults = [fault for fault in faults if fault.fatal or fault.table in labels]
-    questions += no_rudder.questions(tables, log, mapping, answers) if not faults else []
-    questions = shared_questions.once(tables, questions)
+    questions += steering.questions(tables, log, mapping, answers) if not faults else []
+    questions = asked_once(tables, questions)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]
     made = (mapping or Mapping(tables=entries)) if entries else None
     if made is not None:
         said = {"rows_of": answers.get(vessels.VESSEL), "scale": answers.get(scales.SCALE)}
-        said["rudder"] = no_rudder.NONE if answers.get(no_rudder.RUDDER) == no_rudder.NONE else None
+        said["rudder"] = steering.NONE if answers.get(steering.RUDDER) == steering.NONE else None
         known = {key: value for key, value in said.items() if value is not None}
         made = made.model_copy(update={"tables": entries, **known})
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))

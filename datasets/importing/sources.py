@@ -15,17 +15,14 @@ from ...models.files import read_bytes
 from .beside import with_sidecar
 from .contained import read_contained
 from .formats.autopilots import read_dataflash, with_px4
-from .formats.expedition import read_expedition
-from .formats.gpx import read_track
-from .formats.hypack import read_hypack
 from .formats.influx import read_influx
 from .formats.json_records import read_json
 from .formats.labview import read_labview
 from .formats.messages import with_messages
-from .formats.moos import read_alog
 from .formats.n2k import read_n2k
 from .formats.named_values import read_named_values
 from .formats.program_headers import with_plain_header
+from .formats.programs import read_alog, read_expedition, read_hypack, read_track
 from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet, with_pospac
 from .formats.signalk import with_signal_k

@@ -6,16 +6,18 @@ from __future__ import annotations
 import io
 import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ....models.extras import extras_told
+from ....models.temporary import temporary_folder
 from ..cells import PLAIN
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
-from .extras import as_file, needed
 from .fields import StatedField, stated_fields, table_of_fields
 from .object_tables import number_of
 from .ros import yaw_and_roll
@@ -38,12 +40,14 @@ FIX = 3.0
 
 def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known kind of message; needs pymavlink."""
-    module = needed("pymavlink.DFReader", "pymavlink", "an ArduPilot log", path)
+    with extras_told():
+        from pymavlink.DFReader import DFReader_binary
+
     found: dict[str, list[dict[str, float]]] = defaultdict(list)
     parameters: dict[str, float] = {}
     fields = stated_fields(ARDUPILOT)
     with as_file(data, ".bin") as name:
-        log = _advancing(module.DFReader_binary)(name, zero_time_base=False)
+        log = _advancing(DFReader_binary)(name, zero_time_base=False)
         for _ in range(MOST):
             message = log.recv_msg()
             if message is None:
@@ -141,6 +145,15 @@ def seconds(row: Mapping[str, float]) -> float:
     return 1e-6 * row["TimeUS"] if "TimeUS" in row else 1e-3 * row.get("TimeMS", float("nan"))
 
 
+@contextmanager
+def as_file(data: bytes, suffix: str) -> Generator[str]:
+    """The path of a copy of data, for a library that reads files only."""
+    with temporary_folder() as folder:
+        copy = folder / f"log{suffix}"
+        copy.write_bytes(data)
+        yield str(copy)
+
+
 def _advancing(reader: Any) -> Any:
     """pymavlink's reader, which would read a message of no length without end; ValueError at one."""
 
@@ -170,8 +183,10 @@ class _Counted(io.BytesIO):
 
 def read_px4(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known topic; needs pyulog."""
-    module = needed("pyulog", "pyulog", "a PX4 log", path)
-    topics = module.ULog(_Counted(data), [*stated_fields(PX4)]).data_list
+    with extras_told():
+        from pyulog import ULog
+
+    topics = ULog(_Counted(data), [*stated_fields(PX4)]).data_list
     return usable((_topic(path, topic) for topic in topics), path, "no message of the log can be used")
 
 

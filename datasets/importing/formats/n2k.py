@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ....models.extras import extras_told
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
-from .extras import needed
 from .fields import stated_fields
 from .object_tables import number_of
 
@@ -57,8 +57,10 @@ def read_n2k(text: str, path: Path) -> list[RawTable] | None:
 
 
 def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, dict[str, Any]]], list[Rejected]]:
-    module = needed("nmea2000", "nmea2000", "a log of NMEA 2000", path)
-    decoder = module.NMEA2000Decoder()
+    with extras_told():
+        from nmea2000 import NMEA2000Decoder
+
+    decoder = NMEA2000Decoder()
     known = stated_fields("NMEA 2000")
     out: list[tuple[int, int, int, float, dict[str, Any]]] = []
     faults: list[Rejected] = []

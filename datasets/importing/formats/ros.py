@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from ....models.errors import BadInput
+from ....models.extras import extras_told
 from ..raw import RawColumn, RawTable, usable
-from .extras import needed
 
 QUATERNION = re.compile(
     r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))[._]?(?P<axis>[xyzw])$", re.IGNORECASE
@@ -220,10 +220,12 @@ def _stamp(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set[int]
 
 def read_bag(path: Path) -> list[RawTable]:
     """A table for every topic of a ROS 1 or ROS 2 bag with numbers; needs rosbags."""
-    reading = needed("rosbags.highlevel", "rosbags", "a ROS bag", path)
-    stores = needed("rosbags.typesys", "rosbags", "a ROS bag", path)
-    store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
-    with reading.AnyReader([path], default_typestore=store) as bag:
+    with extras_told():
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with AnyReader([path], default_typestore=store) as bag:
         tables = [_topic(bag, connection, path) for connection in bag.connections]
     return [with_ros(table) for table in usable(tables, path, "no topic of the bag holds numbers")]
 
