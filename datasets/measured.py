@@ -16,8 +16,7 @@ from ..models.errors import BadInput
 from ..models.files import read_bytes, replace_together
 from ..models.suggestions import suggestion
 from ..models.temporary import temporary_folder
-from .measured_sets import DATASETS
-from .measured_sets.base import Dataset, MeasuredRun
+from .measured_sets import DATASETS, Dataset, MeasuredRun
 from .record import Record
 
 ENVIRONMENT = "HELMBENCH_DATA"
