@@ -16,6 +16,7 @@ from .cell_texts import Texts
 from .gps_time import EPOCH_S, WEEK_S
 from .moments import days_since_1970, even_stamps, moment
 from .names import words
+from .quantities import name_groups
 from .raw import RawColumn
 
 Form = Literal[
@@ -86,17 +87,7 @@ NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
 
 
-UNITS_OF_TIME: dict[Form, tuple[str, ...]] = {
-    "seconds": ("s", "sec", "secs", "second", "seconds", "sek", "sekunden", "seg", "秒"),
-    "milliseconds": ("ms", "msec", "millis", "milliseconds", "msek"),
-    "microseconds": ("us", "µs", "usec", "micros", "microseconds", "μs"),
-    "nanoseconds": ("ns", "nsec", "nanosec", "nanos", "nanoseconds"),
-    "minutes": ("min", "minutes", "mins", "minuten"),
-    "hours": ("h", "hr", "hours", "std", "stunden"),
-    "hhmmss": ("hhmmss", "hhmmss.ss", "hhmmss.sss"),
-    "tenths of seconds": ("ds", "deciseconds", "tenths of seconds", "tenths", "zehntelsekunden"),
-    "hundredths of seconds": ("cs", "centiseconds", "hundredths of seconds", "hundredths", "hundertstelsekunden"),
-}
+UNITS_OF_TIME: dict[Form, tuple[str, ...]] = {form: name_groups("units_of_time").get(form, ()) for form in FORMS}
 """Form -> units that state it."""
 COUNTED: tuple[Form, ...] = (
     "seconds", "tenths of seconds", "hundredths of seconds", "milliseconds", "microseconds", "nanoseconds", "minutes",

@@ -55,25 +55,35 @@ def vague_names() -> dict[str, tuple[str, ...]]:
 
 
 def name_list(kind: str) -> tuple[str, ...]:
-    """The names of a list: time, date, week (the number of a GPS week), and other_motions, which are none of a
-    record's."""
+    """The names of a list: time, date, week (the number of a GPS week), other_motions, which are none of a record's,
+    and those of columns that say of which instrument, device or kind a row is, its value and its unit."""
     return _names(_words()[kind])
 
 
 @cache
-def time_parts() -> dict[str, tuple[str, ...]]:
-    """Part of a time, from the year to the second -> names of its column."""
-    return {part: _names(text) for part, text in _words()["time_parts"].items()}
-
-
-@cache
 def word_list(kind: str) -> frozenset[str]:
-    """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative, and mathematical,
-    which are of a heading and do not state which way it counts."""
+    """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative, time_units,
+    no_unit, beside_scale, and mathematical, which are of a heading and do not state which way it counts."""
     return frozenset(_words()[kind].split())
 
 
 @cache
-def side_words() -> dict[str, frozenset[str]]:
-    """Side -> words for it."""
-    return {side: frozenset(text.split()) for side, text in _words()["sides"].items()}
+def word_groups(kind: str) -> dict[str, frozenset[str]]:
+    """Name -> its words: of sides, and of units, which are spelled so."""
+    return {name: frozenset(text.split()) for name, text in _words()[kind].items()}
+
+
+@cache
+def name_groups(kind: str) -> dict[str, tuple[str, ...]]:
+    """Name -> names: of time_parts, columns from the year to the second, and of units_of_time, which state a form."""
+    return {part: _names(text) for part, text in _words()[kind].items()}
+
+
+def identifiers() -> tuple[tuple[str, ...], ...]:
+    """Names of columns that say whose a row is, the most certain first."""
+    return tuple(map(_names, _words()["identifiers"]))
+
+
+def scale_marks() -> list[tuple[frozenset[str], frozenset[str]]]:
+    """Words of columns of the model, and of the ship: whole ones, and letters."""
+    return [(frozenset(one["model"].split()), frozenset(one["ship"].split())) for one in _words()["scales"]]

@@ -14,22 +14,14 @@ from .draft import Answer, Question
 from .headers import read_header
 from .mapping import Mapping, scalar
 from .names import joined, named, words
+from .quantities import identifiers
 from .raw import RawColumn, RawTable
 from .times import find_time
 
 VESSEL = "vessel"
 """Id of the question which vessel is wanted."""
-IDENTIFIERS = (
-    ("mmsi", "mmsi number", "user id", "mmsi no"),
-    ("imo", "imo number", "imo no"),
-    ("vessel id", "ship id", "boat id", "vehicle id", "track id", "target id", "asset id", "device id", "uuid"),
-    ("vessel name", "ship name", "vessel", "ship", "boat", "vehicle", "boat name", "sail number"),
-    ("call sign", "callsign"),
-    ("id", "name", "device", "asset", "target"),
-)  # fmt: skip
-"""Names of columns that say whose a row is, the most certain first."""
 SURE = 2
-"""Of so many rows of the names above, distinct values mean distinct vessels; of the others where the rows tell it."""
+"""Of so many groups of the identifiers, distinct values mean distinct vessels; of the others where the rows tell it."""
 MOST_SHOWN = 12
 UNKNOWN = {
     "heading": (511.0,), "yaw_rate": (-128.0, 128.0, -731.0, 731.0, -731.4, -731.386), "latitude": (91.0,),
@@ -73,7 +65,7 @@ def of_one_vessel(
 
 def _groups(table: RawTable) -> _Groups | None:
     """The rows of each vessel; None where nothing says whose they are."""
-    for rank, names in enumerate(IDENTIFIERS):
+    for rank, names in enumerate(identifiers()):
         known = {joined(name) for name in names}
         for column in (c for c in table.columns if "".join(words(c.name)) in known):
             rows = _rows_of(column)
@@ -158,7 +150,7 @@ def _known_cells(table: RawTable, groups: _Groups, name: str) -> int:
 
 def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -> str:
     """The name of a vessel beside its identifier."""
-    known = {joined(text) for text in IDENTIFIERS[3]}
+    known = {joined(text) for text in identifiers()[3]}
     for table in tables:
         rows = groups[table.label].rows.get(name) if table.label in groups else None
         column = next((c for c in table.columns if "".join(words(c.name)) in known), None)
