@@ -13,8 +13,8 @@ VARIABLES = re.compile(r"^\s*VARIABLES\s*=(?P<names>.*)$", re.IGNORECASE)
 ZONE = re.compile(r"^\s*(?:ZONE\b.*|(?:SOLUTIONTIME|STRANDID|DATAPACKING|DT|I|J|K|F|T)\s*=.*)$", re.IGNORECASE)
 TITLE = re.compile(r"^\s*(?:TITLE|FILETYPE)\s*=.*$", re.IGNORECASE)
 QUOTED = re.compile(r'"([^"]*)"')
-HEAD, MOST = 4000, 500
-"""Characters within which a header begins, and most lines of it."""
+HEAD = 4000
+"""Characters within which a header begins."""
 
 
 def with_plain_header(text: str) -> str:
