@@ -9,8 +9,7 @@ import numpy as np
 
 from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
-from .evidence import mean_direction
-from .geodesy import headings_of_track, on_plane
+from .geodesy import on_plane
 from .report import FileFault
 
 DIRECT = {
@@ -39,8 +38,6 @@ PARTNERS = {
     "velocity_east": "velocity_north",
 }
 """Quantity -> the one without which it makes no channel."""
-SLOWEST_M_S = 0.05
-"""Speed below which a course says nothing."""
 
 
 class Channels:
@@ -84,7 +81,6 @@ def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], vari
     for name, other in PARTNERS.items():
         if name in quantities and other not in quantities:
             made.warn(f"{name.replace('_', ' ')} without {other.replace('_', ' ')}: it makes no channel of the record")
-    _check_track(made)
     return made
 
 
@@ -157,35 +153,3 @@ def _velocities(made: Channels) -> None:
     surge, sway = body_velocities(*parts, heading)
     made.add((*of, *made.sources["heading_rad"]), surge_m_s=surge, sway_m_s=sway)
     made.steps.append(f"surge, sway: {told}, turned by the heading; at the receiver's antenna")
-
-
-def _check_track(made: Channels) -> None:
-    """Compare headings with the courses of the track: other axes and directions of rotation show there."""
-    found = made.found
-    if not {"heading_rad", "north_m", "east_m"} <= found.keys():
-        return
-    north, east = found["north_m"], found["east_m"]
-    least = max(SLOWEST_M_S, 0.3 * _usual_speed(north, east, made.time))
-    course = headings_of_track(north, east, made.time, least)
-    known = np.isfinite(course) & np.isfinite(found["heading_rad"])
-    if known.sum() < 20 or np.ptp(np.unwrap(course[known])) < 0.3:
-        return
-    heading, course = found["heading_rad"][known], course[known]
-    straight, drift = mean_direction(course - heading)
-    mirrored, turn = mean_direction(course + heading)
-    if mirrored > straight + 0.05 and mirrored > 0.9:
-        quarter = abs(abs(turn) - math.pi / 2.0) < 0.35
-        hint = "give the heading sign -1 in the mapping" + (", and exchange north and east" if quarter else "")
-        hint += "; mathematical angles count from east to north"
-        said = "the heading turns against the track"
-        made.faults.append(FileFault(made.label, said, hint, column="heading", fatal=True))
-    elif straight > 0.9 and abs(drift) > 0.35:
-        said = f"the ship moves {math.degrees(drift):+.0f} deg from its heading on average"
-        made.warn(said, "check the zero of the heading, and which of north and east is which")
-
-
-def _usual_speed(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> float:
-    with np.errstate(invalid="ignore"):
-        speed = np.hypot(np.gradient(north, time), np.gradient(east, time))
-    known = speed[np.isfinite(speed)]
-    return float(np.median(known)) if known.size else 0.0

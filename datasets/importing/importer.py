@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -13,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from ...models.errors import BadInput
+from ..axes import track_of
 from ..columns import RUDDERS, TWIN
 from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
@@ -41,6 +43,8 @@ RUDDER_SIDE, VARIATION = "rudder side", "variation"
 """Ids of the questions for the side of a positive rudder, and for the magnetic variation."""
 LED_BY_TRACK = {"latitude", "north", "velocity_north", "speed_over_ground"}
 """Quantities of the logger that leads a run without rudder, heading and yaw rate."""
+ASKEW_RAD = 0.35
+"""Mean angle of the track to the heading that is told."""
 SAME_RUN = 5.0
 """Steps after its end within which another file of the same columns goes on with a run."""
 
@@ -467,6 +471,7 @@ def _record(
     facts = made.facts | _start(merged)
     meta = RecordMeta(vessel=options.vessel, source=", ".join(s.label for s in merged.streams), extra=facts)
     record = Record(merged.time - start, channels, name, meta)
+    faults += _against_track(record)
     record, told, more, asked = _signed(record, options.positive_rudder, log)
     if "heading_magnetic" in merged.quantities and "heading" not in merged.quantities and made.variation is None:
         asked.append(_variation_question(log))
@@ -474,6 +479,18 @@ def _record(
     notes = "; ".join(map(str, [*faults, *more])) or None
     record = replace(record, meta=replace(record.meta, notes=notes))
     return record, [*merged.steps, *made.steps, *told], [*faults, *more], asked, made.sources
+
+
+def _against_track(record: Record) -> list[FileFault]:
+    """What the course of the positions says against the heading: other axes and directions of rotation show there."""
+    track = track_of(record)
+    if track is not None and track.mirrored:
+        hint = f"as if {track.reading}; or give the heading sign -1 in the mapping: mathematical angles count from east"
+        return [FileFault(record.name, "the heading turns against the track", hint, column="heading", fatal=True)]
+    if track is None or abs(track.angle) < ASKEW_RAD:
+        return []
+    said = f"the ship moves {math.degrees(track.angle):+.0f} deg from its heading on average"
+    return [FileFault(record.name, said, "check the zero of the heading, and which of north and east is which")]
 
 
 def _start(merged: Merged) -> dict[str, str]:
