@@ -10,50 +10,25 @@ import numpy as np
 from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
 from .geodesy import on_plane
+from .quantities import quantities
 from .report import FileFault
-
-DIRECT = {
-    "rudder": "rudder_rad",
-    "rudder_command": "rudder_command_rad",
-    "propeller": "propeller_rps",
-    "propeller_thrust": "propeller_thrust_N",
-    "thrust_port": "thrust_port_N",
-    "thrust_starboard": "thrust_starboard_N",
-    "yaw_rate": "yaw_rate_rad_s",
-    "roll": "roll_rad",
-    "roll_rate": "roll_rate_rad_s",
-    "wind_speed": "wind_speed_m_s",
-    "wind_direction": "wind_direction_rad",
-}
-"""Quantities that are channels of a record already."""
-PARTNERS = {
-    "thrust_port": "thrust_starboard",
-    "thrust_starboard": "thrust_port",
-    "sway": "surge",
-    "north": "east",
-    "east": "north",
-    "latitude": "longitude",
-    "longitude": "latitude",
-    "velocity_north": "velocity_east",
-    "velocity_east": "velocity_north",
-}
-"""Quantity -> the one without which it makes no channel."""
 
 
 class Channels:
     """Channels in the making: `found` by name, the quantities that each is made of in `sources`, what was done in
     `steps`, faults, and facts for the sidecar."""
 
-    def __init__(self, label: str, time: np.ndarray, quantities: dict[str, np.ndarray]) -> None:
-        self.label, self.time, self.q = label, time, quantities
+    def __init__(self, label: str, time: np.ndarray, values: dict[str, np.ndarray]) -> None:
+        self.label, self.time, self.q = label, time, values
         self.found: dict[str, np.ndarray] = {}
         self.sources: dict[str, tuple[str, ...]] = {}
         self.steps: list[str] = []
         self.faults: list[FileFault] = []
         self.facts: dict[str, Any] = {}
         self.variation: float | None = None
-        for quantity in (name for name in quantities if name in DIRECT):
-            self.add((quantity,), **{DIRECT[quantity]: quantities[quantity]})
+        for quantity, samples in values.items():
+            if channel := quantities()[quantity].channel:
+                self.add((quantity,), **{channel: samples})
 
     def add(self, sources: tuple[str, ...], **channels: np.ndarray) -> None:
         """Add channels (N,) that are made of quantities."""
@@ -65,12 +40,12 @@ class Channels:
         self.faults.append(FileFault(self.label, message, hint))
 
 
-def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], variation_deg: float | None) -> Channels:
-    """All channels that the quantities (N,) give.
+def derive(label: str, time: np.ndarray, values: dict[str, np.ndarray], variation_deg: float | None) -> Channels:
+    """All channels that quantities give, each (N,).
 
     variation_deg : magnetic variation, positive to east, for a magnetic heading without one in the log.
     """
-    made = Channels(label, time, quantities)
+    made = Channels(label, time, values)
     _heading(made, variation_deg)
     _positions(made)
     _velocities(made)
@@ -78,8 +53,9 @@ def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], vari
     if set(TWIN) <= found.keys() and not set(RUDDERS) & found.keys():
         made.add(("thrust_port", "thrust_starboard"), **{RUDDERS[1]: found[TWIN[0]] - found[TWIN[1]]})
         made.steps.append("steering command: port less starboard thrust, N; there is no rudder")
-    for name, other in PARTNERS.items():
-        if name in quantities and other not in quantities:
+    for name in values:
+        other = quantities()[name].partner
+        if other and other not in values:
             made.warn(f"{name.replace('_', ' ')} without {other.replace('_', ' ')}: it makes no channel of the record")
     return made
 

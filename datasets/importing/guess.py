@@ -19,9 +19,9 @@ from .finding import ColumnFinding, ask_quantity, ask_sign, ask_unit, identifier
 from .log import RawLog, speeds
 from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose, propose_units
-from .quantities import NOT_USED_AS, quantities
+from .quantities import is_unsigned, quantities
 from .raw import RawTable
-from .reading import UNSIGNED, stated
+from .reading import stated
 from .times import TableTime, find_time
 from .units import candidates, unit_of
 
@@ -109,7 +109,7 @@ def _chosen(log: RawLog) -> None:
                 foreign = found.column.unit if unit is None else ""
                 foreign = foreign or ("us" if quantity == "rudder" and steering.is_pulse(found.column.numbers) else "")
                 log.findings[i] = replace(
-                    found, may_be=(quantity,), unit=unit, signed=quantity in UNSIGNED, why=("as answered",),
+                    found, may_be=(quantity,), unit=unit, signed=is_unsigned(quantity), why=("as answered",),
                     bounded=("quantity",), foreign=foreign, questions=(),
                 )  # fmt: skip
 
@@ -152,9 +152,8 @@ def missing(table: RawTable, entry: TableMap) -> list[str]:
 
 
 def _not_through_water(_: RawLog, found: ColumnFinding) -> ColumnFinding:
-    if found.quantity in NOT_USED_AS and "quantity" not in found.bounded:
-        return found.unused(NOT_USED_AS[str(found.quantity)])
-    return found
+    why = quantities()[found.quantity].unused if found.quantity is not None else ""
+    return found.unused(why) if why and "quantity" not in found.bounded else found
 
 
 def _perhaps_magnetic(log: RawLog, found: ColumnFinding) -> ColumnFinding:

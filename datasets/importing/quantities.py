@@ -9,23 +9,26 @@ from typing import Any
 
 from ...models.data_file import load
 
-NOT_USED_AS = {
-    "speed_through_water": "a speed through the water is none over ground: map it to surge where there is no current",
-}
-"""Quantities that are recognised and become no channel, and why."""
 RATE_OF = {"heading": "yaw_rate", "roll": "roll_rate"}
 """Quantity -> what a column of its name is that has the unit of a rate."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity: its dimension, whole names, symbols that count only as a whole name, and whether it may pass the
-    full turn."""
+    """A quantity, as the head of `words.yaml` explains: its dimension, names, and what else is known of it."""
 
     dimension: str
     names: tuple[str, ...]
-    short: tuple[str, ...]
-    wraps: bool
+    short: tuple[str, ...] = ()
+    wraps: bool = False
+    unsigned: bool = False
+    convention: str = ""
+    turned: str = ""
+    channel: str = ""
+    partner: str = ""
+    unused: str = ""
+    unknown_to_ais: tuple[float, ...] = ()
+    unit_of_ais: str = ""
 
 
 @cache
@@ -38,14 +41,24 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 def _quantity(entry: dict[str, Any]) -> Quantity:
-    names = tuple(name for text in entry["names"].values() for name in _names(text))
-    return Quantity(entry["dimension"], names, _names(entry.get("short", "")), entry.get("wraps", False))
+    facts: dict[str, Any] = {
+        **entry,
+        "names": tuple(name for text in entry["names"].values() for name in _names(text)),
+        "short": _names(entry.get("short", "")),
+        "unknown_to_ais": tuple(entry.get("unknown_to_ais", ())),
+    }
+    return Quantity(**facts)
 
 
 @cache
 def quantities() -> dict[str, Quantity]:
     """Name of a quantity -> the quantity."""
     return {name: _quantity(entry) for name, entry in _words()["quantities"].items()}
+
+
+def is_unsigned(quantity: str | None) -> bool:
+    """Whether a quantity has no sign, or one that its name states."""
+    return quantity is not None and quantities()[quantity].unsigned
 
 
 @cache

@@ -14,7 +14,7 @@ from .draft import Answer, Question
 from .headers import read_header
 from .mapping import Mapping, scalar
 from .names import joined, named, words
-from .quantities import identifiers
+from .quantities import identifiers, quantities
 from .raw import RawColumn, RawTable
 from .times import find_time
 
@@ -23,15 +23,6 @@ VESSEL = "vessel"
 SURE = 2
 """Of so many groups of the identifiers, distinct values mean distinct vessels; of the others where the rows tell it."""
 MOST_SHOWN = 12
-UNKNOWN = {
-    "heading": (511.0,), "yaw_rate": (-128.0, 128.0, -731.0, 731.0, -731.4, -731.386), "latitude": (91.0,),
-    "longitude": (181.0,), "speed_over_ground": (102.3, 1023.0), "course_over_ground": (360.0, 3600.0),
-}  # fmt: skip
-"""Quantity -> numbers that AIS sends for 'not available' (ITU-R M.1371)."""
-
-
-UNITS_OF_AIS = {"speed_over_ground": "kn", "course_over_ground": "deg", "heading": "deg"}
-"""Quantity -> its unit in messages of AIS, as tables give it."""
 
 
 @dataclass(frozen=True)
@@ -184,15 +175,15 @@ def _with_unit_of_ais(column: RawColumn) -> RawColumn:
         return column
     if "speed_over_ground" in may_be and column.numeric and not np.any(np.nan_to_num(column.numbers) % 1.0):
         return column  # whole numbers: knots, or tenths of them as the messages hold
-    return replace(column, unit=next((unit for quantity, unit in UNITS_OF_AIS.items() if quantity in may_be), ""))
+    return replace(column, unit=next((unit for q in may_be if (unit := quantities()[q].unit_of_ais)), ""))
 
 
 def _unknown(column: RawColumn, ais: bool) -> np.ndarray:
     """(N,) whether a cell holds what AIS sends for 'not available'."""
-    wanted = next((q for q in _may_be(column) if q in UNKNOWN), None)
+    wanted = next((q for q in _may_be(column) if q in quantities() and quantities()[q].unknown_to_ais), None)
     if wanted is None or not (ais or wanted == "heading") or not column.numeric:
         return np.zeros(1, dtype=bool)
     cells = column.cells.numbers
-    unknown = np.isin(np.round(cells, 3), UNKNOWN[wanted])
+    unknown = np.isin(np.round(cells, 3), quantities()[wanted].unknown_to_ais)
     rest = cells[~unknown & np.isfinite(cells)]
     return unknown if ais or (rest.size and 6.3 < np.abs(rest).max() <= 360.0) else np.zeros(1, dtype=bool)
