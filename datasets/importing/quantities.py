@@ -87,9 +87,14 @@ def word_groups(kind: str) -> dict[str, frozenset[str]]:
 
 
 @cache
-def name_groups(kind: str) -> dict[str, tuple[str, ...]]:
-    """Name -> names: of time_parts, columns from the year to the second, and of units_of_time, which state a form."""
-    return {part: _names(text) for part, text in _words()[kind].items()}
+def time_parts() -> dict[str, tuple[str, ...]]:
+    """Part of a time, from the year to the second -> names of its column."""
+    return {part: _names(text) for part, text in _words()["time_parts"].items()}
+
+
+def time_forms() -> dict[str, dict[str, Any]]:
+    """Form of a time -> what is known of it."""
+    return {form: facts | {"units": _names(facts.get("units", ""))} for form, facts in _words()["time_forms"].items()}
 
 
 def identifiers() -> tuple[tuple[str, ...], ...]:
