@@ -11,7 +11,7 @@ from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
 from .geodesy import on_plane
 from .quantities import quantities
-from .report import FileFault
+from .result import FileFault
 
 
 class Channels:

@@ -34,8 +34,7 @@ from .merge import Merged, merge
 from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .reading import WITHOUT_NAME
-from .report import FileFault, ImportFault, ImportReport, channel_sources, refuse_fatal
-from .result import Aside, Import
+from .result import Aside, FileFault, Import, ImportFault, ImportReport, channel_sources, refuse_fatal
 from .sources import read_raw
 from .times import TableTime
 
