@@ -21,12 +21,11 @@ from .formats.labview import read_labview
 from .formats.messages import with_messages
 from .formats.n2k import read_n2k
 from .formats.named_values import read_named_values
-from .formats.program_headers import with_plain_header
+from .formats.plain_tables import as_plain_table
 from .formats.programs import read_alog, read_expedition, read_hypack, read_track
 from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet, with_pospac
 from .formats.signalk import with_signal_k
-from .formats.transposed import read_transposed
 from .headers import read_header
 from .instruments import by_instrument
 from .layout import distinct
@@ -39,7 +38,7 @@ from .times import find_time
 
 TEXTS: tuple[Callable[[str, Path], list[RawTable] | None], ...] = (
     read_track, read_expedition, read_n2k, read_json, read_dataflash, read_labview, read_hypack, read_influx, read_alog,
-    read_transposed, read_nmea, read_named_values,
+    read_nmea, read_named_values,
 )  # fmt: skip
 """Readers of texts that are told by their first lines; None of one that is not theirs."""
 
@@ -137,7 +136,9 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
     del data  # of a large file both would fill the memory
     tables = next((found for read in TEXTS if (found := read(text, path)) is not None), None)
     if tables is None:
-        parts = read_parts(with_plain_header(text), path, lambda part: read_text(part, encoding, path))
+        text, said = as_plain_table(text)
+        parts = read_parts(text, path, lambda part: read_text(part, encoding, path))
+        parts = [replace(part, done=(said, *part.done)) for part in parts] if said else parts
         tables = [table for part in parts for table in by_instrument(part)]
     tables = [part for table in tables for part in with_messages(_bounded(table, path))]
     return [with_px4(with_ros(with_pospac(with_signal_k(table)))) for table in tables]
