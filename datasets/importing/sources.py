@@ -17,7 +17,6 @@ from .contained import read_contained
 from .formats.autopilots import read_dataflash, with_px4
 from .formats.influx import read_influx
 from .formats.json_records import read_json
-from .formats.labview import read_labview
 from .formats.messages import with_messages
 from .formats.n2k import read_n2k
 from .formats.named_values import read_named_values
@@ -37,7 +36,7 @@ from .text import LONGEST, MOST_COLUMNS, decoded, read_text
 from .times import find_time
 
 TEXTS: tuple[Callable[[str, Path], list[RawTable] | None], ...] = (
-    read_track, read_expedition, read_n2k, read_json, read_dataflash, read_labview, read_hypack, read_influx, read_alog,
+    read_track, read_expedition, read_n2k, read_json, read_dataflash, read_hypack, read_influx, read_alog,
     read_nmea, read_named_values,
 )  # fmt: skip
 """Readers of texts that are told by their first lines; None of one that is not theirs."""

@@ -1,5 +1,5 @@
-"""Texts that are plain tables in another form: below headers of Campbell Scientific's TOA5 or of Tecplot, or on their
-side, a row for every channel and a column for every time.
+"""Texts that are plain tables in another form: below headers of Campbell Scientific's TOA5, of Tecplot or of LabVIEW's
+measurement files, or on their side, a row for every channel and a column for every time.
 
 Each is written anew as a line of names over the data; below headers the lines keep their numbers.
 """
@@ -7,9 +7,11 @@ Each is written anew as a line of names over the data; below headers the lines k
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping, Sequence
 
 import numpy as np
 
+from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
 
 TOA5 = '"TOA5"'
@@ -23,10 +25,17 @@ HEAD = 4000
 
 
 def as_plain_table(text: str) -> tuple[str, str]:
-    """(A text as a line of names over its data, what was done); the text itself and '' where it is of no such form."""
+    """(A text as a line of names over its data, what was done); the text itself and '' where it is of no such form.
+
+    Raises
+    ------
+    BadInput : no row of a table on its side is whole.
+    """
     head = text[:HEAD].lstrip("\ufeff")
     if head.startswith(TOA5):
         return _of_toa5(text), "a header of TOA5"
+    if head.lstrip().startswith("LabVIEW Measurement"):
+        return _of_labview(text), "a LabVIEW measurement file"
     if any(map(VARIABLES.match, head.splitlines())) and re.search(r"^\s*ZONE\b", head, re.IGNORECASE | re.MULTILINE):
         return _of_tecplot(text), "a header of Tecplot"
     turned = _of_side(text, max(SEPARATORS, key=head.partition("\n")[0].count))
@@ -58,6 +67,64 @@ def _of_tecplot(text: str) -> str:
     return "\n".join(lines)
 
 
+# ---- LabVIEW measurement files (.lvm): a header of names and values, one or more segments of rows below such headers.
+
+END = "***End_of_Header***"
+SINCE_1904 = -2082844800.0
+"""Seconds since 1970 of LabVIEW's begin of time."""
+
+
+def _of_labview(text: str) -> str:
+    """The text without the headers, names with their units, times since 1970 where they are absolute, and the time step
+    where rows have no time."""
+    lines = text.lstrip("\ufeff").splitlines()
+    separator = "," if any(line.lower().startswith("separator,") for line in lines[:40]) else "\t"
+    rows = [[cell.strip() for cell in line.split(separator)] for line in lines]
+    file, place, out, kept = dict[str, list[str]](), "file", [""] * len(lines), list[int]()
+    head, timed = file, list[int]()
+    for i, cells in enumerate(rows):
+        if place in ("between", "rows") and cells[0] == "Channels":
+            head, place = dict(file), "head"
+        if cells[0] == END:
+            place = "between" if place == "file" else "names"
+        elif place in ("file", "head"):
+            head[cells[0]] = cells[1:]
+        elif place == "rows":
+            own = [cells[k] if k < len(cells) else "" for k in kept]
+            absolute = head.get("Time_Pref", [""])[:1] == ["Absolute"]
+            out[i] = separator.join(
+                _since_1970(c) if absolute and k in timed else c for k, c in zip(kept, own, strict=True)
+            )
+        elif any(cells):
+            place, kept = "rows", [k for k, name in enumerate(cells) if name and name.lower() != "comment"]
+            timed = [k for k in kept if cells[k].lower().startswith("x_value")]
+            out[i] = separator.join(_names([cells[k] for k in kept], [k in timed for k in kept], head))
+            below = next((row for row in rows[i + 1 :] if any(row)), [])
+            if not any(below[k] for k in timed if k < len(below)):
+                out[i - 1] = f"# dt = {_decimal(head.get('Delta_X', ['nan'])[0])} s"
+    return "\n".join(out) if kept else text
+
+
+def _names(names: Sequence[str], timed: Sequence[bool], head: Mapping[str, Sequence[str]]) -> Iterator[str]:
+    """The names of a segment with the units of its channels; several times, and absolute ones, are called so."""
+    units = iter(head.get("Y_Unit_Label", ()))
+    called = sum(timed) > 1 or head.get("Time_Pref", [""])[:1] == ["Absolute"]
+    for name, is_time in zip(names, timed, strict=True):
+        unit = "s" if is_time else next(units, "")
+        yield f"{'time' if is_time and called else name}{f' [{unit}]' if unit and '[' not in name else ''}"
+
+
+def _since_1970(text: str) -> str:
+    return f"{_decimal(text) + SINCE_1904:.9f}" if text else ""
+
+
+def _decimal(text: str) -> float:
+    try:
+        return float(text.replace(",", "."))
+    except ValueError:
+        return float("nan")
+
+
 # ---- Tables on their side.
 
 SEPARATORS = ",;\t"
@@ -78,6 +145,8 @@ def _of_side(text: str, separator: str) -> str:
         return text
     rows = [(line, _cells(line, separator)) for line in text[stop + 1 :].splitlines() if line.strip()]
     whole = [["time", *head[1:]], *(cells for _, cells in rows if len(cells) == len(head) and any(cells[1:]))]
+    if len(whole) < 2:
+        raise BadInput("no row has a number for every time", hint="is the file whole? export it again")
     others = [f"# {line}" for line, cells in rows if len(cells) != len(head)]
     return "\n".join([*map(separator.join, zip(*whole, strict=True)), *others])
 

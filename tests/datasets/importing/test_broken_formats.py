@@ -19,7 +19,7 @@ BROKEN = {
     "TCX with entities": ('<!DOCTYPE x [<!ENTITY a "b">]><TrainingCenterDatabase/>', "declares entities"),
     "TCX cut": ("<TrainingCenterDatabase><Track><Trackpoint>", "not a TCX file that can be read"),
     "TCX without points": ("<TrainingCenterDatabase/>", "no track in the TCX file"),
-    "LabVIEW without rows": ("LabVIEW Measurement\n***End_of_Header***\n", "no segment of the LabVIEW file"),
+    "LabVIEW without rows": ("LabVIEW Measurement\n***End_of_Header***\n", "no rows of numbers found"),
     "MOOS without numbers": ("%% LOGSTART 1\n1.0 A B text\n", "no variable of the MOOS log holds numbers"),
     "InfluxDB without values": ("#datatype,string\n,result,table\n,,0\n", "no block with times and values"),
     "dataflash without known messages": (
@@ -30,7 +30,7 @@ BROKEN = {
     "TOA5 without rows": ('"TOA5","a"\n"TIMESTAMP","Heading"\n', "no rows of numbers found"),
     "Tecplot without rows": ('VARIABLES = "t", "psi"\nZONE I=0\n', "no rows of numbers found"),
     "named values of no column": ("a=1 b=2\n" * 2 + "a=1 b=x\n" * 9, "no rows of numbers found"),
-    "a table on its side without rows": ("path," + ",".join(map(str, range(0, 900, 30))) + "\nb,1,2,3\n", "no rows of"),
+    "a table on its side without rows": ("path," + ",".join(map(str, range(0, 900, 30))) + "\nb,1,2,3\n", "no row has"),
     "NovAtel of a week that no calendar has": (
         "\n".join(novatel(HEAD[1:].format(week="9e99", second="nan")) for _ in range(9)),
         "the sentences have no time",
