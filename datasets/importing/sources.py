@@ -21,7 +21,7 @@ from .formats.messages import with_messages
 from .formats.n2k import read_n2k
 from .formats.named_values import read_named_values
 from .formats.plain_tables import as_plain_table
-from .formats.programs import read_alog, read_expedition, read_hypack, read_track
+from .formats.programs import read_alog, read_hypack, read_track
 from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet, with_pospac
 from .formats.signalk import with_signal_k
@@ -36,7 +36,7 @@ from .text import LONGEST, MOST_COLUMNS, decoded, read_text
 from .times import find_time
 
 TEXTS: tuple[Callable[[str, Path], list[RawTable] | None], ...] = (
-    read_track, read_expedition, read_n2k, read_json, read_dataflash, read_hypack, read_influx, read_alog,
+    read_track, read_n2k, read_json, read_dataflash, read_hypack, read_influx, read_alog,
     read_nmea, read_named_values,
 )  # fmt: skip
 """Readers of texts that are told by their first lines; None of one that is not theirs."""

@@ -1,5 +1,7 @@
-"""Texts that are plain tables in another form: below headers of Campbell Scientific's TOA5, of Tecplot or of LabVIEW's
-measurement files, or on their side, a row for every channel and a column for every time.
+"""Texts that are plain tables in another form.
+
+Below headers of Campbell Scientific's TOA5, of Tecplot or of LabVIEW's measurement files, in pairs of channel and
+value as Expedition writes them, or on their side, a row for every channel and a column for every time.
 
 Each is written anew as a line of names over the data; below headers the lines keep their numbers.
 """
@@ -36,6 +38,8 @@ def as_plain_table(text: str) -> tuple[str, str]:
         return _of_toa5(text), "a header of TOA5"
     if head.lstrip().startswith("LabVIEW Measurement"):
         return _of_labview(text), "a LabVIEW measurement file"
+    if re.match(r"!?\s*boat\s*,\s*utc\s*,", head, re.IGNORECASE):
+        return _of_expedition(text), "a log of Expedition"
     if any(map(VARIABLES.match, head.splitlines())) and re.search(r"^\s*ZONE\b", head, re.IGNORECASE | re.MULTILINE):
         return _of_tecplot(text), "a header of Tecplot"
     turned = _of_side(text, max(SEPARATORS, key=head.partition("\n")[0].count))
@@ -123,6 +127,23 @@ def _decimal(text: str) -> float:
         return float(text.replace(",", "."))
     except ValueError:
         return float("nan")
+
+
+# ---- Expedition, a racing program: names and numbers of channels, then pairs of number and value, of several boats.
+
+UNITS_OF_EXPEDITION = {
+    **dict.fromkeys(("bsp", "aws", "tws", "sog"), " [kn]"),
+    **dict.fromkeys(("awa", "twa", "twd", "cog", "hdg", "heel", "trim", "rudder", "lat", "lon", "leeway"), " [deg]"),
+}
+
+
+def _of_expedition(text: str) -> str:
+    """The channels of the own boat (0), with the units that the program states."""
+    names, places, *rows = ([cell.strip() for cell in line.split(",")] for line in [*text.splitlines(), ""])
+    of_own = [dict(zip(cells[1::2], cells[2::2], strict=False)) if cells[0] == "0" else {} for cells in rows]
+    used = {k: name for name, k in zip(names[1:], places[1:], strict=False) if any(k in row for row in of_own)}
+    header = [name + UNITS_OF_EXPEDITION.get(name.lower(), "") for name in used.values()]
+    return "\n".join(["", ",".join(header), *(",".join(row.get(k, "") for k in used) if row else "" for row in of_own)])
 
 
 # ---- Tables on their side.
