@@ -141,7 +141,8 @@ def _of_expedition(text: str) -> str:
     """The channels of the own boat (0), with the units that the program states."""
     names, places, *rows = ([cell.strip() for cell in line.split(",")] for line in [*text.splitlines(), ""])
     of_own = [dict(zip(cells[1::2], cells[2::2], strict=False)) if cells[0] == "0" else {} for cells in rows]
-    used = {k: name for name, k in zip(names[1:], places[1:], strict=False) if any(k in row for row in of_own)}
+    channels = dict(zip(places[1:], names[1:], strict=False))
+    used = {k: name for k, name in channels.items() if any(k in row for row in of_own)} or channels
     header = [name + UNITS_OF_EXPEDITION.get(name.lower(), "") for name in used.values()]
     return "\n".join(["", ",".join(header), *(",".join(row.get(k, "") for k in used) if row else "" for row in of_own)])
 
