@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -30,14 +31,16 @@ def sensor_sd(values: np.ndarray) -> float:
 
 def white_noise(values: np.ndarray) -> float:
     """Standard deviation of white noise on a series (N,); 0 where what is left of it is motion or rounding."""
-    third, fifth = _spread(values, 3, 20.0), _spread(values, 5, 252.0)
+    third, fifth = noise_in(values, 3, 20), noise_in(values, 5, 20)
     return third if third > 0.0 and fifth > WHITE * third else 0.0
 
 
-def _spread(values: np.ndarray, order: int, weight: float) -> float:
+def noise_in(values: np.ndarray, order: int, fewest: int = 1) -> float:
+    """White noise (sd) of a series (N,) from its differences of an order, in which a smooth motion vanishes; 0 for
+    fewer than so many differences."""
     x = np.diff(values, order)
     x = x[np.isfinite(x)]
-    return float(1.4826 * np.median(np.abs(x)) / np.sqrt(weight)) if x.size >= 20 else 0.0
+    return float(1.4826 * np.median(np.abs(x)) / np.sqrt(comb(2 * order, order))) if x.size >= fewest else 0.0
 
 
 def bridged(values: np.ndarray, time_s: np.ndarray) -> np.ndarray:
