@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .changes import FEWEST, changes, integral_over_gaps, over_short_gaps
 from .record import Record
+from .signals import FEWEST, changes, integral_over_gaps, over_short_gaps
 
 MIRRORED = 0.25
 """How much less the course must scatter about the mirrored heading than about the heading."""

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from math import comb
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..models.errors import BadInput
 from ..models.instruments import SENSORS, SWAPS, bent, checked, linkage, similar, straightened
 from .columns import RUDDERS
 from .record import Record
+from .signals import noise_in
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline
@@ -152,13 +152,7 @@ def behind_play(angle: np.ndarray, play: float) -> np.ndarray:
 
 def rudder_noise(series: np.ndarray) -> float:
     """Sensor noise (sd) of a rudder series (N,), from its second differences: its motion has kinks."""
-    return _white_noise(series, 2)
-
-
-def _white_noise(series: np.ndarray, order: int) -> float:
-    """White noise (sd) of a series (N,) from its differences of an order, in which a smooth motion vanishes."""
-    differences = np.diff(series, order)
-    return float(1.4826 * np.median(np.abs(differences)) / np.sqrt(comb(2 * order, order))) if differences.size else 0.0
+    return noise_in(series, 2)
 
 
 def quietened(series: np.ndarray, sd: float) -> np.ndarray:
@@ -250,7 +244,7 @@ def later(time: np.ndarray, values: np.ndarray, ahead: float, angle: bool = Fals
     series[known] = np.unwrap(values[known]) if angle else values[known]
     spline = _spline(time[known], series[known])
     splined = _splined(time, known, spline, ahead)
-    whole, noise = spline(time), _white_noise(series[known], 4) / step_s
+    whole, noise = spline(time), noise_in(series[known], 4) / step_s
     low, high = (_slope(whole, step_s, order) for order in (2, 4))
     if np.median(np.abs(high - spline(time, 1))) > 2.0 * noise:
         return splined

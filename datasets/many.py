@@ -38,7 +38,7 @@ from .generator import (
     no_convergence,
     steady_start,
 )
-from .indices_of_many import INDICES, indices
+from .indices import INDICES, indices
 from .manoeuvres import Manoeuvre, steps
 from .record import Record, RecordMeta
 from .sensors import SensorSet, apply

@@ -10,15 +10,17 @@ from __future__ import annotations
 import hashlib
 import os
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.files import read_bytes, replace_together
 from ..models.suggestions import suggestion
 from ..models.temporary import temporary_folder
-from .measured_sets import DATASETS
-from .measured_sets.base import Dataset, MeasuredRun
 from .record import Record
+
+if TYPE_CHECKING:
+    from .measured_sets import Dataset, MeasuredRun
 
 ENVIRONMENT = "HELMBENCH_DATA"
 
@@ -35,6 +37,8 @@ def data_dir() -> Path:
 
 def dataset(name: str) -> Dataset:
     """The set of that name; BadInput lists the names there are."""
+    from .measured_sets import DATASETS
+
     if name not in DATASETS:
         raise BadInput(f"no measured set is called {name!r}", hint=suggestion(name, DATASETS))
     return DATASETS[name]

@@ -14,12 +14,12 @@ import numpy as np
 
 from ..models.errors import BadInput
 from .axes import ACROSS, goes_astern, lever_arm, track_of
-from .changes import NEAR, changes, integral_over_gaps, median_ratio
 from .columns import HEADING, POSITIONS, RUDDERS, TRACK, TURN, TWIN
 from .copies import check_no_copies
 from .geometry import over_ground, unwrapped
 from .instruments import REVOLUTIONS
 from .record import Record
+from .signals import NEAR, changes, integral_over_gaps, median_ratio
 from .time_faults import time_fault
 
 if TYPE_CHECKING:

@@ -46,36 +46,19 @@ import numpy as np
 
 from ..models.errors import BadInput
 from ..models.number_texts import whole_of
+from .columns import CANONICAL, QUANTITIES
 from .grammar import ANGLE, DEGREE, KNOT, SHARE, TIME, positive, quantity, share
 from .randomness import gauss_markov, key_of, stream
 from .record import Record, RecordMeta, beside
 
-ANGLE_RATE = {"deg_s": DEGREE, "rad_s": 1.0}
-SPEED = {"m_s": 1.0, "kn": KNOT}
-LENGTH = {"m": 1.0}
-TURNS = {"rps": 1.0, "rpm": 1.0 / 60.0}
-
-#: short channel name -> (column of the record, units that its quantities may have)
-CHANNELS: dict[str, tuple[str, Mapping[str, float]]] = {
-    "rudder_command": ("rudder_command_rad", ANGLE),
-    "rudder": ("rudder_rad", ANGLE),
-    "propeller": ("propeller_rps", TURNS),
-    "heading": ("heading_rad", ANGLE),
-    "yaw_rate": ("yaw_rate_rad_s", ANGLE_RATE),
-    "surge": ("surge_m_s", SPEED),
-    "sway": ("sway_m_s", SPEED),
-    "north": ("north_m", LENGTH),
-    "east": ("east_m", LENGTH),
-    "roll": ("roll_rad", ANGLE),
-    "roll_rate": ("roll_rate_rad_s", ANGLE_RATE),
-    "wind_speed": ("wind_speed_m_s", SPEED),
-    "wind_direction": ("wind_direction_rad", ANGLE),
+#: unit of a column -> units that its quantities may have, each with its size
+QUANTITY_UNITS: dict[str, Mapping[str, float]] = {
+    "rad": ANGLE,
+    "rad/s": {"deg_s": DEGREE, "rad_s": 1.0},
+    "m/s": {"m_s": 1.0, "kn": KNOT},
+    "m": {"m": 1.0},
+    "1/s": {"rps": 1.0, "rpm": 1.0 / 60.0},
 }
-ORDERS = ("rudder_command",)
-INPUTS = ("rudder_command", "rudder", "propeller")
-"""Channels that `only` always keeps: what a model is driven by."""
-SELECTIONS = ("only", "without")
-
 #: channel -> unit of the numbers behind it in that of the record's column, standard deviations at the levels
 _SD: dict[str, tuple[float, ...]] = {
     "rudder": (DEGREE, 0.02, 0.05, 0.2, 1.0),
@@ -91,6 +74,18 @@ _SD: dict[str, tuple[float, ...]] = {
     "wind_speed": (1.0, 0.2, 0.5, 1.0, 3.0),
     "wind_direction": (DEGREE, 1.0, 3.0, 10.0, 30.0),
 }
+#: short channel name -> (column of the record, units that its quantities may have)
+CHANNELS: dict[str, tuple[str, Mapping[str, float]]] = {
+    name: (column, QUANTITY_UNITS[CANONICAL[column]])
+    for name, spellings in QUANTITIES.items()
+    for column in (next(iter(spellings)),)
+    if name in _SD or name == "rudder_command"
+}
+ORDERS = ("rudder_command",)
+INPUTS = ("rudder_command", "rudder", "propeller")
+"""Channels that `only` always keeps: what a model is driven by."""
+SELECTIONS = ("only", "without")
+
 #: standard deviation per level and channel, in the units of the record's columns
 NOISE: dict[str, dict[str, float]] = {"none": {}} | {
     level: {channel: unit * sds[place] for channel, (unit, *sds) in _SD.items()}

@@ -18,7 +18,8 @@ EXTRAS: Mapping[str, str] = {
     "weasyprint": "pdf",
     "emcee": "bayes",
     **dict.fromkeys(("starlette", "uvicorn"), "open"),
-    **dict.fromkeys(("h5py", "identibench"), "identibench"),
+    **dict.fromkeys(("h5py", "nmea2000", "pymavlink", "pyulog", "rosbags"), "readers"),
+    "identibench": "identibench",
 }
 """Import name of a package -> the extra of helmbench that brings it."""
 

@@ -12,7 +12,7 @@ from .tables import Column, Table, field, make_table, numeric
 
 if TYPE_CHECKING:
     from ..datasets.importing.draft import DraftColumn, Question
-    from ..datasets.importing.report import ChannelSource, FileFault, ImportReport
+    from ..datasets.importing.result import ChannelSource, FileFault, ImportReport
     from ..datasets.record import Record
 
 LONGEST = 28

@@ -337,7 +337,7 @@ def test_commands_call_only_what_helmbench_offers() -> None:
     assert wrong == []
 
 
-OPTIONAL = ("bayes", "bench", "deep", "distributed", "identibench", "open", "pandas", "parquet", "pdf")
+OPTIONAL = ("bayes", "bench", "deep", "distributed", "identibench", "open", "pandas", "parquet", "pdf", "readers")
 DISTRIBUTIONS = {"sklearn": "scikit-learn", "yaml": "pyyaml", "charset_normalizer": "charset-normalizer"}
 """Import name -> distribution, where they differ."""
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import yaml
 
-from ...datasets.importing.formats.hdf import hdf_content
+from ...datasets.importing.binary_tables import hdf_content
 from ...datasets.io import write_record
 from ...datasets.record import Record, RecordMeta
 from ...models.argument_types import typed
@@ -84,7 +84,7 @@ def ship_record(path: Path) -> Record:
     BadInput : the file cannot be read, h5py is missing, or a column is missing or of another length.
     """
     try:
-        content, _ = hdf_content(read_bytes(path), path)
+        content, _ = hdf_content(read_bytes(path))
     except BadInput:
         raise
     except Exception:  # whatever h5py raises on damaged files

@@ -17,7 +17,7 @@ from ..sidecar_file import SidecarFile
 from .cell_texts import Texts
 from .cells import GAPS, side_of
 from .names import joined, named, words
-from .quantities import quantities, side_words
+from .quantities import quantities, word_groups
 from .raw import RawColumn, RawTable
 from .units import UNITS, tidy, unit_of
 
@@ -156,8 +156,8 @@ def of_side(columns: Sequence[RawColumn], side: str) -> dict[tuple[frozenset[str
     found: dict[tuple[frozenset[str], str], list[int]] = {}
     for place, column in enumerate(columns):
         own = frozenset(words(column.name))
-        if own & side_words()[side]:
-            found.setdefault((own - side_words()[side], column.unit), []).append(place)
+        if own & word_groups("sides")[side]:
+            found.setdefault((own - word_groups("sides")[side], column.unit), []).append(place)
     return found
 
 

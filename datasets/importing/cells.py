@@ -12,13 +12,36 @@ import numpy as np
 
 from ...models.number_texts import DECIMAL
 from .cell_texts import Texts
-from .units import TIME_WORDS, tidy, unit_of, words_of
+from .units import TIME_WORDS, tidy, unit_of
 
 Style: TypeAlias = Literal["point", "comma", "open"]
 """The decimal sign of a table; open where nothing tells whether 612,345 has decimals or thousands."""
 
-GAPS = words_of(
-    "nan na n/a null none nil - -- --- #n/a #nv inv invalid ? * #value! #ref! #div/0! -.- ... ---.- --.-"
+GAPS = frozenset(
+    [
+        "nan",
+        "na",
+        "n/a",
+        "null",
+        "none",
+        "nil",
+        "-",
+        "--",
+        "---",
+        "#n/a",
+        "#nv",
+        "inv",
+        "invalid",
+        "?",
+        "*",
+        "#value!",
+        "#ref!",
+        "#div/0!",
+        "-.-",
+        "...",
+        "---.-",
+        "--.-",
+    ]
 ) | {""}
 """Texts, in lower case, that stand for a missing value."""
 NARROW = str.maketrans("", "", "\u00a0\u202f\u2009'\u2019`")

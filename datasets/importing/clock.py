@@ -7,7 +7,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Literal, get_args
+from typing import TypeAlias
 
 import numpy as np
 
@@ -16,54 +16,32 @@ from .cell_texts import Texts
 from .gps_time import EPOCH_S, WEEK_S
 from .moments import days_since_1970, even_stamps, moment
 from .names import words
+from .quantities import time_forms
 from .raw import RawColumn
 
-Form = Literal[
-    "iso", "day first", "month first", "clock", "hhmmss", "day fraction", "excel", "datenum",
-    "epoch s", "epoch ms", "epoch us", "epoch ns", "date parts", "clock parts", "gps week", "gps s",
-    "seconds of week", "milliseconds of week", "seconds",
-    "milliseconds", "microseconds", "nanoseconds", "minutes",
-    "hours", "tenths of seconds", "hundredths of seconds", "rows",
-]  # fmt: skip
-FORMS: tuple[Form, ...] = get_args(Form)
-DATED: tuple[Form, ...] = (
-    "iso", "day first", "month first", "excel", "datenum", "epoch s", "epoch ms", "epoch us", "epoch ns", "date parts",
-    "gps week", "gps s",
-)  # fmt: skip
-"""Forms that say the date: logs with these have a common time."""
-OF_WEEK: tuple[Form, ...] = ("seconds of week", "milliseconds of week")
-"""Forms that count from the begin of a GPS week."""
-OF_DAY: tuple[Form, ...] = ("clock", "hhmmss", "day fraction", "clock parts")
-"""Forms that count from midnight."""
-SCALES: dict[Form, tuple[float, float]] = {
-    "excel": (86400.0, -25569.0 * 86400.0),
-    "datenum": (86400.0, -719529.0 * 86400.0),
-    "epoch s": (1.0, 0.0),
-    "epoch ms": (1e-3, 0.0),
-    "epoch us": (1e-6, 0.0),
-    "epoch ns": (1e-9, 0.0),
-    "day fraction": (86400.0, 0.0),
-    "gps s": (1.0, EPOCH_S),
-    "seconds of week": (1.0, 0.0),
-    "milliseconds of week": (1e-3, 0.0),
-    "seconds": (1.0, 0.0),
-    "milliseconds": (1e-3, 0.0),
-    "microseconds": (1e-6, 0.0),
-    "nanoseconds": (1e-9, 0.0),
-    "minutes": (60.0, 0.0),
-    "hours": (3600.0, 0.0),
-    "tenths of seconds": (0.1, 0.0),
-    "hundredths of seconds": (0.01, 0.0),
-}
-"""Form of a number -> factor and offset to (epoch) seconds."""
-MAGNITUDES: tuple[tuple[float, float, Form], ...] = (
-    (30000.0, 60000.0, "excel"),
-    (715000.0, 760000.0, "datenum"),
-    (5e8, 4e9, "epoch s"),
-    (5e11, 4e12, "epoch ms"),
-    (5e14, 4e15, "epoch us"),
-    (5e17, 4e18, "epoch ns"),
+Form: TypeAlias = str
+
+
+@dataclass(frozen=True)
+class TimeForm:
+    """A form of a time, as `time_forms` in `words.yaml` explains; seconds 0: it is no number."""
+
+    counts: str
+    seconds: float = 0.0
+    zero: float = 0.0
+    numbers: tuple[float, ...] = ()
+    units: tuple[str, ...] = ()
+    meaning: str = ""
+
+
+FORMS = {form: TimeForm(**facts) for form, facts in time_forms().items()}
+DATED, OF_WEEK, OF_DAY = (
+    tuple(form for form, facts in FORMS.items() if facts.counts == origin) for origin in ("date", "week", "midnight")
 )
+"""Forms that say the date (logs with these have a common time), count from the begin of a GPS week, from midnight."""
+COUNTED = ("seconds", "tenths of seconds", "hundredths of seconds", "milliseconds", "microseconds", "nanoseconds",
+           "minutes", "hours")  # fmt: skip
+"""Forms that count from any moment on."""
 DAY, HOUR = 86400.0, 3600.0
 COUNTERS = (2.0**16, 2.0**32)
 """Numbers at which a counter of 16 or 32 bits begins again."""
@@ -86,23 +64,6 @@ NUMERIC_DATE = re.compile(r"(\d{1,2})([./-])(\d{1,2})[./-](\d{2,4})(.*)")
 NAMED_DATE = re.compile(r"\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4}.*")
 
 
-UNITS_OF_TIME: dict[Form, tuple[str, ...]] = {
-    "seconds": ("s", "sec", "secs", "second", "seconds", "sek", "sekunden", "seg", "秒"),
-    "milliseconds": ("ms", "msec", "millis", "milliseconds", "msek"),
-    "microseconds": ("us", "µs", "usec", "micros", "microseconds", "μs"),
-    "nanoseconds": ("ns", "nsec", "nanosec", "nanos", "nanoseconds"),
-    "minutes": ("min", "minutes", "mins", "minuten"),
-    "hours": ("h", "hr", "hours", "std", "stunden"),
-    "hhmmss": ("hhmmss", "hhmmss.ss", "hhmmss.sss"),
-    "tenths of seconds": ("ds", "deciseconds", "tenths of seconds", "tenths", "zehntelsekunden"),
-    "hundredths of seconds": ("cs", "centiseconds", "hundredths of seconds", "hundredths", "hundertstelsekunden"),
-}
-"""Form -> units that state it."""
-COUNTED: tuple[Form, ...] = (
-    "seconds", "tenths of seconds", "hundredths of seconds", "milliseconds", "microseconds", "nanoseconds", "minutes",
-    "hours",
-)  # fmt: skip
-"""Forms that count from any moment on."""
 MULTIPLE = re.compile(r"[x*]?\s*(1\s*/)?\s*(\d*\.?\d+)\s*[x*]?\s*([a-zµμ秒]+)|([a-zµμ秒]+)\s*/\s*(\d+)")
 """A unit with a factor: `0.1 s`, `1/10 s`, `100 ms`, `s/10`."""
 SHORTEST_S, LONGEST_S, LEAST_SPAN_S = 0.004, 30.0, 10.0
@@ -175,7 +136,7 @@ def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
     rising = bool(np.mean(steps >= 0.0) > 0.95)
     low, high = float(known.min()), float(known.max())
     stated = _stated(unit)
-    for least, most, form in MAGNITUDES:
+    for form, (least, most) in ((form, facts.numbers) for form, facts in FORMS.items() if facts.numbers):
         fits = form not in ("excel", "datenum") or (np.median(steps) < 0.05 and stated is None)
         if rising and least <= low and high <= most and fits:
             return TimeGuess((form,), f"values near {low:.6g}")
@@ -192,27 +153,27 @@ def _guess_number(numbers: np.ndarray, unit: str) -> TimeGuess | None:
 
 def _stated(unit: str) -> Form | None:
     """The form that a unit states, also one with a factor; None where it is not known."""
-    form: Form | None = next((form for form, texts in UNITS_OF_TIME.items() if unit in texts), None)
+    form: Form | None = next((form for form, facts in FORMS.items() if unit in facts.units), None)
     match = None if form else MULTIPLE.fullmatch(unit.strip())
     if match is None:
         return form
     text, number = (match[3], float(match[2])) if match[3] else (match[4], 1.0 / max(float(match[5]), 1e-300))
-    base: Form | None = next((form for form, texts in UNITS_OF_TIME.items() if text in texts and form in SCALES), None)
+    base: Form | None = next((form for form, facts in FORMS.items() if text in facts.units and facts.seconds), None)
     if base is None or number <= 0.0:
         return None
-    size = SCALES[base][0] * (1.0 / number if match[1] else number)
-    return next((form for form in COUNTED if abs(SCALES[form][0] / size - 1.0) < 1e-6), None)
+    size = FORMS[base].seconds * (1.0 / number if match[1] else number)
+    return next((form for form in COUNTED if abs(FORMS[form].seconds / size - 1.0) < 1e-6), None)
 
 
 def _by_unit(stated: Form, unit: str, steps: np.ndarray, span: float) -> TimeGuess:
     """The form that the unit states; where no log has such steps and another form makes them usual, both: ask."""
     moved = float(np.median(steps[steps > 0.0])) if stated in COUNTED and np.any(steps > 0.0) else 0.0
-    if moved and not SHORTEST_STEP_S <= SCALES[stated][0] * moved <= LONGEST_STEP_S:
+    if moved and not SHORTEST_STEP_S <= FORMS[stated].seconds * moved <= LONGEST_STEP_S:
         by_step = _by_step(steps, span)
         forms = by_step.forms if by_step else ()
-        others: list[Form] = [f for f in forms if SHORTEST_S <= SCALES[f][0] * moved <= LONGEST_S]
+        others: list[Form] = [f for f in forms if SHORTEST_S <= FORMS[f].seconds * moved <= LONGEST_S]
         if others:
-            why = f"the unit {unit} gives steps of {SCALES[stated][0] * moved:.4g} s, in which no log is written"
+            why = f"the unit {unit} gives steps of {FORMS[stated].seconds * moved:.4g} s, in which no log is written"
             return TimeGuess((*others, stated), why)
     return TimeGuess((stated,), f"unit {unit}", True)
 
@@ -224,9 +185,9 @@ def _by_step(steps: np.ndarray, span: float) -> TimeGuess | None:
         return None
     step = float(np.median(moved))
     forms: tuple[Form, ...] = ("seconds", "milliseconds", "minutes", "microseconds", "nanoseconds", "hours")
-    usual: list[Form] = [form for form in forms if SHORTEST_S <= SCALES[form][0] * step <= LONGEST_S]
-    able: list[Form] = [form for form in usual if SCALES[form][0] * span >= LEAST_SPAN_S]
-    even: list[Form] = [form for form in able if _is_round(SCALES[form][0] * step)]
+    usual: list[Form] = [form for form in forms if SHORTEST_S <= FORMS[form].seconds * step <= LONGEST_S]
+    able: list[Form] = [form for form in usual if FORMS[form].seconds * span >= LEAST_SPAN_S]
+    even: list[Form] = [form for form in able if _is_round(FORMS[form].seconds * step)]
     found: tuple[Form, ...] = tuple(even or able)
     if found == ("seconds",) and step >= FEWEST_WHOLE and np.array_equal(moved, np.round(moved)):
         return TimeGuess(COUNTED[:3], f"whole numbers in steps of {step:.4g}")
@@ -277,9 +238,8 @@ def seconds(columns: Sequence[RawColumn], form: Form) -> np.ndarray:
         return _over_midnight(_from_hhmmss(column.numbers))
     if form == "day fraction":
         return _over_midnight(DAY * column.numbers)
-    if form in SCALES:
-        factor, offset = SCALES[form]
-        numbers = column.numbers
+    if FORMS[form].seconds:
+        factor, offset, numbers = FORMS[form].seconds, FORMS[form].zero, column.numbers
         if form in COUNTED and (np.diff(numbers) < 0.0).any():
             for period in (*COUNTERS, DAY / factor, WEEK_S / factor):
                 numbers = _going_on(numbers, period)

@@ -11,9 +11,8 @@ import numpy as np
 from .convert import Stream
 from .draft import Answer, Question
 from .gps_time import EPOCH_S, WEEK_S, leap_seconds
-from .motions import Lag, offset_by_motion
-from .offsets import NEAR_S, OVERLAP, estimate_offset
-from .report import FileFault
+from .offsets import NEAR_S, OVERLAP, Lag, estimate_offset, offset_by_motion
+from .result import FileFault
 from .times import clock_question
 
 ZONE_STEP_S, LONGEST_ZONE_S = 900.0, 14.0 * 3600.0

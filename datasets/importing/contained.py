@@ -18,11 +18,10 @@ from pathlib import Path
 from typing import Any
 
 from ...models.errors import BadInput
+from .binary_tables import read_excel, read_mat, read_netcdf, read_parquet
 from .formats.autopilots import read_ardupilot, read_px4
-from .formats.columnar import read_parquet
 from .formats.ros import read_bag
 from .raw import RawTable
-from .workbooks import read_excel, read_mat, read_netcdf
 
 READERS = {
     "a workbook": read_excel,

@@ -13,7 +13,7 @@ from .draft import NOT_USED
 from .finding import EITHER_SIDE, either_side
 from .mapping import ColumnMap, TableMap
 from .raw import RawColumn, RawTable
-from .report import FileFault
+from .result import FileFault
 from .times import TableTime
 from .units import UNITS
 

@@ -9,54 +9,26 @@ import numpy as np
 
 from ..columns import RUDDERS, TWIN
 from ..geometry import body_velocities
-from .evidence import mean_direction
-from .geodesy import headings_of_track, on_plane
-from .report import FileFault
-
-DIRECT = {
-    "rudder": "rudder_rad",
-    "rudder_command": "rudder_command_rad",
-    "propeller": "propeller_rps",
-    "propeller_thrust": "propeller_thrust_N",
-    "thrust_port": "thrust_port_N",
-    "thrust_starboard": "thrust_starboard_N",
-    "yaw_rate": "yaw_rate_rad_s",
-    "roll": "roll_rad",
-    "roll_rate": "roll_rate_rad_s",
-    "wind_speed": "wind_speed_m_s",
-    "wind_direction": "wind_direction_rad",
-}
-"""Quantities that are channels of a record already."""
-PARTNERS = {
-    "thrust_port": "thrust_starboard",
-    "thrust_starboard": "thrust_port",
-    "sway": "surge",
-    "north": "east",
-    "east": "north",
-    "latitude": "longitude",
-    "longitude": "latitude",
-    "velocity_north": "velocity_east",
-    "velocity_east": "velocity_north",
-}
-"""Quantity -> the one without which it makes no channel."""
-SLOWEST_M_S = 0.05
-"""Speed below which a course says nothing."""
+from .geodesy import on_plane
+from .quantities import quantities
+from .result import FileFault
 
 
 class Channels:
     """Channels in the making: `found` by name, the quantities that each is made of in `sources`, what was done in
     `steps`, faults, and facts for the sidecar."""
 
-    def __init__(self, label: str, time: np.ndarray, quantities: dict[str, np.ndarray]) -> None:
-        self.label, self.time, self.q = label, time, quantities
+    def __init__(self, label: str, time: np.ndarray, values: dict[str, np.ndarray]) -> None:
+        self.label, self.time, self.q = label, time, values
         self.found: dict[str, np.ndarray] = {}
         self.sources: dict[str, tuple[str, ...]] = {}
         self.steps: list[str] = []
         self.faults: list[FileFault] = []
         self.facts: dict[str, Any] = {}
         self.variation: float | None = None
-        for quantity in (name for name in quantities if name in DIRECT):
-            self.add((quantity,), **{DIRECT[quantity]: quantities[quantity]})
+        for quantity, samples in values.items():
+            if channel := quantities()[quantity].channel:
+                self.add((quantity,), **{channel: samples})
 
     def add(self, sources: tuple[str, ...], **channels: np.ndarray) -> None:
         """Add channels (N,) that are made of quantities."""
@@ -68,12 +40,12 @@ class Channels:
         self.faults.append(FileFault(self.label, message, hint))
 
 
-def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], variation_deg: float | None) -> Channels:
-    """All channels that the quantities (N,) give.
+def derive(label: str, time: np.ndarray, values: dict[str, np.ndarray], variation_deg: float | None) -> Channels:
+    """All channels that quantities give, each (N,).
 
     variation_deg : magnetic variation, positive to east, for a magnetic heading without one in the log.
     """
-    made = Channels(label, time, quantities)
+    made = Channels(label, time, values)
     _heading(made, variation_deg)
     _positions(made)
     _velocities(made)
@@ -81,10 +53,10 @@ def derive(label: str, time: np.ndarray, quantities: dict[str, np.ndarray], vari
     if set(TWIN) <= found.keys() and not set(RUDDERS) & found.keys():
         made.add(("thrust_port", "thrust_starboard"), **{RUDDERS[1]: found[TWIN[0]] - found[TWIN[1]]})
         made.steps.append("steering command: port less starboard thrust, N; there is no rudder")
-    for name, other in PARTNERS.items():
-        if name in quantities and other not in quantities:
+    for name in values:
+        other = quantities()[name].partner
+        if other and other not in values:
             made.warn(f"{name.replace('_', ' ')} without {other.replace('_', ' ')}: it makes no channel of the record")
-    _check_track(made)
     return made
 
 
@@ -157,35 +129,3 @@ def _velocities(made: Channels) -> None:
     surge, sway = body_velocities(*parts, heading)
     made.add((*of, *made.sources["heading_rad"]), surge_m_s=surge, sway_m_s=sway)
     made.steps.append(f"surge, sway: {told}, turned by the heading; at the receiver's antenna")
-
-
-def _check_track(made: Channels) -> None:
-    """Compare headings with the courses of the track: other axes and directions of rotation show there."""
-    found = made.found
-    if not {"heading_rad", "north_m", "east_m"} <= found.keys():
-        return
-    north, east = found["north_m"], found["east_m"]
-    least = max(SLOWEST_M_S, 0.3 * _usual_speed(north, east, made.time))
-    course = headings_of_track(north, east, made.time, least)
-    known = np.isfinite(course) & np.isfinite(found["heading_rad"])
-    if known.sum() < 20 or np.ptp(np.unwrap(course[known])) < 0.3:
-        return
-    heading, course = found["heading_rad"][known], course[known]
-    straight, drift = mean_direction(course - heading)
-    mirrored, turn = mean_direction(course + heading)
-    if mirrored > straight + 0.05 and mirrored > 0.9:
-        quarter = abs(abs(turn) - math.pi / 2.0) < 0.35
-        hint = "give the heading sign -1 in the mapping" + (", and exchange north and east" if quarter else "")
-        hint += "; mathematical angles count from east to north"
-        said = "the heading turns against the track"
-        made.faults.append(FileFault(made.label, said, hint, column="heading", fatal=True))
-    elif straight > 0.9 and abs(drift) > 0.35:
-        said = f"the ship moves {math.degrees(drift):+.0f} deg from its heading on average"
-        made.warn(said, "check the zero of the heading, and which of north and east is which")
-
-
-def _usual_speed(north: np.ndarray, east: np.ndarray, time: np.ndarray) -> float:
-    with np.errstate(invalid="ignore"):
-        speed = np.hypot(np.gradient(north, time), np.gradient(east, time))
-    known = speed[np.isfinite(speed)]
-    return float(np.median(known)) if known.size else 0.0

@@ -24,23 +24,6 @@ EITHER_SIDE = (*WITH_SIDE, "roll")
 """Angles that lie on either side of zero, also where a file counts them round the full circle."""
 OPTIONAL = ("roll", "roll_rate")
 """Quantities without which a record is right."""
-CONVENTIONS = {
-    "heading": "clockwise from north", "heading_magnetic": "clockwise from magnetic north",
-    "course_over_ground": "clockwise from north", "magnetic_variation": "positive to east",
-    "magnetic_deviation": "positive to east", "yaw_rate": "positive to starboard", "surge": "positive forward",
-    "sway": "positive to starboard", "velocity_north": "positive to north", "velocity_east": "positive to east",
-    "latitude": "positive to north", "longitude": "positive to east", "north": "positive to north",
-    "east": "positive to east", "roll": "positive with starboard down", "roll_rate": "positive with starboard down",
-    "wind_direction": "where it comes from, clockwise from north",
-}  # fmt: skip
-"""The record's sign convention of quantities that have one."""
-TURNED = {
-    "yaw_rate": "positive to port", "sway": "positive to port", "surge": "positive astern",
-    "roll": "positive with port down", "roll_rate": "positive with port down", "latitude": "positive to south",
-    "longitude": "positive to west", "north": "positive to south", "east": "positive to west",
-    "heading": "counterclockwise from north", "rudder_command": "against the rudder angle",
-}  # fmt: skip
-"""The convention of a column whose sign is -1."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +91,8 @@ class ColumnFinding:
             return AS_RECORD
         if self.offset and quantity == "heading" and self.sign < 0:
             return "counterclockwise from east"
-        return TURNED.get(quantity, "turned round") if self.sign < 0 else CONVENTIONS.get(quantity, "")
+        facts = quantities()[quantity]
+        return (facts.turned or "turned round") if self.sign < 0 else facts.convention
 
 
 def either_side(angles: np.ndarray) -> np.ndarray:

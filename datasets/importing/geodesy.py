@@ -1,4 +1,4 @@
-"""Positions on a plane, and the course of a track."""
+"""Positions on a plane."""
 
 from __future__ import annotations
 
@@ -73,10 +73,3 @@ def geodesics(
     less = b * sin_arc * (middle + b / 4.0 * (cos_arc * (2.0 * middle**2 - 1.0) - third))
     there = np.arctan2(cos1 * np.sin(angle), np.sin(others - own) - 2.0 * cos1 * sin2 * np.sin(0.5 * angle) ** 2)
     return (1.0 - FLATTENING) * RADIUS_M * a * (arc - less), np.arctan2(across, along), there, arc
-
-
-def headings_of_track(north: np.ndarray, east: np.ndarray, time: np.ndarray, least_m_s: float) -> np.ndarray:
-    """Course (N,), rad, of a track; nan where it is slower than `least_m_s`."""
-    speed_north, speed_east = np.gradient(north, time), np.gradient(east, time)
-    course = np.arctan2(speed_east, speed_north)
-    return np.where(np.hypot(speed_north, speed_east) > least_m_s, course, np.nan)

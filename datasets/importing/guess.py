@@ -12,16 +12,16 @@ import numpy as np
 from ...models.errors import BadInput
 from ..io import MIN_SAMPLES
 from ..record import Side, is_side
-from . import meanings, no_rudder, open_units, propellers, roles, shared_questions, signs_told, units_told
-from .draft import NOT_USED
+from . import meanings, roles, signs_told, steering, units_told
+from .draft import NOT_USED, for_equal_doubts, for_equal_headers
 from .evidence import nearest, rate_ratio, size_ratio
 from .finding import ColumnFinding, ask_quantity, ask_sign, ask_unit, identifier
 from .log import RawLog, speeds
 from .mapping import ColumnMap, Mapping, TableMap
-from .proposal import propose
-from .quantities import NOT_USED_AS, quantities
+from .proposal import propose, propose_units
+from .quantities import is_unsigned, quantities
 from .raw import RawTable
-from .reading import UNSIGNED, stated
+from .reading import stated
 from .times import TableTime, find_time
 from .units import candidates, unit_of
 
@@ -42,7 +42,7 @@ CONFLICT = (0.7, 1.4)
 
 def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[str, str]) -> RawLog:
     """The findings of all columns, as far as the log, the map and the answers tell them."""
-    log = RawLog([], {}, shared_questions.for_equal_headers(tables, answers))
+    log = RawLog([], {}, for_equal_headers(tables, answers))
     for table in tables:
         entry = entry_of(table, mapping)
         log.times[table.label] = time = find_time(table, entry.time if entry else None, log.answers)
@@ -50,7 +50,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         own = (column for column in table.columns if column.name not in time.columns)
         log.findings += [stated(table, column, given.get(column.name), mapping is not None) for column in own]
     _without_notes(log, tables)
-    log.answers = shared_questions.for_equal_doubts(log.findings, log.answers)
+    log.answers = for_equal_doubts(log.findings, log.answers)
     for i, found in enumerate(log.findings):
         vague = len(found.may_be) > 1 and not found.questions and identifier(found, "quantity") in log.answers
         # what an answer tells of other columns is told at once
@@ -63,7 +63,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
         log.each(units_told.by_physics)
         log.each(signs_told.by_channel)
     roles.settle(log)
-    propellers.settle(log)
+    steering.settle_propellers(log)
     propose(log, tables)
     log.each(signs_told.by_channel)
     log.each(_as_rudder)
@@ -72,7 +72,7 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     log.each(_not_magnetic)
     meanings.without_twins(log)
     log.each(_checked)
-    open_units.propose(log, tables)
+    propose_units(log, tables)
     log.each(signs_told.by_channel)
     log.each(meanings.ask)
     log.each(_ask_unit)
@@ -107,9 +107,9 @@ def _chosen(log: RawLog) -> None:
             if quantity and label == f"{found.table.label}/{found.column.name}":
                 unit = unit_of(found.column.unit, quantities()[quantity].dimension)
                 foreign = found.column.unit if unit is None else ""
-                foreign = foreign or ("us" if quantity == "rudder" and no_rudder.is_pulse(found.column.numbers) else "")
+                foreign = foreign or ("us" if quantity == "rudder" and steering.is_pulse(found.column.numbers) else "")
                 log.findings[i] = replace(
-                    found, may_be=(quantity,), unit=unit, signed=quantity in UNSIGNED, why=("as answered",),
+                    found, may_be=(quantity,), unit=unit, signed=is_unsigned(quantity), why=("as answered",),
                     bounded=("quantity",), foreign=foreign, questions=(),
                 )  # fmt: skip
 
@@ -152,9 +152,8 @@ def missing(table: RawTable, entry: TableMap) -> list[str]:
 
 
 def _not_through_water(_: RawLog, found: ColumnFinding) -> ColumnFinding:
-    if found.quantity in NOT_USED_AS and "quantity" not in found.bounded:
-        return found.unused(NOT_USED_AS[str(found.quantity)])
-    return found
+    why = quantities()[found.quantity].unused if found.quantity is not None else ""
+    return found.unused(why) if why and "quantity" not in found.bounded else found
 
 
 def _perhaps_magnetic(log: RawLog, found: ColumnFinding) -> ColumnFinding:

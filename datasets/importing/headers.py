@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache
 
 from .names import named, words
-from .quantities import quantities, side_words, word_list
+from .quantities import quantities, word_groups, word_list
 from .units import NO_UNIT, TIME_WORDS, LogUnit, tidy, unit_of
 
 BRACKETS = re.compile("[\\[({<\u3010\u3014]([^\\[\\](){}<>\u3010\u3011\u3014\u3015]*)[\\])}>\u3011\u3015]")
@@ -117,7 +117,7 @@ def _is_unread(piece: str, name: str) -> bool:
     if whole.may_be and not whole.extra and set(whole.may_be) < set(named(words(name)).may_be or quantities()):
         return False
     parts = words(piece)
-    known = word_list("harmless").union(word_list("command"), word_list("not_measured"), *side_words().values())
+    known = word_list("harmless").union(word_list("command"), word_list("not_measured"), *word_groups("sides").values())
     strange = [part for part in parts if part not in known and not part.isdigit()]
     composed = re.search(r"[/^*\d]", piece) and any(unit_of(part) is not None for part in parts if len(part) > 1)
     return bool(composed) or bool(strange and not named(parts).may_be)
@@ -187,7 +187,7 @@ def _suffixes(known: tuple[str, ...]) -> tuple[tuple[tuple[str, ...], str], ...]
 @cache
 def _patterns() -> tuple[re.Pattern[str], ...]:
     """Patterns of a sign convention, each with the groups `sign` and `side`."""
-    sides = "|".join(sorted((re.escape(w) for s in side_words().values() for w in s), key=len, reverse=True))
+    sides = "|".join(sorted((re.escape(w) for s in word_groups("sides").values() for w in s), key=len, reverse=True))
     signs = word_list("positive") | word_list("negative")
     strong = "|".join(sorted((re.escape(w) for w in signs if w not in ("pos", "neg")), key=len, reverse=True))
     side = rf"(?<![a-z])(?P<side>{sides})(?![a-z])"
@@ -209,7 +209,7 @@ def sign_stated(text: str) -> tuple[str, tuple[int, int]]:
         match = pattern.search(plain)
         if match:
             word, sign = match["side"], match["sign"].strip()
-            side = next(side for side, known in side_words().items() if word in known)
+            side = next(side for side, known in word_groups("sides").items() if word in known)
             negative = sign == "-" or sign.rstrip(".") in word_list("negative")
             raised = RAISED.match(plain, match.end("side"))
             stop = max(match.end(), raised.end() if raised else 0)

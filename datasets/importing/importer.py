@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import math
 import os
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -13,17 +14,18 @@ from pathlib import Path
 import numpy as np
 
 from ...models.errors import BadInput
+from ..axes import track_of
 from ..columns import RUDDERS, TWIN
 from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side, is_side
 from ..rudder_sign import rudder_sign_doubt, steering_side
-from . import no_rudder, proposal, scales, shared_questions, vessels
+from . import proposal, scales, steering, vessels
 from .clock import FORMS, seconds, spread
 from .clocks import on_dates
 from .convert import Stream, streams_of
 from .derive import derive
-from .draft import NOT_USED, TIME, Answer, DraftColumn, Question
+from .draft import NOT_USED, TIME, Answer, DraftColumn, Question, asked_once
 from .finding import AS_RECORD, ColumnFinding
 from .guess import entry_of, examine, missing, stated_side
 from .log import RawLog
@@ -32,8 +34,7 @@ from .merge import Merged, merge
 from .quantities import quantities
 from .raw import RawColumn, RawTable
 from .reading import WITHOUT_NAME
-from .report import FileFault, ImportFault, ImportReport, channel_sources, refuse_fatal
-from .result import Aside, Import
+from .result import Aside, FileFault, Import, ImportFault, ImportReport, channel_sources, refuse_fatal
 from .sources import read_raw
 from .times import TableTime
 
@@ -41,6 +42,8 @@ RUDDER_SIDE, VARIATION = "rudder side", "variation"
 """Ids of the questions for the side of a positive rudder, and for the magnetic variation."""
 LED_BY_TRACK = {"latitude", "north", "velocity_north", "speed_over_ground"}
 """Quantities of the logger that leads a run without rudder, heading and yaw rate."""
+ASKEW_RAD = 0.35
+"""Mean angle of the track to the heading that is told."""
 SAME_RUN = 5.0
 """Steps after its end within which another file of the same columns goes on with a run."""
 
@@ -269,14 +272,14 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: RawLog, ans
     if entries and mapping:  # the map of a log need not name its tables without a column that is used
         labels = {entry.label for entry in mapping.tables}
         faults = [fault for fault in faults if fault.fatal or fault.table in labels]
-    questions += no_rudder.questions(tables, log, mapping, answers) if not faults else []
-    questions = shared_questions.once(tables, questions)
+    questions += steering.questions(tables, log, mapping, answers) if not faults else []
+    questions = asked_once(tables, questions)
     if faults and not entries:
         faults = [replace(fault, fatal=True) for fault in faults]
     made = (mapping or Mapping(tables=entries)) if entries else None
     if made is not None:
         said = {"rows_of": answers.get(vessels.VESSEL), "scale": answers.get(scales.SCALE)}
-        said["rudder"] = no_rudder.NONE if answers.get(no_rudder.RUDDER) == no_rudder.NONE else None
+        said["rudder"] = steering.NONE if answers.get(steering.RUDDER) == steering.NONE else None
         known = {key: value for key, value in said.items() if value is not None}
         made = made.model_copy(update={"tables": entries, **known})
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
@@ -467,6 +470,7 @@ def _record(
     facts = made.facts | _start(merged)
     meta = RecordMeta(vessel=options.vessel, source=", ".join(s.label for s in merged.streams), extra=facts)
     record = Record(merged.time - start, channels, name, meta)
+    faults += _against_track(record)
     record, told, more, asked = _signed(record, options.positive_rudder, log)
     if "heading_magnetic" in merged.quantities and "heading" not in merged.quantities and made.variation is None:
         asked.append(_variation_question(log))
@@ -474,6 +478,18 @@ def _record(
     notes = "; ".join(map(str, [*faults, *more])) or None
     record = replace(record, meta=replace(record.meta, notes=notes))
     return record, [*merged.steps, *made.steps, *told], [*faults, *more], asked, made.sources
+
+
+def _against_track(record: Record) -> list[FileFault]:
+    """What the course of the positions says against the heading: other axes and directions of rotation show there."""
+    track = track_of(record)
+    if track is not None and track.mirrored:
+        hint = f"as if {track.reading}; or give the heading sign -1 in the mapping: mathematical angles count from east"
+        return [FileFault(record.name, "the heading turns against the track", hint, column="heading", fatal=True)]
+    if track is None or abs(track.angle) < ASKEW_RAD:
+        return []
+    said = f"the ship moves {math.degrees(track.angle):+.0f} deg from its heading on average"
+    return [FileFault(record.name, said, "check the zero of the heading, and which of north and east is which")]
 
 
 def _start(merged: Merged) -> dict[str, str]:

@@ -11,16 +11,11 @@ import numpy as np
 
 from .cells import GAPS
 from .clock import guess_form
-from .names import is_date, is_time, joined, part_of_time, words
+from .names import is_date, is_time, joined, listed, part_of_time, words
 from .raw import RawColumn, RawTable, faults_once
 
-TALKERS = frozenset(map(joined, ("talker", "source", "sensor", "device", "instrument", "sender", "geber", "talker id")))
-NAMES = frozenset(map(joined, ("parameter", "signal", "channel", "variable", "tag", "quantity", "measurement", "item",
-                               "parameter name", "signal name", "messgroesse", "kanal", "topic", "field", "path", "key",
-                               "metric", "name", "tag name", "entity")))  # fmt: skip
-NUMBERS = frozenset(map(joined, ("id", "number", "index", "instance", "channel", "servo", "servo id", "device id")))
-VALUES = frozenset(map(joined, ("value", "wert", "messwert", "reading", "data", "valeur", "valor", "verdi", "val")))
-UNITS = frozenset(map(joined, ("unit", "units", "einheit", "unite", "unidad", "enhet")))
+TALKERS, NAMES, NUMBERS = listed("talkers"), listed("parameters"), listed("devices")
+VALUES, UNITS = listed("values"), listed("unit_columns")
 AS_LONG = 0.05
 """Relative difference of their lengths from which on two times are not the same."""
 ALWAYS, FEWEST = 0.98, 10

@@ -17,8 +17,8 @@ from .evidence import ClockSeries, together, track_velocity
 from .finding import ColumnFinding
 from .geodesy import on_plane
 from .mapping import ColumnMap
-from .quantities import quantities
-from .reading import UNSIGNED, goes_ahead
+from .quantities import is_unsigned, quantities
+from .reading import goes_ahead
 from .times import TableTime
 from .units import UNITS, LogUnit
 
@@ -184,7 +184,7 @@ def _with_answer(found: ColumnFinding, question: Question, key: str) -> ColumnFi
     may_be = (entry.to,)
     same = quantities()[entry.to].dimension == base.dimension
     chosen = replace(base, may_be=may_be, unit=base.unit if same else None)
-    signed = base.signed if len(found.may_be) == 1 else entry.to in UNSIGNED or goes_ahead(chosen)
+    signed = base.signed if len(found.may_be) == 1 else is_unsigned(entry.to) or goes_ahead(chosen)
     return replace(chosen, signed=signed)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import Field, field_validator, model_validator
+from pydantic import AfterValidator, Field, field_validator, model_validator
 
 from ...models.yaml_file import FileContent, checked, read_yaml
 from .clock import FORMS, Form
@@ -67,11 +67,17 @@ PARTS = {"date parts": 6, "clock parts": 3}
 """Forms of a time in a column for every part -> number of columns; one more holds a fraction of the second."""
 
 
+def _known_form(form: Form) -> Form:
+    if form not in (*FORMS, "?"):
+        raise ValueError(f"needs one of {', '.join(FORMS)} or ? as form, not {form}")
+    return form
+
+
 class TimeMap(FileContent):
     """The time: its column, or those of its parts, and its form; of rows without a time their step."""
 
     columns: Annotated[tuple[str, ...], Field(max_length=7)] = ()
-    form: Form | Literal["?"]
+    form: Annotated[Form, AfterValidator(_known_form)]
     step_s: Annotated[float, Field(gt=0.0, allow_inf_nan=False)] | None = None
 
     @model_validator(mode="after")

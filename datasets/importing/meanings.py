@@ -28,8 +28,8 @@ from .finding import WITH_SIDE, ColumnFinding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
 from .log import RawLog, speeds
 from .names import words
-from .quantities import quantities
-from .reading import UNSIGNED, frame_stated
+from .quantities import is_unsigned, quantities
+from .reading import frame_stated
 from .units import UNITS
 
 ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed": 0.25, "length": 5.0, "rotation": 0.1}
@@ -70,7 +70,7 @@ def settle(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 
 
 def _decided(found: ColumnFinding, quantity: str, why: str, sure: Sure = "other channel") -> ColumnFinding:
-    return found.told(sure, why, may_be=(quantity,), signed=quantity in UNSIGNED)
+    return found.told(sure, why, may_be=(quantity,), signed=is_unsigned(quantity))
 
 
 def _speed(log: RawLog, found: ColumnFinding) -> ColumnFinding:

@@ -15,7 +15,7 @@ from .clocks import align
 from .convert import Stream
 from .draft import Question
 from .quantities import quantities
-from .report import FileFault
+from .result import FileFault
 
 SLOW_MATTERS = frozenset({"propeller", "propeller_thrust", "wind_speed", "wind_direction", "magnetic_variation"})
 """Quantities that change slowly: a logger of these alone does not set the time step."""

@@ -63,59 +63,40 @@ def _days(date: str, month_first: bool) -> float:
 
 # ---- Dates with times of day that all have the same length, such as 2024-05-03T08:00:00.100Z, column by column.
 
-EVEN_FORM = "0000-00-00T00:00:00"
-"""Digits and signs of a moment in full seconds; a space may stand for the T, and decimals and a Z follow."""
-MOST_DECIMALS = 9
+EVEN_STAMP = re.compile(rb"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.(?P<decimals>\d{1,9}))?Z?")
+FULL_SECONDS, MOST_SIGNS = 19, 30
 
 
 def even_stamps(texts: Texts) -> np.ndarray | None:
     """Seconds since 1970 (N,) of moments in UTC or without a zone; None where a text is of another form or no moment,
     or the texts are not Arrow's."""
-    signs = texts.characters(len(EVEN_FORM) + MOST_DECIMALS + 2) if texts.arrow is not None else None
-    if signs is None or signs.shape[1] < len(EVEN_FORM):
+    signs = texts.characters(MOST_SIGNS) if texts.arrow is not None else None
+    form = EVEN_STAMP.fullmatch(signs[0].tobytes()) if signs is not None else None
+    if signs is None or form is None:
         return None
-    zoned = bool(signs[0, -1] == ord("Z"))
-    decimals = signs.shape[1] - len(EVEN_FORM) - 1 - zoned
-    if not 0 < decimals <= MOST_DECIMALS and decimals != -1:
+    digit = (signs >= ord("0")) & (signs <= ord("9"))
+    if (digit != digit[0]).any() or (signs[:, ~digit[0]] != signs[0, ~digit[0]]).any():
         return None
-    form = EVEN_FORM + ("" if decimals < 0 else "." + "0" * decimals) + "Z" * zoned
-    digit = np.array([sign == "0" for sign in form])
-    wanted = np.frombuffer(form.replace("T", chr(signs[0, 10])).encode(), np.uint8)
-    if chr(signs[0, 10]) not in "T " or (signs[:, ~digit] != wanted[~digit]).any():
+    if (signs[:, :4] == ord("0")).all(axis=1).any():  # no year
         return None
-    numbers = signs - np.uint8(ord("0"))
-    if (numbers[:, digit] > 9).any():
+    try:
+        seconds = _as_texts(signs[:, :FULL_SECONDS]).astype("datetime64[s]").astype(np.int64)
+    except ValueError:
         return None
-    return _epoch([_whole(numbers[:, a:b]) for a, b in ((0, 4), (5, 7), (8, 10), (11, 13), (14, 16), (17, 19))],
-                    _whole(numbers[:, 20 : 20 + decimals]) * 10 ** (9 - max(decimals, 0)))  # fmt: skip
+    size = len(form["decimals"] or b"")
+    decimals = signs[:, FULL_SECONDS + 1 : FULL_SECONDS + 1 + size]
+    return seconds + (_as_texts(decimals).astype(np.int64) * 10 ** (9 - size) / 1e9 if size else 0.0)
 
 
-def _whole(digits: np.ndarray) -> np.ndarray:
-    """Whole numbers (N,) of their digits (N, k)."""
-    found = np.zeros(len(digits), np.int64)
-    for digit in digits.T:
-        found = 10 * found + digit
-    return found
+def _as_texts(signs: np.ndarray) -> np.ndarray:
+    """Texts (N,) of their characters (N, k)."""
+    return np.ascontiguousarray(signs).view(f"S{signs.shape[1]}").ravel()
 
 
 def days_since_1970(year: np.ndarray, month: np.ndarray, day: np.ndarray) -> np.ndarray:
     """Days (N,) since 1970 of whole numbers (N,)."""
     months = (12 * (year - 1970) + month - 1).astype(np.int64).astype("datetime64[M]")
     return months.astype("datetime64[D]").astype(np.int64) + day - 1
-
-
-def _epoch(parts: list[np.ndarray], nanoseconds: np.ndarray) -> np.ndarray | None:
-    """Seconds since 1970 (N,) of year, month, day, hour, minute and second; None where they are no moment, or one of
-    other centuries."""
-    year, month, day, hour, minute, second = parts
-    if (year < 1700).any() or (year > 2200).any() or (month < 1).any() or (month > 12).any() or (day < 1).any():
-        return None
-    if (hour > 23).any() or (minute > 59).any() or (second > 59).any():
-        return None
-    days = days_since_1970(year, month, day)
-    if (day > 28).any() and (days.astype("datetime64[D]").astype("datetime64[M]").astype(int) % 12 != month - 1).any():
-        return None
-    return 86400 * days + 3600 * hour + 60 * minute + second + nanoseconds / 1e9
 
 
 # ---- Times in words of their own: dates with 年, 月 and 日, and durations such as `0 days 00:00:01.5`.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import accumulate
 
-from .quantities import name_list, quantities, side_words, time_parts, vague_names, word_list
+from .quantities import name_list, quantities, time_parts, vague_names, word_groups, word_list
 
 LETTERS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
@@ -64,7 +64,7 @@ def _segments(text: str) -> list[str]:
 
 @cache
 def _han() -> frozenset[str]:
-    lists = (word_list("command"), word_list("not_measured"), word_list("harmless"), *side_words().values())
+    lists = (word_list("command"), word_list("not_measured"), word_list("harmless"), *word_groups("sides").values())
     names = {name for q in quantities().values() for name in q.names} | set(vague_names()) | set(name_list("time"))
     return frozenset(word for word in names.union(*lists) if re.match(f"[{HAN}]", word))
 
@@ -76,7 +76,7 @@ def named(parts: tuple[str, ...]) -> Named:
         return Named(whole, why="name")
     parts = _spelled(parts)
     told = "".join(part for part in parts if part not in word_list("harmless"))
-    if {"".join(parts), told} & _listed("other_motions"):
+    if {"".join(parts), told} & listed("other_motions"):
         return Named(why="vertical, or pitch: no quantity of a record")
     command, found = set(parts) & word_list("command"), [p for p in parts if p not in word_list("command")]
     refused = set(found) & word_list("not_measured")
@@ -89,7 +89,7 @@ def named(parts: tuple[str, ...]) -> Named:
     if refused and not (may_be and not set(rest) & refused):
         return Named(why=f"{sorted(refused)[0]!r}: no measured quantity of a record")
     symbols = {symbol for symbol, known in _short().items() if known == may_be}
-    harmless = word_list("harmless").union(symbols, *side_words().values())
+    harmless = word_list("harmless").union(symbols, *word_groups("sides").values())
     extra = [p for p in rest if p not in harmless]
     if not may_be:
         return Named()
@@ -173,7 +173,7 @@ def joined(name: str) -> str:
 def is_time(name: str) -> bool:
     """Whether a name is that of the time, or of one of several: `time 2 slow rate`."""
     parts = words(name)
-    numbered = len(parts) > 2 and parts[0] in _listed("time") and parts[1].isdigit()
+    numbered = len(parts) > 2 and parts[0] in listed("time") and parts[1].isdigit()
     return numbered or _is_one(name, "time")
 
 
@@ -184,7 +184,7 @@ def is_date(name: str) -> bool:
 
 def is_week(name: str) -> bool:
     """Whether a name is that of the number of a GPS week."""
-    return joined(name) in _listed("week")
+    return joined(name) in listed("week")
 
 
 def part_of_time(name: str) -> str:
@@ -199,10 +199,10 @@ def _is_one(name: str, kind: str) -> bool:
     time`."""
     parts = words(name)
     tried = (parts, parts[:-1], parts[1:], parts[:-2])
-    return any("".join(own) in _listed(kind) for own in tried if own)
+    return any("".join(own) in listed(kind) for own in tried if own)
 
 
 @cache
-def _listed(kind: str) -> frozenset[str]:
+def listed(kind: str) -> frozenset[str]:
     """The names of a list (`name_list`) without what separates their words."""
     return frozenset(map(joined, name_list(kind)))

@@ -1,22 +1,25 @@
-"""NMEA 0183 logs: sentences by kind and talker, read by pynmeagps; only numbers are kept of them."""
+"""NMEA 0183 logs: sentences by kind and talker, read by pynmeagps; only numbers are kept of them.  Sentences of one
+make among them (iXblue, Seatex, Furuno, Trimble, RDI), and the ASCII logs of NovAtel, are cut into cells."""
 
 from __future__ import annotations
 
 import datetime
 import re
+import zlib
 from array import array
 from collections import Counter
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from functools import reduce
+from functools import cache, partial, reduce
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from ...models.errors import BadInput
+from .formats.fields import StatedField, stated_fields
+from .gps_time import start_of_week, utc_of_gps
 from .moments import time_in
-from .nmea_fields import KINDS, Read, is_void
-from .nmea_makers import LOGS, MAKERS, NOVATEL, maker_kind, maker_message, novatel_kind, novatel_message, novatel_sound
 from .raw import RawColumn, RawTable, Rejected, with_faults
 
 SENTENCE = re.compile(r"[$!](?:[A-Z]{2}[A-Z]{3}|P[A-Z]{3,4})[A-Z0-9]*,[^$!\\\"]*")
@@ -30,6 +33,67 @@ FEWEST = 3
 """Sentences of a kind and talker below which they are strays, as from a disturbed line."""
 DATED = 1e8
 """Seconds above which a time holds a date."""
+FIELD = re.compile(r"(?P<value>\w+)(?: - (?P<letter>\w) in (?P<side>\w+))?(?P<conditions>(?: if \w+ (?:is|in) \w+)*)")
+CONDITION = re.compile(r" if (\w+) (is|in) (\w+)")
+TRANSDUCER = "transducer "
+
+Read: TypeAlias = Callable[[Any], Any]
+
+
+@dataclass(frozen=True)
+class SentenceKind:
+    """A sentence: who states what it holds, and its fields, each with the function that reads it from a message."""
+
+    program: str
+    fields: tuple[tuple[StatedField, Read], ...]
+
+    @property
+    def standard(self) -> bool:
+        """Whether it is one of NMEA 0183 itself, which several talkers send."""
+        return self.program == "NMEA 0183"
+
+
+@cache
+def sentence_kinds() -> dict[str, SentenceKind]:
+    """Address of a sentence without its talker, or name of a log of NovAtel -> what it holds."""
+    return {
+        kind: SentenceKind(program, tuple((field, _reader(rule)) for rule, field in fields.items()))
+        for program in ("NMEA 0183", "Makers", "NovAtel")
+        for kind, fields in stated_fields(program).items()
+    }
+
+
+def _reader(rule: str) -> Read:
+    """The function that reads a field from a message, by its rule in `fields.yaml`; nothing where it does not count."""
+    if rule.startswith(TRANSDUCER):
+        return partial(_transducer, rule.removeprefix(TRANSDUCER))
+    parts = FIELD.fullmatch(rule)
+    assert parts is not None, rule
+    value, letter, side = parts["value"], parts["letter"], parts["side"]
+    conditions = [(name, {*letters, ""} if how == "in" else {*letters}) for name, how, letters in
+                  CONDITION.findall(parts["conditions"])]  # fmt: skip
+
+    def read(message: Any) -> Any:
+        if not all(str(_cell(message, name)) in letters for name, letters in conditions):
+            return None
+        found = _cell(message, value)
+        return -float(found) if letter and found not in (None, "") and _cell(message, side) == letter else found
+
+    return read
+
+
+def _cell(message: Any, name: str) -> Any:
+    """An attribute of a message of pynmeagps, or the text of a cell by its place; '' where there is none."""
+    if not name.isdigit():
+        return getattr(message, name, "")
+    return message.cells[int(name)] if int(name) < len(message.cells) else ""
+
+
+def _transducer(name: str, message: Any) -> Any:
+    """The angle of the transducer in whose name a word stands."""
+    found = (i for i in range(1, 10) if name in str(getattr(message, f"tdrid_{i:02d}", "")).lower())
+    place = next((i for i in found if getattr(message, f"tdrtype_{i:02d}", "") == "A"), 0)
+    return getattr(message, f"data_{place:02d}") if place else None
 
 
 @dataclass
@@ -48,8 +112,8 @@ class SentenceGroup:
         self.lines.append(line)
         self.places.append(place)
         self.stamps.append(stamp)
-        for numbers, entry in zip(self.numbers, KINDS[self.kind], strict=True):
-            numbers.append(_number(entry.read, message) if message is not None else np.nan)
+        for numbers, (_, read) in zip(self.numbers, sentence_kinds()[self.kind].fields, strict=True):
+            numbers.append(_number(read, message) if message is not None else np.nan)
 
 
 @dataclass
@@ -69,12 +133,13 @@ class Sentences:
 
     def add(self, line: int, stamp: str, kind: str, talker: str, message: Any) -> None:
         """Keep a sentence."""
-        name = kind if kind == "PASHR" or kind in MAKERS or kind in LOGS else talker + kind
+        held = sentence_kinds()[kind]
+        name = talker + kind if held.standard and kind != "PASHR" else kind
         if kind == "RPM":  # one table for every shaft and engine
             name += f" {message.source}{message.engineshaftnum}"
         if name not in self.groups:
-            self.groups[name] = SentenceGroup(kind, talker, numbers=[array("d") for _ in KINDS[kind]])
-        void = is_void(message)
+            self.groups[name] = SentenceGroup(kind, talker, numbers=[array("d") for _ in held.fields])
+        void = _is_void(message)
         self.others[f"{kind} with status V or mode N"] += void
         self.stamped += bool(stamp)
         self.groups[name].add(line, len(self.clocks), stamp, None if void else message)
@@ -82,7 +147,7 @@ class Sentences:
         self.days.append(_day(kind, message))
 
 
-def looks_like_nmea(text: str) -> bool:
+def _is_nmea(text: str) -> bool:
     """Whether most of the first lines hold a sentence."""
     lines = [line for line in text[:20000].splitlines()[:200] if line.strip()]
     return len(lines) > 0 and sum(_sentence(line) is not None for line in lines) > 0.5 * len(lines)
@@ -97,7 +162,7 @@ def _sentence(line: str) -> tuple[str, str] | None:
             return _stamp(line[: found.start()], line[found.start() + end.end() :]), end[0]
         return _stamp(line[: found.start()], line[found.end() :]), found[0].strip().rstrip("\"'")
     cells = CELLS.match(line)
-    if cells and cells["kind"] in KINDS:
+    if cells and cells["kind"] in sentence_kinds():
         data = re.sub(r"[;\t]", ",", cells["data"].strip().strip('"'))
         return _stamp(cells["stamp"], ""), f"${cells['talker']}{cells['kind']},{data}"
     return None
@@ -112,16 +177,20 @@ def _stamp(before: str, behind: str) -> str:
     return time_in(before)[0] or time_in(behind)[0] or before or behind
 
 
-def read_nmea(text: str, path: Path) -> list[RawTable]:
-    """One table for every kind of sentence of every talker, timed by stamps beside the sentences or by RMC, GGA, ZDA.
+def read_nmea(text: str, path: Path) -> list[RawTable] | None:
+    """One table for every kind of sentence of every talker, timed by stamps beside the sentences or by RMC, GGA, ZDA;
+    None where most of the first lines hold no sentence.
 
     Raises
     ------
     BadInput : no known sentence, or no time in the log.
     """
+    if not _is_nmea(text):
+        return None
     found = _parsed(text)
-    if not any(KINDS[group.kind] for group in found.groups.values()):
-        raise BadInput("no NMEA sentence that can be used", file=path, hint=f"read are {', '.join(KINDS)}")
+    kinds = sentence_kinds()
+    if not any(kinds[group.kind].fields for group in found.groups.values()):
+        raise BadInput("no NMEA sentence that can be used", file=path, hint=f"read are {', '.join(kinds)}")
     stamped = found.stamped > 0.9 * len(found.clocks) and not _line_numbers(found)
     times = None if stamped else _times(found, path)
     done = "timed by the stamps beside the sentences" if stamped else (
@@ -134,7 +203,7 @@ def read_nmea(text: str, path: Path) -> list[RawTable]:
     others = +found.others
     skipped = ", ".join(f"{kind} ({n})" for kind, n in others.most_common())
     notes = ("NMEA 0183", done, *((f"sentences not used: {skipped}",) if skipped else ()))
-    tables = [_table(path, name, group, times) for name, group in found.groups.items() if KINDS[group.kind]]
+    tables = [_table(path, name, group, times) for name, group in found.groups.items() if kinds[group.kind].fields]
     tables[0] = replace(tables[0], done=(*tables[0].done, *notes))
     return with_faults(tables, found.faults, len(found.clocks) + len(found.faults) + others.total())
 
@@ -162,7 +231,7 @@ def _parsed(text: str) -> Sentences:
         kind = _kind(sentence)
         if not (_sound(sentence) if sentence[0] in "$!" else not checked or novatel_sound(sentence)):
             out.faults.append((number, "the checksum of the sentence is wrong", line))
-        elif kind not in KINDS:
+        elif kind not in sentence_kinds():
             out.others[kind] += 1
         elif (message := _message(sentence)) is None:
             out.faults.append((number, "the form of the sentence is wrong", line))
@@ -193,11 +262,20 @@ def _message(sentence: str) -> Any:
     if sentence[0] in "#%":
         return novatel_message(sentence)
     try:
-        if (kind := _kind(sentence)) in MAKERS:
+        if (kind := _kind(sentence)) in stated_fields("Makers"):
             return maker_message(kind, body)
         return NMEAReader.parse(f"${body}*00\r\n".encode(), validate=0)
     except (NMEAMessageError, NMEAParseError, NMEATypeError, ValueError, TypeError, LookupError, AttributeError):
         return None
+
+
+def _is_void(message: Any) -> bool:
+    """Whether the data of a sentence are void, its time is not: status V, or the mode of every receiver is N."""
+    if message.msgID == "lost":
+        return True
+    status = getattr(message, "status", "") if message.msgID in ("RMC", "GLL") else ""
+    mode = str(getattr(message, "posMode", "") or "")
+    return status == "V" or (mode != "" and set(mode) == {"N"})
 
 
 # ------------------------------------------------------------------------------------------------ times
@@ -265,14 +343,15 @@ def _times(found: Sentences, path: Path) -> np.ndarray:
 
 def _table(path: Path, name: str, group: SentenceGroup, times: np.ndarray | None) -> RawTable:
     talker = "" if name == group.kind else f" of talker {group.talker}"
-    by = f"{'NovAtel' if group.kind in LOGS else 'NMEA 0183'} states it: {group.kind}{talker}"
+    held = sentence_kinds()[group.kind]
+    by = f"{'NovAtel' if held.program == 'NovAtel' else 'NMEA 0183'} states it: {group.kind}{talker}"
     values: Any = tuple(group.stamps) if times is None else times[np.array(group.places)]
     columns = [RawColumn("time", "", values, "" if times is None else "time", by)]
-    for entry, series in zip(KINDS[group.kind], group.numbers, strict=True):
+    for ((called, quantity, unit), _), series in zip(held.fields, group.numbers, strict=True):
         numbers = np.array(series)
         if np.isfinite(numbers).any():
-            side = "starboard" if entry.quantity == "rudder" else ""
-            columns.append(RawColumn(entry.name, entry.unit, numbers, entry.quantity, by, side=side))
+            side = "starboard" if quantity == "rudder" else ""
+            columns.append(RawColumn(called, unit, numbers, quantity, by, side=side))
     return RawTable.of(path, columns, f"{len(group.lines)} sentences {name}", name, group.lines)
 
 
@@ -282,3 +361,72 @@ def _number(read: Read, message: Any) -> float:
         return float(value) if value not in (None, "") else np.nan
     except (TypeError, ValueError, AttributeError):
         return np.nan
+
+
+# ---- Sentences of one make, and the logs of NovAtel.
+
+SUBTYPED = ("PSXN", "PIXSE", "PSAT", "PTNL", "PFEC", "PSTM", "PUBX")
+"""Addresses whose first field says which sentence it is."""
+NOVATEL = re.compile(r"[#%][A-Z][A-Z0-9]{3,24}A,[^;#%$]{3,200};[^*#%$]{1,1000}\*[0-9a-fA-F]{8}")
+"""A log of NovAtel, and of receivers that write the same form."""
+NO_SOLUTION = ("INS_INACTIVE", "INS_ALIGNING", "INSUFFICIENT_OBS", "NO_CONVERGENCE", "COLD_START", "NONE", "PENDING")
+"""States, or kinds of a position, in which a log of NovAtel holds no measurement."""
+
+
+@dataclass(frozen=True)
+class SentenceParts:
+    """A sentence as its fields; `time` and `date` where it states them."""
+
+    msgID: str
+    cells: tuple[str, ...]
+    time: datetime.time | None = None
+    date: datetime.date | None = None
+
+
+def maker_kind(address: str, body: str) -> str:
+    """The kind of a sentence of one make: its address, with its first field where that says which one it is."""
+    subtype = body.split(",", 2)[1] if address in SUBTYPED and "," in body else ""
+    return f"{address}{subtype}"
+
+
+def maker_message(kind: str, body: str) -> SentenceParts:
+    """The fields of a sentence of one make, behind its address and kind.
+
+    Raises
+    ------
+    IndexError : it has none.
+    """
+    cells = body.split(",")
+    cells = cells[2 if kind != cells[0] else 1 :]
+    if not any(cells):
+        raise IndexError(kind)
+    return SentenceParts(kind, tuple(cells))
+
+
+def novatel_message(sentence: str) -> SentenceParts | None:
+    """The fields of a log of NovAtel with its time; None where its header is not one."""
+    head, _, data = sentence[1:].partition("*")[0].partition(";")
+    header, cells = head.split(","), data.split(",")
+    place = (5, 6) if sentence[0] == "#" else (1, 2)
+    try:
+        week, seconds = (float(header[i]) for i in place)
+    except (ValueError, IndexError):
+        return None
+    timed = 0.0 < week < 5000.0 and 0.0 <= seconds <= 604800.0 and header[4:5] != ["UNKNOWN"]
+    lost = any(cell in NO_SOLUTION for cell in (*cells[:2], *cells[-1:]))
+    parts = SentenceParts("lost" if lost else novatel_kind(sentence), tuple(cells))
+    if not timed:
+        return parts
+    moment = datetime.datetime.fromtimestamp(float(utc_of_gps(start_of_week(week) + seconds)), datetime.UTC)
+    return replace(parts, time=moment.time(), date=moment.date())
+
+
+def novatel_kind(sentence: str) -> str:
+    """The name of a log of NovAtel without the A of the ASCII form."""
+    return sentence[1:].split(",", 1)[0].removesuffix("A")
+
+
+def novatel_sound(sentence: str) -> bool:
+    """Whether the checksum of a log of NovAtel is right: CRC-32 that begins at zero and is not turned round."""
+    body, _, said = sentence[1:].rpartition("*")
+    return zlib.crc32(body.encode(errors="replace"), 0xFFFFFFFF) ^ 0xFFFFFFFF == int(said, 16)

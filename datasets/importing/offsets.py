@@ -1,9 +1,15 @@
-"""Offsets between the clocks of loggers, estimated from what both have recorded."""
+"""Offsets between the clocks of loggers: by channels that both have, or by what the ship's motion makes of a channel.
+
+A ship drifts outward in a turn, later than it turns: course(t) = heading(t) - a q(t) - b q_T(t) + const., a, b >= 0,
+with q the yaw rate over the speed, and q_T the same through a first-order lag T; that is sway over yaw of the linear
+equations of manoeuvring (Nomoto et al. 1957, Int. Shipb. Progr. 4), whose sway velocity is drift angle times speed.
+The yaw rate answers the rudder (`yaw_response`).  The offset is the one that leaves the least of course and yaw rate.
+"""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -11,9 +17,11 @@ import numpy as np
 
 from ...models.linear_algebra import lstsq
 from ..geometry import unwrapped
-from ..signals import integral
+from ..signals import integral, lagged
+from ..yaw_response import yaw_response
 from .convert import Stream
 from .evidence import correlation
+from .geodesy import on_plane
 
 Curve: TypeAlias = tuple[np.ndarray, np.ndarray]
 """Times (N,), s, and values (N,)."""
@@ -182,3 +190,223 @@ def _stderr(rest: np.ndarray, slope: np.ndarray) -> float:
     r = float(np.sum(rest[1:] * rest[:-1]) / max(float(np.sum(rest**2)), 1e-300))
     inflation = (1.0 + r) / max(1.0 - r, 1e-3)
     return math.sqrt(variance * max(inflation, 1.0) / power) if power > 0.0 else math.inf
+
+
+# ---- By the motion.
+
+Left: TypeAlias = Callable[[Curve, Curve, float], float]
+"""Share of a series that another one leaves whose clock has an offset; nan where they have too little in common."""
+POINTS, FINE = 300, 0.25
+"""Times at which series are compared, and steps of the last search in those of the slower one."""
+FEW, MANY, LEAST_SAMPLES = 121, 401, 40
+"""Offsets that are tried near 0 and anywhere, and fewest samples."""
+COURSE_LEFT, YAW_LEFT, AS_GOOD = 0.02, 0.12, 2.0
+"""Shares of course and yaw rate that may be left, and times the least that is as good as it."""
+MOST_BY_RUDDER_S = 30.0
+"""Largest offset that the rudder tells: zigzags repeat themselves."""
+LAGS_S = (0.0, 0.7, 1.0, 1.5, 2.2, 3.3, 5.0, 7.5, 11.0, 17.0, 25.0, 38.0, 57.0)
+"""Time constants that are tried for the drift."""
+LEAST_TURN_RAD = 0.2
+LEAST_SPEED = 0.2
+"""Share of the usual speed below which a ship has no course that tells anything."""
+NEARLY_S = 1.0
+"""Seconds by which an offset may miss the range of those that explain nearly as much."""
+SMOOTHED_S = 4.0
+"""Seconds over which the course of positions is taken."""
+
+
+@dataclass(frozen=True)
+class Lag:
+    """Seconds to add to the second clock, the range of those that explain nearly as much, what tells it, and whether it
+    is known to a second or so: what the rudder tells is not."""
+
+    seconds: float
+    low: float
+    high: float
+    told: str
+    sharp: bool
+
+    def holds(self, seconds: float) -> bool:
+        """Whether another offset explains nearly as much."""
+        return self.low - NEARLY_S <= seconds <= self.high + NEARLY_S
+
+
+def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: float | None) -> Lag | None:
+    """The offset of the second clock from the first; None where nothing tells it, or no offset stands out.
+
+    near_s : largest offset that is looked for; None: any that leaves enough in common.
+    """
+    one, other = _LoggedAngles.of(first), _LoggedAngles.of(second)
+    course, yaw = "the course over ground drifts as the heading turns", "the yaw follows the rudder"
+    tried = (
+        (one.course, other.heading, 1.0, course),
+        (other.course, one.heading, -1.0, course),
+        (one.turn, other.rudder, 1.0, yaw),
+        (other.turn, one.rudder, -1.0, yaw),
+    )
+    for led, leader, sign, told in tried:
+        if led is None or leader is None or not np.ptp(led[1]) > LEAST_TURN_RAD:
+            continue
+        near = near_s if told == course else min(near_s or 0.0, MOST_BY_RUDDER_S)
+        mover = one if sign > 0.0 else other
+        by_course = _by_course(mover.window_s, mover.speed)
+        left, most = (by_course, COURSE_LEFT) if told == course else (_by_rudder, YAW_LEFT)
+        found = _searched(led, leader, left, most, near)
+        if found is not None:
+            low, high = sorted((sign * found[1], sign * found[2]))
+            return Lag(sign * found[0], low, high, told, told == course)
+    return None
+
+
+@dataclass(frozen=True)
+class _LoggedAngles:
+    """Course, heading and rudder, rad, of a logger, as far as it has them; turn: heading, or else course.
+
+    window_s : time over which the course is a mean.  speed : over ground, in any unit, beside the course.
+    """
+
+    course: Curve | None
+    speed: Curve | None
+    heading: Curve | None
+    rudder: Curve | None
+    window_s: float = 0.0
+
+    @property
+    def turn(self) -> Curve | None:
+        return self.heading or self.course
+
+    @classmethod
+    def of(cls, streams: Sequence[Stream]) -> _LoggedAngles:
+        track = next((made for s in streams if (made := _course(s))[0] is not None), (None, None, 0.0))
+        heading, rudder = (
+            next((c for s in streams if (c := made(s)) is not None and c[0].size >= LEAST_SAMPLES), None)
+            for made in (turning, _rudder)
+        )
+        return cls(*track[:2], heading, rudder, track[2])
+
+
+def _known(time: np.ndarray, values: np.ndarray) -> Curve | None:
+    curve = known(time, values)
+    return curve if curve[0].size >= LEAST_SAMPLES else None
+
+
+def _rudder(stream: Stream) -> Curve | None:
+    values = stream.quantities.get("rudder", stream.quantities.get("rudder_command"))
+    return None if values is None else known(stream.time, values)
+
+
+def _course(stream: Stream) -> tuple[Curve | None, Curve | None, float]:
+    """(the course over ground without jumps, the speed where it is known, the time, s, over which both are means): of
+    positions, of velocities, or logged."""
+    q = stream.quantities
+    if "course_over_ground" in q:
+        speed = _known(stream.time, q["speed_over_ground"]) if "speed_over_ground" in q else None
+        return _known(stream.time, unwrapped(q["course_over_ground"])), speed, 0.0
+    if "velocity_north" in q and "velocity_east" in q:
+        return *_of_velocity(stream.time, q["velocity_north"], q["velocity_east"]), 0.0
+    if "latitude" in q and "longitude" in q and np.isfinite(q["latitude"] + q["longitude"]).sum() >= LEAST_SAMPLES:
+        north, east, _ = on_plane(q["latitude"], q["longitude"])
+    elif "north" in q and "east" in q:
+        north, east = q["north"], q["east"]
+    else:
+        return None, None, 0.0
+    known = np.isfinite(north) & np.isfinite(east)
+    time, north, east = stream.time[known], north[known], east[known]
+    if time.size < LEAST_SAMPLES:
+        return None, None, 0.0
+    step = float(np.median(np.diff(time)))
+    width = max(1, round(SMOOTHED_S / step))
+    middle = (time[width:] + time[:-width]) / 2.0
+    return *_of_velocity(middle, north[width:] - north[:-width], east[width:] - east[:-width]), width * step
+
+
+def _of_velocity(time: np.ndarray, north: np.ndarray, east: np.ndarray) -> tuple[Curve | None, Curve | None]:
+    """(course, speed) where the ship moves."""
+    speed = np.hypot(north, east)
+    with np.errstate(invalid="ignore"):
+        moving = speed > LEAST_SPEED * np.nanquantile(speed, 0.9) if np.isfinite(speed).any() else speed > 0.0
+    course = np.where(moving, np.arctan2(east, north), np.nan)
+    return _known(time, unwrapped(course)), _known(time, np.where(moving, speed, np.nan))
+
+
+# ------------------------------------------------------------------------------------------------ search
+
+
+def _searched(
+    led: Curve, leader: Curve, left: Left, most: float, near_s: float | None
+) -> tuple[float, float, float] | None:
+    """(offset of the leader's clock, low, high) that leaves the least of the series that is led, not over `most`."""
+    low, high = _range(led[0], leader[0], near_s)
+    if not high > low:
+        return None
+    step = max(float(np.median(np.diff(led[0]))), float(np.median(np.diff(leader[0]))))
+    count = FEW if near_s is not None else MANY
+    offsets = np.linspace(low, high, count)
+    rest = np.array([left(led, leader, offset) for offset in offsets])
+    if not np.isfinite(rest).any():
+        return None
+    best, width = float(offsets[np.nanargmin(rest)]), offsets[1] - offsets[0]
+    close = np.linspace(best - width, best + width, int(min(count, 3 + math.ceil(2.0 * width / (FINE * step)))))
+    nearby = np.array([left(led, leader, offset) for offset in close])
+    if not np.nanmin(nearby) <= most:
+        return None
+    alike = np.concatenate([close, offsets])[np.concatenate([nearby, rest]) <= AS_GOOD * np.nanmin(nearby)]
+    if alike.min() <= low or alike.max() >= high:
+        return None
+    return float(close[np.nanargmin(nearby)]), float(alike.min()), float(alike.max())
+
+
+def _range(one: np.ndarray, other: np.ndarray, near_s: float | None) -> tuple[float, float]:
+    """Offsets that are looked for: those with enough in common, and not larger than `near_s`."""
+    keep = OVERLAP * min(np.ptp(one), np.ptp(other))
+    low, high = one[0] + keep - other[-1], one[-1] - keep - other[0]
+    return (low, high) if near_s is None else (max(low, -near_s), min(high, near_s))
+
+
+def _shared(led: Curve, leader: Curve, offset: float) -> tuple[np.ndarray, np.ndarray] | None:
+    """(times of the first clock that both cover, the led series there)."""
+    start, stop = max(led[0][0], leader[0][0] + offset), min(led[0][-1], leader[0][-1] + offset)
+    if not stop > start:
+        return None
+    time = np.linspace(start, stop, POINTS)
+    return time, np.interp(time, *led)
+
+
+def _by_course(window_s: float, speed: Curve | None) -> Left:
+    """A function for the share of a course, a mean over a time, that heading and drift leave."""
+    from scipy.ndimage import uniform_filter1d
+    from scipy.optimize import nnls
+
+    def left(course: Curve, heading: Curve, offset: float) -> float:
+        shared = _shared(course, heading, offset)
+        if shared is None:
+            return math.nan
+        time, led = shared
+        power = float(np.sum((led - led.mean()) ** 2))
+        if not power > 0.0:
+            return math.nan
+        step = float(time[1] - time[0])
+        psi = uniform_filter1d(np.interp(time - offset, *heading), max(1, round(window_s / step)), mode="nearest")
+        rate, drift, one = _over_speed(np.gradient(psi, time), time, speed), led - psi, np.ones(time.size)
+        columns = (np.column_stack([-rate, -lagged(rate, lag, step), one, -one]) for lag in LAGS_S)
+        return min(nnls(each, drift)[1] for each in columns) ** 2 / power
+
+    return left
+
+
+def _over_speed(rate: np.ndarray, time: np.ndarray, speed: Curve | None) -> np.ndarray:
+    """Yaw rate (N,) over speed, that relative to its mean; the rate itself where no speed is known."""
+    if speed is None:
+        return rate
+    own = np.interp(time, *speed)
+    return rate * own.mean() / np.maximum(own, LEAST_SPEED * own.mean()) if own.mean() > 0.0 else rate
+
+
+def _by_rudder(turn: Curve, rudder: Curve, offset: float) -> float:
+    """The share of the yaw rate that its response to the rudder leaves, without a lag of its own."""
+    shared = _shared(turn, rudder, offset)
+    if shared is None:
+        return math.nan
+    time, psi = shared
+    told = yaw_response(time, np.gradient(psi, time), np.interp(time - offset, *rudder), lags=(0,))
+    return 1.0 - told.share if told is not None else math.nan

@@ -9,23 +9,26 @@ from typing import Any
 
 from ...models.data_file import load
 
-NOT_USED_AS = {
-    "speed_through_water": "a speed through the water is none over ground: map it to surge where there is no current",
-}
-"""Quantities that are recognised and become no channel, and why."""
 RATE_OF = {"heading": "yaw_rate", "roll": "roll_rate"}
 """Quantity -> what a column of its name is that has the unit of a rate."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """A quantity: its dimension, whole names, symbols that count only as a whole name, and whether it may pass the
-    full turn."""
+    """A quantity, as the head of `words.yaml` explains: its dimension, names, and what else is known of it."""
 
     dimension: str
     names: tuple[str, ...]
-    short: tuple[str, ...]
-    wraps: bool
+    short: tuple[str, ...] = ()
+    wraps: bool = False
+    unsigned: bool = False
+    convention: str = ""
+    turned: str = ""
+    channel: str = ""
+    partner: str = ""
+    unused: str = ""
+    unknown_to_ais: tuple[float, ...] = ()
+    unit_of_ais: str = ""
 
 
 @cache
@@ -38,14 +41,24 @@ def _names(text: str) -> tuple[str, ...]:
 
 
 def _quantity(entry: dict[str, Any]) -> Quantity:
-    names = tuple(name for text in entry["names"].values() for name in _names(text))
-    return Quantity(entry["dimension"], names, _names(entry.get("short", "")), entry.get("wraps", False))
+    facts: dict[str, Any] = {
+        **entry,
+        "names": tuple(name for text in entry["names"].values() for name in _names(text)),
+        "short": _names(entry.get("short", "")),
+        "unknown_to_ais": tuple(entry.get("unknown_to_ais", ())),
+    }
+    return Quantity(**facts)
 
 
 @cache
 def quantities() -> dict[str, Quantity]:
     """Name of a quantity -> the quantity."""
     return {name: _quantity(entry) for name, entry in _words()["quantities"].items()}
+
+
+def is_unsigned(quantity: str | None) -> bool:
+    """Whether a quantity has no sign, or one that its name states."""
+    return quantity is not None and quantities()[quantity].unsigned
 
 
 @cache
@@ -55,9 +68,22 @@ def vague_names() -> dict[str, tuple[str, ...]]:
 
 
 def name_list(kind: str) -> tuple[str, ...]:
-    """The names of a list: time, date, week (the number of a GPS week), and other_motions, which are none of a
-    record's."""
+    """The names of a list: time, date, week (the number of a GPS week), other_motions, which are none of a record's,
+    and those of columns that say of which instrument, device or kind a row is, its value and its unit."""
     return _names(_words()[kind])
+
+
+@cache
+def word_list(kind: str) -> frozenset[str]:
+    """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative, time_units,
+    no_unit, beside_scale, and mathematical, which are of a heading and do not state which way it counts."""
+    return frozenset(_words()[kind].split())
+
+
+@cache
+def word_groups(kind: str) -> dict[str, frozenset[str]]:
+    """Name -> its words: of sides, and of units, which are spelled so."""
+    return {name: frozenset(text.split()) for name, text in _words()[kind].items()}
 
 
 @cache
@@ -66,14 +92,16 @@ def time_parts() -> dict[str, tuple[str, ...]]:
     return {part: _names(text) for part, text in _words()["time_parts"].items()}
 
 
-@cache
-def word_list(kind: str) -> frozenset[str]:
-    """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative, and mathematical,
-    which are of a heading and do not state which way it counts."""
-    return frozenset(_words()[kind].split())
+def time_forms() -> dict[str, dict[str, Any]]:
+    """Form of a time -> what is known of it."""
+    return {form: facts | {"units": _names(facts.get("units", ""))} for form, facts in _words()["time_forms"].items()}
 
 
-@cache
-def side_words() -> dict[str, frozenset[str]]:
-    """Side -> words for it."""
-    return {side: frozenset(text.split()) for side, text in _words()["sides"].items()}
+def identifiers() -> tuple[tuple[str, ...], ...]:
+    """Names of columns that say whose a row is, the most certain first."""
+    return tuple(map(_names, _words()["identifiers"]))
+
+
+def scale_marks() -> list[tuple[frozenset[str], frozenset[str]]]:
+    """Words of columns of the model, and of the ship: whole ones, and letters."""
+    return [(frozenset(one["model"].split()), frozenset(one["ship"].split())) for one in _words()["scales"]]

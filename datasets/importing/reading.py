@@ -15,7 +15,7 @@ from .finding import WITH_SIDE, ColumnFinding, ask_numbers, ask_quantity, ask_sc
 from .headers import PERCENT, ColumnHeader, read_header, sign_stated, west_or_south
 from .mapping import ColumnMap
 from .names import Named, named, words
-from .quantities import RATE_OF, quantities, vague_names, word_list
+from .quantities import RATE_OF, is_unsigned, quantities, vague_names, word_list
 from .raw import RawColumn, RawTable
 from .units import UNITS, LogUnit, tidy, unit_of
 
@@ -35,12 +35,6 @@ OF_TIME = ("s", "sec", "seconds", "min", "h")
 """Units of a time, which no quantity has; a latitude may be in minutes."""
 PULSES = ("us", "µs", "pwm")
 """Units of a servo's pulse."""
-UNSIGNED = frozenset(
-    {"propeller", "propeller_thrust", "speed_over_ground", "speed_through_water", "wind_speed", "wind_direction",
-     "latitude", "longitude", "north", "east", "velocity_north", "velocity_east", "course_over_ground", "rudder",
-     "heading", "heading_magnetic"}
-)  # fmt: skip
-"""Quantities without a sign, or whose name states it; a rudder's is that of the record's positive rudder."""
 
 
 def stated(table: RawTable, column: RawColumn, given: ColumnMap | None, mapped: bool) -> ColumnFinding:
@@ -309,7 +303,7 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
         return found.told("stated", "positive to starboard stated", signed=True)
     if compass and positive == "port":
         return found.told("stated", "positive to port stated", signed=True, sign=-1)
-    return replace(found, signed=quantity in UNSIGNED or goes_ahead(found))
+    return replace(found, signed=is_unsigned(quantity) or goes_ahead(found))
 
 
 def as_in_a_record(found: ColumnFinding) -> bool:

@@ -14,7 +14,7 @@ from .draft import NOT_USED, Answer, Question
 from .evidence import ClockSeries, rate_ratio
 from .mapping import Mapping
 from .names import is_time, named, words
-from .quantities import quantities
+from .quantities import quantities, scale_marks, word_list
 from .raw import RawColumn, RawTable
 from .times import find_time
 from .units import unit_of
@@ -22,15 +22,6 @@ from .units import unit_of
 SCALE = "scale"
 """Id of the question which scale is wanted."""
 MODEL, SHIP = "model", "ship"
-MARKS = (
-    ({"model", "modell", "modele", "modelo", "modello", "mdl", "mod", "ms", "mscale"},
-     {"ship", "schiff", "navire", "buque", "nave", "vessel", "full", "fs", "fullscale", "prototype", "proto", "real",
-      "sscale"}),
-    ({"m"}, {"s", "f", "p"}),
-)  # fmt: skip
-"""Words of columns of the model, and of the ship: whole ones, and letters."""
-BESIDE = {"scale", "size"}
-"""Words that go with them."""
 EXPONENTS = {
     "speed": 0.5,
     "angular rate": -0.5,
@@ -76,10 +67,10 @@ def of_one_scale(
 
 
 def _by_marks(table: RawTable) -> TwoScales | None:
-    return next((found for marks in MARKS if (found := _by_names(table, *marks)) is not None), None)
+    return next((found for marks in scale_marks() if (found := _by_names(table, *marks)) is not None), None)
 
 
-def _by_names(table: RawTable, model: set[str], ship: set[str]) -> TwoScales | None:
+def _by_names(table: RawTable, model: frozenset[str], ship: frozenset[str]) -> TwoScales | None:
     own = {c.name: base for c in table.columns if (base := _without(c.name, model)) is not None}
     other = {c.name: base for c in table.columns if (base := _without(c.name, ship)) is not None}
     own = {name: base for name, base in own.items() if name not in other}
@@ -96,12 +87,12 @@ def _by_names(table: RawTable, model: set[str], ship: set[str]) -> TwoScales | N
     return TwoScales(float(np.median(sizes)), own, other, pairs)
 
 
-def _without(name: str, marks: set[str]) -> str | None:
+def _without(name: str, marks: frozenset[str]) -> str | None:
     """A name without its mark of a scale; None where it has none."""
     parts = words(name)
     if not marks & set(parts):
         return None
-    return " ".join(part for part in parts if part not in marks | BESIDE)
+    return " ".join(part for part in parts if part not in marks | word_list("beside_scale"))
 
 
 def _size(one: RawColumn, two: RawColumn, dimension: str) -> float:

@@ -14,50 +14,32 @@ from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
 from .contained import read_contained
-from .formats.autopilot_texts import looks_like_dataflash, looks_like_mavlink_text, read_dataflash, read_mavlink_text
-from .formats.autopilots import with_px4
-from .formats.expedition import looks_like_expedition, read_expedition
-from .formats.gpx import looks_like_track, read_track
-from .formats.hypack import looks_like_hypack, read_hypack
-from .formats.influx import looks_like_influx, looks_like_line_protocol, read_influx, read_line_protocol
-from .formats.json_records import looks_like_json, read_json
-from .formats.labview import looks_like_labview, read_labview
+from .formats.autopilots import read_dataflash, with_px4
+from .formats.influx import read_influx
+from .formats.json_records import read_json
 from .formats.messages import with_messages
-from .formats.moos import looks_like_alog, read_alog
-from .formats.n2k import looks_like_n2k, read_n2k
-from .formats.named_values import looks_like_named_values, read_named_values
-from .formats.program_headers import with_plain_header
+from .formats.n2k import read_n2k
+from .formats.named_values import read_named_values
+from .formats.plain_tables import as_plain_table
+from .formats.programs import read_alog, read_hypack, read_track
 from .formats.ros import with_ros
 from .formats.sbet import looks_like_sbet, read_sbet, with_pospac
 from .formats.signalk import with_signal_k
-from .formats.transposed import looks_transposed, read_transposed
 from .headers import read_header
 from .instruments import by_instrument
 from .layout import distinct
 from .names import named
-from .nmea import looks_like_nmea, read_nmea
+from .nmea import read_nmea
 from .raw import RawTable
 from .several_tables import read_parts
 from .text import LONGEST, MOST_COLUMNS, decoded, read_text
 from .times import find_time
 
-TEXTS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], list[RawTable]]], ...] = (
-    (looks_like_track, read_track),
-    (looks_like_expedition, read_expedition),
-    (looks_like_n2k, read_n2k),
-    (looks_like_mavlink_text, read_mavlink_text),
-    (looks_like_json, read_json),
-    (looks_like_dataflash, read_dataflash),
-    (looks_like_labview, read_labview),
-    (looks_like_hypack, read_hypack),
-    (looks_like_influx, read_influx),
-    (looks_like_line_protocol, read_line_protocol),
-    (looks_like_alog, read_alog),
-    (looks_transposed, read_transposed),
-    (looks_like_nmea, read_nmea),
-    (looks_like_named_values, read_named_values),
-)
-"""Kinds of text that are told by their first lines, and their readers."""
+TEXTS: tuple[Callable[[str, Path], list[RawTable] | None], ...] = (
+    read_track, read_n2k, read_json, read_dataflash, read_hypack, read_influx, read_alog,
+    read_nmea, read_named_values,
+)  # fmt: skip
+"""Readers of texts that are told by their first lines; None of one that is not theirs."""
 
 REFUSED = {
     b"\xd0\xcf\x11\xe0": ("an Excel file of the old form (xls)", "save it as xlsx or CSV"),
@@ -151,11 +133,11 @@ def _tables(data: bytes, path: Path) -> list[RawTable]:
         return read_sbet(data, path)
     text, encoding = decoded(data, path)
     del data  # of a large file both would fill the memory
-    known = next((read for looks_like, read in TEXTS if looks_like(text)), None)
-    if known is not None:
-        tables = known(text, path)
-    else:
-        parts = read_parts(with_plain_header(text), path, lambda part: read_text(part, encoding, path))
+    tables = next((found for read in TEXTS if (found := read(text, path)) is not None), None)
+    if tables is None:
+        text, said = as_plain_table(text)
+        parts = read_parts(text, path, lambda part: read_text(part, encoding, path))
+        parts = [replace(part, done=(said, *part.done)) for part in parts] if said else parts
         tables = [table for part in parts for table in by_instrument(part)]
     tables = [part for table in tables for part in with_messages(_bounded(table, path))]
     return [with_px4(with_ros(with_pospac(with_signal_k(table)))) for table in tables]

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...models.errors import BadInput
 from ...models.number_texts import number_of
-from .clock import COUNTED, DATED, OF_DAY, OF_WEEK, SCALES, UNITS_OF_TIME, Form, TimeGuess, guess_form, seconds, spread
+from .clock import COUNTED, DATED, FORMS, OF_DAY, OF_WEEK, Form, TimeGuess, guess_form, seconds, spread
 from .draft import Answer, Question, Sure
 from .gps_time import WEEK_S, leap_seconds, start_of_week, utc_of_gps, week_stated
 from .headers import BRACKETS
@@ -42,12 +42,6 @@ SURELY_OF_WEEK_S = 86400.0
 """Seconds from which on a number is no time of day."""
 AS_LONG = 0.05
 """Relative difference of their lengths from which on two times are not the same."""
-MEANINGS: dict[str, str] = {
-    "day first": "the day stands before the month", "month first": "the month stands before the day",
-    "gps s": "seconds since 1980-01-06 in GPS time", "epoch s": "seconds since 1970 in UTC",
-}  # fmt: skip
-
-
 Scale: TypeAlias = Literal["", "UTC", "GPS"]
 DAY_S = 86400.0
 
@@ -253,7 +247,7 @@ def _unit(column: RawColumn) -> str:
         return bracketed.strip().lower()
     name = column.called or column.name
     last = words(name)[-1:] or ("",)
-    known = {text for texts in UNITS_OF_TIME.values() for text in texts}
+    known = {text for facts in FORMS.values() for text in facts.units}
     if len(words(name)) > 1 and last[0] in known:
         return last[0]
     texts = (*(said.lower() for said in column.said), *words(name))
@@ -281,7 +275,7 @@ def _asked(table: RawTable, names: tuple[str, ...], guess: TimeGuess) -> TableTi
     if len(guess.forms) == 1:
         return TableTime(names, guess.forms[0], guess.forms[0], None, sure, guess.reason)
     text = f"What is the form of the time in {', '.join(names)}? {guess.reason}; the file does not say it."
-    made = tuple(Answer(form, MEANINGS.get(form, form), _time_line(names, form)) for form in guess.forms)
+    made = tuple(Answer(form, FORMS[form].meaning or form, _time_line(names, form)) for form in guess.forms)
     question = Question(f"{table.label}/time", "time", table.label, names[-1], text, made)
     return TableTime(names, None, guess.forms[0], None, "guess", guess.reason, "", question, guess.forms)
 
@@ -297,7 +291,7 @@ def _rivals(table: RawTable) -> list[RawColumn]:
     for column in (c for c in table.columns if c.known == "" and c.numeric and is_time(c.name) and c.finite.size):
         guess = guess_form(column, _unit(column))
         if guess is not None and guess.stated and guess.forms[0] in COUNTED:
-            spans[column.name] = SCALES[guess.forms[0]][0] * float(np.ptp(column.finite))
+            spans[column.name] = FORMS[guess.forms[0]].seconds * float(np.ptp(column.finite))
     differ = len(spans) > 1 and max(spans.values()) > (1.0 + AS_LONG) * min(spans.values())
     return [column for column in table.columns if column.name in spans] if differ else []
 
@@ -348,7 +342,7 @@ def _with_scale(time: TableTime, table: RawTable) -> TableTime:
     form = time.form or time.likely
     columns = [column for name in time.columns if (column := table.column(name))]
     if form in OF_WEEK and columns:
-        week = week_stated(table.notes, columns[0].numbers * SCALES[form][0])
+        week = week_stated(table.notes, columns[0].numbers * FORMS[form].seconds)
         return replace(time, scale="GPS", week=week)
     called = {word for column in columns for word in (*words(column.unit), *words(column.name))}
     scale = _scale(table, columns, form) or _scale_beside(time, table)

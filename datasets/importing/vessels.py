@@ -14,32 +14,15 @@ from .draft import Answer, Question
 from .headers import read_header
 from .mapping import Mapping, scalar
 from .names import joined, named, words
+from .quantities import identifiers, quantities
 from .raw import RawColumn, RawTable
 from .times import find_time
 
 VESSEL = "vessel"
 """Id of the question which vessel is wanted."""
-IDENTIFIERS = (
-    ("mmsi", "mmsi number", "user id", "mmsi no"),
-    ("imo", "imo number", "imo no"),
-    ("vessel id", "ship id", "boat id", "vehicle id", "track id", "target id", "asset id", "device id", "uuid"),
-    ("vessel name", "ship name", "vessel", "ship", "boat", "vehicle", "boat name", "sail number"),
-    ("call sign", "callsign"),
-    ("id", "name", "device", "asset", "target"),
-)  # fmt: skip
-"""Names of columns that say whose a row is, the most certain first."""
 SURE = 2
-"""Of so many rows of the names above, distinct values mean distinct vessels; of the others where the rows tell it."""
+"""Of so many groups of the identifiers, distinct values mean distinct vessels; of the others where the rows tell it."""
 MOST_SHOWN = 12
-UNKNOWN = {
-    "heading": (511.0,), "yaw_rate": (-128.0, 128.0, -731.0, 731.0, -731.4, -731.386), "latitude": (91.0,),
-    "longitude": (181.0,), "speed_over_ground": (102.3, 1023.0), "course_over_ground": (360.0, 3600.0),
-}  # fmt: skip
-"""Quantity -> numbers that AIS sends for 'not available' (ITU-R M.1371)."""
-
-
-UNITS_OF_AIS = {"speed_over_ground": "kn", "course_over_ground": "deg", "heading": "deg"}
-"""Quantity -> its unit in messages of AIS, as tables give it."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +56,7 @@ def of_one_vessel(
 
 def _groups(table: RawTable) -> _Groups | None:
     """The rows of each vessel; None where nothing says whose they are."""
-    for rank, names in enumerate(IDENTIFIERS):
+    for rank, names in enumerate(identifiers()):
         known = {joined(name) for name in names}
         for column in (c for c in table.columns if "".join(words(c.name)) in known):
             rows = _rows_of(column)
@@ -158,7 +141,7 @@ def _known_cells(table: RawTable, groups: _Groups, name: str) -> int:
 
 def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -> str:
     """The name of a vessel beside its identifier."""
-    known = {joined(text) for text in IDENTIFIERS[3]}
+    known = {joined(text) for text in identifiers()[3]}
     for table in tables:
         rows = groups[table.label].rows.get(name) if table.label in groups else None
         column = next((c for c in table.columns if "".join(words(c.name)) in known), None)
@@ -192,15 +175,15 @@ def _with_unit_of_ais(column: RawColumn) -> RawColumn:
         return column
     if "speed_over_ground" in may_be and column.numeric and not np.any(np.nan_to_num(column.numbers) % 1.0):
         return column  # whole numbers: knots, or tenths of them as the messages hold
-    return replace(column, unit=next((unit for quantity, unit in UNITS_OF_AIS.items() if quantity in may_be), ""))
+    return replace(column, unit=next((unit for q in may_be if (unit := quantities()[q].unit_of_ais)), ""))
 
 
 def _unknown(column: RawColumn, ais: bool) -> np.ndarray:
     """(N,) whether a cell holds what AIS sends for 'not available'."""
-    wanted = next((q for q in _may_be(column) if q in UNKNOWN), None)
+    wanted = next((q for q in _may_be(column) if q in quantities() and quantities()[q].unknown_to_ais), None)
     if wanted is None or not (ais or wanted == "heading") or not column.numeric:
         return np.zeros(1, dtype=bool)
     cells = column.cells.numbers
-    unknown = np.isin(np.round(cells, 3), UNKNOWN[wanted])
+    unknown = np.isin(np.round(cells, 3), quantities()[wanted].unknown_to_ais)
     rest = cells[~unknown & np.isfinite(cells)]
     return unknown if ais or (rest.size and 6.3 < np.abs(rest).max() <= 360.0) else np.zeros(1, dtype=bool)

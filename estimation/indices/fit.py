@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...datasets.generator import channels_of
-from ...datasets.indices_of_many import indices
+from ...datasets.indices import indices
 from ...datasets.manoeuvres import parse_manoeuvre
 from ...models import kernels
 from ...models.errors import FitFailed

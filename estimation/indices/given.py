@@ -50,7 +50,7 @@ class GivenIndex:
     """One index.
 
     manoeuvre : text of the manoeuvre, to starboard;  key : as the file has it, with the unit;  name : of the index in
-    `datasets.indices_of_many`;  value, accuracy : in the file's unit, nan where the index is not given;  si : SI units
+    `datasets.indices`;  value, accuracy : in the file's unit, nan where the index is not given;  si : SI units
     (m, m/s, rad, rad/s) of the index in one unit of the file.
     """
 

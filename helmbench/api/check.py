@@ -12,7 +12,7 @@ from .arguments import listed
 
 if TYPE_CHECKING:
     from ..checks.result import Check, CheckFinding
-    from ..datasets.lenient import Repairs
+    from ..datasets.io import Repairs
     from ..datasets.record import Record
     from .arguments import Path as FilePath
 
@@ -46,7 +46,7 @@ def _read(one: Record | FilePath, positive_rudder: str | None) -> tuple[Record, 
     """A record, and what was wrong with its file."""
     if not isinstance(one, str | PathLike):
         return one, []
-    from ..datasets.lenient import read_leniently
+    from ..datasets.io import read_leniently
 
     record, repairs = read_leniently(one, positive_rudder)
     return record, _of_repairs(record, repairs)

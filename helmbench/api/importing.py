@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..datasets.importing.importer import Drafted, ImportOptions
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
-    from ..datasets.importing.report import FileFault
+    from ..datasets.importing.result import FileFault
     from .arguments import Path as FilePath
 
 

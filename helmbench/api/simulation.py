@@ -140,7 +140,7 @@ def simulate_many(
     from ..datasets import many
     from ..datasets.disturbances import parse_disturbance
     from ..datasets.generator import check, sampling
-    from ..datasets.indices_of_many import INDICES
+    from ..datasets.indices import INDICES
     from ..datasets.sensors import parse_noise
 
     ship, weather = as_model(model), parse_disturbance(disturbance)

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from helmbench.datasets.io import read_record, write_record
-from helmbench.datasets.lenient import read_leniently
+from helmbench.datasets.io import read_leniently, read_record, write_record
 from helmbench.datasets.record import Record
 from helmbench.models.errors import BadInput
 

@@ -14,8 +14,7 @@ import pytest
 
 from helmbench.datasets import measured
 from helmbench.datasets.io import read_record, write_record
-from helmbench.datasets.measured_sets import DATASETS
-from helmbench.datasets.measured_sets.base import MeasuredRun
+from helmbench.datasets.measured_sets import DATASETS, MeasuredRun
 from helmbench.models.errors import BadInput
 
 ZIGZAGS = ("05_01", "10_05", "10_10_P", "10_10_S", "15_01", "15_05", "20_05", "20_10_S", "25_05", "35_05")

@@ -27,7 +27,7 @@ COMMANDS = {
             (place / "world").mkdir()
             (place / "world" / "record.csv").write_bytes(b"1")""",
     "a copy of a log": """
-        from helmbench.datasets.importing.formats.extras import as_file
+        from helmbench.datasets.importing.formats.autopilots import as_file
         with as_file(b"1", ".bin"):
             os.replace("", "")""",
     "the page": """

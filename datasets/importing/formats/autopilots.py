@@ -1,56 +1,36 @@
-"""Logs of autopilots: ArduPilot dataflash (.bin) by pymavlink, PX4 (.ulg) by pyulog."""
+"""Logs of autopilots: ArduPilot dataflash, binary by pymavlink or as text, in which FMT lines name the fields of the
+messages that follow, and PX4 (.ulg) by pyulog."""
 
 from __future__ import annotations
 
 import io
 import re
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..raw import RawColumn, RawTable, usable
-from .extras import as_file, needed
+from ....models.extras import extras_told
+from ....models.temporary import temporary_folder
+from ..cells import PLAIN
+from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
+from .fields import StatedField, stated_fields, table_of_fields
+from .object_tables import number_of
 from .ros import yaw_and_roll
 
-Fields = dict[str, tuple[str, str, str]]
-ARDUPILOT: dict[str, Fields] = {
-    "ATT": {"Yaw": ("yaw", "heading", "deg"), "Roll": ("roll", "roll", "deg")},
-    "GPS": {"Lat": ("latitude", "latitude", "deg"), "Lng": ("longitude", "longitude", "deg"),
-            "Spd": ("speed over ground", "speed_over_ground", "m/s"),
-            "GCrs": ("course over ground", "course_over_ground", "deg")},
-    "IMU": {"GyrZ": ("yaw rate of the gyro", "yaw_rate", "rad/s")},
-    "XKF1": {"VN": ("velocity north", "velocity_north", "m/s"), "VE": ("velocity east", "velocity_east", "m/s")},
-    "RCOU": {f"C{i}": (f"output {i}", "", "us") for i in range(1, 9)},
-}  # fmt: skip
-PX4: dict[str, Fields] = {
-    "vehicle_local_position": {
-        "x": ("north", "north", "m"), "y": ("east", "east", "m"), "vx": ("velocity north", "velocity_north", "m/s"),
-        "vy": ("velocity east", "velocity_east", "m/s"), "heading": ("heading", "heading", "rad"),
-    },
-    "vehicle_angular_velocity": {
-        "xyz[2]": ("yaw rate", "yaw_rate", "rad/s"), "xyz[0]": ("roll rate", "roll_rate", "rad/s"),
-    },
-    "actuator_outputs": {f"output[{i}]": (f"output {i}", "", "us") for i in range(8)},
-    "actuator_motors": {f"control[{i}]": (f"motor {i}", "", "") for i in range(4)},
-    "actuator_servos": {f"control[{i}]": (f"servo {i}", "", "") for i in range(4)},
-}  # fmt: skip
-"""Message -> field -> (name, quantity that the format states, unit): SI or degrees, NED, forward-right-down."""
+ARDUPILOT, PX4 = "ArduPilot", "PX4"
+FORMAT = re.compile(r"FMT,\s*\d+,\s*\d+,\s*(?P<kind>\w{1,4}),\s*(?P<format>\w+)?,\s*(?P<names>.*)")
 INSTANCE = ("I", "C")
 """Fields that number the sensor or the filter core of a message."""
 FUNCTION = re.compile(r"SERVO(?P<output>\d{1,2})_FUNCTION")
 STEERING = {21.0: "rudder", 26.0: "rudder"}
 """Function of an ArduPilot's output -> what the column of it is called: rudder, and ground steering."""
-PX4_TOPICS = (*PX4, "vehicle_attitude")
-PX4_RECEIVERS = ("vehicle_gps_position", "sensor_gps")
-PX4_RECEIVER: Fields = {
-    "lat": ("latitude", "latitude", "1e-7 deg"), "lon": ("longitude", "longitude", "1e-7 deg"),
-    "latitude_deg": ("latitude", "latitude", "deg"), "longitude_deg": ("longitude", "longitude", "deg"),
-}  # fmt: skip
-"""Fields of their topics; positions of older logs are whole numbers of 1e-7 degrees."""
+RECEIVERS, ATTITUDE = ("vehicle_gps_position", "sensor_gps"), "vehicle_attitude"
+"""Topics of PX4 of its receivers, and of the quaternion of its attitude."""
 MOST = 5_000_000
 READS_A_BYTE = 10
 """A sound log needs less than one: two for a message, which has three bytes or more, in each of two passes."""
@@ -60,24 +40,71 @@ FIX = 3.0
 
 def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known kind of message; needs pymavlink."""
-    module = needed("pymavlink.DFReader", "pymavlink", "an ArduPilot log", path)
+    with extras_told():
+        from pymavlink.DFReader import DFReader_binary
+
     found: dict[str, list[dict[str, float]]] = defaultdict(list)
     parameters: dict[str, float] = {}
+    fields = stated_fields(ARDUPILOT)
     with as_file(data, ".bin") as name:
-        log = _advancing(module.DFReader_binary)(name, zero_time_base=False)
+        log = _advancing(DFReader_binary)(name, zero_time_base=False)
         for _ in range(MOST):
             message = log.recv_msg()
             if message is None:
                 break
             kind = message.get_type()
-            if kind in ARDUPILOT:
-                held = {n: getattr(message, n, None) for n in (*ARDUPILOT[kind], *INSTANCE, "Status")}
+            if kind in fields:
+                held = {n: getattr(message, n, None) for n in (*fields[kind], *INSTANCE, "Status")}
                 row = {n: float(value) for n, value in held.items() if isinstance(value, int | float)}
                 found[instance(kind, row)].append({"TimeUS": float(message.TimeUS), **row})
             elif kind == "PARM":
                 parameters[str(message.Name)] = float(message.Value)
         log.close()
     return ardupilot_tables(found, parameters, path)
+
+
+def read_dataflash(text: str, path: Path) -> list[RawTable] | None:
+    """A table for every known kind of message, None where the text begins as no dataflash log; BadInput where there is
+    none."""
+    first = [line for line in text[:4000].splitlines() if line.strip()][:10]
+    if sum(FORMAT.match(line) is not None for line in first) < min(3, max(len(first) - 1, 1)):
+        return None
+    fields = stated_fields(ARDUPILOT)
+    names: dict[str, list[str]] = {}
+    rows: dict[str, list[dict[str, float]]] = defaultdict(list)
+    faults: list[Rejected] = []
+    parameters: dict[str, float] = {}
+    count = 0
+    for number, line in enumerate(text.splitlines(), start=1):
+        if match := FORMAT.match(line):
+            names[match["kind"]] = [name.strip() for name in match["names"].split(",")]
+            continue
+        kind, *cells = [cell.strip() for cell in line.split(",")]
+        if kind == "PARM" and (value := _parameter(cells)):
+            parameters |= value
+        if kind not in fields or kind not in names:
+            continue
+        count += 1
+        row = _row(names[kind], cells)
+        if row is None:
+            faults.append((number, f"not the fields of {kind}", line))
+        else:
+            rows[instance(kind, row)].append(row)
+    return with_faults(ardupilot_tables(rows, parameters, path), faults, count)
+
+
+def _parameter(cells: list[str]) -> dict[str, float]:
+    """Name and value of a parameter, wherever they stand in its line; nothing where they do not."""
+    name = next((i for i, cell in enumerate(cells) if re.match(r"[A-Z]", cell)), len(cells))
+    return {cells[name]: float(cells[name + 1])} if name + 1 < len(cells) and PLAIN.fullmatch(cells[name + 1]) else {}
+
+
+def _row(names: list[str], cells: list[str]) -> dict[str, float] | None:
+    """Field -> number of a message; None where it has other fields or no time."""
+    if len(cells) != len(names):
+        return None
+    row = {name: number_of(cell) for name, cell in zip(names, cells, strict=True)}
+    return row if np.isfinite(seconds(row)) else None
 
 
 def ardupilot_tables(
@@ -94,7 +121,7 @@ def ardupilot_tables(
     tables = (_ardupilot_table(path, kind, own) for kind, own in found.items() if len(own) > 2)
     steer = {f"output {match['output']}": STEERING[value] for name, value in parameters.items()
              if (match := FUNCTION.fullmatch(name)) and value in STEERING}  # fmt: skip
-    made = usable(tables, path, "no message of the log can be used", f"read are {', '.join(ARDUPILOT)}")
+    made = usable(tables, path, "no message of the log can be used", f"read are {', '.join(stated_fields(ARDUPILOT))}")
     return [table.told(lambda c: replace(c, called=steer.get(c.name, c.called))) for table in made]
 
 
@@ -104,7 +131,7 @@ def _ardupilot_table(path: Path, kind: str, own: Sequence[Mapping[str, float]]) 
     times = np.array([seconds(row) for row in own])
     if kind.startswith("GPS"):
         values = _with_fix(values, values.get("Status", np.full(times.size, FIX)))
-    return _table(path, kind, times, values, ARDUPILOT[kind.split(" ")[0]], "ArduPilot's log states it")
+    return _table(path, kind, times, values, ARDUPILOT, kind.split(" ")[0])
 
 
 def instance(kind: str, row: Mapping[str, float]) -> str:
@@ -116,6 +143,15 @@ def instance(kind: str, row: Mapping[str, float]) -> str:
 def seconds(row: Mapping[str, float]) -> float:
     """Time of a message, s since boot."""
     return 1e-6 * row["TimeUS"] if "TimeUS" in row else 1e-3 * row.get("TimeMS", float("nan"))
+
+
+@contextmanager
+def as_file(data: bytes, suffix: str) -> Generator[str]:
+    """The path of a copy of data, for a library that reads files only."""
+    with temporary_folder() as folder:
+        copy = folder / f"log{suffix}"
+        copy.write_bytes(data)
+        yield str(copy)
 
 
 def _advancing(reader: Any) -> Any:
@@ -147,37 +183,36 @@ class _Counted(io.BytesIO):
 
 def read_px4(data: bytes, path: Path) -> list[RawTable]:
     """A table for every known topic; needs pyulog."""
-    module = needed("pyulog", "pyulog", "a PX4 log", path)
-    topics = module.ULog(_Counted(data), [*PX4_TOPICS, *PX4_RECEIVERS]).data_list
+    with extras_told():
+        from pyulog import ULog
+
+    topics = ULog(_Counted(data), [*stated_fields(PX4)]).data_list
     return usable((_topic(path, topic) for topic in topics), path, "no message of the log can be used")
 
 
 def _topic(path: Path, topic: Any) -> RawTable | None:
     values = {name: np.asarray(numbers, dtype=float) for name, numbers in topic.data.items()}
     name = topic.name + (f" {topic.multi_id}" if topic.multi_id else "")
-    times, by = values["timestamp"] * 1e-6, "PX4's log states it"
-    if topic.name == "vehicle_attitude" and all(f"q[{i}]" in values for i in range(4)):
-        yaw, roll = yaw_and_roll(*(values[f"q[{i}]"] for i in range(4)))
-        fields = {"yaw": ("heading", "heading", "rad"), "roll": ("roll", "roll", "rad")}
-        return _table(path, name, times, {"yaw": yaw, "roll": roll}, fields, by)
-    if topic.name in PX4_RECEIVERS:
+    times = values["timestamp"] * 1e-6
+    if topic.name == ATTITUDE and all(f"q[{i}]" in values for i in range(4)):
+        values = dict(zip(("yaw", "roll"), yaw_and_roll(*(values[f"q[{i}]"] for i in range(4))), strict=True))
+    if topic.name in RECEIVERS:
         values = _with_fix(values, values.get("fix_type", np.full(times.size, FIX)))
-        return _table(path, name, times, values, PX4_RECEIVER, by)
-    return _table(path, name, times, values, PX4.get(topic.name, {}), by)
+    return _table(path, name, times, values, PX4, topic.name)
 
 
 def with_px4(table: RawTable) -> RawTable:
     """A CSV file of a topic of PX4, called by it as pyulog writes it, with the units and axes of the topic."""
-    topic = next((name for name in PX4_TOPICS if re.search(rf"(^|_){name}_\d+\.csv$", table.file)), None)
+    topics = [name for name in stated_fields(PX4) if name not in RECEIVERS]
+    topic = next((name for name in topics if re.search(rf"(^|_){name}_\d+\.csv$", table.file)), None)
     stamp = table.column("timestamp")
     if topic is None or stamp is None:
         return table
-    fields = PX4.get(topic, {}) | {stamp.name: ("", "time", "us")}
+    fields = stated_fields(PX4)[topic] | {stamp.name: StatedField("", "time", "us")}
 
     def told(c: RawColumn) -> RawColumn:
         if c.name in fields:
-            _, quantity, unit = fields[c.name]
-            return replace(c, known=quantity, unit=unit, source="PX4's log states it")
+            return replace(c, known=fields[c.name].quantity, unit=fields[c.name].unit, source="PX4's log states it")
         return replace(c, said=(*c.said, "clockwise from north (NED)")) if c.called == "yaw" else c
 
     return table.told(told, f"PX4, topic {topic}")
@@ -189,10 +224,9 @@ def _with_fix(values: dict[str, np.ndarray], fix: np.ndarray) -> dict[str, np.nd
 
 
 def _table(
-    path: Path, kind: str, times: np.ndarray, values: dict[str, np.ndarray], fields: Fields, by: str
+    path: Path, kind: str, times: np.ndarray, values: dict[str, np.ndarray], program: str, message: str
 ) -> RawTable | None:
-    columns = [RawColumn("time since boot", "s", times, "time", by)]
-    for field, (name, quantity, unit) in fields.items():
-        if field in values and np.isfinite(values[field]).any():
-            columns.append(RawColumn(name, unit, values[field], quantity, by))
-    return RawTable.of(path, columns, f"{times.size} messages {kind}", kind) if len(columns) > 1 else None
+    time = RawColumn("time since boot", "s", times, "time", f"{program}'s log states it")
+    return table_of_fields(
+        path, stated_fields(program).get(message, {}), values, time, f"{times.size} messages {kind}", kind
+    )

@@ -1,4 +1,4 @@
-"""InfluxDB's annotated CSV: blocks of rows below annotations, long or with a column a field; and its line protocol."""
+"""InfluxDB's annotated CSV: blocks of rows below annotations, long or with a column a field."""
 
 from __future__ import annotations
 
@@ -8,14 +8,11 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
-from ....models.number_texts import DECIMAL
 from ..cell_texts import Texts
 from ..instruments import UNITS
 from ..names import joined
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
-from .object_tables import tables_of_rows
 
 ANNOTATION = re.compile(r"#(datatype|group|default)\b", re.IGNORECASE)
 TIME, FIELD, VALUE, MEASUREMENT = "_time", "_field", "_value", "_measurement"
@@ -34,15 +31,12 @@ class Block:
     rows: list[tuple[int, list[str]]] = field(default_factory=list)
 
 
-def looks_like_influx(text: str) -> bool:
-    """Whether a text begins with annotations, or with a header of InfluxDB."""
+def read_influx(text: str, path: Path) -> list[RawTable] | None:
+    """A table for every series, None where the text begins neither with annotations nor with a header of InfluxDB;
+    BadInput where no block has times and values."""
     first = text[:4000].lstrip("\ufeff\r\n ").partition("\n")[0]
-    names = [name.strip() for name in first.split(",")]
-    return ANNOTATION.match(first) is not None or (TIME in names and VALUE in names)
-
-
-def read_influx(text: str, path: Path) -> list[RawTable]:
-    """A table for every series; BadInput where no block has times and values."""
+    if ANNOTATION.match(first) is None and not {TIME, VALUE} <= {name.strip() for name in first.split(",")}:
+        return None
     faults: list[Rejected] = []
     found = [table for block in _blocks(text, faults) for table in _tables(block, path)]
     hint = "export it with a header, as annotated CSV"
@@ -104,31 +98,3 @@ def _long(block: Block, path: Path) -> Iterator[RawTable]:
 
 def _times(cells: Sequence[str]) -> RawColumn:
     return RawColumn("time", "", Texts(cells), source="InfluxDB states it: UTC")
-
-
-# ---- InfluxDB's line protocol: a measurement with tags, its fields, and the nanoseconds since 1970, a line.
-
-PROTOCOL_LINE = re.compile(
-    r"(?P<series>[^\s=]{1,200}(?:,[^\s,=]+=[^\s,=]+)*) (?P<fields>[^\s=,]+=\S.*) (?P<time>\d{10,19})\s*$"
-)
-PROTOCOL_FIELD = re.compile(rf"(?P<name>[^\s=,]+)=(?:(?P<number>{DECIMAL})[iu]?|\"[^\"]*\"|[a-zA-Z]+)(?:,|$)")
-
-
-def looks_like_line_protocol(text: str) -> bool:
-    """Whether the first lines are of the line protocol."""
-    lines = [line for line in text[:20000].splitlines()[:50] if line.strip() and not line.startswith("#")][:-1]
-    return len(lines) > 2 and all(len(line) < 5000 and PROTOCOL_LINE.match(line) for line in lines)
-
-
-def read_line_protocol(text: str, path: Path) -> list[RawTable]:
-    """A table for every measurement and set of tags; BadInput where no field holds numbers."""
-    return usable(tables_of_rows(list(_protocol_rows(text)), path), path, "no measurement with numbers found")
-
-
-def _protocol_rows(text: str) -> Iterator[tuple[int, dict[str, Any]]]:
-    for number, line in enumerate(text.splitlines(), start=1):
-        match = PROTOCOL_LINE.match(line) if len(line) < 5000 else None
-        if match is not None:
-            fields = {f["name"]: float(f["number"]) for f in PROTOCOL_FIELD.finditer(match["fields"]) if f["number"]}
-            measurement, _, tags = match["series"].partition(",")
-            yield number, {"measurement": f"{tags}/{measurement}".strip("/"), "time": int(match["time"])} | fields

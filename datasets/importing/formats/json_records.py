@@ -23,7 +23,7 @@ MOST_DOCUMENT = 200_000_000
 """Characters of a document that is read."""
 
 
-def looks_like_json(text: str) -> bool:
+def _is_json(text: str) -> bool:
     """Whether most of the first lines hold a JSON object, or the text is a JSON document."""
     head = text[:20000].lstrip("\ufeff \t\r\n")
     lines = [line for line in head.splitlines()[:60] if line.strip()]
@@ -32,13 +32,16 @@ def looks_like_json(text: str) -> bool:
     return (bool(whole) and objects > 0.5 * len(whole)) or re.match(r"[\[{]\s*[\[{\"]", head) is not None
 
 
-def read_json(text: str, path: Path) -> list[RawTable]:
-    """The tables of a log of JSON objects: one for every path of Signal K, topic or kind of object.
+def read_json(text: str, path: Path) -> list[RawTable] | None:
+    """The tables of a log of JSON objects: one for every path of Signal K, topic or kind of object; None where
+    the text is no such log.
 
     Raises
     ------
     BadInput : it holds no objects with numbers, or is too large a document.
     """
+    if not _is_json(text):
+        return None
     faults: list[Rejected] = []
     found = list(_objects(text, path, faults))
     deltas = [(line, obj) for line, obj in found if is_delta(obj)]

@@ -13,41 +13,9 @@ from ..instruments import last_part
 from ..moments import days_since_1970
 from ..raw import RawColumn, RawTable, faults_once
 from .autopilots import ARDUPILOT
+from .fields import StatedField, stated_fields
 
-Fields = dict[str, tuple[str, str]]
-_POSITION: Fields = {"lat": ("latitude", "1e-7 deg"), "lon": ("longitude", "1e-7 deg")}
-_ATTITUDE: Fields = {
-    "yaw": ("heading", "rad"), "yawspeed": ("yaw_rate", "rad/s"), "roll": ("roll", "rad"),
-    "rollspeed": ("roll_rate", "rad/s"), "pitch": ("not used", "rad"), "pitchspeed": ("not used", "rad/s"),
-}  # fmt: skip
-MAVLINK: dict[str, Fields] = {
-    "ATTITUDE": _ATTITUDE,
-    "ATTITUDE_QUATERNION": {"yawspeed": ("yaw_rate", "rad/s"), "rollspeed": ("roll_rate", "rad/s")},
-    "GLOBAL_POSITION_INT": _POSITION | {
-        "vx": ("velocity_north", "cm/s"), "vy": ("velocity_east", "cm/s"), "vz": ("not used", "cm/s"),
-        "alt": ("not used", "mm"), "relative_alt": ("not used", "mm"), "hdg": ("not used", "cdeg"),
-    },
-    "LOCAL_POSITION_NED": {
-        "x": ("north", "m"), "y": ("east", "m"), "z": ("not used", "m"), "vx": ("velocity_north", "m/s"),
-        "vy": ("velocity_east", "m/s"), "vz": ("not used", "m/s"),
-    },
-    "GPS_RAW_INT": _POSITION | {
-        "vel": ("speed_over_ground", "cm/s"), "cog": ("course_over_ground", "cdeg"), "alt": ("not used", "mm"),
-    },
-    "VFR_HUD": {"groundspeed": ("speed_over_ground", "m/s"), "heading": ("not used", "deg")},
-    "AHRS2": _POSITION | {"yaw": ("not used", "rad"), "roll": ("not used", "rad"), "pitch": ("not used", "rad")},
-    "SERVO_OUTPUT_RAW": {f"servo{i}_raw": ("", "us") for i in range(1, 17)},
-    "RC_CHANNELS": {f"chan{i}_raw": ("not used", "us") for i in range(1, 19)},
-}  # fmt: skip
-"""Message -> field -> (quantity, unit) by MAVLink's common set; NED, forward-right-down.  The heading in hundredths of
-degrees of a position and that in whole degrees are the yaw again, which is finer."""
-UBLOX: Fields = {
-    "lat": ("latitude", "1e-7 deg"), "lon": ("longitude", "1e-7 deg"), "velN": ("velocity_north", "mm/s"),
-    "velE": ("velocity_east", "mm/s"), "velD": ("not used", "mm/s"), "gSpeed": ("speed_over_ground", "mm/s"),
-    "headMot": ("course_over_ground", "1e-5 deg"), "headVeh": ("not used", "1e-5 deg"), "hMSL": ("not used", "mm"),
-    "height": ("not used", "mm"), "iTOW": ("not used", "ms"), "nano": ("not used", "ns"),
-}  # fmt: skip
-"""Field of NAV-PVT -> (quantity, unit)."""
+MAVLINK = "MAVLink"
 DATE = ("year", "month", "day", "hour", "min", "sec")
 CLOCKS = ("time_boot_ms", "time_usec", "time_unix_usec")
 COLUMN = re.compile(r"(?:mavlink_)?(?P<message>[A-Z][A-Z0-9_]+?)(?:_t)?(?:\[\d+\])?\.(?P<field>\w+)")
@@ -60,13 +28,14 @@ def with_messages(table: RawTable) -> list[RawTable]:
     matches = [COLUMN.fullmatch(column.name) for column in table.columns]
     if any(match is not None for match in matches):
         return _by_message(table, matches)
-    if table.sheet in MAVLINK:
-        by, fields = f"MAVLink states it: {table.sheet}", MAVLINK[table.sheet]
+    if table.sheet in stated_fields(MAVLINK):
+        by, fields = f"MAVLink states it: {table.sheet}", stated_fields(MAVLINK)[table.sheet]
         return [table.told(lambda c: _stated(c, fields, last_part(c.name), by))]
     names = {column.name for column in table.columns}
-    if "iTOW" not in names or len(names & set(UBLOX)) <= 3:
+    fields = stated_fields("u-blox")["NAV-PVT"]
+    if "iTOW" not in names or len(names & set(fields)) <= 3:
         return [table]
-    told = table.told(lambda c: _stated(c, UBLOX, c.name, "u-blox states it: NAV-PVT"), "units of u-blox NAV-PVT")
+    told = table.told(lambda c: _stated(c, fields, c.name, "u-blox states it: NAV-PVT"), "units of u-blox NAV-PVT")
     made = _moments(table)
     return [replace(told, columns=(made, *(c for c in told.columns if c.name not in DATE))) if made else told]
 
@@ -93,18 +62,17 @@ def _by_message(table: RawTable, matches: list[re.Match[str] | None]) -> list[Ra
         rows = np.flatnonzero(np.any([np.isfinite(column.numbers) for column, _ in own], axis=0))
         if rows.size < 3:
             continue
-        by = f"{'ArduPilot' if kind in ARDUPILOT else 'MAVLink'} states it: {kind}"
-        of_log = {name: (quantity, unit) for name, (_, quantity, unit) in ARDUPILOT.get(kind, {}).items()}
-        fields = MAVLINK.get(kind, of_log)
+        program = ARDUPILOT if kind in stated_fields(ARDUPILOT) else MAVLINK
+        by, fields = f"{program} states it: {kind}", stated_fields(program).get(kind, {})
         told = [_stated(c, fields, field, by) for c, field in own if field not in CLOCKS or not shared]
         done = (*table.done, f"{rows.size} messages {kind}")
         out.append(table.at(rows, (*shared, *told), sheet=kind, done=done))
     return faults_once(out) or [table]
 
 
-def _stated(column: RawColumn, fields: Mapping[str, tuple[str, str]], field: str, by: str) -> RawColumn:
+def _stated(column: RawColumn, fields: Mapping[str, StatedField], field: str, by: str) -> RawColumn:
     """A column with the quantity and unit of its field, unless its header states another unit or its numbers do."""
-    quantity, unit = fields.get(field, ("", ""))
+    _, quantity, unit = fields.get(field, ("", "", ""))
     column = replace(column, called=field) if field != column.name else column
     known = column.finite
     if not unit or not known.size or (column.unit and scaled_unit(column.unit) != scaled_unit(unit)):

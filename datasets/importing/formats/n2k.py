@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from ....models.extras import extras_told
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
-from .extras import needed
+from .fields import stated_fields
 from .object_tables import number_of
 
 CANDUMP = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-F]{8}(#|\s+\[\d\])")
@@ -21,21 +22,6 @@ SPACED = re.compile(r"\s*(\(\d+\.\d+\))\s+(\S+)\s+([0-9A-F]{8})\s+\[\d\]\s+((?:[
 YDVR = re.compile(r"\d\d:\d\d:\d\d\.\d{3}\s+[RT]\s+[0-9A-F]{8}(\s+[0-9A-F]{2})+", re.IGNORECASE)
 PLAIN = re.compile(r"\d{4}-\d\d-\d\d[T-]\d\d:\d\d:\d\d\.\d+Z?,\d+,\d{5,6},\d+,\d+,\d+(,[0-9a-f]{2})+", re.IGNORECASE)
 JSON_LINE = re.compile(r"\s*\{(?=.*\"fields\").*\"pgn\"\s*:\s*\"?\d+.*\}\s*,?\s*$")
-PGNS: dict[int, dict[str, tuple[str, str, str]]] = {
-    127245: {"position": ("rudder position", "rudder", "rad"), "angleorder": ("rudder order", "rudder_command", "rad")},
-    127250: {"heading": ("heading", "", "rad"), "variation": ("magnetic variation", "magnetic_variation", "rad"),
-             "deviation": ("magnetic deviation", "magnetic_deviation", "rad")},
-    127251: {"rate": ("rate of turn", "yaw_rate", "rad/s")},
-    127258: {"variation": ("magnetic variation", "magnetic_variation", "rad")},
-    127257: {"roll": ("roll", "", "rad")},
-    128259: {"speedwaterreferenced": ("speed through water", "speed_through_water", "m/s")},
-    129025: {"latitude": ("latitude", "latitude", "deg"), "longitude": ("longitude", "longitude", "deg")},
-    129026: {"cog": ("course over ground", "course_over_ground", "rad"),
-             "sog": ("speed over ground", "speed_over_ground", "m/s")},
-    129029: {"latitude": ("latitude", "latitude", "deg"), "longitude": ("longitude", "longitude", "deg")},
-    127488: {"speed": ("engine speed", "", "rpm")},
-}  # fmt: skip
-"""PGN -> field -> (name, quantity, unit).  NMEA 2000 states units in SI; turns count to starboard."""
 REFERRED = {
     "heading": ("reference", {"true": ("true heading", "heading"), "magnetic": ("magnetic heading", "heading_magnetic"),
                               "": ("heading", "")}),
@@ -47,20 +33,17 @@ REFERRED = {
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 
 
-def looks_like_n2k(text: str) -> bool:
-    """Whether most of the first lines are messages of NMEA 2000."""
-    lines = [line for line in text[:20000].splitlines()[:100] if line.strip()][:-1]
-    kinds = (CANDUMP, YDVR, PLAIN, JSON_LINE)
-    return len(lines) > 2 and sum(any(kind.match(line) for kind in kinds) for line in lines) > 0.8 * len(lines)
-
-
-def read_n2k(text: str, path: Path) -> list[RawTable]:
-    """A table for every PGN of every source that is known.
+def read_n2k(text: str, path: Path) -> list[RawTable] | None:
+    """A table for every PGN of every source that is known; None where most of the first lines are no messages.
 
     Raises
     ------
     BadInput : the package nmea2000 is missing, or no message is known.
     """
+    first = [line for line in text[:20000].splitlines()[:100] if line.strip()][:-1]
+    kinds = (CANDUMP, YDVR, PLAIN, JSON_LINE)
+    if len(first) < 3 or sum(any(kind.match(line) for kind in kinds) for line in first) <= 0.8 * len(first):
+        return None
     json_lines = JSON_LINE.match(next((line for line in text.splitlines() if '"pgn"' in line), "")) is not None
     messages, faults = (_from_json if json_lines else _decoded)(text, path)
     groups: dict[tuple[int, int, str], list[tuple[int, float, dict[str, Any]]]] = defaultdict(list)
@@ -74,8 +57,11 @@ def read_n2k(text: str, path: Path) -> list[RawTable]:
 
 
 def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, dict[str, Any]]], list[Rejected]]:
-    module = needed("nmea2000", "nmea2000", "a log of NMEA 2000", path)
-    decoder = module.NMEA2000Decoder()
+    with extras_told():
+        from nmea2000 import NMEA2000Decoder
+
+    decoder = NMEA2000Decoder()
+    known = stated_fields("NMEA 2000")
     out: list[tuple[int, int, int, float, dict[str, Any]]] = []
     faults: list[Rejected] = []
     for number, line in enumerate(text.splitlines(), start=1):
@@ -86,7 +72,7 @@ def _decoded(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, di
         except Exception:  # whatever the package raises on a damaged line
             faults.append((number, "no message of NMEA 2000", line))
             continue
-        if message is not None and message.PGN in PGNS:
+        if message is not None and str(message.PGN) in known:
             fields = {re.sub(r"\W|_", "", field.id).lower(): field.value for field in message.fields}
             stamp = message.timestamp.replace(tzinfo=datetime.UTC).timestamp()
             out.append((number, message.PGN, message.source, stamp, fields))
@@ -134,13 +120,14 @@ def _moment(text: str) -> float:
 
 def _table(path: Path, key: tuple[int, int, str], own: list, degrees: bool, dated: bool) -> RawTable | None:
     pgn, source, instance = key
-    if pgn not in PGNS or len(own) < 3:
+    stated = stated_fields("NMEA 2000").get(str(pgn))
+    if stated is None or len(own) < 3:
         return None
     times = np.array([time for _, time, _ in own])
     by = f"NMEA 2000 states it: PGN {pgn} of source {source}"
     times = times if dated else times % 86400.0
     columns = [RawColumn("time", "s", times, "time", by)]
-    for field, (name, quantity, unit) in PGNS[pgn].items():
+    for field, (name, quantity, unit) in stated.items():
         numbers = np.array([_number(fields.get(field)) for _, _, fields in own])
         if np.isfinite(numbers).any():
             unit = IN_DEGREES.get(unit, unit) if degrees else unit

@@ -1,33 +1,55 @@
-"""Logs whose lines name each value: `ts=2026-03-14T10:00:00Z level=info hdg=271.4 rudder_deg=-3`, as logfmt."""
+"""Logs of lines that name each value: logfmt, such as `ts=2026-03-14T10:00:00Z hdg=271.4 rudder_deg=-3`, InfluxDB's
+line protocol, and MAVLink messages as text."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from ....models.number_texts import DECIMAL
 from ..moments import time_in
 from ..names import is_time
 from ..raw import RawTable, usable
-from .object_tables import Row, tables_of_rows
+from .object_tables import tables_of_rows
+
+Values: TypeAlias = dict[str, Any]
+NUMBER = re.compile(DECIMAL)
+FEWEST, LONGEST, HEAD, FIRST = 2, 5000, 20000, 60
+"""Pairs of a line, its characters, and characters and lines by which a log is told."""
+STAMP = "timestamp"
+
+
+def read_named_values(text: str, path: Path) -> list[RawTable] | None:
+    """The tables of a log of named values, one for each kind of line; None where the text is no such log.
+
+    Raises
+    ------
+    BadInput : no line holds numbers.
+    """
+    lines = [line for line in text[:HEAD].splitlines()[:FIRST] if line.strip()][:-1]
+    values_of = next((read for looks_like, read in FORMS if len(lines) > 2 and looks_like(lines)), None)
+    if values_of is None:
+        return None
+    numbered = ((number, line) for number, line in enumerate(text.splitlines(), start=1) if len(line) <= LONGEST)
+    rows = [(number, values) for number, line in numbered if (values := values_of(line))]
+    return usable(tables_of_rows(rows, path), path, "no line of named values with numbers found")
+
+
+# ---- Pairs of names and values with a sign of equality, or a colon, between them.
 
 PAIR = re.compile(r'(?<![^\s,;|])([^\W\d][\w.\-/]*)\s?[=:]\s?("[^"]*"|[^\s,;|"]+)(?=[\s,;|]|$)')
-NUMBER = re.compile(DECIMAL)
-STAMP = "timestamp"
-FEWEST, LONGEST = 2, 5000
-"""Pairs of a line, and its characters."""
 
 
-def looks_like_named_values(text: str) -> bool:
-    """Whether most of the first lines hold numbers, each behind its name and a sign of equality, or behind a colon,
-    the same names in all."""
-    lines = [line for line in text[:20000].splitlines()[:60] if line.strip()][:-1]
+def _are_pairs(lines: Sequence[str]) -> bool:
+    """Whether most lines hold numbers, each behind its name and a sign of equality, or behind a colon, the same names
+    in all."""
     named = [_names(line) for line in lines]
     equal = [sum(sign == "=" for _, sign in own) >= FEWEST for own in named]
     alike = [len(own) >= FEWEST and own == named[0] for own in named]
-    return len(lines) > 2 and any(sum(fits) > 0.8 * len(lines) for fits in (equal, alike))
+    return any(sum(fits) > 0.8 * len(lines) for fits in (equal, alike))
 
 
 def _names(line: str) -> list[tuple[str, str]]:
@@ -36,20 +58,71 @@ def _names(line: str) -> list[tuple[str, str]]:
     return [(match[1], "=" if "=" in match[0] else ":") for match in pairs]
 
 
-def read_named_values(text: str, path: Path) -> list[RawTable]:
-    """The tables of a log of named values: one for each kind of line; BadInput where none holds numbers."""
-    return usable(tables_of_rows(list(_rows(text)), path), path, "no line of named values with numbers found")
-
-
-def _rows(text: str) -> Iterator[Row]:
-    """(line, values) of the lines that hold some; a time before them is one, too."""
-    for number, line in enumerate(text.splitlines(), start=1):
-        pairs = list(PAIR.finditer(line)) if len(line) <= LONGEST else []
-        values: dict[str, Any] = {pair[1]: _value(pair[2]) for pair in pairs}
-        if len(values) >= FEWEST:
-            stamp, _ = time_in(line[: pairs[0].start()])
-            yield number, ({STAMP: stamp} if stamp and not any(map(is_time, values)) else {}) | values
+def _of_pairs(line: str) -> Values:
+    """The values of a line, with a time that stands before them; nothing where they are few."""
+    pairs = list(PAIR.finditer(line))
+    values: Values = {pair[1]: _value(pair[2]) for pair in pairs}
+    if len(values) < FEWEST:
+        return {}
+    stamp, _ = time_in(line[: pairs[0].start()])
+    return ({STAMP: stamp} if stamp and not any(map(is_time, values)) else {}) | values
 
 
 def _value(text: str) -> float | str:
     return float(text) if NUMBER.fullmatch(text) else text.strip('"')
+
+
+# ---- InfluxDB's line protocol: a measurement with tags, its fields, and the nanoseconds since 1970.
+
+PROTOCOL_LINE = re.compile(
+    r"(?P<series>[^\s=]{1,200}(?:,[^\s,=]+=[^\s,=]+)*) (?P<fields>[^\s=,]+=\S.*) (?P<time>\d{10,19})\s*$"
+)
+PROTOCOL_FIELD = re.compile(rf"(?P<name>[^\s=,]+)=(?:(?P<number>{DECIMAL})[iu]?|\"[^\"]*\"|[a-zA-Z]+)(?:,|$)")
+
+
+def _of_protocol(line: str) -> Values:
+    match = PROTOCOL_LINE.match(line)
+    if match is None:
+        return {}
+    fields = {f["name"]: float(f["number"]) for f in PROTOCOL_FIELD.finditer(match["fields"]) if f["number"]}
+    measurement, _, tags = match["series"].partition(",")
+    return {"measurement": f"{tags}/{measurement}".strip("/"), "time": int(match["time"])} | fields
+
+
+# ---- MAVLink messages: as mavlogdump prints them, a stamp, the name of the message, its fields in braces; as Mission
+# Planner writes them, a stamp, the name among other cells, then names and values in turn.
+
+MESSAGE = re.compile(
+    r"(?P<stamp>\d{4}-\d\d-\d\d \d\d:\d\d:\d\d(?:\.\d+)?): (?P<name>[A-Z][A-Z0-9_]+) \{(?P<fields>.*)\}\s*$"
+)
+MESSAGE_CELLS = re.compile(
+    r"(?P<stamp>\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(?:\.\d+)?),.{0,80}?,mavlink_(?P<name>\w+?)_t,(?P<fields>.*)"
+)
+MESSAGE_FIELD = re.compile(rf"(\w+) : ({DECIMAL})(?=,|$)")
+
+
+def _of_message(line: str) -> Values:
+    match = MESSAGE.match(line) or MESSAGE_CELLS.match(line)
+    if match is None:
+        return {}
+    cells = match["fields"].split(",")
+    turns = [
+        (name, text) for name, text in zip(cells[::2], cells[1::2], strict=False) if name and NUMBER.fullmatch(text)
+    ]
+    pairs = MESSAGE_FIELD.findall(match["fields"]) if match.re is MESSAGE else turns
+    fields = {name: float(text) for name, text in pairs}
+    return {STAMP: match["stamp"], "type": match["name"].upper()} | fields
+
+
+def _most(read: Callable[[str], Values], lines: Sequence[str]) -> bool:
+    """Whether more than four of five lines, comments aside, are of a form."""
+    own = [line for line in lines if not line.startswith("#")]
+    return sum(map(bool, map(read, own))) > 0.8 * len(own)
+
+
+FORMS: tuple[tuple[Callable[[Sequence[str]], bool], Callable[[str], Values]], ...] = (
+    (partial(_most, _of_message), _of_message),
+    (partial(_most, _of_protocol), _of_protocol),
+    (_are_pairs, _of_pairs),
+)
+"""Whether first lines are of a form, and the values of a line of it."""

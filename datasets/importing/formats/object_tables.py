@@ -16,12 +16,10 @@ from ....models.errors import BadInput
 from ..headers import read_header
 from ..instruments import NAMES, UNITS, VALUES, last_part
 from ..layout import distinct
-from ..names import is_time, joined, named
+from ..names import is_time, joined, listed, named
 from ..raw import RawColumn, RawTable
 
-KINDS = frozenset(
-    map(joined, ("class", "type", "msg type", "message type", "kind", "event", "sensor", "device", "node"))
-)
+KINDS = listed("object_kinds")
 """Names of a key that says what kind of record an object is."""
 MOST_KEYS, MOST_KINDS, MOST_ITEMS, DEEPEST = 300, 60, 16, 8
 """Keys of an object, kinds of objects, items of an array, and levels that are read."""

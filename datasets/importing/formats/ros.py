@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,14 +11,11 @@ from typing import Any
 import numpy as np
 
 from ....models.errors import BadInput
+from ....models.extras import extras_told
 from ..raw import RawColumn, RawTable, usable
-from .extras import needed
 
 QUATERNION = re.compile(
-    r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))[._]?(?P<axis>[xyzw])$", re.IGNORECASE
-)
-INDEXED = re.compile(
-    r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))(?:[._]?(?P<bare>[0-3])|\[(?P<index>[0-3])\])$",
+    r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))(?:[._]?(?P<part>[xyzw0-3])|\[(?P<index>[0-3])\])$",
     re.IGNORECASE,
 )
 JOINT = re.compile(r"(?:.*[./])?(?P<field>name|position)\[?(?P<number>\d+)\]?", re.IGNORECASE)
@@ -152,10 +149,10 @@ def _quaternion(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set
     """(columns of the parts, yaw and roll) of the first quaternion; None where there is none."""
     parts: dict[str, dict[str, int]] = {}
     for i, path in enumerate(paths):
-        match = QUATERNION.fullmatch(path)
-        if match:
-            parts.setdefault(match["prefix"], {})[match["axis"].lower()] = i
-    whole = next(((prefix, own) for prefix, own in parts.items() if len(own) == 4), None) or _indexed(columns, paths)
+        if (match := QUATERNION.fullmatch(path)) and columns[i].numeric:
+            parts.setdefault(match["prefix"], {})[(match["part"] or match["index"]).lower()] = i
+    named = ((prefix, _axes(columns, own)) for prefix, own in parts.items() if len(own) == 4)
+    whole = next(((prefix, own) for prefix, own in named if own), None)
     if whole is None:
         return None
     prefix, own = whole
@@ -169,24 +166,16 @@ def _quaternion(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set
     return set(own.values()), made
 
 
-def _indexed(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[str, dict[str, int]] | None:
-    """(prefix, axis -> column) of a quaternion with numbered parts; None where there is none.
+def _axes(columns: Sequence[RawColumn], own: Mapping[str, int]) -> Mapping[str, int]:
+    """Axis -> column of the parts of a quaternion; nothing where numbered ones are none.
 
     Of a ship that hardly rolls, x and y are the small ones.
     """
-    parts: dict[str, dict[int, int]] = {}
-    for i, path in enumerate(paths):
-        if (match := INDEXED.fullmatch(path)) and columns[i].numeric:
-            parts.setdefault(match["prefix"], {})[int(match["index"] or match["bare"])] = i
-    whole = next(((prefix, own) for prefix, own in parts.items() if len(own) == 4), None)
-    if whole is None:
-        return None
-    prefix, own = whole
-    sizes = [float(np.nanmean(columns[own[k]].numbers ** 2)) for k in range(4)]
-    if not abs(sum(sizes) - 1.0) < 0.1:
-        return None
+    if not set(own) <= set("0123"):
+        return own if set(own) == set("xyzw") else {}
+    sizes = [float(np.nanmean(columns[own[k]].numbers ** 2)) for k in sorted(own)]
     axes = "wxyz" if sizes[1] + sizes[2] < sizes[0] + sizes[1] else "xyzw"
-    return prefix, {axis: own[k] for k, axis in enumerate(axes)}
+    return {axis: own[k] for axis, k in zip(axes, sorted(own), strict=True)} if abs(sum(sizes) - 1.0) < 0.1 else {}
 
 
 def yaw_and_roll(w: np.ndarray, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -220,10 +209,12 @@ def _stamp(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[set[int]
 
 def read_bag(path: Path) -> list[RawTable]:
     """A table for every topic of a ROS 1 or ROS 2 bag with numbers; needs rosbags."""
-    reading = needed("rosbags.highlevel", "rosbags", "a ROS bag", path)
-    stores = needed("rosbags.typesys", "rosbags", "a ROS bag", path)
-    store = stores.get_typestore(stores.Stores.ROS2_HUMBLE)
-    with reading.AnyReader([path], default_typestore=store) as bag:
+    with extras_told():
+        from rosbags.highlevel import AnyReader
+        from rosbags.typesys import Stores, get_typestore
+
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    with AnyReader([path], default_typestore=store) as bag:
         tables = [_topic(bag, connection, path) for connection in bag.connections]
     return [with_ros(table) for table in usable(tables, path, "no topic of the bag holds numbers")]
 

@@ -12,32 +12,11 @@ from typing import Any
 import numpy as np
 
 from ..raw import RawColumn, RawTable
+from .fields import stated_fields
 from .object_tables import FEWEST, Row
 
 BY, RUDDER = "Signal K states it", "starboard"
 """Who states it, and the side of a positive rudder angle."""
-PATHS: dict[str, tuple[str, str]] = {
-    "navigation.headingTrue": ("heading", "rad"),
-    "navigation.headingMagnetic": ("heading_magnetic", "rad"),
-    "navigation.magneticVariation": ("magnetic_variation", "rad"),
-    "navigation.magneticDeviation": ("magnetic_deviation", "rad"),
-    "navigation.rateOfTurn": ("yaw_rate", "rad/s"),
-    "navigation.speedOverGround": ("speed_over_ground", "m/s"),
-    "navigation.speedThroughWater": ("speed_through_water", "m/s"),
-    "navigation.courseOverGroundTrue": ("course_over_ground", "rad"),
-    "navigation.courseOverGroundMagnetic": ("not used", "rad"),
-    "navigation.position.latitude": ("latitude", "deg"),
-    "navigation.position.longitude": ("longitude", "deg"),
-    "navigation.attitude.roll": ("roll", "rad"),
-    "navigation.attitude.pitch": ("not used", "rad"),
-    "navigation.attitude.yaw": ("not used", "rad"),
-    "steering.rudderAngle": ("rudder", "rad"),
-    "steering.rudderAngleTarget": ("rudder_command", "rad"),
-    "environment.wind.speedTrue": ("wind_speed", "m/s"),
-    "environment.wind.speedOverGround": ("wind_speed", "m/s"),
-    "environment.wind.directionTrue": ("wind_direction", "rad"),
-}
-"""Path -> (quantity, unit), by the Signal K specification: SI units, radians, turns, rudder and roll to starboard."""
 MOST = {"rad": 6.3, "rad/s": 1.6, "m/s": 60.0, "deg": 180.0}
 """Largest size of a number of a unit; beyond it whoever wrote the table has changed the units."""
 
@@ -76,10 +55,11 @@ def with_signal_k(table: RawTable) -> RawTable:
 
 
 def _told(column: RawColumn) -> RawColumn:
-    path = next((p for p in PATHS if re.search(rf"(?<![a-z]){re.escape(p)}(?:[._]value)?$", column.name)), None)
+    paths = stated_fields("Signal K")["delta"]
+    path = next((p for p in paths if re.search(rf"(?<![a-z]){re.escape(p)}(?:[._]value)?$", column.name)), None)
     if path is None or column.known or column.unit or not column.numeric:
         return column
-    quantity, unit = PATHS[path]
+    _, quantity, unit = paths[path]
     if np.nanmax(np.abs(column.numbers)) > MOST[unit]:
         return column
     side = RUDDER if quantity.startswith("rudder") else ""

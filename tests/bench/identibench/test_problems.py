@@ -131,11 +131,11 @@ def test_a_folder_without_problems_and_a_wrong_manifest_are_told(folder, tmp_pat
         helmbench.identibench_specs(tmp_path)
 
 
-@pytest.mark.parametrize("package", ["h5py", "identibench"])
-def test_a_missing_package_is_told_with_its_extra(package, folder, tmp_path, suite, monkeypatch):
+@pytest.mark.parametrize(("package", "extra"), [("h5py", "readers"), ("identibench", "identibench")])
+def test_a_missing_package_is_told_with_its_extra(package, extra, folder, tmp_path, suite, monkeypatch):
     monkeypatch.delitem(sys.modules, "helmbench.bench.identibench.folder", raising=False)
     monkeypatch.setitem(sys.modules, package, None)
-    with pytest.raises(BadInput, match=rf"needs {package}: pip install 'helmbench\[identibench\]'"):
+    with pytest.raises(BadInput, match=rf"needs {package}: pip install 'helmbench\[{extra}\]'"):
         if package == "h5py":
             helmbench.export_problems(suite, tmp_path / "out")
         else:

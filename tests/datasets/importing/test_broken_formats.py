@@ -19,7 +19,7 @@ BROKEN = {
     "TCX with entities": ('<!DOCTYPE x [<!ENTITY a "b">]><TrainingCenterDatabase/>', "declares entities"),
     "TCX cut": ("<TrainingCenterDatabase><Track><Trackpoint>", "not a TCX file that can be read"),
     "TCX without points": ("<TrainingCenterDatabase/>", "no track in the TCX file"),
-    "LabVIEW without rows": ("LabVIEW Measurement\n***End_of_Header***\n", "no segment of the LabVIEW file"),
+    "LabVIEW without rows": ("LabVIEW Measurement\n***End_of_Header***\n", "no rows of numbers found"),
     "MOOS without numbers": ("%% LOGSTART 1\n1.0 A B text\n", "no variable of the MOOS log holds numbers"),
     "InfluxDB without values": ("#datatype,string\n,result,table\n,,0\n", "no block with times and values"),
     "dataflash without known messages": (

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from helmbench.datasets.importing.formats import columnar
+from helmbench.datasets.importing import binary_tables
 from helmbench.datasets.importing.sources import read_raw
 from helmbench.models.errors import BadInput
 
@@ -40,11 +40,11 @@ def test_a_long_comment_is_cut_and_the_log_is_read(tmp_path):
 
 
 def test_a_parquet_file_of_more_cells_than_a_log_has_is_refused_as_such(tmp_path, monkeypatch):
-    monkeypatch.setattr(columnar, "MOST_CELLS", 99)
+    monkeypatch.setattr(binary_tables, "MOST_CELLS", 99)
     packed = BytesIO()
     pd.DataFrame({"time": range(50), "heading": range(50)}).to_parquet(packed)
     with pytest.raises(BadInput, match="more than 99 cells; cut it into parts"):
-        columnar.read_parquet(packed.getvalue(), tmp_path / "log.parquet")
+        binary_tables.read_parquet(packed.getvalue(), tmp_path / "log.parquet")
 
 
 @pytest.mark.parametrize(("name", "kind"), [("raw-ardupilot", ".bin"), ("raw-px4", ".ulg")])

@@ -9,7 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from helmbench.datasets.arrow_csv import arrow_texts
-from helmbench.datasets.importing import clock, plain_rows
+from helmbench.datasets.importing import clock
+from helmbench.datasets.importing import text as text_logs
 from helmbench.datasets.importing.cell_texts import Texts
 from helmbench.datasets.importing.cells import GAPS, decorated, numbers_of
 from helmbench.datasets.importing.moments import even_stamps
@@ -45,13 +46,13 @@ ROWS = ["1", "1,2", "1,2,3,4,5", "1,2,3,ok,", ",,,", " , ,,", ",", "", "   ", HE
         "a,b,c,d"]  # fmt: skip
 STAMPS = ["2024-02-30 00:00:00", "2023-02-29T00:00:00", "2024-13-01T00:00:00", "2024-01-01T24:00:00",
           "2024-01-00T00:00:00", "2024-01-01T00:00:60", "2024-01-01T00:00:00z", "2024/01/01 00:00:00",
-          "2024-01-01T00:00:00.", "0001-01-01 00:00:00", "2024-01-01T00:00:00,5", "2024-01-01",
+          "2024-01-01T00:00:00.", "0000-01-01 00:00:00", "2024-01-01T00:00:00,5", "2024-01-01",
           "2024-01-01T00:00:00+01:00", "2024-01-01T0a:00:00"]  # fmt: skip
 
 
 def facts(text, fewest, monkeypatch):
     """All that a table says, with each text and number; or the refusal."""
-    monkeypatch.setattr(plain_rows, "FEWEST_BYTES", fewest)
+    monkeypatch.setattr(text_logs, "FEWEST_BYTES", fewest)
     try:
         table = read_text(text, "utf-8", Path("log.csv"))
     except BadInput as error:
@@ -80,8 +81,8 @@ def log(cells, separator=",", end="\n", header=HEADER):
 def reads_plain(text, monkeypatch):
     """Whether all rows of a text are read at once."""
     seen = []
-    real = plain_rows._plain_rows
-    monkeypatch.setattr(plain_rows, "_plain_rows", lambda *given: seen.append(real(*given)) or seen[-1])
+    real = text_logs._plain_rows
+    monkeypatch.setattr(text_logs, "_plain_rows", lambda *given: seen.append(real(*given)) or seen[-1])
     facts(text, 0, monkeypatch)
     return bool(seen) and seen[-1] is not None
 

@@ -1,4 +1,4 @@
-"""Excel workbooks and MAT files as raw tables."""
+"""Excel workbooks, MAT, HDF5, netCDF and Parquet files as raw tables."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from .formats.hdf import hdf_content, netcdf_content
+from ...models.errors import BadInput
+from ...models.extras import extras_told
 from .layout import Line, table_of
 from .moments import moment
 from .raw import RawColumn, RawTable, usable
@@ -72,7 +73,7 @@ def read_mat(data: bytes, path: Path) -> list[RawTable]:
     import scipy.io
 
     if data.startswith((b"MATLAB 7.3", b"\x89HDF")):
-        return _tables_of(*hdf_content(data, path), path)
+        return _tables_of(*hdf_content(data), path)
     content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
     return _tables_of({k: v for k, v in content.items() if not k.startswith("__")}, {}, path)
 
@@ -181,3 +182,139 @@ def _column(name: str, unit: str, values: np.ndarray) -> RawColumn:
         return RawColumn(name, unit, values)
     seconds = start + SECONDS[match["unit"].lower()] * values
     return RawColumn(name, "s", seconds, "time", f"its unit states {unit}")
+
+
+# ---- HDF5 files and MAT files of version 7.3, read by h5py, and classic netCDF files, read by SciPy.
+
+MOST_ITEMS, MOST_DEPTH, MOST_BYTES, MOST_NAMES = 10_000, 12, 2**31, 2000
+UNIT_ATTRIBUTES = ("units", "unit", "Units", "Unit", "UNIT", "einheit")
+
+
+def hdf_content(data: bytes) -> tuple[dict[str, Any], dict[str, str]]:
+    """(arrays and texts in nested dictionaries, path of an array -> its unit); links to other files are not followed.
+
+    Raises
+    ------
+    BadInput : h5py is missing, or the file has too many groups.
+    """
+    with extras_told():
+        import h5py
+
+    units: dict[str, str] = {}
+    with h5py.File(io.BytesIO(data), "r") as file:
+        return _group(h5py, file, "", units, [0]), units
+
+
+def _group(h5py: Any, group: Any, where: str, units: dict[str, str], count: list[int]) -> dict[str, Any]:
+    out: dict[str, Any] = {}
+    for name in group:
+        count[0] += 1
+        if count[0] > MOST_ITEMS or where.count(".") >= MOST_DEPTH:
+            raise BadInput("an HDF5 file with too many or too deep groups")
+        link = group.get(name, getlink=True)
+        if isinstance(link, h5py.ExternalLink) or name.startswith("#"):
+            continue
+        item = group.get(name)
+        if isinstance(item, h5py.Group):
+            out[name] = _group(h5py, item, f"{where}.{name}".strip("."), units, count)
+        elif isinstance(item, h5py.Dataset) and not item.is_virtual and not item.external and item.nbytes < MOST_BYTES:
+            _take(h5py, where, name, item, out, units)
+    return out
+
+
+def _take(h5py: Any, where: str, name: str, item: Any, out: dict[str, Any], units: dict[str, str]) -> None:
+    unit = next((text for key in UNIT_ATTRIBUTES if (text := text_of(item.attrs.get(key)))), "")
+    if unit:
+        units[f"{where}.{name}".strip(".")] = unit
+    if text_of(item.attrs.get("MATLAB_class")) == "char":
+        out[name] = "".join(map(chr, np.asarray(item[()]).ravel(order="F").astype(int).tolist()))
+        return
+    if item.dtype.names:
+        table = item[()]
+        out[name] = {field: table[field] for field in item.dtype.names}
+    elif item.dtype.kind in "fiub":
+        out[name] = unpacked(np.asarray(item[()]), item.attrs)
+    elif h5py.check_string_dtype(item.dtype) is not None and item.size <= MOST_NAMES:
+        out[name] = text_of(item[()]) if item.shape == () else np.array([text_of(one) for one in np.ravel(item[()])])
+
+
+def unpacked(values: np.ndarray, stated: Mapping[str, Any]) -> np.ndarray:
+    """The numbers of an array; packed ones by their attributes (Climate and Forecast conventions 1.11, section 8.1)."""
+    packing = {name: stated[name] for name in ("scale_factor", "add_offset", "_FillValue") if name in stated}
+    if not packing:
+        return values
+    numbers = {name: float(np.ravel(value)[0]) for name, value in packing.items()}
+    real = values.astype(float) * numbers.get("scale_factor", 1.0) + numbers.get("add_offset", 0.0)
+    return np.where(values == numbers["_FillValue"], np.nan, real) if "_FillValue" in numbers else real
+
+
+def text_of(value: Any) -> str:
+    """The text of an attribute; '' where it is none."""
+    if isinstance(value, np.ndarray) and value.size == 1:
+        value = value.ravel()[0]
+    return value.decode("utf-8", "replace") if isinstance(value, bytes) else value if isinstance(value, str) else ""
+
+
+def netcdf_content(data: bytes) -> tuple[dict[str, Any], dict[str, str]]:
+    """(arrays of a file, name of an array -> its unit)."""
+    from scipy.io import netcdf_file
+
+    content: dict[str, Any] = {}
+    units: dict[str, str] = {}
+    with netcdf_file(io.BytesIO(data), "r", mmap=False) as file:
+        for name, variable in file.variables.items():
+            stated = vars(variable)["_attributes"]
+            content[name] = unpacked(np.array(variable[:]) if variable.shape else np.array(variable.data), stated)
+            units[name] = next((text for key in UNIT_ATTRIBUTES if (text := text_of(stated.get(key)))), "")
+    return content, {name: unit for name, unit in units.items() if unit}
+
+
+# ---- Parquet files, read by PyArrow.
+
+MOST_CELLS = 200_000_000
+
+
+def read_parquet(data: bytes, path: Path) -> list[RawTable]:
+    """The table of a Parquet file, with the units that its fields state; BadInput where it holds none, or too many."""
+    with extras_told():
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+    file = pq.ParquetFile(pa.BufferReader(data))
+    if file.metadata.num_rows * max(file.metadata.num_columns, 1) > MOST_CELLS:
+        raise BadInput(f"more than {MOST_CELLS:,} cells", file=path, hint="cut it into parts")
+    table = file.read()
+    columns = [_of_field(field, table.column(i)) for i, field in enumerate(table.schema)]
+    if all(column.known == "not used" for column in columns) or table.num_rows < 1:
+        raise BadInput("no columns of numbers found", file=path)
+    return [RawTable.of(path, columns, "Parquet")]
+
+
+def _of_field(field: Any, values: Any) -> RawColumn:
+    import pyarrow as pa
+
+    metadata = field.metadata or {}
+    unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
+    kind = field.type
+    if pa.types.is_timestamp(kind):
+        moments = values.cast(pa.timestamp("ns", tz=kind.tz), safe=False).to_numpy(zero_copy_only=False)
+        texts = tuple(
+            "" if np.isnat(m) else f"{np.datetime_as_string(m)}{'Z' if kind.tz else ''}"
+            for m in moments.astype("datetime64[ns]")
+        )
+        return RawColumn(str(field.name), unit, texts)
+    if pa.types.is_dictionary(kind):
+        return _of_field(field.with_type(kind.value_type), values.cast(kind.value_type))
+    if pa.types.is_duration(kind):
+        spans = values.cast(pa.duration("ns"), safe=False).cast(pa.int64()).cast(pa.float64(), safe=False)
+        return RawColumn(str(field.name), "s", 1e-9 * np.asarray(spans.to_numpy(zero_copy_only=False), dtype=float))
+    if any(
+        is_kind(kind)
+        for is_kind in (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, pa.types.is_decimal)
+    ):
+        numbers = values.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
+        return RawColumn(str(field.name), unit, np.asarray(numbers, dtype=float))
+    if pa.types.is_string(kind) or pa.types.is_large_string(kind):
+        return RawColumn(str(field.name), unit, tuple("" if v is None else v for v in values.to_pylist()))
+    empty = np.full(len(values), np.nan)
+    return RawColumn(str(field.name), unit, empty, "not used", f"a Parquet column of type {kind}, which is not read")
