@@ -91,14 +91,18 @@ class LeastSquaresRule(UpdateRule):
         self.forgetting, self.repetitions, self.plain_covariance = mu, weight, as_printed
 
     def run(self, y, h, per_sample: int, theta, factor, diagonal, path) -> None:
-        from . import _kernels
+        from ._kernels import recursive_ls
 
-        forget = np.ones(len(y))
+        forget, weight = np.ones(len(y)), self.repetitions
         forget[::per_sample] = self.forgetting
-        if self.plain_covariance:
-            _kernels.recursive_ls_as_printed(y, h, forget, self.repetitions, theta, factor, path)
-        else:
-            _kernels.recursive_ls(y, h, forget, self.repetitions, theta, factor, diagonal, path)
+        if not self.plain_covariance:
+            recursive_ls(y, h, forget, weight, theta, factor, diagonal, path)
+            return
+        for k, (row, mu) in enumerate(zip(h, forget, strict=True)):
+            moved, predicted = factor @ row, row @ theta / mu
+            factor[:] = factor / mu - np.outer(moved, moved) / (mu * mu / weight + mu * (row @ moved))
+            theta[:] = theta / mu + weight * (y[k] - predicted) * (factor @ row)
+            path[k] = theta
 
 
 class RowScales(NamedTuple):
