@@ -15,7 +15,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, NamedTuple, cast
 
 from ..definition import Definition, Later, symbols
 from ..regimes import CLOCK, EXTENSION, VARIABLES
@@ -364,14 +364,40 @@ RESPONSE = "R"
 YAW_ACCELERATION = Axis(0, ANY_ORDER, response=True)
 
 
-def _by_heading(name: str, axis: Axis, count: int) -> Extension:
-    """a cos(k psi) + b sin(k psi): with k = 1 that of a steady wind on a craft that turns in it."""
+PLACES = {"north": "x", "east": "y"}
+"""Place -> its state."""
+TEXTS: Mapping[str, tuple[str, Mapping[str, str]]] = {
+    "count": ("a*cos(w*psi) + b*sin(w*psi)", {"cos": "", "sin": ""}),
+    "speed": ("a*sqrt(u**2 + v**2 + 1e-12) + b*(u**2 + v**2 + 1e-12)", {"1": " s/m", "2": " s2/m2"}),
+    "beyond": (
+        "a + step(w - e)*(b + c*cos(psi) + d*sin(psi))",
+        {"first": "", "size": "", "cos": "", "sin": "", "place": "m"},
+    ),
+    "growth": ("a*t*w", {"size": "/s"}),
+    "time": ("a + b*t", {"first": "", "growth": "/s"}),
+    "from": ("a*step(t - b)", {"size": "", "begin": "s"}),
+    "span": ("a*(step(t - b) - step(t - c))", {"size": "", "begin": "s", "end": "s"}),
+    "period": ("a*cos(2*pi*t/c) + b*sin(2*pi*t/c)", {"cos": "", "sin": "", "time": "s"}),
+}
+"""Force along the motion -> its formula in its parameters a, b, ..., the states, the time t and w, what it is of (a
+number of turns, a place, a motion), and the parameters' units: s and m as they are, others behind that of the force.
+With w = 1 turn by the heading it is that of a steady wind on a craft that turns in it."""
 
-    def force(definition: Definition, cosine: sp.Symbol, sine: sp.Symbol) -> sp.Expr:
-        psi = _state(definition, "psi")
-        return cosine * sp.cos(count * psi) + sine * sp.sin(count * psi)
 
-    return axis.extension(dict.fromkeys((f"{name}_cos", f"{name}_sin"), axis.unit), force)
+def _by_text(name: str, axis: Axis, kind: str, of: str) -> Extension:
+    """The force of a row of `TEXTS`."""
+    text, parts = TEXTS[kind]
+    unit = axis.per(of) if kind == "growth" else axis.unit
+    units = {f"{name}_{part}": own if own in ("s", "m") else unit + own for part, own in parts.items()}
+
+    def force(definition: Definition, *parameters: sp.Symbol) -> sp.Expr:
+        words: dict[str, Any] = {s.name: s for s in definition.states} | dict(zip("abcde", parameters, strict=False))
+        words |= {"t": sp.Symbol(CLOCK, real=True), "pi": sp.pi.evalf(), "step": primitives.step}
+        words["w"] = int(of) if of.isdigit() else words.get(PLACES.get(of, of), definition.inputs[0])
+        parsed: Any = sp.sympify  # its overloads do not tell of `locals`
+        return parsed(text, locals=words)
+
+    return axis.extension(units, force, held=[one for one, own in units.items() if own in ("s", "m")])
 
 
 EXTENSIONS: dict[str, Extension] = {
@@ -435,7 +461,7 @@ EXTENSIONS: dict[str, Extension] = {
     "rudder_stall": Extension(
         {"rudder_stall": "1/rad"}, _rudder(lambda d, p: d / (1 + p * primitives.absv(d))), held=("rudder_stall",)
     ),
-    "heading_moment": _by_heading("heading_moment", YAW_ACCELERATION, 1),
+    "heading_moment": _by_text("heading_moment", YAW_ACCELERATION, "count", "1"),
     "measured_wind": Extension({"wind_across": "rad/m2", "wind_both": "rad/m2"}, _wind_on_yaw, three_dof=False),
     "speed_loss": Extension(
         {"loss_gain": "s2/rad2", "loss_time": "s", "loss_power": "1"},
@@ -462,13 +488,6 @@ FORCE = re.compile(
 """Identifier of an added force by the heading (so many times a turn), the speed, the past of sway, yaw rate or rudder,
 a curve of the place, v', r' or the rudder angle, the place beyond which it acts, or the time from the start of a record
 (alone, or as a share of a motion that grows); R is the yaw acceleration of a response model."""
-IN_TIME = {"time": ("first", "growth"), "from": ("size", "begin"), "span": ("size", "begin", "end"),
-           "period": ("cos", "sin", "time")}  # fmt: skip
-"""Force in time -> its parameters: a + b t; a from a time on; a over a span; a cos(2 pi t/T) + b sin(2 pi t/T)."""
-TIMES = ("begin", "end", "time")
-"""Parameters of forces in time that are times."""
-PLACES = {"north": "x", "east": "y"}
-"""Place -> its state."""
 
 
 def waves_of(variable: str) -> int:
@@ -500,8 +519,10 @@ def extension_of(name: str) -> Extension:
         return Extension(units, _in_regime(**local.groupdict()), held=names)
     force = FORCE.fullmatch(name)
     if force is not None:
-        axis, (kind, value) = Axis.of(force["axis"]), next((k, force[k]) for k in FORCES if force[k] is not None)
-        return FORCES[kind](name, axis, value)
+        axis, kinds = Axis.of(force["axis"]), [*FORCE.groupindex][1:]
+        kind, value = next((one, force[one]) for one in kinds if force[one] is not None)
+        made = {"past": _of_the_past, "curve": _by_curve}.get(kind)
+        return made(name, axis, value) if made else _by_text(name, axis, value if kind == "time" else kind, value)
     if TERM.fullmatch(name) is None:
         return EXTENSIONS[name]
     axis, *factors = name.split("_")
@@ -567,17 +588,6 @@ def _variable(definition: Definition, variable: str) -> sp.Expr:
 # ---- Forces and moments along the motion; of sway, yaw rate and rudder angle in SI units unless primes are named.
 
 
-def _by_speed(name: str, axis: Axis, _: str) -> Extension:
-    """a U + b U^2."""
-
-    def force(definition: Definition, first: sp.Symbol, second: sp.Symbol) -> sp.Expr:
-        u, v = definition.states[:2]
-        square = u**2 + v**2 + sp.Float(1e-12)
-        return first * sp.sqrt(square) + second * square
-
-    return axis.extension({f"{name}_1": f"{axis.unit} s/m", f"{name}_2": f"{axis.unit} s2/m2"}, force)
-
-
 def _of_the_past(name: str, axis: Axis, motion: str) -> Extension:
     """a x + b z with T z_dot = x - z, x the motion.
 
@@ -621,57 +631,6 @@ def _by_curve(name: str, axis: Axis, curve: str) -> Extension:
     held = (f"{name}_first", f"{name}_span")
     units = {f"{name}_{k}": of_force for k in range(1, waves_of(curve) + 1)} | dict.fromkeys(held, unit)
     return Extension(units, apply, three_dof=not axis.response, held=held)
-
-
-def _beyond(name: str, axis: Axis, place: str) -> Extension:
-    """a, and b + c cos(psi) + d sin(psi) beyond a place."""
-
-    def force(definition: Definition, *parameters: sp.Symbol) -> sp.Expr:
-        first, size, cosine, sine, begin = parameters
-        inside, psi = primitives.step(_state(definition, PLACES[place]) - begin), _state(definition, "psi")
-        return first + inside * (size + cosine * sp.cos(psi) + sine * sp.sin(psi))
-
-    units = {f"{name}_{p}": axis.unit for p in ("first", "size", "cos", "sin")} | {f"{name}_place": "m"}
-    return axis.extension(units, force, held=[f"{name}_place"])
-
-
-def _growing(name: str, axis: Axis, motion: str) -> Extension:
-    """a t x, x the motion and t the time."""
-
-    def force(definition: Definition, size: sp.Symbol) -> sp.Expr:
-        return size * sp.Symbol(CLOCK, real=True) * _own_motion(definition, motion)
-
-    return axis.extension({f"{name}_size": f"{axis.per(motion)}/s"}, force)
-
-
-def _in_time(name: str, axis: Axis, kind: str) -> Extension:
-    """Of the time t as `IN_TIME` has it."""
-
-    def force(_: Definition, size: sp.Symbol, *more: sp.Symbol) -> sp.Expr:
-        clock = sp.Symbol(CLOCK, real=True)
-        if kind == "time":
-            return size + more[0] * clock
-        if kind == "period":
-            phase = 2 * sp.pi.evalf() * clock / more[1]
-            return size * sp.cos(phase) + more[0] * sp.sin(phase)
-        begun, *ended = (primitives.step(clock - t) for t in more)
-        return size * (begun - sum(ended))
-
-    unit = {"growth": f"{axis.unit}/s", **dict.fromkeys(TIMES, "s")}
-    units = {f"{name}_{p}": unit.get(p, axis.unit) for p in IN_TIME[kind]}
-    return axis.extension(units, force, held=[f"{name}_{p}" for p in IN_TIME[kind] if p in TIMES])
-
-
-FORCES: Mapping[str, Callable[[str, Axis, str], Extension]] = {
-    "count": lambda name, axis, count: _by_heading(name, axis, int(count)),
-    "speed": _by_speed,
-    "past": _of_the_past,
-    "curve": _by_curve,
-    "beyond": _beyond,
-    "growth": _growing,
-    "time": _in_time,
-}
-"""Group of `FORCE` -> the extension of a name, its axis and what the group holds."""
 
 
 def extended(definition: Definition, name: str) -> Definition:
