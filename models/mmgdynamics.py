@@ -79,7 +79,7 @@ def of_mmgdynamics(entries: Iterable[tuple[str, float, str, int | None]], file: 
     if missing := [name for name in asked if name not in t]:
         hint = f"a table of mmgdynamics has {'it' if len(missing) == 1 else 'them'}"
         raise BadInput(f"missing: {', '.join(missing)}", file=file, hint=hint)
-    out = {name: t[name] for name in (*AS_THEY_ARE, *CURVE, *WAKE, *SIDES) if name in asked}
+    out: dict[str, float] = {name: t[name] for name in (*AS_THEY_ARE, *CURVE, *WAKE, *SIDES) if name in asked}
     out |= {name: t[f"{name}_dash"] for name in HULL} | _converted(t, file)
     out["A_R"] = t[ratio] * (1.0 if ratio == "A_R" else t["Lpp"] * t["d"])
     told = []

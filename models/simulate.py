@@ -149,11 +149,14 @@ def sensitivities(
     columns: Sequence[int] | None = None,
     initial: Sequence[int] = (),
     *,
+    seed: NDArray[np.float64] | None = None,
     hold: str = "linear",
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """States (N+1, n) and their derivatives (N+1, n, m) by forward sensitivities.
 
     The m columns are the chosen coefficients (default: all), then the chosen elements of the initial state.
+
+    seed : derivatives (n, m) of the initial state; None: of a state that the coefficients do not determine.
     """
     from . import drivers
 
@@ -161,8 +164,9 @@ def sensitivities(
     chosen = list(range(len(model.coordinates))) if columns is None else list(columns)
     source, target, sparse = tangent_tables(model, chosen, len(initial))
     n, m = start.size, len(chosen) + len(initial)
-    seed = np.zeros((n, m))
-    seed[list(initial), len(chosen) + np.arange(len(initial))] = 1.0
+    if seed is None:
+        seed = np.zeros((n, m))
+        seed[list(initial), len(chosen) + np.arange(len(initial))] = 1.0
     states, flat = np.empty((len(u), n)), np.empty((len(u), n * m))
     drivers.sensitivities(
         model.kernels.tangent, start, u, model.theta, dt, substeps(model, dt), hold == "zero",
