@@ -32,7 +32,7 @@ BANK = "+bank"
 def _key() -> str:
     """What all generated text depends on: the sources and the versions of what reads them."""
     sources = [ROOM / name for name in ("definition.py", "primitives.py", "generate.py")]
-    sources += sorted((ROOM / "families").glob("*.py"))
+    sources += sorted(path for path in (ROOM / "families").glob("*.*") if path.suffix in (".py", ".yaml"))
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sources))
     digest.update(_versions().encode())
     return digest.hexdigest()[:16]
@@ -86,7 +86,7 @@ def definition_of(name: str) -> Definition:
     ------
     BadInput : if there is no such family or extension, or the family cannot carry it.
     """
-    from .families.extensions import EXTENSIONS, carries, extended, is_made_up
+    from .families.extensions import carries, extended, extensions, is_made_up
 
     base, *extras = name.split("+")
     builders = definitions()
@@ -94,8 +94,8 @@ def definition_of(name: str) -> Definition:
         raise BadInput(f"unknown model family {base!r}", hint=f"known: {', '.join(sorted(builders))}")
     definition = builders[base]()
     for extra in extras:
-        if extra not in EXTENSIONS and not is_made_up(extra):
-            raise BadInput(f"unknown extension {extra!r} of {base}", hint=f"known: {', '.join(sorted(EXTENSIONS))}")
+        if extra not in extensions() and not is_made_up(extra):
+            raise BadInput(f"unknown extension {extra!r} of {base}", hint=f"known: {', '.join(sorted(extensions()))}")
         if not carries(definition, extra):
             raise BadInput(f"family {definition.name!r} cannot carry the extension {extra!r}")
         definition = extended(definition, extra)
