@@ -10,7 +10,8 @@ import hashlib
 import json
 import re
 import sys
-from functools import cache, lru_cache
+from collections.abc import Callable, Mapping
+from functools import cache, lru_cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -42,9 +43,16 @@ def _versions() -> str:
     return f"{sys.version_info[:2]} {version('numba')} {version('sympy')}"
 
 
-def definitions() -> dict:
-    """Identifier -> function that builds the symbolic definition, from every module of `families`."""
-    found = {}
+@cache
+def definitions() -> Mapping[str, Callable[[], Definition]]:
+    """Identifier -> function that builds the symbolic definition, from `families/definitions.yaml` and every module."""
+    from .data_file import load
+    from .definition import written
+
+    rows = load(ROOM / "families" / "definitions.yaml")
+    found: dict[str, Callable[[], Definition]] = {
+        name: partial(written, name=name, **row) for name, row in rows.items()
+    }
     for module in modules_in(f"{__package__}.families"):
         found |= getattr(module, "DEFINITIONS", {})
     return found
