@@ -13,6 +13,7 @@ from ..estimation.methods_only.regression.weighted import mad
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.numerics import factors
 from ..estimation.regression.filtered import BLOCK_TIME, DENSE, best_corner
+from ..estimation.regression.samples import RegressionSamples
 from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
@@ -116,8 +117,10 @@ class TrainingRows:
         return TrainingRows(self.x[rows], self.y[rows], self.training[rows], self.block[rows])
 
 
-def stacked_rows(parts: Sequence[Any], model: Model, block_length: int, physical: bool = False) -> TrainingRows:
-    """Rows of all parts (anything with `blocks(model)`), each equation divided by the scale of its residual.
+def stacked_rows(
+    parts: Sequence[RegressionSamples], model: Model, block_length: int, physical: bool = False
+) -> TrainingRows:
+    """Rows of all parts, each equation divided by the scale of its residual.
 
     `block_length` is the number of rows in a block of correlated errors; `physical` leaves the rows as they are.
     """
