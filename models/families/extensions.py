@@ -17,7 +17,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from ..data_file import load
 from ..definition import Definition, Later, functions, symbols
@@ -52,7 +52,7 @@ def _by_row(row: Mapping[str, Any]) -> Apply:
     """What a row of `extensions.yaml` says of a definition's equations."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        own = [*row.get("inputs", ()), *row.get("helpers", {}), *row.get("states", {})]
+        own = [name for part in ("inputs", "constants", "helpers", "states") for name in row.get(part, ())]
         words = _words(definition, [*symbols(" ".join(own)), *parameters])
         swap = {sp.Symbol(name, real=True): _read(text, words) for name, text in row.get("instead", {}).items()}
         inputs = [s for s in definition.inputs if s not in swap or s in swap[s].free_symbols]
@@ -69,7 +69,10 @@ def _by_row(row: Mapping[str, Any]) -> Apply:
         if "added" in row:
             changed = _added(changed, parameters, row["added"])
         for letter, text in row.get("force", {}).items():
-            changed = _pushed(changed, Axis.of(letter).row, _read(text, words))
+            changed = _pushed(changed, AXES[letter][0], _read(text, words))
+        if "mass" in row:
+            added = sp.Matrix([[_read(text, words) for text in line] for line in row["mass"]])
+            changed = replace(changed, mass=changed.mass + sp.diag(*(changed.force_scale or ())) * added)
         states = row.get("states", {})
         return replace(
             changed,
@@ -155,7 +158,7 @@ def _added(definition: Definition, parameters: Sequence[sp.Symbol], terms: Mappi
     changed = replace(definition, helpers={**definition.helpers, **helpers})
     for parameter in parameters:
         letter, text = terms[parameter.name]
-        row = Axis.of(letter).row % len(unit)
+        row = AXES[letter][0] % len(unit)
         changed = _with_force(changed, row, unit[row] * parameter * _read(text, functions() | motion))
     return changed
 
@@ -215,49 +218,13 @@ def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Defi
     )
 
 
-RIGID = "rigid_mass rigid_moment rigid_inertia"
-"""Rigid-body mass [kg], m x_G [kg m] and yaw inertia [kg m2]: constants of the loading extension."""
-
-
-def _loaded(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Rigid-body mass, moment and inertia times (1 + fraction), added masses and hydrodynamic forces as they are."""
-    (fraction,) = parameters
-    mass, moment, inertia = symbols(RIGID)
-    u, v, r = definition.states[:3]
-    scale = definition.force_scale
-    assert scale is not None
-    rigid = sp.Matrix([[mass, 0, 0], [0, mass, moment], [0, moment, inertia]])
-    carried = [mass * v * r + moment * r**2, -mass * u * r, -moment * u * r]
-    return replace(
-        definition,
-        mass=definition.mass + fraction * sp.diag(*scale) * rigid,
-        forces=[f + fraction * k * c for f, k, c in zip(definition.forces, scale, carried, strict=True)],
-    )
-
-
-class Axis(NamedTuple):
-    """Where a force acts: row in the equations, unit, and whether it is the yaw acceleration of a response model."""
-
-    row: int
-    unit: str
-    response: bool = False
-
-    @classmethod
-    def of(cls, letter: str) -> Axis:
-        """Of X, Y, N of a 3-DOF model, R of a response model."""
-        return cls("XYN".index(letter), "N m" if letter == "N" else "N") if letter != RESPONSE else YAW_ACCELERATION
-
-    def per(self, motion: str) -> str:
-        """The unit of a force over that of a motion."""
-        return self.unit + {"v": " s/m", "r": " s/rad", "d": "/rad"}[motion]
-
-
 ANY_ORDER = "rad/s^k"
 """Unit of a response model's yaw acceleration: k is the order of the highest derivative."""
 RESPONSE = "R"
-YAW_ACCELERATION = Axis(0, ANY_ORDER, response=True)
-
-
+AXES = {"X": (0, "N"), "Y": (1, "N"), "N": (2, "N m"), RESPONSE: (0, ANY_ORDER)}
+"""Letter of a force -> its row in the equations of motion, and its unit; R: yaw acceleration of a response model."""
+PER = {"v": " s/m", "r": " s/rad", "d": "/rad"}
+"""Motion -> what stands behind the unit of a force in that of a force over the motion."""
 PLACES = {"north": "x", "east": "y"}
 """Place -> its state."""
 
@@ -270,20 +237,21 @@ def _file() -> Mapping[str, Mapping[str, Any]]:
 @cache
 def extensions() -> Mapping[str, Extension]:
     """Extension id -> what it adds, as `extensions.yaml` says.  The ids are those of the causes of diagnosis."""
-    special, dof, found = {"loading": _loaded, "speed_loss": _speed_loss}, {"3dof": True, "response": False}, {}
+    dof, found = {"3dof": True, "response": False}, {}
     for name, row in _file()["extensions"].items():
-        apply = special[row["by"]] if "by" in row else _absorbed(row["absorbed"]) if "absorbed" in row else _by_row(row)
+        apply = _absorbed(row["absorbed"]) if "absorbed" in row else _by_row(row)
         needed = next(iter(row.get("quantity", ())), None)
         found[name] = Extension(
             row["parameters"], apply, dof.get(row.get("of", "")), tuple(row.get("held", ())), needed
         )
+    found["speed_loss"] = replace(found["speed_loss"], apply=_speed_loss)
     return found
 
 
 def _by_text(name: str, axis: str, kind: str, of: str) -> Extension:
     """The force of a row of `extensions.yaml`."""
-    row, where = _file()["forces"][kind], Axis.of(axis)
-    unit = where.per(of) if kind in ("growth", "past") else where.unit
+    row = _file()["forces"][kind]
+    unit = AXES[axis][1] + (PER[of] if kind in ("growth", "past") else "")
     units = {f"{name}_{part}": own if own in ("s", "m") else unit + own for part, own in row["units"].items()}
     names = {f"{{{part}}}": f"{name}_{part}" for part in map(str, row["units"])}
     names["{of}"] = {"d": "delta"}.get(of, PLACES.get(of, of))
@@ -295,7 +263,7 @@ def _by_text(name: str, axis: str, kind: str, of: str) -> Extension:
     if "state" in row:
         made["states"] = {f"{name}_late_state": written(row["state"])}
     held = [one for one, own in units.items() if own in ("s", "m")]
-    return Extension(units, _by_row(made), not where.response, tuple(held))
+    return Extension(units, _by_row(made), axis != RESPONSE, tuple(held))
 
 
 TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+|R(_(r|d|absr|absd))+")
@@ -344,7 +312,7 @@ def extension_of(name: str) -> Extension:
         kinds = [*FORCE.groupindex][1:]
         kind, value = next((one, force[one]) for one in kinds if force[one] is not None)
         if kind == "curve":
-            return _by_curve(name, Axis.of(force["axis"]), value)
+            return _by_curve(name, force["axis"], value)
         return _by_text(name, force["axis"], value if kind == "time" else kind, value)
     if TERM.fullmatch(name) is None:
         return extensions()[name]
@@ -403,9 +371,11 @@ def _variable(definition: Definition, variable: str) -> sp.Expr:
     return cast("sp.Expr", primitives.absv(value))
 
 
-def _by_curve(name: str, axis: Axis, curve: str) -> Extension:
+def _by_curve(name: str, axis: str, curve: str) -> Extension:
     """The sum of a_k cos(k pi s), k = 1, 2, ..., of s = (x - first)/span, 0 to 1 and constant beyond; x is the place,
     or in the prime system v', r' or the rudder angle."""
+
+    row, unit_of_force = AXES[axis]
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         *sizes, first, span = parameters
@@ -413,18 +383,18 @@ def _by_curve(name: str, axis: Axis, curve: str) -> Extension:
         share = sp.Symbol(f"{first.name}_share", real=True)
         force = sum((a * sp.cos(k * sp.pi.evalf() * share) for k, a in enumerate(sizes, 1)), sp.S.Zero)
         if curve in PLACES:
-            helpers, at, changed = {}, _state(definition, PLACES[curve]), _pushed(definition, axis.row, force)
+            helpers, at, changed = {}, _state(definition, PLACES[curve]), _pushed(definition, row, force)
         else:
-            at, changed = motion[curve], _with_force(definition, axis.row, unit[axis.row] * force)
+            at, changed = motion[curve], _with_force(definition, row, unit[row] * force)
         along = (at - first) / span
         inside = (primitives.absv(along) - primitives.absv(along - 1) + 1) / 2
         return replace(changed, helpers={**helpers, share: inside, **changed.helpers})
 
     unit = "m" if curve in PLACES else "rad" if curve == "d" else "1"
-    of_force = axis.unit if curve in PLACES or axis.response else "1"
+    of_force = unit_of_force if curve in PLACES or axis == RESPONSE else "1"
     held = (f"{name}_first", f"{name}_span")
     units = {f"{name}_{k}": of_force for k in range(1, waves_of(curve) + 1)} | dict.fromkeys(held, unit)
-    return Extension(units, apply, three_dof=not axis.response, held=held)
+    return Extension(units, apply, three_dof=axis != RESPONSE, held=held)
 
 
 def extended(definition: Definition, name: str) -> Definition:
