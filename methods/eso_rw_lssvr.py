@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -69,24 +68,23 @@ class EsoRwLssvr(Method):
         if model.is_3dof:
             raise CannotFit(f"the heading observer needs a response model, and {model.family} is none")
         printed, proposed = self.variant == "as_printed", self.variant == "proposed"
-        parts: Sequence[Any]
         if printed:
             omega = PRINTED_OMEGA if self.omega0 is None else self.omega0
-            parts = samples = printed_samples(records, model, omega)
+            parts = printed_samples(records, model, omega)
         elif self.aligned and not proposed:
             omega, parts = _aligned_rows(records, model, self.omega0)
-            samples = [rows.parts for rows in parts]
         else:
-            omega, samples = observed_samples(records, model, self.omega0, self.discretisation, self.b0)
-            parts = samples
-        spacing = float(np.median(np.diff(samples[0].time_s)))
+            omega, parts = observed_samples(records, model, self.omega0, self.discretisation, self.b0)
+        spacing = float(np.median(np.diff(parts[0].time_s)))
         rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)
         extra = {"omega0_rad_s": omega}
         tuner = "abc" if proposed else self.tuner
         return fit_svr(rows, regressors(self.weighted, printed), self.C, tuner, printed, extra)
 
 
-def _aligned_rows(records: Sequence[Record], model: Model, omega0: float | None) -> tuple[float, Sequence[Any]]:
+def _aligned_rows(
+    records: Sequence[Record], model: Model, omega0: float | None
+) -> tuple[float, list[RegressionSamples]]:
     """Poles [rad/s] and rows in which all channels have the same lag, from the heading alone."""
     headings = [record.with_channels(yaw_rate_rad_s=None) for record in records]
     for record in headings:

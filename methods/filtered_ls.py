@@ -24,7 +24,6 @@ from ..estimation.regression.filtered import (
     CORNERS,
     ORDER,
     FilteredFit,
-    FilteredRows,
     best_corner,
     coloured_covariance,
     fit_filtered,
@@ -121,7 +120,7 @@ EXTRA_STATES = (1, 2)
 
 def smoothed_rows(
     records: Sequence[Record], model: Model, level: float = 1.0
-) -> tuple[list[FilteredRows], dict[str, Walk], float]:
+) -> tuple[list[RegressionSamples], dict[str, Walk], float]:
     """Rows of every stretch, smoothed by the random walks of largest likelihood, the random walk of each motion by its
     symbol, and the longest time step, s; `level` is a factor on the process noise of the walks."""
     pieces = [piece for record in records for piece in _stretches(record, model)]
@@ -129,9 +128,8 @@ def smoothed_rows(
         raise CannotFit("no record has a stretch without long gaps")
     walks = {symbol: _scaled(_fitted(pieces, model, symbol), level) for symbol in _motions(model)}
     parts = [_smoothed(piece, model, walks, level) for piece in pieces]
-    rows = [FilteredRows(part, np.zeros((len(part.time_s), 1)), "all") for part in parts]
     check_enough_rows(sum(part.accelerations.size for part in parts), model)
-    return rows, walks, max(piece.dt for piece in pieces)
+    return parts, walks, max(piece.dt for piece in pieces)
 
 
 def _scaled(walk: Walk, level: float) -> Walk:

@@ -6,7 +6,6 @@ Instruments z are regressors without the noise of the regressors phi: z'(y - phi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
@@ -70,16 +69,10 @@ class Iv(Method):
         found, count, converged = _solve(rows), 0, True
         if self.instruments == "simulated":
             found, count, converged = self._refined(records, model, found)
-        return Fit(
-            found.coefficients,
-            found.covariance,
-            converged,
-            "" if converged else f"not converged after {count} simulations",
-            count + 1,
-            extra={"residual_sd": found.residual_sd.tolist(), "rank": found.rank},
-        )
+        message = "" if converged else f"not converged after {count} simulations"
+        return found._replace(converged=converged, message=message, n_iterations=count + 1)
 
-    def _refined(self, records: Sequence[Record], model: Model, first: IvSolution) -> tuple[IvSolution, int, bool]:
+    def _refined(self, records: Sequence[Record], model: Model, first: Fit) -> tuple[Fit, int, bool]:
         """Iterated solution with simulated instruments, the number of simulations, and whether it has converged.
 
         It starts from `first` or from one of the least-squares starts, whichever simulates the records best.  Without
@@ -101,7 +94,7 @@ class Iv(Method):
             rows = zip(own, runs, strict=True)
             new = _solve([_without_gaps(y, phi, _evaluated(run, model, self.scheme)[1]) for (y, phi), run in rows])
             before, (here, runs, cost) = here, tried(new.coefficients)
-            sd = np.sqrt(np.diag(new.covariance))
+            sd = np.sqrt(np.diag(np.asarray(new.covariance)))
             change = np.abs(new.coefficients - before) / np.where(sd > 0.0, sd, 1.0)
             still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(
                 new.coefficients, before, rtol=1e-9, atol=0.0
@@ -121,15 +114,6 @@ STILL = 0.01
 """Change of a coefficient, in standard errors, below which the iteration has converged."""
 SMALLEST_SINGULAR = 1e-14
 """Singular values, relative to the largest, that a pseudo-inverse leaves out."""
-
-
-class IvSolution(NamedTuple):
-    """An instrumental-variable solution: coefficients (p,), covariance (p, p), residual of each equation (k,), rank."""
-
-    coefficients: np.ndarray
-    covariance: np.ndarray
-    residual_sd: np.ndarray
-    rank: int
 
 
 def _distance(outputs: np.ndarray, run: Record, model: Model) -> float:
@@ -179,7 +163,7 @@ def _factor(parts: Sequence[Rows], weight: np.ndarray) -> np.ndarray:
     return found
 
 
-def _solve(parts: Sequence[Rows]) -> IvSolution:
+def _solve(parts: Sequence[Rows]) -> Fit:
     """Coefficients with z'(y - phi c) = 0; solved twice, the second time with equations weighted by their residuals."""
     y = np.concatenate([y for y, *_ in parts])
     used = np.array([any(np.any(phi[:, e]) for _, phi, _ in parts) for e in range(y.shape[1])])
@@ -189,12 +173,12 @@ def _solve(parts: Sequence[Rows]) -> IvSolution:
     rms = np.where(rms > 0.0, rms, 1.0)
     found = _weighted(parts, np.where(used, 1.0 / rms, 0.0))
     if used.sum() > 1:
-        sd = np.maximum(found.residual_sd, SMALLEST_RESIDUAL * rms)
+        sd = np.maximum(found.extra["residual_sd"], SMALLEST_RESIDUAL * rms)
         found = _weighted(parts, np.where(used, 1.0 / sd, 0.0))
     return found
 
 
-def _weighted(parts: Sequence[Rows], weight: np.ndarray) -> IvSolution:
+def _weighted(parts: Sequence[Rows], weight: np.ndarray) -> Fit:
     """Solution with equations multiplied by weight (k,): z = Q R, and Q'phi c = Q'y by singular values."""
     p = parts[0][1].shape[2]
     factor = _factor(parts, weight)
@@ -209,7 +193,7 @@ def _weighted(parts: Sequence[Rows], weight: np.ndarray) -> IvSolution:
     unknown = ~np.isfinite(np.diag(solution.covariance))
     covariance[unknown, unknown] = np.inf
     sd = np.sqrt((np.concatenate(residuals) ** 2).mean(axis=0))
-    return IvSolution(solution.x, covariance, sd, solution.rank)
+    return Fit(solution.x, covariance, extra={"residual_sd": sd.tolist(), "rank": solution.rank})
 
 
 def _moments(

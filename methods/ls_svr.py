@@ -13,6 +13,7 @@ from ..estimation.methods_only.regression.weighted import mad
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.numerics import factors
 from ..estimation.regression.filtered import BLOCK_TIME, DENSE, best_corner
+from ..estimation.regression.samples import RegressionSamples
 from ..estimation.regression.schemes import SCHEMES, regression_samples
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
@@ -90,13 +91,11 @@ def regressors(weighted: bool, printed: bool) -> BuildRegressor:
     outliers and weight errors adaptively."""
 
     def build(c: float, rough: bool = False) -> Any:
-        from ..estimation.methods_only.svr.estimators import LSSVR, RWLSSVR
+        from ..estimation.methods_only.svr.estimators import LSSVR
 
-        if not weighted:
-            return LSSVR(C=c, standardise=not printed, fit_intercept=printed)
         limits: dict[str, Any] = {"max_iter": 10, "tol": 1e-3} if rough else {}
-        variant = "as_printed" if printed else "corrected"
-        return RWLSSVR(C=c, standardise=not printed, fit_intercept=printed, variant=variant, **limits)
+        weighting = ("as_printed" if printed else "corrected") if weighted else None
+        return LSSVR(C=c, standardise=not printed, fit_intercept=printed, weighting=weighting, **limits)
 
     return build
 
@@ -118,8 +117,10 @@ class TrainingRows:
         return TrainingRows(self.x[rows], self.y[rows], self.training[rows], self.block[rows])
 
 
-def stacked_rows(parts: Sequence[Any], model: Model, block_length: int, physical: bool = False) -> TrainingRows:
-    """Rows of all parts (anything with `blocks(model)`), each equation divided by the scale of its residual.
+def stacked_rows(
+    parts: Sequence[RegressionSamples], model: Model, block_length: int, physical: bool = False
+) -> TrainingRows:
+    """Rows of all parts, each equation divided by the scale of its residual.
 
     `block_length` is the number of rows in a block of correlated errors; `physical` leaves the rows as they are.
     """
@@ -183,16 +184,14 @@ def fit_svr(
     coefficients, covariance = np.zeros(p), np.diag(np.full(p, np.inf))
     coefficients[used] = regressor.coef_
     covariance[np.ix_(used, used)] = _sandwich(rows, regressor)
-    weights = getattr(regressor, "weights_", None)
-    outliers = {} if weights is None else {"outliers": float(np.mean(weights == 0.0))}
-    limit = getattr(regressor, "max_iter", None)
-    converged = limit is None or printed or regressor.n_iter_ < limit
+    outliers = {} if regressor.weighting is None else {"outliers": float(np.mean(regressor.weights_ == 0.0))}
+    converged = regressor.weighting is None or printed or regressor.n_iter_ < regressor.max_iter
     return Fit(
         coefficients,
         covariance,
-        converged=bool(converged),
+        converged=converged,
         message="" if converged else "the weights have not converged",
-        n_iterations=int(getattr(regressor, "n_iter_", 1)),
+        n_iterations=regressor.n_iter_,
         extra={**extra, "C": tuned.value, "evaluations": tuned.evaluations, **outliers},
     )
 
@@ -215,8 +214,7 @@ def _validation(rows: TrainingRows, build: BuildRegressor) -> Callable[[float], 
 
 def _sandwich(rows: TrainingRows, regressor: Any) -> np.ndarray:
     """Covariance (p, p) of the coefficients from scores summed over blocks of rows."""
-    weights = getattr(regressor, "weights_", None)
-    weights = np.ones(len(rows.y)) if weights is None else weights
+    weights = regressor.weights_
     middle = weights @ rows.x / weights.sum() if regressor.fit_intercept else 0.0
     x = rows.x - middle
     error = rows.y - rows.x @ regressor.coef_ - regressor.intercept_

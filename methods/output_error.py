@@ -15,7 +15,7 @@ from ..estimation.likelihood.minimiser import levenberg_marquardt
 from ..estimation.likelihood.output_error import Outcome, as_fit, identify
 from ..estimation.likelihood.problem import Problem
 from ..estimation.likelihood.unknowns import Unknowns
-from ..estimation.methods_only.likelihood import options as knowledge
+from ..estimation.methods_only import prior_knowledge as knowledge
 from ..estimation.numerics import factors
 from ..estimation.results.fit import Fit
 from ..models.model import Model
@@ -37,7 +37,7 @@ class PriorMethod(Method):
     bounds: Any = option(
         None,
         "mapping name -> (low, high) of published parameters, None for no bound",
-        lambda _, value: knowledge.limits(value),
+        knowledge.entries,
     )
     fixed: Any = option(
         None,

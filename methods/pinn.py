@@ -20,8 +20,7 @@ class Pinn(Method):
     Raissi, Perdikaris & Karniadakis 2019, J. Comput. Phys. 378, 686 (inverse problem).  The networks are local, one for
     each 200 steps of a record; their hidden layer of tanh units is spread evenly over time and not trained, the
     integrals of the inputs are features beside it, and the minimum is found by Levenberg-Marquardt steps
-    (`helmbench.estimation.methods_only.physics_informed`).  f and its derivatives are jax's, so the method needs the
-    extra `deep`.
+    (`helmbench.estimation.methods_only.physics_informed`).
 
     Standard errors are those with the networks free, for white errors of the sensors and of the equations.  No
     network knows where the one before it ended, so records whose 200 steps are shorter than the ship's time constants

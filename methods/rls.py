@@ -115,10 +115,7 @@ class MultiInnovationRule(UpdateRule):
             first = len(self.window[0])
             y, h = np.concatenate([self.window[0], y]), np.concatenate([self.window[1], h])
         if self.plain_covariance:
-            from ..estimation.methods_only.recursive._printed_kernels import multi_innovation_as_printed
-
-            omega = self.omega[0]
-            multi_innovation_as_printed(y, h, first, per_sample, self.length, omega, theta, factor, path)
+            self._run_as_printed(y, h, first, per_sample, theta, factor, path)
         else:
             from ..estimation.methods_only.recursive._innovation_kernels import multi_innovation
 
@@ -128,6 +125,16 @@ class MultiInnovationRule(UpdateRule):
             multi_innovation(y, h, first, per_sample, self.length, omegas, theta, factor, diagonal, path)
         kept = min((self.length - 1) * per_sample, len(y))
         self.window = y[len(y) - kept :].copy(), h[len(y) - kept :].copy()
+
+    def _run_as_printed(self, y, h, first: int, per_sample: int, theta, p, path) -> None:
+        """Eq 22 and 23 of paper 004 literally: z = sin(omega E), and P + P Phi (I + Phi'P Phi)^-1 Phi'P."""
+        for end in range(first + per_sample, len(y) + 1, per_sample):
+            window = slice(max(0, end - self.length * per_sample), end)
+            phi = h[window]
+            z, projected = np.sin(self.omega[0] * (y[window] - phi @ theta)), phi @ p
+            p += projected.T @ np.linalg.solve(np.eye(len(z)) + projected @ phi.T, projected)
+            theta += p @ (phi.T @ z)
+            path[end - per_sample - first : end - first] = theta
 
 
 def one_step_share(parts: Sequence[RegressionSamples]) -> np.ndarray:

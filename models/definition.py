@@ -117,6 +117,14 @@ PLANE_RATES = ("u*cos(psi) - v*sin(psi)", "u*sin(psi) + v*cos(psi)", "r")
 """Rates of its position and heading."""
 
 
+def functions() -> dict[str, Any]:
+    """Functions that texts of equations may name; Float is a double, whatever the number of its digits."""
+    from . import primitives
+
+    named = {name: getattr(primitives, name) for name in ("absv", "sgn", "step", "atan2v")}
+    return named | {"Float": lambda digits: sp.Float(float(digits))}
+
+
 def written(
     *,
     states: str,
@@ -139,12 +147,9 @@ def written(
 
     mass : None: the unit matrix.  facts : what is no expression (name, title, units, source, linear).
     """
-    from . import primitives
-
     names = f"{states} {inputs} {coefficients} {constants} {' '.join([*(helpers or ()), *(public or ())])} rho"
     known: dict[str, Any] = {symbol.name: symbol for symbol in symbols(names)}
-    words = known | {name: getattr(primitives, name) for name in ("absv", "sgn", "step", "atan2v")}
-    words["Float"] = lambda digits: sp.Float(float(digits))  # a double, whatever the number of digits
+    words = known | functions()
 
     def read(texts: Iterable[str]) -> list[sp.Expr]:
         parsed: Any = sp.sympify  # its overloads do not tell of `locals`

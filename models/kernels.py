@@ -10,7 +10,8 @@ import hashlib
 import json
 import re
 import sys
-from functools import cache, lru_cache
+from collections.abc import Callable, Mapping
+from functools import cache, lru_cache, partial
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
@@ -32,7 +33,7 @@ BANK = "+bank"
 def _key() -> str:
     """What all generated text depends on: the sources and the versions of what reads them."""
     sources = [ROOM / name for name in ("definition.py", "primitives.py", "generate.py")]
-    sources += sorted((ROOM / "families").glob("*.py"))
+    sources += sorted(path for path in (ROOM / "families").glob("*.*") if path.suffix in (".py", ".yaml"))
     digest = hashlib.sha256(b"\0".join(path.read_bytes() for path in sources))
     digest.update(_versions().encode())
     return digest.hexdigest()[:16]
@@ -42,9 +43,16 @@ def _versions() -> str:
     return f"{sys.version_info[:2]} {version('numba')} {version('sympy')}"
 
 
-def definitions() -> dict:
-    """Identifier -> function that builds the symbolic definition, from every module of `families`."""
-    found = {}
+@cache
+def definitions() -> Mapping[str, Callable[[], Definition]]:
+    """Identifier -> function that builds the symbolic definition, from `families/definitions.yaml` and every module."""
+    from .data_file import load
+    from .definition import written
+
+    rows = load(ROOM / "families" / "definitions.yaml")
+    found: dict[str, Callable[[], Definition]] = {
+        name: partial(written, name=name, **row) for name, row in rows.items()
+    }
     for module in modules_in(f"{__package__}.families"):
         found |= getattr(module, "DEFINITIONS", {})
     return found
@@ -86,7 +94,7 @@ def definition_of(name: str) -> Definition:
     ------
     BadInput : if there is no such family or extension, or the family cannot carry it.
     """
-    from .families.extensions import EXTENSIONS, carries, extended, is_made_up
+    from .families.extensions import carries, extended, extensions, is_made_up
 
     base, *extras = name.split("+")
     builders = definitions()
@@ -94,8 +102,8 @@ def definition_of(name: str) -> Definition:
         raise BadInput(f"unknown model family {base!r}", hint=f"known: {', '.join(sorted(builders))}")
     definition = builders[base]()
     for extra in extras:
-        if extra not in EXTENSIONS and not is_made_up(extra):
-            raise BadInput(f"unknown extension {extra!r} of {base}", hint=f"known: {', '.join(sorted(EXTENSIONS))}")
+        if extra not in extensions() and not is_made_up(extra):
+            raise BadInput(f"unknown extension {extra!r} of {base}", hint=f"known: {', '.join(sorted(extensions()))}")
         if not carries(definition, extra):
             raise BadInput(f"family {definition.name!r} cannot carry the extension {extra!r}")
         definition = extended(definition, extra)

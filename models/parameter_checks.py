@@ -1,7 +1,6 @@
 """What the numbers of a table can be: refused where no ship has them, warned of where hardly any has.
 
-The ranges are wide: those of tankers, container ships, inland vessels, fishing and model boats (Yasukawa & Yoshimura
-2015, Yoshimura & Masumoto 2012, Fossen 2021); every vessel of this package lies within the usual ones.
+The ranges (`families/ranges.yaml`) are wide; every vessel of this package lies within the usual ones.
 """
 
 from __future__ import annotations
@@ -9,6 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
+from functools import lru_cache
+from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -66,109 +67,28 @@ SIZES: Mapping[str, Callable[[Numbers], float]] = {
 }
 ANY = 1e4
 """Size of an end of a range, or its ratio to the other end, from which the range says nothing of the number."""
-NEGATIVE = 1e-6
-"""Size that a number has at least where its sign is known."""
-MMG = (
-    Range("L", "", (0.3, 500.0), (0.05, 1000.0)),
-    Range("d", "L", (0.01, 0.15), (0.002, 0.4)),
-    Range("rho", "", (990.0, 1035.0), (900.0, 1100.0)),
-    Range("nabla", "L^3", (5e-4, 0.03), (5e-5, 0.2)),
-    Range("nabla", "L B d", (0.3, 0.95), (0.15, 1.0)),
-    Range("B", "L", (0.08, 0.4), (0.03, 1.0)),
-    Range("x_G", "L", (-0.06, 0.06), (-0.25, 0.25)),
-    Range("gyration", "L", (0.2, 0.3), (0.08, 0.6)),
-    Range("m_x", "m'", (0.01, 0.25), (0.0, 1.5)),
-    Range("m_y", "m'", (0.1, 1.6), (0.0, 5.0)),
-    Range("J_z", "m'", (0.005, 0.12), (0.0, 1.0)),
-    Range("IJ_z", "m'", (0.045, 0.2), (0.005, 1.0)),
-    Range("R_0", "", (0.005, 0.1), (1e-5, 1.0)),
-    Range("Y_v", "", (-1.5, -0.05), (-20.0, -NEGATIVE)),
-    Range("N_v", "", (-0.5, -0.005), (-10.0, -NEGATIVE)),
-    Range("N_r", "", (-0.3, -0.003), (-5.0, -NEGATIVE)),
-    Range("CRu", "", (0.3, 1.1), (0.0, 2.0)),
-    Range("CRv", "", (1.0, 1.8), (0.5, 4.0)),
-    Range("CRr", "", (-0.9, -0.3), (-2.5, -NEGATIVE)),
-    Range("A_R", "L d", (0.008, 0.07), (0.0005, 0.5)),
-    Range("D_P", "d", (0.2, 1.0), (0.02, 3.0)),
-    Range("H_R", "d", (0.3, 1.0), (0.03, 3.0)),
-    Range("f_alpha", "", (1.0, 5.0), (0.1, 7.0)),
-    Range("x_P", "", (-0.6, -0.4), (-0.8, -0.1)),
-    Range("l_R", "", (-1.5, -0.3), (-3.0, 0.0)),
-    Range("t_P", "", (0.0, 0.45), (-0.3, 0.95)),
-    Range("w_P0", "", (0.0, 0.65), (-0.3, 0.95)),
-    Range("C_1", "", (0.5, 10.0), (0.0, 100.0)),
-    Range("C_2_plus", "", (0.7, 3.0), (0.0, 20.0)),
-    Range("C_2_minus", "", (0.7, 3.0), (0.0, 20.0)),
-    Range("k_0", "", (0.1, 1.0), (1e-3, 5.0)),
-    Range("k_1", "", (-1.2, -0.05), (-5.0, 5.0)),
-    Range("k_2", "", (-0.6, 0.2), (-5.0, 5.0)),
-    Range("epsilon", "", (0.5, 2.0), (0.1, 6.0)),
-    Range("kappa", "", (0.1, 1.2), (0.0, 3.0)),
-    Range("gamma_R_plus", "", (0.05, 1.2), (0.0, 3.0)),
-    Range("gamma_R_minus", "", (0.05, 1.2), (0.0, 3.0)),
-)
-SON_NOMOTO = (
-    Range("L", "", (0.3, 500.0), (0.05, 1000.0)),
-    Range("m", "", (0.001, 0.06), (1e-4, 0.4)),
-    Range("I_z", "m'", (0.2**2, 0.3**2), (0.08**2, 0.6**2)),
-    Range("m_x", "m'", (0.01, 0.25), (0.0, 1.5)),
-    Range("m_y", "m'", (0.1, 1.6), (0.0, 5.0)),
-    Range("J_z", "m'", (0.005, 0.12), (0.0, 1.0)),
-    Range("Xuu", "", (-0.01, -1e-5), (-1.0, 0.0)),
-    Range("Yuv", "", (-0.06, -0.001), (-1.0, -NEGATIVE)),
-    Range("Nuv", "", (-0.02, -1e-4), (-1.0, -NEGATIVE)),
-    Range("Nur", "", (-0.02, -1e-4), (-1.0, -NEGATIVE)),
-    Range("A_R", "L^2", (1e-4, 0.006), (1e-6, 0.1)),
-    Range("D_P", "L", (0.01, 0.1), (0.001, 0.4)),
-    Range("x_P", "", (-0.6, -0.4), (-0.8, -0.1)),
-    Range("f_alpha", "", (1.0, 5.0), (0.1, 7.0)),
-)
-SWAY_YAW = (
-    Range("m", "", (0.1, 1e9), (1e-3, 1e10)),
-    Range("Iz", "", (1e-3, 1e14), (1e-6, LARGEST)),
-    Range("Yvdot", "", (-1e9, -NEGATIVE), (-1e10, 0.0)),
-    Range("Nrdot", "", (-1e14, -NEGATIVE), (-LARGEST, 0.0)),
-    Range("Yuv", "", (-1e9, -NEGATIVE), (-1e10, -NEGATIVE)),
-    Range("Nuv", "", (-1e11, -NEGATIVE), (-1e13, 1e13)),
-    Range("Nur", "", (-1e12, -NEGATIVE), (-1e13, -NEGATIVE)),
-)
-ABKOWITZ = (
-    Range("L", "", (0.3, 500.0), (0.05, 1000.0)),
-    Range("U0", "", (0.1, 30.0), (0.01, 100.0)),
-    Range("m", "", (0.001, 0.06), (1e-4, 0.4)),
-    Range("xG", "", (-0.06, 0.06), (-0.25, 0.25)),
-    Range("Iz", "m'", (0.2**2, 0.3**2), (0.08**2, 0.6**2)),
-    Range("m11", "", (0.001, 0.08), (1e-4, 0.5)),
-    Range("m22", "", (0.002, 0.12), (1e-4, 1.0)),
-    Range("m33", "m22", (0.15**2, 0.35**2), (0.05**2, 0.7**2)),
-    Range("m23", "m22", (-0.1, 0.1), (-0.5, 0.5)),
-    Range("m32", "m22", (-0.1, 0.1), (-0.5, 0.5)),
-    Range("Xu", "", (-0.02, 0.0), (-1.0, 0.0)),
-    Range("Yv", "", (-0.1, -0.001), (-1.0, -NEGATIVE)),
-    Range("Nv", "", (-0.03, -1e-4), (-1.0, -NEGATIVE)),
-    Range("Nr", "", (-0.03, -1e-4), (-1.0, -NEGATIVE)),
-    Range("Yd", "", (1e-4, 0.03), (NEGATIVE, 1.0), False),
-    Range("Nd", "", (5e-5, 0.02), (NEGATIVE, 1.0), False),
-)
-_TIME, _GAIN = ((0.05, 2000.0), (1e-3, 1e5)), ((1e-3, 10.0), (1e-6, 1e3))
-RESPONSE = (
-    Range("T", "", *_TIME, False),
-    Range("T1", "", *_TIME, False),
-    Range("T2", "", *_TIME, False),
-    Range("T3", "", (0.0, 2000.0), (0.0, 1e5), False),
-    Range("h", "", (1e-3, 1e6), (1e-6, 1e10), False),
-    Range("g", "", (0.05, 4000.0), (1e-3, 2e5), False),
-    Range("K", "", *_GAIN, False),
-)
-RANGES: Mapping[str, tuple[Range, ...]] = {
-    "mmg": MMG,
-    "mmg-low-speed": MMG,
-    "mmg-son-nomoto": SON_NOMOTO,
-    "mmg-fixed-speed": SON_NOMOTO,
-    "sway-yaw": SWAY_YAW,
-    "abkowitz": ABKOWITZ,
-} | {f"nomoto-{rest}": RESPONSE for rest in ("1", "1-cubic", "1-quadratic", "2", "2-cubic", "2-quadratic")}
-"""Family -> ranges; of a number that the family or the table does not have nothing is said."""
+
+
+@lru_cache(maxsize=1)
+def _stated() -> dict[str, tuple[Range, ...]]:
+    """Family -> ranges of its numbers (`families/ranges.yaml`)."""
+    from .data_file import load
+
+    found = {}
+    for group in load(Path(__file__).parent / "families" / "ranges.yaml"):
+        ranges = tuple(
+            Range(name, of, (low, high), (least, most), not rest)
+            for name, of, low, high, least, most, *rest in group["ranges"]
+        )
+        found |= dict.fromkeys(group["families"], ranges)
+    return found
+
+
+def ranges_of(family: str) -> tuple[Range, ...]:
+    """What numbers of a family, or of one that extends it, are for ships; none where nothing is known."""
+    return _stated().get(family.partition("+")[0], ())
+
+
 NEAR = 1.2
 """Ratio of two statements of one speed up to which they may be rounded, or be two speeds of one trial."""
 MASS = Range("mass", "C_b L B d rho", (0.97, 1.03), (0.8, 1.25))
@@ -190,7 +110,7 @@ def scopes(family: str, numbers: Numbers, speed_m_s: float) -> dict[str, Scope]:
     times its smaller end; speed_m_s : that a model states beside the one of its coefficients."""
     by_name: dict[str, Scope] = {}
     numbers = with_gyration(numbers)
-    for one in RANGES.get(family, ()):
+    for one in ranges_of(family):
         near, far = sorted(map(abs, one.usual))
         if one.name in numbers and one.sign and far < ANY * max(near, 1.0):
             with suppress(KeyError, ZeroDivisionError):  # the sizes that it is divided by are not among the numbers
@@ -220,11 +140,10 @@ def unusual_numbers(model: Model) -> list[str]:
         return []
     names = (*model.coordinates, *model.constant_names)
     numbers = with_gyration(dict(zip(names, model.theta.tolist(), strict=True)))
-    ranges = RANGES.get(model.family.partition("+")[0], ())
     titles = {"gyration": "the radius of gyration, m, by I_zz"}
     said = [
         f"{titles.get(one.name, one.name)} of the model is {one.value:.4g}: {one.expected}"
-        for one in doubts(numbers, ranges)
+        for one in doubts(numbers, ranges_of(model.family))
     ]
     speed, scope = numbers.get("U0", math.nan), _of_speed(model.speed_m_s)
     if math.isfinite(speed + scope.usual) and not scope.low < speed < scope.high:

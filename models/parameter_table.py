@@ -6,7 +6,7 @@ given by m', x_G', I_z' and the derivatives of the accelerations,
 
     m11 = m - X_udot   m22 = m - Y_vdot   m23 = m x_G - Y_rdot   m32 = m x_G - N_vdot   m33 = I_z - N_rdot
 
-and terms that a table lacks are zero.  A table of mmgdynamics is read by `mmgdynamics_table.py`.  Numbers that no ship
+and terms that a table lacks are zero.  A table of mmgdynamics is read by `mmgdynamics.py`.  Numbers that no ship
 has are refused, those that hardly any has are warned of (`parameter_checks.py`).
 """
 
@@ -26,10 +26,10 @@ import numpy as np
 from . import kernels as kernel_store
 from .errors import BadInput
 from .files import read_utf8
-from .mmgdynamics_table import NAMES, is_mmgdynamics, of_mmgdynamics
+from .mmgdynamics import NAMES, is_mmgdynamics, of_mmgdynamics
 from .model import Model
 from .number_texts import number_of
-from .parameter_checks import MASS, RANGES, check_model, doubts, with_gyration
+from .parameter_checks import MASS, check_model, doubts, ranges_of, with_gyration
 from .particulars import STEPS
 from .suggestions import suggestion
 from .units import factor, si_factor
@@ -185,7 +185,7 @@ def _complete(stated: Mapping[str, float], family: str, kernels: kernel_store.Ke
 def _check(found: _Found, values: Mapping[str, float], family: str, path: Path) -> None:
     """Warn of numbers that hardly any ship has; BadInput for the first that none has."""
     numbers = with_gyration({**found.beside, **found.stated, **values})
-    for doubt in doubts(numbers, (MASS, *RANGES.get(family, ()))):
+    for doubt in doubts(numbers, (MASS, *ranges_of(family))):
         said = f"{found.names.get(doubt.name, doubt.name)} is {doubt.value:.6g}: {doubt.expected}"
         if doubt.impossible:
             row, hint = found.rows.get(doubt.name), "check its unit, sign and scale"

@@ -149,11 +149,14 @@ def sensitivities(
     columns: Sequence[int] | None = None,
     initial: Sequence[int] = (),
     *,
+    seed: NDArray[np.float64] | None = None,
     hold: str = "linear",
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """States (N+1, n) and their derivatives (N+1, n, m) by forward sensitivities.
 
     The m columns are the chosen coefficients (default: all), then the chosen elements of the initial state.
+
+    seed : derivatives (n, m) of the initial state; None: of a state that the coefficients do not determine.
     """
     from . import drivers
 
@@ -161,8 +164,9 @@ def sensitivities(
     chosen = list(range(len(model.coordinates))) if columns is None else list(columns)
     source, target, sparse = tangent_tables(model, chosen, len(initial))
     n, m = start.size, len(chosen) + len(initial)
-    seed = np.zeros((n, m))
-    seed[list(initial), len(chosen) + np.arange(len(initial))] = 1.0
+    if seed is None:
+        seed = np.zeros((n, m))
+        seed[list(initial), len(chosen) + np.arange(len(initial))] = 1.0
     states, flat = np.empty((len(u), n)), np.empty((len(u), n * m))
     drivers.sensitivities(
         model.kernels.tangent, start, u, model.theta, dt, substeps(model, dt), hold == "zero",
@@ -280,12 +284,23 @@ def zoh_matrices(model: Model, dt: float) -> tuple[NDArray[np.float64], NDArray[
 def state_matrices(model: Model, x: ArrayLike | None = None, u: ArrayLike | None = None):
     """A (n, n) and B (n, nu) of the model linearised at state x and input u (default: straight course)."""
     point = initial_state(model) if x is None else _array(x, 1)
-    given = inputs_of(model, np.zeros(1))[0] if u is None else _array(u, 1)
-    n, nu = point.size, given.size
-    rate, product = np.empty(n), np.empty(n * n)
-    by_input, sparse = np.zeros(n * nu), np.zeros(model.kernels.JT_COLUMN.size)
-    model.kernels.tangent(point, given, model.theta, np.eye(n).ravel(), n, rate, product, by_input, sparse)
-    return product.reshape(n, n), by_input.reshape(n, nu)
+    given = inputs_of(model, np.zeros(1)) if u is None else _array(u, 1)[None]
+    _, by_state, by_input, _ = slopes_at(model, point[None], given)
+    return by_state[0], by_input[0]
+
+
+def slopes_at(model: Model, states: ArrayLike, inputs: ArrayLike) -> tuple[NDArray[np.float64], ...]:
+    """State derivatives (N, n) at states (N, n) and inputs (N, nu), and their slopes by the states (N, n, n), by the
+    inputs (N, n, nu) and by the coefficients (N, n, p)."""
+    x, u = _array(states, 2), _array(inputs, 2)
+    kernels, (count, n), nu = model.kernels, x.shape, u.shape[1]
+    rates, by_state, by_input = np.empty((count, n)), np.empty((count, n * n)), np.zeros((count, n * nu))
+    sparse, unit, theta = np.zeros((count, kernels.JT_COLUMN.size)), np.eye(n).ravel(), model.theta
+    for row in range(count):
+        kernels.tangent(x[row], u[row], theta, unit, n, rates[row], by_state[row], by_input[row], sparse[row])
+    by_coefficient = np.zeros((count, n, len(model.coordinates)))
+    by_coefficient[:, kernels.JT_ROW, kernels.JT_COLUMN] = sparse
+    return rates, by_state.reshape(-1, n, n), by_input.reshape(-1, n, nu), by_coefficient
 
 
 def accelerations(model: Model, states: ArrayLike, inputs: ArrayLike) -> NDArray[np.float64]:

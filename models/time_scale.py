@@ -43,7 +43,7 @@ def time_scale_s(model: Model) -> float:
             return model.particulars[OWN_TIME]
         own = dict(zip(model.coordinates, np.abs(model.coefficients).tolist(), strict=True))
         gain = own.get("b", own.get("b1", np.nan) / (own.get("a1", np.nan) or np.nan))
-        if {"b2", "bn"} & set(own) and "b1" not in own:  # families/steering.py: moments that go with U^2 and n^2
+        if {"b2", "bn"} & set(own) and "b1" not in own:  # craft: moments that go with U^2 and n^2
             speed, turns = np.nan_to_num(model.speed_m_s), np.nan_to_num(model.n0_rps or 0.0)
             gain = np.nan_to_num(gain) + own.get("b2", 0.0) * speed**2 + own.get("bn", 0.0) * turns**2
         if model.is_3dof or "bs" in own or not 0.0 < gain < np.inf:  # bs: thrusts in N instead of an angle

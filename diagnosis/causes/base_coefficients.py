@@ -10,7 +10,7 @@ import numpy as np
 from ...checks.base import Prior
 from ...checks.result import Size
 from ...estimation.filters.innovations.settings import Parameter
-from ...models.families.extensions import EXTENSIONS
+from ...models.families.extensions import extensions
 from ..innovations.searches import ByScore
 from .base import Cause, NotTestable, Number, StageCause, require_3dof
 
@@ -102,7 +102,7 @@ def _published_shifts(est: Estimator) -> list[Variant]:
 
         return moved
 
-    added = {name for extension in EXTENSIONS.values() for name in extension.units}
+    added = {name for extension in extensions().values() for name in extension.units}
     return [
         (Parameter(OF + name, "1", slots, law=law(j), scale=0.01, low=-0.9, high=5.0),)
         for j, name in enumerate(model.parameter_names)

@@ -9,7 +9,6 @@ begin anywhere in a manoeuvre, and its noisy first sample has no influence.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -34,31 +33,7 @@ EXTRA_ROWS = 4
 """Rows that a stretch needs in addition to those that its initial state takes up."""
 
 
-@dataclass(frozen=True)
-class FilteredRows:
-    """The filtered regression of one record and one source of the yaw rate.
-
-    `start` (N, n) spans what the filter's initial state adds to each row; its rows are zero once that has decayed.
-    """
-
-    parts: RegressionSamples
-    start: np.ndarray
-    source: str
-
-    def blocks(self, model: Model) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Pieces (y (n, k), phi (n, k, p)) without the effect of the filter's initial state.
-
-        That effect is removed from the first piece, which is as long as it lasts.
-        """
-        head = int(np.count_nonzero(self.start.any(axis=1)))
-        if head:
-            y, phi = next(self.parts.at(slice(head)).blocks(model, head))
-            basis, _ = np.linalg.qr(self.start[:head])
-            yield y - basis @ (basis.T @ y), phi - np.tensordot(basis, np.tensordot(basis.T, phi, 1), 1)
-        yield from self.parts.at(slice(head, None)).blocks(model)
-
-
-def filtered_rows(records: Sequence[Record], model: Model, omega: float, order: int = ORDER) -> list[FilteredRows]:
+def filtered_rows(records: Sequence[Record], model: Model, omega: float, order: int = ORDER) -> list[RegressionSamples]:
     """Rows of every record; a response model takes rows from the yaw rate and from the heading where both are measured.
 
     Parameters
@@ -71,7 +46,7 @@ def filtered_rows(records: Sequence[Record], model: Model, omega: float, order: 
     CannotFit : a record lacks a channel, or there are no more rows than coefficients.
     """
     found = [rows for record in records for rows in filtered_pieces(record, model, omega, order)]
-    check_enough_rows(sum(rows.parts.accelerations.size for rows in found), model)
+    check_enough_rows(sum(rows.accelerations.size for rows in found), model)
     return found
 
 
@@ -139,7 +114,7 @@ def stretches(record: Record, channels: Sequence[np.ndarray]) -> list[Record]:
     return [record.slice(a, b) for a, b in pairwise(edges) if not outside[a]]
 
 
-def filtered_pieces(record: Record, model: Model, omega: float, order: int = ORDER) -> Iterator[FilteredRows]:
+def filtered_pieces(record: Record, model: Model, omega: float, order: int = ORDER) -> Iterator[RegressionSamples]:
     """Rows, however few, of every stretch of a record that is long enough, for each source of the yaw rate.
 
     Raises
@@ -155,7 +130,7 @@ def filtered_pieces(record: Record, model: Model, omega: float, order: int = ORD
                 yield _rows(piece, model, omega, order, source)
 
 
-def _rows(record: Record, model: Model, omega: float, order: int, source: str) -> FilteredRows:
+def _rows(record: Record, model: Model, omega: float, order: int, source: str) -> RegressionSamples:
     check_states(model)
     filtered = _Filter(record, omega, order)
     states, slopes = _yaw(record, model, filtered, source)
@@ -168,7 +143,7 @@ def _rows(record: Record, model: Model, omega: float, order: int, source: str) -
     x = table(states, model.regression_states)
     a = table(slopes, model.regression_states[: n_accelerations(model)])
     u = table(_inputs(record, model, filtered), model.regression_inputs)
-    return FilteredRows(RegressionSamples(x, a, u, time_s=filtered.time), filtered.start(), source)
+    return RegressionSamples(x, a, u, filtered.time, source=source, start=filtered.start())
 
 
 def _yaw(record: Record, model: Model, filtered: _Filter, source: str) -> tuple[dict, dict]:
@@ -206,7 +181,7 @@ class FilteredFit(NamedTuple):
     """Least squares at one corner frequency omega [rad/s]; `cost` ranks it (smaller is better)."""
 
     omega: float
-    rows: list[FilteredRows]
+    rows: list[RegressionSamples]
     solution: LeastSquares
     cost: float
 
@@ -271,7 +246,7 @@ def coloured_covariance(fit: FilteredFit, model: Model) -> np.ndarray:
     return covariance
 
 
-def _block_scores(rows: FilteredRows, fit: FilteredFit, model: Model) -> np.ndarray:
+def _block_scores(rows: RegressionSamples, fit: FilteredFit, model: Model) -> np.ndarray:
     """Sums (B, p) of Phi' e/sd^2 over blocks of rows."""
     k = n_accelerations(model)
     sources = sorted({r.source for r in fit.rows})
@@ -282,7 +257,7 @@ def _block_scores(rows: FilteredRows, fit: FilteredFit, model: Model) -> np.ndar
     for y, phi in rows.blocks(model):
         error = (y - phi @ fit.solution.coefficients) / sd**2
         scores.append(np.einsum("nkp,nk->np", phi, error))
-    block = ((rows.parts.time_s - rows.parts.time_s[0]) * fit.omega / BLOCK_TIME).astype(np.int64)
+    block = ((rows.time_s - rows.time_s[0]) * fit.omega / BLOCK_TIME).astype(np.int64)
     total = np.zeros((block[-1] + 1 if len(block) else 1, phi.shape[2]))
     np.add.at(total, block, np.vstack(scores))
     return total

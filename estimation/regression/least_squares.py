@@ -7,7 +7,7 @@ equation, the second solution divides by it.  Source: Aitken 1935, Proc. R. Soc.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,7 +15,7 @@ from ...datasets.record import Record
 from ...models.errors import FitFailed
 from ...models.model import Model
 from ..numerics import factors
-from .samples import n_accelerations
+from .samples import RegressionSamples, n_accelerations
 from .schemes import regression_samples
 
 SMALLEST_RESIDUAL = 1e-14
@@ -52,13 +52,14 @@ class LeastSquares(NamedTuple):
         return self.half @ np.where(np.abs(self.scores) > least, self.scores, 0.0)
 
 
-def equation_factors(parts: Sequence[Any], model: Model, sources: Sequence[str] = ()) -> tuple[np.ndarray, np.ndarray]:
+def equation_factors(
+    parts: Sequence[RegressionSamples], model: Model, sources: Sequence[str] = ()
+) -> tuple[np.ndarray, np.ndarray]:
     """Triangular factors (e, p + 1, p + 1) of [Phi | y] for each equation and source of the yaw rate, and the number of
     rows (e,) behind each.
 
     Parameters
     ----------
-    parts : anything with `blocks` and `source` of `RegressionSamples`.
     sources : those that get equations even where no row has them; default: the ones of the parts.
     """
     k, p = n_accelerations(model), len(model.coordinates)

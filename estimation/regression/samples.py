@@ -31,21 +31,29 @@ class RegressionSamples:
     scale: float = 1.0
     source: str = ""
     """Channel that the yaw rate is taken from, where a record gives rows from several."""
+    start: np.ndarray | None = None
+    """(N, n) what the initial state of a filter can add to each row, zero once it has decayed: it is projected out."""
 
     def at(self, rows: slice | np.ndarray) -> Self:
         """The samples of some rows."""
         states, accelerations, inputs = (
             np.ascontiguousarray(part[rows]) for part in (self.states, self.accelerations, self.inputs)
         )
-        return replace(self, states=states, accelerations=accelerations, inputs=inputs, time_s=self.time_s[rows])
+        own = {"time_s": self.time_s[rows], "start": None if self.start is None else self.start[rows]}
+        return replace(self, states=states, accelerations=accelerations, inputs=inputs, **own)
 
     def blocks(self, model: Model, size: int = factors.BLOCK) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Pieces (y (n, k), phi (n, k, p)) of the regression in order, at most `size` samples each."""
+        """Pieces (y (n, k), phi (n, k, p)) of the regression in order, at most `size` samples each; the first is as
+        long as the effect of a filter's initial state, which is removed from it."""
         from ...models.simulate import regression
 
-        for start in range(0, len(self.time_s), size):
-            cut = slice(start, start + size)
+        head = 0 if self.start is None else int(np.count_nonzero(self.start.any(axis=1)))
+        cuts = [slice(start, start + size) for start in range(head, len(self.time_s), size)]
+        for cut in [slice(head), *cuts] if head else cuts:
             y, phi = regression(model, self.states[cut], self.accelerations[cut], self.inputs[cut])
+            if self.start is not None and cut.start is None:
+                basis, _ = np.linalg.qr(self.start[cut])
+                y, phi = y - basis @ (basis.T @ y), phi - np.tensordot(basis, np.tensordot(basis.T, phi, 1), 1)
             yield y * self.scale, phi * self.scale
 
 

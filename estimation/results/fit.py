@@ -87,15 +87,8 @@ def mapped(jacobian: np.ndarray, covariance: np.ndarray) -> np.ndarray:
 
 
 def propagate(jacobian: np.ndarray, covariance: np.ndarray) -> np.ndarray:
-    """Standard deviations (q,) of functions with `jacobian` (q, p) of coefficients with `covariance` (p, p).
-
-    A coefficient with infinite variance makes every function infinite that depends on it.
-    """
-    unknown = ~np.isfinite(np.diag(covariance))
-    finite = np.where(unknown[:, None] | unknown[None, :], 0.0, covariance)
-    variance = np.einsum("qi,ij,qj->q", jacobian, finite, jacobian)
-    variance = np.where((np.abs(jacobian) * unknown).sum(axis=1) > 0.0, np.inf, variance)
-    return np.sqrt(np.maximum(variance, 0.0))
+    """Standard deviations (q,) of the same functions."""
+    return np.sqrt(np.maximum(np.diag(mapped(jacobian, covariance)), 0.0))
 
 
 def prepared(records: Sequence[Record], model: Model) -> list[Record]:

@@ -79,22 +79,14 @@ def _pieces(
     model: Model, series: Series, state: np.ndarray, free: Sequence[int]
 ) -> Iterator[tuple[slice, np.ndarray, np.ndarray]]:
     """Consecutive stretches of the grid that share their ends, their states (M, n) and derivatives (M, n, p + f)."""
-    from ...models import drivers
-    from ...models.simulate import substeps, tangent_tables
+    from ...models.simulate import sensitivities
 
-    p, n = len(model.coordinates), len(model.states)
-    source, target, sparse = tangent_tables(model, range(p), len(free))
-    seed, x = _seed(model, series, free, p), start_state(model, series, state)
+    seed, x = _seed(model, series, free, len(model.coordinates)), start_state(model, series, state)
     last = len(series.inputs) - 1
     length = max(64, PIECE // seed.size)
     for first in range(0, max(last, 1), length):
-        inputs = np.ascontiguousarray(series.inputs[first : first + length + 1])
-        states, flat = np.empty((len(inputs), n)), np.empty((len(inputs), seed.size))
-        drivers.sensitivities(
-            model.kernels.tangent, x, inputs, model.theta, series.dt, substeps(model, series.dt), False,
-            source, target, sparse, seed.ravel(), states, flat,
-        )  # fmt: skip
-        columns = flat.reshape(len(inputs), *seed.shape)
+        inputs = series.inputs[first : first + length + 1]
+        states, columns = sensitivities(model, inputs, series.dt, x, initial=free, seed=seed)
         x, seed = states[-1].copy(), columns[-1].copy()
         yield slice(first, first + len(inputs)), states, columns
 

@@ -6,7 +6,6 @@ import hashlib
 import io
 import math
 import platform
-import re
 import shutil
 import subprocess
 import uuid
@@ -14,14 +13,13 @@ import warnings
 import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from xml.etree import ElementTree
 
 from ..model import Model
 from ..simulate import initial_state, inputs_of
 from ..temporary import temporary_folder
 from .equations import C, definition, gear, heading, identifier, numbers, statements
-from .texts import inert
+from .texts import filled, inert
 
 FREE_RATE_RAD_S = 1e9
 """Rudder rate of a model whose rudder follows at once: the file holds numbers only."""
@@ -127,20 +125,19 @@ def _source(model: Model, variables: Sequence[Variable]) -> str:
     lines += [f"const double {s.name} = hb_v[{first + place}];" for place, s in enumerate(own.parameters)]
     lines += [f"const double {left} = {right};" for left, right in statements(own, C())]
     lines += [f"hb_d[{place}] = d_{s.name};" for place, s in enumerate(own.states)]
-    held = {
-        "HEADING": "\n".join(f" * {line}" for line in heading(model)),
-        "COUNT": str(len(variables)),
-        "STATES": str(len(model.states)),
-        "STATE": str(state),
-        "RUDDER": str(first - 1),
-        "COMMAND": str(given["delta"]),
-        "GEAR": str(len(variables) - len(GEAR)),
-        "STEP": repr(float(model.max_step_s)),
-        "START": ", ".join(repr(one.start) for one in variables),
-        "EQUATIONS": "\n".join(f"    {line}" for line in lines),
-    }
-    text = (Path(__file__).parent / "fmu.c").read_text("utf-8")
-    return re.sub("@([A-Z]+)@", lambda found: held.get(found[1], found[0]), text)
+    return filled(
+        "fmu.c",
+        HEADING="\n".join(f" * {line}" for line in heading(model)),
+        COUNT=str(len(variables)),
+        STATES=str(len(model.states)),
+        STATE=str(state),
+        RUDDER=str(first - 1),
+        COMMAND=str(given["delta"]),
+        GEAR=str(len(variables) - len(GEAR)),
+        STEP=repr(float(model.max_step_s)),
+        START=", ".join(repr(one.start) for one in variables),
+        EQUATIONS="\n".join(f"    {line}" for line in lines),
+    )
 
 
 def _compiled(name: str, source: str) -> dict[str, bytes]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 
 from ..errors import BadInput
+from ..mmgdynamics import mmgdynamics
 from ..model import Model
 from ..suggestions import suggestion
 from .fmu import fmu
 from .gazebo import gazebo
-from .mmgdynamics import mmgdynamics
 from .simulink import simulink
 from .vehicle_simulator import vehicle_simulator
 

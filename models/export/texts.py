@@ -8,6 +8,7 @@ import re
 import string
 import sys
 from collections.abc import Iterable
+from pathlib import Path
 from unicodedata import bidirectional, name, normalize
 
 APOSTROPHE = "\u2019"
@@ -52,3 +53,9 @@ def name_of(text: str, taken: Iterable[str] = ()) -> str:
     found = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_")[:MOST_OF_NAME] or "model"
     taken = RESERVED.union(map(str.lower, taken))
     return f"model_{found}" if found[0] in string.digits or len(found) == 1 or found.lower() in taken else found
+
+
+def filled(template: str, **texts: str) -> str:
+    """The text of a file of this folder with a text for each @NAME@; names without one stay."""
+    text = (Path(__file__).parent / template).read_text("utf-8")
+    return re.sub("@([A-Z]+)@", lambda found: texts.get(found[1], found[0]), text)

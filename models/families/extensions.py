@@ -7,7 +7,7 @@ Added hydrodynamic terms are in the prime system F' = F / (rho A U^2 / 2), N' = 
 v' = v/U and r' = r L/U at the instantaneous speed U through the water; A = L d where the family knows the draught d,
 else L^2.
 
-One file, although a long one: the table of extensions is read together with the formulas that it refers to.
+`extensions.yaml` holds their parameters and equations; this file applies them to a definition.
 """
 
 from __future__ import annotations
@@ -15,9 +15,12 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, NamedTuple, cast
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
 
-from ..definition import Definition, Later, symbols
+from ..data_file import load
+from ..definition import Definition, Later, functions, symbols
 from ..regimes import CLOCK, EXTENSION, VARIABLES
 
 if TYPE_CHECKING:
@@ -27,11 +30,8 @@ if TYPE_CHECKING:
     from . import environment
 
     Apply = Callable[[Definition, Sequence[sp.Symbol]], Definition]
-    Term = Callable[[Mapping[str, sp.Expr]], sp.Expr]
 else:  # the table's names and units are asked for without its equations
     sp, primitives, environment = Later("sympy"), Later("..primitives", __package__), Later(".environment", __package__)
-
-YAW, SWAY = 2, 1
 
 
 @dataclass(frozen=True)
@@ -48,14 +48,52 @@ class Extension:
     """Intermediate quantity of the family that it changes: families without it cannot carry the extension."""
 
 
-def _rudder(change: Callable[[sp.Symbol, sp.Symbol], sp.Expr]) -> Apply:
-    """The hull feels `change(rudder, parameter)` instead of the recorded rudder angle."""
+def _by_row(row: Mapping[str, Any]) -> Apply:
+    """What a row of `extensions.yaml` says of a definition's equations."""
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        delta = definition.inputs[0]
-        return _substitute(definition, {delta: change(delta, parameters[0])})
+        own = [name for part in ("inputs", "constants", "helpers", "states") for name in row.get(part, ())]
+        words = _words(definition, [*symbols(" ".join(own)), *parameters])
+        swap = {sp.Symbol(name, real=True): _read(text, words) for name, text in row.get("instead", {}).items()}
+        inputs = [s for s in definition.inputs if s not in swap or s in swap[s].free_symbols]
+        changed = _substitute(definition, swap) if swap else definition
+        helpers = {words[name]: _read(text, words) for name, text in row.get("helpers", {}).items()}
+        helpers = {**changed.helpers, **helpers}
+        for name, text in row.get("quantity", {}).items():
+            helpers |= {s: _read(text, words | {name: sp.sympify(h)}) for s, h in helpers.items() if s.name == name}
+        changed = replace(
+            changed,
+            inputs=[*inputs, *(words[name] for name in row.get("inputs", ()) if words[name] not in inputs)],
+            helpers=helpers,
+        )
+        if "added" in row:
+            changed = _added(changed, parameters, row["added"])
+        for letter, text in row.get("force", {}).items():
+            changed = _pushed(changed, AXES[letter][0], _read(text, words))
+        if "mass" in row:
+            added = sp.Matrix([[_read(text, words) for text in line] for line in row["mass"]])
+            changed = replace(changed, mass=changed.mass + sp.diag(*(changed.force_scale or ())) * added)
+        states = row.get("states", {})
+        return replace(
+            changed,
+            states=[*changed.states, *(words[name] for name in states)],
+            kinematics=[*changed.kinematics, *(_read(text, words) for text in states.values())],
+        )
 
     return apply
+
+
+def _words(definition: Definition, further: Sequence[sp.Symbol]) -> dict[str, Any]:
+    """What names in a text stand for: symbols of the definition and further ones, functions, L, t and pi."""
+    known = [*definition.constants, *definition.helpers, *definition.states, *definition.inputs, *further]
+    otherwise = {"L": sp.Symbol("wind_L", real=True), "speed": sp.S.Zero}
+    named = otherwise | {symbol.name: symbol for symbol in known}
+    return named | functions() | {"t": sp.Symbol(CLOCK, real=True), "pi": sp.pi.evalf()}
+
+
+def _read(text: str | int, words: Mapping[str, Any]) -> sp.Expr:
+    parsed: Any = sp.sympify  # its overloads do not tell of `locals`
+    return cast("sp.Expr", parsed(str(text), locals=words))
 
 
 def _substitute(definition: Definition, swap: Mapping[sp.Symbol, sp.Expr]) -> Definition:
@@ -69,25 +107,6 @@ def _substitute(definition: Definition, swap: Mapping[sp.Symbol, sp.Expr]) -> De
 
 def _swap(expression: sp.Expr, swap: Mapping) -> sp.Expr:
     return cast("sp.Expr", sp.sympify(expression).xreplace(dict(swap)))
-
-
-def _effectiveness(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    delta, gain = definition.inputs[0], 1 + parameters[0]
-    rates = {s: gain * s for s in definition.inputs if s.name == "delta_rate"}
-    return _substitute(definition, {delta: gain * delta, **rates})
-
-
-def _helper(name: str, change: Callable[[sp.Expr, sp.Symbol, Definition], sp.Expr]) -> Apply:
-    """An intermediate quantity of the family becomes `change(quantity, parameter, definition)`."""
-
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        helpers = {
-            symbol: change(sp.sympify(expression), parameters[0], definition) if symbol.name == name else expression
-            for symbol, expression in definition.helpers.items()
-        }
-        return replace(definition, helpers=helpers)
-
-    return apply
 
 
 def _state(definition: Definition, name: str) -> sp.Symbol:
@@ -133,23 +152,15 @@ def _motion(definition: Definition, tag: str):
     return helpers, {"v": vp, "r": rp, "d": delta}, unit
 
 
-def _added(*terms: tuple[int, Term]) -> Apply:
-    """Terms of the motion in the prime system, one for each parameter, in the row of sway or yaw; of a response model
-    in its yaw equation, of r in rad/s."""
-
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        helpers, motion, unit = _motion(definition, parameters[0].name)
-        changed = replace(definition, helpers={**definition.helpers, **helpers})
-        for (row, term), parameter in zip(terms, parameters, strict=True):
-            own = row % len(unit)
-            changed = _with_force(changed, own, unit[own] * parameter * term(motion))
-        return changed
-
-    return apply
-
-
-def _alone(motion: Mapping[str, sp.Expr]) -> sp.Expr:
-    return sp.S.One
+def _added(definition: Definition, parameters: Sequence[sp.Symbol], terms: Mapping[str, Sequence[Any]]) -> Definition:
+    """Parameter -> the axis that it acts on and what it multiplies: a text of the motion in the prime system."""
+    helpers, motion, unit = _motion(definition, parameters[0].name)
+    changed = replace(definition, helpers={**definition.helpers, **helpers})
+    for parameter in parameters:
+        letter, text = terms[parameter.name]
+        row = AXES[letter][0] % len(unit)
+        changed = _with_force(changed, row, unit[row] * parameter * _read(text, functions() | motion))
+    return changed
 
 
 def _absorbed(inputs: str) -> Apply:
@@ -180,72 +191,6 @@ def _pruned(definition: Definition, own: set[str]) -> Definition:
     return replace(definition, helpers=dict(reversed(list(helpers.items()))), constants=constants)
 
 
-DRIFT = (0.010, 0.020, 0.002)
-"""Mean wave drift coefficients in surge, sway and yaw (times the length), those of `datasets.disturbances`."""
-
-
-def _drift(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Mean wave drift rho g Hs^2 L as an earth-fixed vector towards where the waves come from, on the hull:
-    X = -.010 along (times .3 in following seas), Y = -.020 across |across|/size, N = -.002 L 2 along across/size."""
-    psi = _state(definition, "psi")
-    length = next((s for s in definition.constants if s.name == "L"), sp.Symbol("wind_L", real=True))
-    along, across, size = symbols("drift_along drift_across drift_size")
-    north, east = parameters
-    helpers = {
-        along: north * sp.cos(psi) + east * sp.sin(psi),
-        across: -north * sp.sin(psi) + east * sp.cos(psi),
-        size: sp.sqrt(north**2 + east**2 + sp.Float(1e-12)),
-    }
-    surge = -sp.Float(DRIFT[0]) * along * (sp.Float(0.3) + sp.Float(0.7) * primitives.step(along))
-    sway = -sp.Float(DRIFT[1]) * across * primitives.absv(across) / size
-    yaw = -sp.Float(2 * DRIFT[2]) * length * across * along / size
-    changed = replace(definition, helpers={**definition.helpers, **helpers})
-    for row, force in enumerate((surge, sway, yaw)):
-        changed = _pushed(changed, row, force)
-    return changed
-
-
-def _lead(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Rudder through (1 + T3 s)/(1 + T2 s), T3 = T2 (1 - lead).
-
-    delta_hull = delta + lead (z - delta) with the state T2 z_dot = delta - z.
-    With a first-order Nomoto model behind it this is the second-order one.
-    """
-    lead, time = parameters
-    delta, z = definition.inputs[0], sp.Symbol("lead_state", real=True)
-    swapped = _substitute(definition, {delta: delta + lead * (z - delta)})
-    return replace(
-        swapped,
-        states=[*definition.states, z],
-        kinematics=[*swapped.kinematics, (delta - z) / time],
-    )
-
-
-def _wind_on_yaw(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Yaw moment of the wind over the hull, from its velocity through the air (u_a, v_a): k1 v_a |V_a| + k2 u_a v_a.
-
-    The two shapes are those of sin and sin 2 of the apparent angle (Isherwood 1972; Fujiwara et al. 1998).  Inputs
-    added: wind north and east [m/s, towards].  A model that knows no speed has none of its own through the air.
-    """
-    across, both = parameters
-    psi = _state(definition, "psi")
-    north, east = inputs = symbols("wind_north wind_east")
-    own = next((s for s in definition.inputs if s.name == "speed"), sp.S.Zero)
-    ahead, side = symbols("air_ahead air_side")
-    helpers = {
-        ahead: own - north * sp.cos(psi) - east * sp.sin(psi),
-        side: north * sp.sin(psi) - east * sp.cos(psi),
-    }
-    size = sp.sqrt(ahead**2 + side**2 + sp.Float(1e-12))
-    force = definition.forces[0] + across * side * size + both * ahead * side
-    return replace(
-        definition,
-        inputs=[*definition.inputs, *inputs],
-        helpers={**definition.helpers, **helpers},
-        forces=[force, *definition.forces[1:]],
-    )
-
-
 def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
     """Speed U = U0 (1 - loss) as a state, T_u loss_dot = k r^2 - loss; every term keeps its prime value.
 
@@ -273,182 +218,53 @@ def _speed_loss(definition: Definition, parameters: Sequence[sp.Symbol]) -> Defi
     )
 
 
-OWN_SPEED = {
-    "speed_drive": "m/s2", "speed_drag": "1/m", "turn_drag": "m", "sway_lever": "m", "sway_time": "s",
-}  # fmt: skip
-
-
-def _own_speed(by_propeller: bool) -> Apply:
-    """Surge and sway as states of a response model, in the place of a measured speed; the positions' speed is theirs.
-
-    u_dot = drive + push n |n| - drag u |u| - turn_drag r^2,  sway_time v_dot = -(v + lever r): thrust against
-    resistance, the loss in turns, and a hull that drifts about a point `lever` ahead of where sway is measured.  The
-    speed is negative astern, as a measured one (`speed_of`).
-    """
-
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        drive, drag, turning, lever, time = parameters[:5]
-        r = _state(definition, "r")
-        u, v, n, speed = symbols("u v n speed")
-        has = {symbol.name for symbol in definition.inputs}
-        inputs = [s for s in definition.inputs if s != speed]
-        inputs += [n] if by_propeller and "n" not in has else []
-        whole = primitives.sgn(u) * sp.sqrt(u**2 + v**2 + sp.Float(1e-12))
-        changed = _substitute(definition, {speed: whole}) if "speed" in has else definition
-        push = parameters[5] * n * primitives.absv(n) if by_propeller else sp.S.Zero
-        surge = drive + push - drag * u * primitives.absv(u) - turning * r**2
-        return replace(
-            changed,
-            states=[*definition.states, u, v],
-            inputs=inputs,
-            kinematics=[*changed.kinematics, surge, -(v + lever * r) / time],
-            linear=False,
-        )
-
-    return apply
-
-
-RIGID = "rigid_mass rigid_moment rigid_inertia"
-"""Rigid-body mass [kg], m x_G [kg m] and yaw inertia [kg m2]: constants of the loading extension."""
-
-
-def _loaded(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-    """Rigid-body mass, moment and inertia times (1 + fraction), added masses and hydrodynamic forces as they are."""
-    (fraction,) = parameters
-    mass, moment, inertia = symbols(RIGID)
-    u, v, r = definition.states[:3]
-    scale = definition.force_scale
-    assert scale is not None
-    rigid = sp.Matrix([[mass, 0, 0], [0, mass, moment], [0, moment, inertia]])
-    carried = [mass * v * r + moment * r**2, -mass * u * r, -moment * u * r]
-    return replace(
-        definition,
-        mass=definition.mass + fraction * sp.diag(*scale) * rigid,
-        forces=[f + fraction * k * c for f, k, c in zip(definition.forces, scale, carried, strict=True)],
-    )
-
-
-def _size_of(*names: str) -> Term:
-    """A product of the first motion and the size of the second, such as r |v|."""
-    return lambda m: m[names[0]] * primitives.absv(m[names[1]])
-
-
-class Axis(NamedTuple):
-    """Where a force acts: row in the equations, unit, and whether it is the yaw acceleration of a response model."""
-
-    row: int
-    unit: str
-    response: bool = False
-
-    @classmethod
-    def of(cls, letter: str) -> Axis:
-        """Of X, Y, N of a 3-DOF model, R of a response model."""
-        return cls("XYN".index(letter), "N m" if letter == "N" else "N") if letter != RESPONSE else YAW_ACCELERATION
-
-    def per(self, motion: str) -> str:
-        """The unit of a force over that of a motion."""
-        return self.unit + {"v": " s/m", "r": " s/rad", "d": "/rad"}[motion]
-
-    def extension(self, units: Mapping[str, str], force: Callable[..., sp.Expr], held: Sequence[str] = ()) -> Extension:
-        """A force, N, or moment, N m, of the definition and of the parameters."""
-
-        def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-            return _pushed(definition, self.row, force(definition, *parameters))
-
-        return Extension(units, apply, three_dof=not self.response, held=tuple(held))
-
-
 ANY_ORDER = "rad/s^k"
 """Unit of a response model's yaw acceleration: k is the order of the highest derivative."""
 RESPONSE = "R"
-YAW_ACCELERATION = Axis(0, ANY_ORDER, response=True)
+AXES = {"X": (0, "N"), "Y": (1, "N"), "N": (2, "N m"), RESPONSE: (0, ANY_ORDER)}
+"""Letter of a force -> its row in the equations of motion, and its unit; R: yaw acceleration of a response model."""
+PER = {"v": " s/m", "r": " s/rad", "d": "/rad"}
+"""Motion -> what stands behind the unit of a force in that of a force over the motion."""
+PLACES = {"north": "x", "east": "y"}
+"""Place -> its state."""
 
 
-def _by_heading(name: str, axis: Axis, count: int) -> Extension:
-    """a cos(k psi) + b sin(k psi): with k = 1 that of a steady wind on a craft that turns in it."""
-
-    def force(definition: Definition, cosine: sp.Symbol, sine: sp.Symbol) -> sp.Expr:
-        psi = _state(definition, "psi")
-        return cosine * sp.cos(count * psi) + sine * sp.sin(count * psi)
-
-    return axis.extension(dict.fromkeys((f"{name}_cos", f"{name}_sin"), axis.unit), force)
+@cache
+def _file() -> Mapping[str, Mapping[str, Any]]:
+    return load(Path(__file__).with_suffix(".yaml"))
 
 
-EXTENSIONS: dict[str, Extension] = {
-    "rudder_offset": Extension({"rudder_offset": "rad"}, _rudder(lambda d, p: d + p), held=("rudder_offset",)),
-    "rudder_effectiveness": Extension({"rudder_effectiveness": "1"}, _effectiveness, held=("rudder_effectiveness",)),
-    "yaw_damping_quadratic": Extension({"added_Nr_absr": "1"}, _added((YAW, _size_of("r", "r")))),
-    "yaw_damping_cubic": Extension({"added_Nrrr": "1"}, _added((YAW, lambda m: m["r"] ** 3))),
-    "still_damping": Extension({"still_damping": "1/s"}, _added((YAW, lambda m: -m["r"])), three_dof=False),
-    "sway_damping_quadratic": Extension({"added_Yv_absv": "1"}, _added((SWAY, _size_of("v", "v"))), three_dof=True),
-    "crossflow_coupling": Extension(
-        dict.fromkeys(("added_Yr_absv", "added_Yv_absr", "added_Nv_absr", "added_Nr_absv"), "1"),
-        _added(
-            (SWAY, _size_of("r", "v")),
-            (SWAY, _size_of("v", "r")),
-            (YAW, _size_of("v", "r")),
-            (YAW, _size_of("r", "v")),
-        ),
-        three_dof=True,
-    ),
-    "current": Extension(
-        {"current_towards_north": "m/s", "current_towards_east": "m/s"},
-        _absorbed("current_north current_east"),
-        three_dof=True,
-        held=("current_towards_north", "current_towards_east"),
-    ),
-    "wind": Extension(
-        {"wind_towards_north": "m/s", "wind_towards_east": "m/s"},
-        _absorbed("wind_north wind_east"),
-        three_dof=True,
-        held=("wind_towards_north", "wind_towards_east"),
-    ),
-    "constant_force": Extension(
-        {"constant_X": "N", "constant_Y": "N", "constant_N": "N m"},
-        _absorbed("force_x force_y moment_n"),
-        three_dof=True,
-    ),
-    "wave_drift": Extension(
-        {"wave_drift_north": "N", "wave_drift_east": "N"},
-        _drift,
-        three_dof=True,
-        held=("wave_drift_north", "wave_drift_east"),
-    ),
-    "propeller_thrust": Extension(
-        {"thrust_scale": "1"}, _helper("thrust", lambda f, p, d: (1 + p) * f), held=("thrust_scale",), helper="thrust"
-    ),
-    "rudder_large_angle": Extension(
-        {"rudder_law": "1"},
-        _helper("F_N", lambda f, p, d: f * (1 + p * sp.sin(d.inputs[0]) ** 2)),
-        held=("rudder_law",),
-        helper="F_N",
-    ),
-    "asymmetry": Extension(
-        {"asymmetry_Y": "1", "asymmetry_N": "1"}, _added((SWAY, _alone), (YAW, _alone)), three_dof=True
-    ),
-    "loading_change": Extension({"loading_fraction": "1"}, _loaded, three_dof=True, held=("loading_fraction",)),
-    "constant_yaw": Extension({"constant_yaw": ANY_ORDER}, _added((YAW, _alone)), three_dof=False),
-    "second_order_lead": Extension({"lead": "1", "lead_T2": "s"}, _lead, three_dof=False, held=("lead", "lead_T2")),
-    "rudder_asymmetry": Extension(
-        {"rudder_asymmetry": "1"}, _rudder(lambda d, p: d + p * primitives.absv(d)), held=("rudder_asymmetry",)
-    ),
-    "rudder_stall": Extension(
-        {"rudder_stall": "1/rad"}, _rudder(lambda d, p: d / (1 + p * primitives.absv(d))), held=("rudder_stall",)
-    ),
-    "heading_moment": _by_heading("heading_moment", YAW_ACCELERATION, 1),
-    "measured_wind": Extension({"wind_across": "rad/m2", "wind_both": "rad/m2"}, _wind_on_yaw, three_dof=False),
-    "speed_loss": Extension(
-        {"loss_gain": "s2/rad2", "loss_time": "s", "loss_power": "1"},
-        _speed_loss,
-        three_dof=False,
-        held=("loss_gain", "loss_time", "loss_power"),
-    ),
-    "own_speed": Extension(OWN_SPEED, _own_speed(False), three_dof=False, held=tuple(OWN_SPEED)),
-    "own_speed_by_propeller": Extension(
-        OWN_SPEED | {"speed_push": "m"}, _own_speed(True), three_dof=False, held=(*OWN_SPEED, "speed_push")
-    ),
-}
-"""Extension id -> what it adds.  The ids are those of the causes of diagnosis."""
+@cache
+def extensions() -> Mapping[str, Extension]:
+    """Extension id -> what it adds, as `extensions.yaml` says.  The ids are those of the causes of diagnosis."""
+    dof, found = {"3dof": True, "response": False}, {}
+    for name, row in _file()["extensions"].items():
+        apply = _absorbed(row["absorbed"]) if "absorbed" in row else _by_row(row)
+        needed = next(iter(row.get("quantity", ())), None)
+        found[name] = Extension(
+            row["parameters"], apply, dof.get(row.get("of", "")), tuple(row.get("held", ())), needed
+        )
+    found["speed_loss"] = replace(found["speed_loss"], apply=_speed_loss)
+    return found
+
+
+def _by_text(name: str, axis: str, kind: str, of: str) -> Extension:
+    """The force of a row of `extensions.yaml`."""
+    row = _file()["forces"][kind]
+    unit = AXES[axis][1] + (PER[of] if kind in ("growth", "past") else "")
+    units = {f"{name}_{part}": own if own in ("s", "m") else unit + own for part, own in row["units"].items()}
+    names = {f"{{{part}}}": f"{name}_{part}" for part in map(str, row["units"])}
+    names["{of}"] = {"d": "delta"}.get(of, PLACES.get(of, of))
+
+    def written(text: str) -> str:
+        return re.sub(r"{\w+}", lambda found: names[found[0]], text)
+
+    made: dict[str, Any] = {"force": {axis: written(row["force"])}}
+    if "state" in row:
+        made["states"] = {f"{name}_late_state": written(row["state"])}
+    held = [one for one, own in units.items() if own in ("s", "m")]
+    return Extension(units, _by_row(made), axis != RESPONSE, tuple(held))
+
 
 TERM = re.compile("[XYN](_(v|r|d|absv|absr|absd))+|R(_(r|d|absr|absd))+")
 """Identifier of an added force or moment that is a product: N_r_absv is N' r' |v'|, d the rudder angle (rad); R_r_absd
@@ -462,13 +278,6 @@ FORCE = re.compile(
 """Identifier of an added force by the heading (so many times a turn), the speed, the past of sway, yaw rate or rudder,
 a curve of the place, v', r' or the rudder angle, the place beyond which it acts, or the time from the start of a record
 (alone, or as a share of a motion that grows); R is the yaw acceleration of a response model."""
-IN_TIME = {"time": ("first", "growth"), "from": ("size", "begin"), "span": ("size", "begin", "end"),
-           "period": ("cos", "sin", "time")}  # fmt: skip
-"""Force in time -> its parameters: a + b t; a from a time on; a over a span; a cos(2 pi t/T) + b sin(2 pi t/T)."""
-TIMES = ("begin", "end", "time")
-"""Parameters of forces in time that are times."""
-PLACES = {"north": "x", "east": "y"}
-"""Place -> its state."""
 
 
 def waves_of(variable: str) -> int:
@@ -486,7 +295,7 @@ def is_made_up(name: str) -> bool:
 
 
 def extension_of(name: str) -> Extension:
-    """The extension of an identifier: one of EXTENSIONS, a product term or a force of a 3-DOF model, or a number in a
+    """The extension of an identifier: one of `extensions`, a product term or a force of a 3-DOF model, or a number in a
     regime.
 
     Raises
@@ -500,20 +309,18 @@ def extension_of(name: str) -> Extension:
         return Extension(units, _in_regime(**local.groupdict()), held=names)
     force = FORCE.fullmatch(name)
     if force is not None:
-        axis, (kind, value) = Axis.of(force["axis"]), next((k, force[k]) for k in FORCES if force[k] is not None)
-        return FORCES[kind](name, axis, value)
+        kinds = [*FORCE.groupindex][1:]
+        kind, value = next((one, force[one]) for one in kinds if force[one] is not None)
+        if kind == "curve":
+            return _by_curve(name, force["axis"], value)
+        return _by_text(name, force["axis"], value if kind == "time" else kind, value)
     if TERM.fullmatch(name) is None:
-        return EXTENSIONS[name]
+        return extensions()[name]
     axis, *factors = name.split("_")
-
-    def product(motion: Mapping[str, sp.Expr]) -> sp.Expr:
-        """Of v', r' and the rudder angle, or of their sizes; of r and the rudder angle of a response model."""
-        known = {**motion, **{f"abs{name}": primitives.absv(symbol) for name, symbol in motion.items()}}
-        return sp.prod(known[factor] for factor in factors)
-
-    if axis == RESPONSE:
-        return Extension({f"term_{name}": "SI"}, _added((YAW, product)), three_dof=False)
-    return Extension({f"term_{name}": "1"}, _added(("XYN".index(axis), product)), three_dof=True)
+    product = "*".join(f"absv({factor[3:]})" if factor.startswith("abs") else factor for factor in factors)
+    parameter, response = f"term_{name}", axis == RESPONSE
+    row = {"added": {parameter: [axis, product]}}
+    return Extension({parameter: "SI" if response else "1"}, _by_row(row), not response)
 
 
 def regime_parameters(name: str) -> tuple[str, str, str]:
@@ -564,44 +371,11 @@ def _variable(definition: Definition, variable: str) -> sp.Expr:
     return cast("sp.Expr", primitives.absv(value))
 
 
-# ---- Forces and moments along the motion; of sway, yaw rate and rudder angle in SI units unless primes are named.
-
-
-def _by_speed(name: str, axis: Axis, _: str) -> Extension:
-    """a U + b U^2."""
-
-    def force(definition: Definition, first: sp.Symbol, second: sp.Symbol) -> sp.Expr:
-        u, v = definition.states[:2]
-        square = u**2 + v**2 + sp.Float(1e-12)
-        return first * sp.sqrt(square) + second * square
-
-    return axis.extension({f"{name}_1": f"{axis.unit} s/m", f"{name}_2": f"{axis.unit} s2/m2"}, force)
-
-
-def _of_the_past(name: str, axis: Axis, motion: str) -> Extension:
-    """a x + b z with T z_dot = x - z, x the motion.
-
-    Memory that is linear in the velocities: W. E. Cummins, The impulse response function and ship motions, 1962.
-    """
-
-    def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
-        now, late, time = parameters
-        x, z = _own_motion(definition, motion), sp.Symbol(f"{late.name}_state", real=True)
-        changed = _pushed(definition, axis.row, now * x + late * z)
-        return replace(changed, states=[*changed.states, z], kinematics=[*changed.kinematics, (x - z) / time])
-
-    units = {f"{name}_now": axis.per(motion), f"{name}_late": axis.per(motion), f"{name}_time": "s"}
-    return Extension(units, apply, three_dof=not axis.response, held=(f"{name}_time",))
-
-
-def _own_motion(definition: Definition, motion: str) -> sp.Symbol:
-    """Sway, m/s, yaw rate, rad/s, or rudder angle, rad."""
-    return definition.inputs[0] if motion == "d" else _state(definition, motion)
-
-
-def _by_curve(name: str, axis: Axis, curve: str) -> Extension:
+def _by_curve(name: str, axis: str, curve: str) -> Extension:
     """The sum of a_k cos(k pi s), k = 1, 2, ..., of s = (x - first)/span, 0 to 1 and constant beyond; x is the place,
     or in the prime system v', r' or the rudder angle."""
+
+    row, unit_of_force = AXES[axis]
 
     def apply(definition: Definition, parameters: Sequence[sp.Symbol]) -> Definition:
         *sizes, first, span = parameters
@@ -609,69 +383,18 @@ def _by_curve(name: str, axis: Axis, curve: str) -> Extension:
         share = sp.Symbol(f"{first.name}_share", real=True)
         force = sum((a * sp.cos(k * sp.pi.evalf() * share) for k, a in enumerate(sizes, 1)), sp.S.Zero)
         if curve in PLACES:
-            helpers, at, changed = {}, _state(definition, PLACES[curve]), _pushed(definition, axis.row, force)
+            helpers, at, changed = {}, _state(definition, PLACES[curve]), _pushed(definition, row, force)
         else:
-            at, changed = motion[curve], _with_force(definition, axis.row, unit[axis.row] * force)
+            at, changed = motion[curve], _with_force(definition, row, unit[row] * force)
         along = (at - first) / span
         inside = (primitives.absv(along) - primitives.absv(along - 1) + 1) / 2
         return replace(changed, helpers={**helpers, share: inside, **changed.helpers})
 
     unit = "m" if curve in PLACES else "rad" if curve == "d" else "1"
-    of_force = axis.unit if curve in PLACES or axis.response else "1"
+    of_force = unit_of_force if curve in PLACES or axis == RESPONSE else "1"
     held = (f"{name}_first", f"{name}_span")
     units = {f"{name}_{k}": of_force for k in range(1, waves_of(curve) + 1)} | dict.fromkeys(held, unit)
-    return Extension(units, apply, three_dof=not axis.response, held=held)
-
-
-def _beyond(name: str, axis: Axis, place: str) -> Extension:
-    """a, and b + c cos(psi) + d sin(psi) beyond a place."""
-
-    def force(definition: Definition, *parameters: sp.Symbol) -> sp.Expr:
-        first, size, cosine, sine, begin = parameters
-        inside, psi = primitives.step(_state(definition, PLACES[place]) - begin), _state(definition, "psi")
-        return first + inside * (size + cosine * sp.cos(psi) + sine * sp.sin(psi))
-
-    units = {f"{name}_{p}": axis.unit for p in ("first", "size", "cos", "sin")} | {f"{name}_place": "m"}
-    return axis.extension(units, force, held=[f"{name}_place"])
-
-
-def _growing(name: str, axis: Axis, motion: str) -> Extension:
-    """a t x, x the motion and t the time."""
-
-    def force(definition: Definition, size: sp.Symbol) -> sp.Expr:
-        return size * sp.Symbol(CLOCK, real=True) * _own_motion(definition, motion)
-
-    return axis.extension({f"{name}_size": f"{axis.per(motion)}/s"}, force)
-
-
-def _in_time(name: str, axis: Axis, kind: str) -> Extension:
-    """Of the time t as `IN_TIME` has it."""
-
-    def force(_: Definition, size: sp.Symbol, *more: sp.Symbol) -> sp.Expr:
-        clock = sp.Symbol(CLOCK, real=True)
-        if kind == "time":
-            return size + more[0] * clock
-        if kind == "period":
-            phase = 2 * sp.pi.evalf() * clock / more[1]
-            return size * sp.cos(phase) + more[0] * sp.sin(phase)
-        begun, *ended = (primitives.step(clock - t) for t in more)
-        return size * (begun - sum(ended))
-
-    unit = {"growth": f"{axis.unit}/s", **dict.fromkeys(TIMES, "s")}
-    units = {f"{name}_{p}": unit.get(p, axis.unit) for p in IN_TIME[kind]}
-    return axis.extension(units, force, held=[f"{name}_{p}" for p in IN_TIME[kind] if p in TIMES])
-
-
-FORCES: Mapping[str, Callable[[str, Axis, str], Extension]] = {
-    "count": lambda name, axis, count: _by_heading(name, axis, int(count)),
-    "speed": _by_speed,
-    "past": _of_the_past,
-    "curve": _by_curve,
-    "beyond": _beyond,
-    "growth": _growing,
-    "time": _in_time,
-}
-"""Group of `FORCE` -> the extension of a name, its axis and what the group holds."""
+    return Extension(units, apply, three_dof=axis != RESPONSE, held=held)
 
 
 def extended(definition: Definition, name: str) -> Definition:

@@ -11,7 +11,7 @@ from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.sensors import parse_noise
 from helmbench.diagnosis.result import Diagnosis, Entry, Finding, Gain, Trace
 from helmbench.models.extend import extended
-from helmbench.models.families.extensions import EXTENSIONS
+from helmbench.models.families.extensions import extensions
 from helmbench.models.instruments import INSTRUMENTS
 from helmbench.models.model import CHANNELS, resolve
 from helmbench.models.simulate import initial_state, simulate
@@ -64,7 +64,7 @@ def made_up(
     traces = tuple(trace(base, truth, record, role) for record, role in zip(records, roles, strict=True))
     cause = extension or next(iter(instruments or {}), "rudder_offset")
     size = next(iter((values or instruments or {"b": 0.01}).items()))
-    units = INSTRUMENTS | (EXTENSIONS[extension].units if extension else {})
+    units = INSTRUMENTS | (extensions()[extension].units if extension else {})
     finding = Finding(
         cause,
         ("constant_force",) if verdict == "tied" else (),

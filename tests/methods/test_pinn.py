@@ -1,14 +1,11 @@
 """The coefficients of the physics-informed network are those that made the records, with their errors."""
 
-import sys
-
 import numpy as np
 import pytest
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.methods import contract
 from helmbench.methods.registry import make
-from helmbench.models.errors import CannotFit
 from helmbench.models.model import resolve
 
 
@@ -56,10 +53,3 @@ def test_what_the_records_leave_open_has_no_finite_error():
     straight = record.with_channels(**{name: np.zeros(record.n) for name in record.channels})
     found = contract.fit_or_none(make("pinn,iterations=5"), straight, model)
     assert found is None or not np.isfinite(found.covariance).all()
-
-
-def test_without_jax_it_does_not_apply(monkeypatch):
-    monkeypatch.setitem(sys.modules, "jax", None)
-    model, records = contract.sample("response-1")
-    with pytest.raises(CannotFit, match=r"needs jax: pip install 'helmbench\[deep\]'"):
-        make("pinn").fit(records, model)

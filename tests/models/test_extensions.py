@@ -11,12 +11,12 @@ from helmbench.models import kernels
 from helmbench.models.errors import BadInput
 from helmbench.models.extend import NEUTRAL, extended
 from helmbench.models.families.environment import with_environment
-from helmbench.models.families.extensions import EXTENSIONS, carries
+from helmbench.models.families.extensions import carries, extensions
 from helmbench.models.model import model_from_json, model_to_json, resolve
 from helmbench.models.simulate import accelerations, initial_state, simulate
 
 FAMILIES = ("abkowitz", "mmg", "sway-yaw", "nomoto-1-cubic", "nomoto-2-quadratic", "kt")
-PAIRS = [(family, name) for family in FAMILIES for name in EXTENSIONS if carries(kernels.definition_of(family), name)]
+PAIRS = [(family, name) for family in FAMILIES for name in extensions() if carries(kernels.definition_of(family), name)]
 NUMPY = [{"absv": np.abs, "sgn": np.sign, "atan2v": np.arctan2, "step": lambda x: float(x > 0)}, "numpy"]
 
 
@@ -47,7 +47,7 @@ def draw(definition, rng):
 def test_an_extension_at_its_null_changes_nothing(family, name, rng):
     base, grown = kernels.definition_of(family).simulated(), kernels.definition_of(f"{family}+{name}").simulated()
     numbers = draw(grown, rng)
-    numbers |= {p: NEUTRAL.get(p, 0.0) for p in EXTENSIONS[name].units} | {"speed_loss_state": 0.0}
+    numbers |= {p: NEUTRAL.get(p, 0.0) for p in extensions()[name].units} | {"speed_loss_state": 0.0}
     rates = dict(zip([s.name for s in grown.states], evaluate(grown, numbers), strict=True))
     expected = evaluate(base, numbers)
     found = [rates[s.name] for s in base.states]
@@ -58,7 +58,7 @@ def test_an_extension_at_its_null_changes_nothing(family, name, rng):
 def test_every_parameter_of_an_extension_moves_the_ship(family, name, rng):
     grown = kernels.definition_of(f"{family}+{name}").simulated()
     numbers = draw(grown, rng)
-    for parameter in EXTENSIONS[name].units:
+    for parameter in extensions()[name].units:
         rates = evaluate(grown, numbers)
         moved = evaluate(grown, numbers | {parameter: 1.1 * numbers[parameter]}) - rates
         dead = name == "constant_force" and parameter == "constant_X" and family == "sway-yaw"  # surge is held

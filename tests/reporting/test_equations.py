@@ -9,7 +9,7 @@ import sympy as sp
 
 from helmbench.models.errors import BadInput
 from helmbench.models.extend import extended
-from helmbench.models.families.extensions import EXTENSIONS
+from helmbench.models.families.extensions import extensions
 from helmbench.models.model import resolve
 from helmbench.models.primitives import absv, atan2v
 from helmbench.reporting.equation_lines import Latex, MathML, parts, rounded
@@ -60,7 +60,7 @@ def test_a_new_state_is_a_new_equation():
     assert found.dynamics[-1].new and found.dynamics[-1].latex.startswith(r"\dot{z} =")
 
 
-@pytest.mark.parametrize("extension", EXTENSIONS)
+@pytest.mark.parametrize("extension", extensions())
 def test_every_extension_is_marked_and_well_formed(extension):
     base = next(
         base for base in map(_with_rigid_body, ("mariner", "response-1", "kvlcc2-l7")) if _fits(base, extension)

@@ -7,7 +7,7 @@ root mean square q_i of the rate of every state,
 
 is minimised over the output weights of all networks and theta.  Collocation times t_j are the points of the record's
 grid, where the inputs are as recorded; velocities, yaw rate and heading are states of the networks, positions, of which
-no rate depends, are not.  f and its derivatives are jax's (`equations`).
+no rate depends, are not.  f and its derivatives are those of the model's compiled kernels.
 
 Raissi, Perdikaris & Karniadakis 2019 (J. Comput. Phys. 378, 686) minimise J by Adam and L-BFGS.  The residuals are
 linear in the weights but for f's non-linearity, and in theta too, so that Levenberg-Marquardt steps end after about ten
@@ -39,6 +39,7 @@ from ....datasets.record import Record
 from ....models.errors import FitFailed
 from ....models.linear_algebra import lstsq
 from ....models.model import Model
+from ....models.simulate import accelerations, slopes_at
 from ...likelihood.linear_problem import Arrow, LinearArrow, RecordRows
 from ...numerics import factors
 from ...observers.smoothed_states import smoothed_states
@@ -46,8 +47,6 @@ from ...records.gaps import unbroken_series
 from ...records.series import Series
 from ...regression.starts import starts_of
 from ...results.fit import Fit
-from ..black_box.free_runs import require_jax
-from .equations import POINTS, PinnEquations
 
 SLOPE = 0.8
 """Slope of a unit per distance of units: the sum of the slopes of all is level to 1e-4."""
@@ -94,7 +93,43 @@ def _integrals(inputs: np.ndarray) -> np.ndarray:
     return np.vstack([np.zeros((1, POWERS * inputs.shape[1])), np.cumsum(np.hstack(means), axis=0)])
 
 
-STEPS = POINTS - 1
+@dataclass(frozen=True)
+class PinnEquations:
+    """A model's equations with positions left out: `kept` (n,) are the places of the other states among all."""
+
+    model: Model
+    kept: tuple[int, ...]
+
+    @classmethod
+    def of(cls, model: Model) -> PinnEquations:
+        """The equations of a model, whose coefficients are not used."""
+        return cls(model, tuple(i for i, name in enumerate(model.states) if name not in ("x", "y")))
+
+    @property
+    def names(self) -> list[str]:
+        """Symbols of the states."""
+        return [self.model.states[k] for k in self.kept]
+
+    def rates(self, states: np.ndarray, inputs: np.ndarray, theta: np.ndarray) -> np.ndarray:
+        """Rates (T, n) at states (T, n), inputs (T, nu) and coefficients (p,)."""
+        return accelerations(self.model.with_coefficients(theta), self._whole(states), inputs)[:, self.kept]
+
+    def derivatives(
+        self, states: np.ndarray, inputs: np.ndarray, theta: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The same, with their derivatives by the states (T, n, n) and by the coefficients (T, n, p)."""
+        kept, model = list(self.kept), self.model.with_coefficients(theta)
+        rates, by_state, _, by_theta = slopes_at(model, self._whole(states), inputs)
+        return rates[:, kept], by_state[:, kept][:, :, kept], by_theta[:, kept]
+
+    def _whole(self, states: np.ndarray) -> np.ndarray:
+        """All states (T, m), the positions zero."""
+        whole = np.zeros((len(states), len(self.model.states)))
+        whole[:, self.kept] = states
+        return whole
+
+
+STEPS = 200
 """Most collocation intervals of a window."""
 MOST_POINTS = 12_000
 """Collocation times of all records, beyond which every second, third, ... point of the grid is one."""
@@ -209,13 +244,11 @@ def identify(records: Sequence[Record], model: Model, weight: float, spacing: fl
 
     Raises
     ------
-    CannotFit : jax is not installed, a record lacks a channel, or there are no more measured values than coefficients.
+    CannotFit : a record lacks a channel, or there are no more measured values than coefficients.
     FitFailed : J is not finite at the start.
     """
-    jax = require_jax()
-    with jax.enable_x64(True), jax.default_device(jax.local_devices(backend="cpu")[0]):
-        problem, theta = _prepared(records, model, weight, spacing)
-        return _minimised(problem, theta, iterations)
+    problem, theta = _prepared(records, model, weight, spacing)
+    return _minimised(problem, theta, iterations)
 
 
 def _prepared(records: Sequence[Record], model: Model, weight: float, spacing: float) -> tuple[PinnProblem, np.ndarray]:

@@ -6,33 +6,7 @@ import numpy as np
 from numba import types
 
 from ....models.compilation import A1, A2, JIT, f8, i8, njit
-
-
-@njit(f8(A1, A2, A1, A2), **JIT)
-def _update(row, factor, diagonal, work):
-    """Measurement update of P = U diag(diagonal) U' (factor = U') with one row of unit noise (Bierman 1977).
-
-    On return work (2, d) holds v in its first row and the unscaled gain in its second.  Returns 1 + row'P row.
-    """
-    d = row.size
-    v, gain = work[0], work[1]
-    sigma = 1.0
-    for j in range(d):
-        f = row[j]
-        for i in range(j):
-            f += factor[j, i] * row[i]
-        v[j] = diagonal[j] * f
-        before = sigma
-        sigma += f * v[j]
-        if f != 0.0:
-            step = -f / before
-            diagonal[j] *= before / sigma
-            for i in range(j):
-                old = factor[j, i]
-                factor[j, i] = old + gain[i] * step
-                gain[i] += old * v[j]
-        gain[j] = v[j]
-    return sigma
+from ._kernels import update
 
 
 @njit(f8(A1, A1), **JIT)
@@ -53,15 +27,15 @@ def multi_innovation(y, h, first, size, length, omega, theta, factor, diagonal, 
     (M - first, d) is filled, every row of a sample with the coefficients after it.
     """
     d = theta.size
-    work, gradient, product = np.empty((2, d)), np.empty(d), np.empty(d)
+    f, v, gain, gradient, product = np.empty(d), np.empty(d), np.empty(d), np.empty(d), np.empty(d)
     for end in range(first + size, y.size + 1, size):
         start = max(0, end - length * size)
         if omega.size == 0:
             for k in range(start, end):
                 error = y[k] - _dot(h[k], theta)
-                sigma = _update(h[k], factor, diagonal, work)
+                error *= update(h[k], 1.0, factor, diagonal, f, v, gain)
                 for j in range(d):
-                    theta[j] += work[1, j] * error / sigma
+                    theta[j] += gain[j] * error
         else:
             gradient[:] = 0.0
             for k in range(start, end):
@@ -71,7 +45,7 @@ def multi_innovation(y, h, first, size, length, omega, theta, factor, diagonal, 
                 for j in range(d):
                     gradient[j] += h[k, j] * z
             for k in range(start, end):
-                _update(h[k], factor, diagonal, work)
+                update(h[k], 1.0, factor, diagonal, f, v, gain)
             for j in range(d):
                 total = gradient[j]
                 for i in range(j):
@@ -94,7 +68,8 @@ def iterative_learning(y, h, beta, share, most, tolerance, theta, factor, diagon
     standard errors: (d theta)'P^-1(d theta) = e (e - e_hat) is compared with the variance of the rows' errors so far,
     which starts at one.  counts (3,) counts repeats, rows and squared errors, and is updated.
     """
-    work = np.empty((2, theta.size))
+    d = theta.size
+    f, v, direction = np.empty(d), np.empty(d), np.empty(d)
     for k in range(y.size):
         row = h[k]
         variance = (1.0 + counts[2]) / (1.0 + counts[1])
@@ -104,13 +79,12 @@ def iterative_learning(y, h, beta, share, most, tolerance, theta, factor, diagon
         for repeat in range(most):
             counts[0] += 1.0
             error = y[k] - _dot(row, theta)
-            sigma = _update(row, factor, diagonal, work)
-            left = error / sigma
+            left = error * update(row, 1.0, factor, diagonal, f, v, direction)
             change = error * (error - left)
             if repeat == 0:
                 counts[2] += error * left
-            for j in range(theta.size):
-                theta[j] += work[1, j] * left + gain * row[j] * left
+            for j in range(d):
+                theta[j] += direction[j] * left + gain * row[j] * left
             if not abs(change) >= tolerance**2 * variance:
                 break
         path[k] = theta
@@ -124,7 +98,7 @@ def iterative_learning_as_printed(y, h, beta, most, tolerance, theta, factor, di
     repeats.
     """
     d = theta.size
-    work, before = np.empty((2, d)), np.empty(d)
+    f, v, gain, before = np.empty(d), np.empty(d), np.empty(d), np.empty(d)
     repeats = 0
     for k in range(y.size):
         row = h[k]
@@ -132,9 +106,9 @@ def iterative_learning_as_printed(y, h, beta, most, tolerance, theta, factor, di
             repeats += 1
             before[:] = theta
             error = y[k] - _dot(row, theta)
-            sigma = _update(row, factor, diagonal, work)
+            error *= update(row, 1.0, factor, diagonal, f, v, gain)
             for j in range(d):
-                theta[j] += work[1, j] * error / sigma
+                theta[j] += gain[j] * error
             left = y[k] - _dot(row, theta)
             change = 0.0
             for j in range(d):

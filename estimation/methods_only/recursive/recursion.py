@@ -91,14 +91,18 @@ class LeastSquaresRule(UpdateRule):
         self.forgetting, self.repetitions, self.plain_covariance = mu, weight, as_printed
 
     def run(self, y, h, per_sample: int, theta, factor, diagonal, path) -> None:
-        from . import _kernels
+        from ._kernels import recursive_ls
 
-        forget = np.ones(len(y))
+        forget, weight = np.ones(len(y)), self.repetitions
         forget[::per_sample] = self.forgetting
-        if self.plain_covariance:
-            _kernels.recursive_ls_as_printed(y, h, forget, self.repetitions, theta, factor, path)
-        else:
-            _kernels.recursive_ls(y, h, forget, self.repetitions, theta, factor, diagonal, path)
+        if not self.plain_covariance:
+            recursive_ls(y, h, forget, weight, theta, factor, diagonal, path)
+            return
+        for k, (row, mu) in enumerate(zip(h, forget, strict=True)):
+            moved, predicted = factor @ row, row @ theta / mu
+            factor[:] = factor / mu - np.outer(moved, moved) / (mu * mu / weight + mu * (row @ moved))
+            theta[:] = theta / mu + weight * (y[k] - predicted) * (factor @ row)
+            path[k] = theta
 
 
 class RowScales(NamedTuple):
@@ -146,13 +150,14 @@ def scaled_rows(y: np.ndarray, phi: np.ndarray, scales: RowScales) -> tuple[np.n
 
 
 class RecursionState:
-    """A recursion in progress: coefficients and P in scaled units.
+    """A recursion in progress: coefficients and P in scaled units, and the trajectory.
 
-    `add` takes more samples.  Batch and online use go through the same steps.
+    Batch and online use go through the same steps: `take` the samples, then `fit`.  Every `stride`-th sample is kept in
+    the trajectory, the last of those that the scales are of among them.
     """
 
-    def __init__(self, prior: RecursionPrior, scales: RowScales, rule: UpdateRule) -> None:
-        self.scales, self.rule = scales, rule
+    def __init__(self, prior: RecursionPrior, scales: RowScales, rule: UpdateRule, stride: int = 1) -> None:
+        self.scales, self.rule, self.stride = scales, rule, stride
         p = scales.columns.size
         self.theta = np.ascontiguousarray(prior.theta0 * scales.columns)
         self.diagonal = np.full(p, prior.p0)
@@ -160,28 +165,48 @@ class RecursionState:
             self.diagonal = self.diagonal * scales.columns**2
         self.factor = np.diag(self.diagonal) if rule.plain_covariance else np.eye(p)
         self.per_sample = int(np.isfinite(scales.equations).sum())
+        self.n_samples, self.clock_s = 0, 0.0
+        self._residuals = factors.empty(p)
+        self._paths: deque[tuple[np.ndarray, np.ndarray]] = deque()
 
     def add(self, y: np.ndarray, phi: np.ndarray) -> np.ndarray:
         """Coefficients (n, p) after each of n samples y (n, k), phi (n, k, p)."""
         left, rows = scaled_rows(y, phi, self.scales)
         path = np.empty_like(rows)
         self.rule.run(left, rows, self.per_sample, self.theta, self.factor, self.diagonal, path)
+        self._residuals = factors.fold(self._residuals, np.column_stack([rows, left]))
         return path[self.per_sample - 1 :: self.per_sample] / self.scales.columns
 
-    def coefficients(self) -> np.ndarray:
-        """The latest coefficients (p,)."""
-        return self.theta / self.scales.columns
+    def take(self, samples: RegressionSamples, model: Model, begin_s: float) -> None:
+        """Go through samples whose time (N,) counts from `begin_s`; the oldest pieces of a trajectory that grows too
+        long are dropped."""
+        if not samples.time_s.size:
+            return
+        path = np.concatenate([self.add(y, phi) for y, phi in samples.blocks(model)])
+        time = self.clock_s + samples.time_s - begin_s
+        kept = slice((self.scales.n - 1 - self.n_samples) % self.stride, None, self.stride)
+        self._paths.append((time[kept], path[kept].copy()))
+        self.n_samples += len(path)
+        while self.stride == 1 and len(self._paths) > 1 and sum(one.size for _, one in self._paths) > LONGEST_PATH:
+            self._paths.popleft()
 
-    def covariance(self, squares: float, count: int, n: int) -> np.ndarray:
-        """Covariance (p, p), from the sum of squared residuals of `count` scalar rows of n samples.
+    def fit(self) -> Fit:
+        """The estimate so far.
 
         P becomes a covariance by the residual variance, the repetitions of a row, and the loss of data by forgetting.
         """
-        mu = self.rule.forgetting
+        mu, n, count = self.rule.forgetting, self.n_samples, self.n_samples * self.per_sample
+        squares = float(((self._residuals @ np.append(self.theta, -1.0)) ** 2).sum())
         forgotten = 1.0 if mu == 1.0 else (1.0 - mu ** (2 * n)) / ((1.0 - mu**n) * (1.0 + mu))
         noise = squares / max(count - self.theta.size, 1) * self.rule.repetitions * forgotten
         covariance = self.factor if self.rule.plain_covariance else (self.factor.T * self.diagonal) @ self.factor
-        return covariance * noise / np.outer(self.scales.columns, self.scales.columns)
+        return Fit(
+            self.theta / self.scales.columns,
+            covariance * noise / np.outer(self.scales.columns, self.scales.columns),
+            n_iterations=n,
+            trajectory=np.concatenate([path for _, path in self._paths]),
+            trajectory_time_s=np.concatenate([time for time, _ in self._paths]),
+        )
 
 
 def recursion(parts: Sequence[RegressionSamples], model: Model, prior: RecursionPrior, rule: UpdateRule) -> Fit:
@@ -195,40 +220,12 @@ def recursion(parts: Sequence[RegressionSamples], model: Model, prior: Recursion
     FitFailed : no column is finite and non-zero.
     """
     scales = row_scales(parts, model, prior.kind)
-    state = RecursionState(prior, scales, rule)
-    stride = max(1, -(-scales.n * scales.columns.size // LONGEST_PATH))
-    paths, count = [], 0
-    for y, phi in _blocks(parts, model):
-        path = state.add(y, phi)
-        kept = np.arange((scales.n - 1 - count) % stride, len(y), stride)  # the last sample is among them
-        paths.append(path[kept])
-        count += len(y)
-    return Fit(
-        state.coefficients(),
-        state.covariance(*_residual_squares(parts, model, state), scales.n),
-        n_iterations=scales.n,
-        trajectory=np.concatenate(paths),
-        trajectory_time_s=_elapsed(parts)[(scales.n - 1) % stride :: stride],
-    )
-
-
-def _residual_squares(parts: Sequence[RegressionSamples], model: Model, state: RecursionState) -> tuple[float, int]:
-    """Sum of squared residuals of the scaled rows with the latest coefficients, and the number of rows."""
-    total, count = 0.0, 0
-    for y, phi in _blocks(parts, model):
-        left, rows = scaled_rows(y, phi, state.scales)
-        total, count = total + float(((left - rows @ state.theta) ** 2).sum()), count + left.size
-    return total, count
-
-
-def _elapsed(parts: Sequence[RegressionSamples]) -> np.ndarray:
-    """Seconds of record up to each row, summed over the records."""
-    clock, passed = [], 0.0
+    state = RecursionState(prior, scales, rule, max(1, -(-scales.n * scales.columns.size // LONGEST_PATH)))
     for part in parts:
         if part.time_s.size:
-            clock.append(passed + part.time_s - part.time_s[0])
-            passed = clock[-1][-1]
-    return np.concatenate(clock)
+            state.take(part, model, float(part.time_s[0]))
+            state.clock_s += float(np.ptp(part.time_s))
+    return state.fit()
 
 
 OVERLAP = 8
@@ -264,12 +261,8 @@ class RecordStream:
             raise BadInput(f"scheme {scheme!r} needs the whole record", hint=f"online: {', '.join(LOCAL)}")
         self.model, self.scheme, self.prior, self.make_rule = model.blanked(), scheme, prior, make_rule
         self.state: RecursionState | None = None
-        self.n_samples, self.clock_s = 0, 0.0
         self._last_row, self._first_row = -np.inf, 0.0
-        self._passed = 0.0
         self._tail: Record | None = None
-        self._factor = factors.empty(len(model.coordinates))
-        self._paths: deque[tuple[np.ndarray, np.ndarray]] = deque()
         if scale_with is not None:
             self._begin([samples_of(record, self.model, scheme) for record in prepared(scale_with, model)])
 
@@ -281,7 +274,9 @@ class RecordStream:
     def add(self, chunk: Record) -> None:
         """Take the next samples.  A chunk that starts before the last one ended is the beginning of a new run."""
         if self._tail is not None and chunk.time_s[0] <= self._tail.time_s[-1]:
-            self._passed, self._last_row, self._tail = self.clock_s, -np.inf, None
+            if self.state is not None and np.isfinite(self._last_row):
+                self.state.clock_s += self._last_row - self._first_row
+            self._last_row, self._tail = -np.inf, None
         joined = chunk if self._tail is None else _joined(self._tail, chunk)
         self._tail = joined.slice(-OVERLAP, None) if joined.n > OVERLAP else joined
         if joined.n < SHORTEST:
@@ -289,27 +284,10 @@ class RecordStream:
         samples = samples_of(prepared([joined], self.model)[0], self.model, self.scheme)
         samples = samples.at(samples.time_s > self._last_row)
         if samples.time_s.size:
-            self._take(samples)
-
-    def _take(self, samples: RegressionSamples) -> None:
-        state = self.state or self._begin([samples])
-        if not np.isfinite(self._last_row):
-            self._first_row = float(samples.time_s[0])
-        paths = []
-        for y, phi in samples.blocks(self.model):
-            paths.append(state.add(y, phi))
-            left, rows = scaled_rows(y, phi, state.scales)
-            self._factor = factors.fold(self._factor, np.column_stack([rows, left]))
-        self._last_row = float(samples.time_s[-1])
-        time = self._passed + samples.time_s - self._first_row
-        self.clock_s, self.n_samples = float(time[-1]), self.n_samples + samples.time_s.size
-        self._keep(time, np.concatenate(paths))
-
-    def _keep(self, time: np.ndarray, path: np.ndarray) -> None:
-        """Add to the trajectory; its oldest pieces are dropped where it grows too long."""
-        self._paths.append((time, path))
-        while len(self._paths) > 1 and sum(piece.size for _, piece in self._paths) > LONGEST_PATH:
-            self._paths.popleft()
+            if not np.isfinite(self._last_row):
+                self._first_row = float(samples.time_s[0])
+            (self.state or self._begin([samples])).take(samples, self.model, self._first_row)
+            self._last_row = float(samples.time_s[-1])
 
     def fit(self) -> Fit:
         """The estimate so far.
@@ -319,19 +297,12 @@ class RecordStream:
         CannotFit : there are not more rows than coefficients yet.
         FitFailed : the recursion is not finite any more.
         """
-        p = len(self.model.coordinates)
-        if self.state is None or self.n_samples * self.state.per_sample <= p:
-            raise CannotFit(f"{self.n_samples} samples so far for {p} coefficients")
+        p, n = len(self.model.coordinates), 0 if self.state is None else self.state.n_samples
+        if self.state is None or n * self.state.per_sample <= p:
+            raise CannotFit(f"{n} samples so far for {p} coefficients")
         if not np.isfinite(self.state.theta).all():
             raise FitFailed("the recursion has diverged")
-        squares = float(((self._factor @ np.append(self.state.theta, -1.0)) ** 2).sum())
-        return Fit(
-            self.state.coefficients(),
-            self.state.covariance(squares, self.n_samples * self.state.per_sample, self.n_samples),
-            n_iterations=self.n_samples,
-            trajectory=np.concatenate([path for _, path in self._paths]),
-            trajectory_time_s=np.concatenate([time for time, _ in self._paths]),
-        )
+        return self.state.fit()
 
 
 def _joined(first: Record, second: Record) -> Record:

@@ -55,24 +55,16 @@ def dual(gram: Array, y: Array, c: float, weights: Array | None = None, intercep
     return values - level * ones, level
 
 
-def kernel_matrix(kind: str, a: Array, b: Array, gamma: float, degree: int, coef0: float) -> Array:
+def kernel_matrix(kind: str, a: Array, b: Array, gamma: float, degree: int, coef0: float, upper: bool = False) -> Array:
     """Kernel values (n, m) of rows a (n, d) and b (m, d): 'linear', 'rbf' exp(-gamma |a-b|^2) or 'poly'.
 
-    Needs no more memory than the matrix itself.
+    Needs no more memory than the matrix itself.  With `upper` what lies below the diagonal is not set, as `dual` takes
+    it.
     """
     gram, squares = np.empty((len(a), len(b))), np.einsum("ij,ij->i", b, b)
     for start in range(0, len(a), ROWS):
-        cut = slice(start, start + ROWS)
-        _fill(gram[cut], kind, a[cut], b, squares, gamma, degree, coef0)
-    return gram
-
-
-def kernel_triangle(kind: str, a: Array, gamma: float, degree: int, coef0: float) -> Array:
-    """The upper triangle of `kernel_matrix` of a and a, which is all that `dual` takes; what lies below is not set."""
-    gram, squares = np.empty((len(a), len(a))), np.einsum("ij,ij->i", a, a)
-    for start in range(0, len(a), ROWS):
-        cut = slice(start, start + ROWS)
-        _fill(gram[cut, start:], kind, a[cut], a[start:], squares[start:], gamma, degree, coef0)
+        cut, columns = slice(start, start + ROWS), slice(start if upper else 0, None)
+        _fill(gram[cut, columns], kind, a[cut], b[columns], squares[columns], gamma, degree, coef0)
     return gram
 
 

@@ -6,7 +6,7 @@ class MyMethod(Method):
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -27,37 +27,33 @@ class Real:
     log: bool = False
 
     def __post_init__(self) -> None:
-        _check_range(self.low, self.high, self.log)
+        if not (np.isfinite([self.low, self.high]).all() and self.low < self.high and (self.low > 0 or not self.log)):
+            scale = " on a logarithmic scale" if self.log else ""
+            raise BadInput(f"no range to search from {self.low!r} to {self.high!r}{scale}")
 
     def suggest(self, trial: Trial, name: str) -> float:
         """A trial's value."""
         return trial.suggest_float(name, self.low, self.high, log=self.log)
 
-    def grid(self, count: int) -> list[float]:
+    def grid(self, count: int) -> Sequence[float]:
         """`count` values, ends included, evenly spaced on its scale."""
         spaced = np.geomspace if self.log else np.linspace
         return [float(value) for value in np.clip(spaced(self.low, self.high, count), self.low, self.high)]
 
 
 @dataclass(frozen=True)
-class Integer:
+class Integer(Real):
     """A whole number from low to high, both included; `log` needs low > 0."""
 
     low: int
     high: int
-    log: bool = False
-
-    def __post_init__(self) -> None:
-        _check_range(self.low, self.high, self.log)
 
     def suggest(self, trial: Trial, name: str) -> int:
-        """A trial's value."""
         return trial.suggest_int(name, self.low, self.high, log=self.log)
 
-    def grid(self, count: int) -> list[int]:
+    def grid(self, count: int) -> Sequence[int]:
         """At most `count` different values, ends included."""
-        spaced = np.geomspace if self.log else np.linspace
-        return sorted({int(value) for value in np.round(spaced(self.low, self.high, count))})
+        return sorted({round(value) for value in super().grid(count)})
 
 
 @dataclass(frozen=True, init=False)
@@ -83,12 +79,7 @@ class Choice:
 Domain = Real | Integer | Choice
 
 
-def _check_range(low: float, high: float, log: bool) -> None:
-    if not (np.isfinite([low, high]).all() and low < high and (low > 0 or not log)):
-        raise BadInput(f"no range to search from {low!r} to {high!r}{' on a logarithmic scale' if log else ''}")
-
-
-def grid_of(space: Mapping[str, Domain], n_trials: int) -> dict[str, list[Any]]:
+def grid_of(space: Mapping[str, Domain], n_trials: int) -> dict[str, Sequence[Any]]:
     """Values of every option of a full grid, of at most `n_trials` points where that is possible.
 
     Choices take all their values; the ranges have equally many values each, at least two.

@@ -6,7 +6,7 @@ import numpy as np
 
 from ....datasets.generator import Case, generate
 from ....estimation.methods_only.svr import solve
-from ....estimation.methods_only.svr.estimators import LSSVR, RWLSSVR
+from ....estimation.methods_only.svr.estimators import LSSVR
 from ....models.model import resolve
 from ..study import StudyResult
 from . import vessels
@@ -14,17 +14,17 @@ from .identification import behind_observer
 from .vessels import percent
 
 ROWS, STRIDE, SHARE = 3000, 100, 0.1
-CORRECTED = RWLSSVR(C=1e12, standardise=True)
+CORRECTED = LSSVR(C=1e12, standardise=True, weighting="corrected")
 FORMS = {
     "ls": LSSVR(C=1e12, standardise=True),
-    "printed": RWLSSVR(C=1e12, standardise=True, variant="as_printed"),
-    "weights": RWLSSVR(C=1e12, standardise=True, outliers=None),
+    "printed": LSSVR(C=1e12, standardise=True, weighting="as_printed"),
+    "weights": LSSVR(C=1e12, standardise=True, outliers=None, weighting="corrected"),
     "corrected": CORRECTED,
 }
 EFFICIENCY = {
-    "converged": RWLSSVR(C=1e8, outliers=None),
-    "one_step": RWLSSVR(C=1e8, outliers=None, max_iter=1),
-    "printed": RWLSSVR(C=1e8, outliers=None, variant="as_printed"),
+    "converged": LSSVR(C=1e8, outliers=None, weighting="corrected"),
+    "one_step": LSSVR(C=1e8, outliers=None, max_iter=1, weighting="corrected"),
+    "printed": LSSVR(C=1e8, outliers=None, weighting="as_printed"),
 }
 FITS = 60
 

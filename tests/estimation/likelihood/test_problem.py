@@ -9,7 +9,7 @@ from helmbench.estimation.likelihood import problem as problems
 from helmbench.estimation.likelihood.loss import loss_of
 from helmbench.estimation.likelihood.problem import free_start_problem, sensor_sd_of
 from helmbench.estimation.likelihood.shooting import shooting_problem
-from helmbench.estimation.methods_only.likelihood.options import unknowns_of
+from helmbench.estimation.methods_only.prior_knowledge import unknowns_of
 from helmbench.estimation.records.series import series_of
 from helmbench.estimation.simulation import free_run
 from helmbench.methods.output_error import OutputError

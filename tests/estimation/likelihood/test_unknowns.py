@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from helmbench.estimation.likelihood.unknowns import Unknowns
-from helmbench.estimation.methods_only.likelihood import options
+from helmbench.estimation.methods_only import prior_knowledge as options
 from helmbench.methods.output_error import OutputError
 from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit

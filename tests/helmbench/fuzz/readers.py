@@ -196,7 +196,7 @@ def _vessel(path: Path) -> None:
 
 def _option(name: str) -> Callable[[Path], None]:
     def read(path: Path) -> None:
-        from helmbench.estimation.methods_only.likelihood.options import unknowns_of
+        from helmbench.estimation.methods_only.prior_knowledge import unknowns_of
 
         given = dict.fromkeys(("prior", "bounds", "fixed")) | {name: str(path)}
         unknowns_of(resolve("response-1"), **given)

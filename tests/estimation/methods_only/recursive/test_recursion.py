@@ -34,7 +34,8 @@ def test_the_compiled_recursion_is_the_written_one(rng, variant):
         assert found == pytest.approx(again, rel=1e-8, abs=1e-10)
         assert (factor.T * diagonal) @ factor == pytest.approx(p_first, rel=1e-8)
     else:
-        _kernels.recursive_ls_as_printed(y, h, forget, weight, start, 100.0 * np.eye(d), found)
+        rule = recursion.LeastSquaresRule(mu, weight, as_printed=True)
+        rule.run(y, h, 1, start, 100.0 * np.eye(d), np.zeros(d), found)
         assert found == pytest.approx(np.array(path), rel=1e-8, abs=1e-10)
 
 

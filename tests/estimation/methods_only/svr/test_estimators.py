@@ -13,7 +13,7 @@ from sklearn.utils.estimator_checks import estimator_checks_generator
 
 from helmbench.datasets.generator import Case, generate
 from helmbench.estimation.methods_only.svr import solve
-from helmbench.estimation.methods_only.svr.estimators import LSSVR, RWLSSVR
+from helmbench.estimation.methods_only.svr.estimators import LSSVR
 from helmbench.methods.ls_svr import colony, grid
 from helmbench.models.model import resolve
 
@@ -25,9 +25,9 @@ REGRESSORS = (
     LSSVR(kernel="rbf"),
     LSSVR(kernel="poly", standardise=True, degree=2),
     LSSVR(fit_intercept=False, standardise=True),
-    RWLSSVR(),
-    RWLSSVR(kernel="rbf", max_iter=3),
-    RWLSSVR(variant="as_printed", outliers=None),
+    LSSVR(weighting="corrected"),
+    LSSVR(kernel="rbf", max_iter=3, weighting="corrected"),
+    LSSVR(weighting="as_printed", outliers=None),
 )
 
 
@@ -97,7 +97,7 @@ def test_mad_rule_on_the_signal_misses_outliers_of_a_sinusoid():
     y[::50] += 0.35 * np.sign(y[::50] + 1e-9) * -1.0
     assert solve.within_mad(y).all()
     x = np.column_stack([np.sin(t), np.cos(t)])
-    fitted = RWLSSVR(C=1e6).fit(x, y + 0.01 * np.sin(7.0 * t))
+    fitted = LSSVR(C=1e6, weighting="corrected").fit(x, y + 0.01 * np.sin(7.0 * t))
     assert (fitted.weights_[::50] == 0.0).all() and np.count_nonzero(fitted.weights_ == 0.0) == 60
 
 
@@ -138,8 +138,8 @@ def test_outliers_of_the_reference(cargo, burst, rng):
         dirty = contaminated(y, burst, rng)
         fits = {
             "ls": LSSVR(C=1e12, standardise=True),
-            "printed": RWLSSVR(C=1e12, standardise=True, variant="as_printed"),
-            "corrected": RWLSSVR(C=1e12, standardise=True),
+            "printed": LSSVR(C=1e12, standardise=True, weighting="as_printed"),
+            "corrected": LSSVR(C=1e12, standardise=True, weighting="corrected"),
         }
         for name, regressor in fits.items():
             worst[name].append(np.abs(percent(model, regressor.fit(x, dirty).coef_)).max())
@@ -160,13 +160,15 @@ def contaminated(y, burst, rng):
 
 def test_efficiency_on_gaussian_errors(rng):
     """Converged weights in |e|: .646 by the reference, one step .91; signed weights .47-.63 (300 fits: +- 8 %)."""
-    forms = {"converged": {}, "one": {"max_iter": 1}, "signed": {"variant": "as_printed"}}
+    forms = {"converged": {}, "one": {"max_iter": 1}, "signed": {"weighting": "as_printed"}}
     squares = dict.fromkeys([*forms, "ls"], 0.0)
     for _ in range(300):
         x, y = rng.normal(size=(400, 3)), rng.normal(size=400)
         squares["ls"] += np.sum(LSSVR(C=1e8).fit(x, y).coef_ ** 2)
         for name, options in forms.items():
-            squares[name] += np.sum(RWLSSVR(C=1e8, outliers=None, **options).fit(x, y).coef_ ** 2)
+            squares[name] += np.sum(
+                LSSVR(**{"C": 1e8, "outliers": None, "weighting": "corrected"} | options).fit(x, y).coef_ ** 2
+            )
     efficiency = {name: squares["ls"] / squares[name] for name in forms}
     print(efficiency)
     assert efficiency["converged"] == pytest.approx(0.646, rel=0.15)

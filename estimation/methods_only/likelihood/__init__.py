@@ -1,1 +1,0 @@
-"""Likelihoods of single methods: prediction errors, moving horizon, posterior samples, profiles, priors as options."""
