@@ -8,7 +8,7 @@ from math import isnan, pi
 from statistics import fmean, median
 from typing import Any
 
-from ..faults.effects import Effect
+from ..faults.effects.base import Effect
 from ..faults.regimes import TrueRegime
 from ..kinds.diagnosis.bases import EXACT, UNSTATED
 from ..kinds.diagnosis.judge import KNOWN, UNKNOWN, judge, judge_names, of_base, size_rows

@@ -20,7 +20,7 @@ from ...models.errors import BadInput
 from ...models.files import read_utf8
 from ...models.yaml_file import FileContent, checked
 from ..faults import Injected
-from ..faults.effects import Effect, RegimeKind
+from ..faults.effects.base import Effect
 from ..faults.regimes import TrueRegime
 from ..faults.sensing import CHANNELS as RECORDED
 from ..faults.ships import TrueShip, ship
@@ -123,7 +123,7 @@ def world_key(world: World, case: Injected, handed_out: list[Record]) -> dict[st
     measured: dict[str, Motion] = {record.name: record.channels for record in held_out}
     true = {record.name: {c: rounded(x) for c, x in record.channels.items()} for record in best}
     base = errors(measured, predicted(world.base(), handed_out), starts)
-    regimes = [e.kind.regime(e.at(0), case.case.ship) for e in case.effects if isinstance(e.kind, RegimeKind)]
+    regimes = [e.kind.regime(e.at(0), case.case.ship) for e in case.effects if e.kind.regime]
     return {
         "kind": world.kind,
         "case": asdict(world.spec),

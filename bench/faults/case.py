@@ -9,8 +9,7 @@ import numpy as np
 
 from ...models.errors import BadInput
 from . import sensing
-from .effects import Effect, EffectKind, kind_of
-from .effects.sensors import SensorKind
+from .effects.base import Effect, EffectKind, kind_of
 from .ships import TrueShip, ship
 
 #: Correlation times of zero-mean gusts on a full-scale ship, s
@@ -82,7 +81,7 @@ class FaultCase:
                 raise BadInput(f"{self.vessel} cannot carry {kind.id}")
         if isinstance(self.strength, str) and self.strength not in STRENGTHS | SIZED:
             raise BadInput(f"strength {self.strength!r}", hint=f"a number or {', '.join(STRENGTHS | SIZED)}")
-        if self.foreign and (self.gusts != "none" or any(isinstance(kind, SensorKind) for kind in self.kinds)):
+        if self.foreign and (self.gusts != "none" or any(kind.on_sensor for kind in self.kinds)):
             raise BadInput("planted nulls are forces, in calm", hint="no effects of sensors, gusts 'none'")
         if self.gusts not in GUSTS:
             raise BadInput(f"gusts {self.gusts!r}", hint="none, fast or slow")

@@ -11,9 +11,8 @@ import numpy as np
 from ...datasets.record import Record, RecordMeta
 from . import equations, sensing
 from .case import GUSTS, FaultCase
-from .effects import Effect
-from .effects.forces import ForceKind
-from .effects.sensors import SensorKind, Stage
+from .effects.base import Effect, Stage
+from .effects.forces import force_vector
 from .ships import SECOND, TrueShip
 from .simulator import DenseRun, Gusts, RunPlan, first_class_functions, further_forces, rudder_force, simulate, vector
 
@@ -32,9 +31,9 @@ def plan_of(ship: TrueShip, effects: Sequence[Effect], record: int) -> RunPlan:
         chain |= kind.rudder(p)
         dynamic |= kind.forces(p)
         wave = kind.wave(p) or wave
-        if isinstance(kind, ForceKind):
-            extra.append((kind.force, kind.vector(p)))
-        if isinstance(kind, SensorKind):
+        if kind.force is not None:
+            extra.append((kind.force, force_vector(p)))
+        if kind.on_sensor:
             sensors.append((kind, p))
     return RunPlan(ship, dynamic, chain, tuple(extra), wave, tuple(sensors))
 
@@ -95,7 +94,7 @@ class Frames:
     ) -> Record:
         """The record of run i; without noise also without gaps and with the heading unwrapped.
 
-        recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects.sensors.Stage`.
+        recorded = (1 + scale) true(t - delay) + bias + noise; in which order effects act: `effects.base.Stage`.
         """
         case, ship = self.case, self.case.ship
         plan = plan_of(ship, () if case.foreign else effects, i)

@@ -11,8 +11,7 @@ from ...datasets.record import Record
 from ...models.errors import BadInput
 from . import sensing
 from .case import FaultCase
-from .effects import Effect, kind_of, kinds
-from .effects.base import RecordEffect
+from .effects.base import Effect, kind_of, kinds
 from .frames import Frames
 from .strength import draw_effect
 
@@ -75,14 +74,14 @@ def inject_in_record(record: Record, cause: str, parameters: dict[str, Any], rng
     """The record as it would read under an effect of the sensors or the rudder channel, with gaps where a delayed
     channel has no value.  `BadInput` for another effect or a missing channel."""
     kind = kind_of(cause)
-    if not isinstance(kind, RecordEffect):
-        able = ", ".join(name for name, known in kinds().items() if isinstance(known, RecordEffect))
+    if not kind.fits_measured:
+        able = ", ".join(name for name, known in kinds().items() if known.fits_measured)
         raise BadInput(f"{cause} cannot be injected in a measured record", hint=f"{able} can")
     columns = {name: record.column(name).copy() for name in record.channels}
     if "heading_rad" in columns:
         columns["heading_rad"] = record.heading_unwrapped().copy()
     try:
-        kind.change_record(columns, record.time_s, parameters, rng)
+        (kind.change_record or kind.apply)(columns, record.time_s, parameters, {}, rng)
     except KeyError as error:
         raise BadInput(f"{cause} needs the column {error}", file=record.name) from None
     return record.with_channels(**columns)

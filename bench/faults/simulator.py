@@ -20,14 +20,14 @@ from . import equations, integrate
 from .ships import FIRST, TrueShip
 
 if TYPE_CHECKING:
-    from .effects.sensors import SensorKind
+    from .effects.base import EffectKind
 
 REFERENCE_RUDDER = np.deg2rad(10.0)
 CONSTANTS = 6
 """Length of the vector that a force function gets: the size, then the constants of the effect."""
 _VECTOR = types.Array(types.float64, 1, "C")
 FORCE = types.void(_VECTOR, types.float64, _VECTOR, types.float64, types.float64, types.float64, _VECTOR)
-"""Numba type of a force function (`effects.forces.ForceKind.force`)."""
+"""Numba type of a force function (`effects.forces.force_kind`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -56,7 +56,7 @@ class RunPlan:
     chain: dict[str, float] = field(default_factory=dict)
     extra: tuple[tuple[Callable[..., None], np.ndarray], ...] = ()
     wave: tuple[float, float, float] | None = None
-    sensors: tuple[tuple[SensorKind, Mapping[str, Any]], ...] = ()
+    sensors: tuple[tuple[EffectKind, Mapping[str, Any]], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ import numpy as np
 from ...datasets.record import Record
 from . import equations, oracle, sensing
 from .case import SIZED, STRENGTHS, FaultCase
-from .effects import Effect, Setting, kind_of
+from .effects.base import Effect, Setting, kind_of
 from .frames import Frames
 from .ships import sister_numbers
 from .simulator import DenseRun, first_class_functions, further_forces, gust_sd, rudder_force, straight, vector

@@ -95,7 +95,7 @@ def right_names(spec: CaseSpec) -> tuple[frozenset[str], frozenset[str]]:
     if bug is not None:
         return frozenset(bug.right), bug.numbers
     kinds = [kind_of(name) for name in spec.injected]
-    return frozenset(name for kind in kinds for name in getattr(kind, "right", ())), frozenset()
+    return frozenset(name for kind in kinds for name in kind.right), frozenset()
 
 
 def _options(spec: CaseSpec) -> Any:

@@ -24,10 +24,8 @@ def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
     F1 is over the samples of all training records: truly in the regime against said to be in any of those stated, both
     by the true motion.  It is 0 without a stated regime, empty without a true one.
     """
-    from ...faults.effects import RegimeKind
-
     stated = stated_regimes(diagnosis)
-    true = [e.kind.regime(e.at(0), case.case.ship) for e in case.effects if isinstance(e.kind, RegimeKind)]
+    true = [e.kind.regime(e.at(0), case.case.ship) for e in case.effects if e.kind.regime]
     return {
         "regime_true": "+".join(map(str, true)),
         "regime_named": "+".join(map(str, stated)),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import REGIME, VESSELS, Effect, FaultCase, equations, inject, kind_of, names_of
-from helmbench.bench.faults.effects import Setting
+from helmbench.bench.faults.effects.base import Setting
 from helmbench.bench.faults.regimes import SIDES, VARIABLES, TrueRegime, f1
 from helmbench.bench.faults.ships import ship
 from helmbench.bench.faults.simulator import straight, vector
