@@ -74,8 +74,7 @@ def table_1(rng: np.random.Generator, *, index: int) -> StudyResult:
     values = {**derived, **{f"{name}_printed": value for name, value in equation_6(TABLE_1).items()}}
     known = remus.parameters | dict(zip(remus.constant_names, remus.constants, strict=True)) | {"u": remus.speed_m_s}
     values["entries"] = float(sum(known[name] == value for name, value in TABLE_1.items()))
-    poles = np.sort(np.roots([1.0, derived["T1"], derived["T2"]]).real)
-    return StudyResult(values | {"pole_slow": poles[1], "pole_fast": poles[0]})
+    return StudyResult(values | {"pole_slow": np.roots([1.0, derived["T1"], derived["T2"]]).real.max()})
 
 
 def equation_6(table: Mapping[str, float]) -> dict[str, float]:
@@ -266,9 +265,6 @@ def continuous(rng: np.random.Generator, *, index: int) -> StudyResult:
             series[name].append(found[name])
             values[f"{name}_{dt:g}"] = found[name]
         if dt == STEP_S:
-            online = recursion("fw").fit([record], model).parameters
-            values |= {f"fw_{name}": online[name] for name in ORDER}
-            values["psi_max_deg"] = float(np.rad2deg(np.abs(record.column("heading_rad")).max()))
             held = records.held_ahead(record)
             integral = make("ls", scheme="triple-integral-rest").fit([held], model).parameters
             values |= {f"integral_{name}": integral[name] for name in ORDER}

@@ -6,7 +6,6 @@ import numpy as np
 
 from ....estimation.methods_only.observers import eso
 from ....estimation.methods_only.svr.solve import adaptive_weights
-from ....estimation.methods_only.tuning.abc import PAPER_003
 from ....estimation.observers.linear import noise_gains
 from ....methods.ls_svr import DOMAIN
 from ....models.model import resolve
@@ -16,8 +15,6 @@ from .vessels import VESSELS
 
 UNEQUAL = np.array([-40.0, -45.0, -50.0, -55.0])
 STATES = ("psi", "r", "psi_ddot", "z5")
-CYCLES = 30
-"""Cycles of the bee colony with the settings `PAPER_003`."""
 MOTION = ("psi", "r", "psi_ddot", "psi_dddot", "delta")
 
 
@@ -32,23 +29,19 @@ def settings(rng: np.random.Generator, *, index: int) -> StudyResult:
         found = noise_gains(eso.sampled_observer(eso.PRINTED_OMEGA, vessels.DT, method))
         values |= {f"{method}_gain_{name}": value for name, value in zip(STATES, found.tolist(), strict=True)}
     values |= {"l3": eso.PRINTED_L3, "domain_low": DOMAIN[0], "domain_high": DOMAIN[1]}
-    values |= {"sources": PAPER_003["n_sources"], "onlookers": PAPER_003["n_onlookers"], "limit": PAPER_003["limit"]}
-    values |= {"iterations": CYCLES, "dimension": 1, "dt": vessels.DT}
+    values |= {"dimension": 1, "dt": vessels.DT}
     return StudyResult(values | _equations())
 
 
 def _vessel(vessel: str) -> dict[str, float]:
     model, n = resolve(vessel), vessels.numbers(vessel)
-    found = dict(model.parameters) | {"Tm": n.lag, "kp": n.kp, "kp_size": abs(n.kp)}
-    found |= {"time": vessels.DURATION[vessel], "samples": vessels.samples(vessel)}
+    found = dict(model.parameters) | {"Tm": n.lag, "time": vessels.DURATION[vessel], "samples": vessels.samples(vessel)}
     a1, a2, b1, b2 = model.coefficients.tolist()
     found |= {"theta1": a1, "theta2": a2, "theta3": b2, "theta4": b1}
     poles = sorted(np.linalg.eigvals(vessels.closed_loop(n)[0]), key=lambda pole: (pole.real, pole.imag))
     found |= {"pole1": poles[0].real, "pole2": poles[1].real, "pole3": poles[2].real, "pole3_im": poles[3].imag}
-    positive = n._replace(kp=abs(n.kp))
-    printed, with_sign = vessels.closed_loop_as_printed(positive), vessels.closed_loop(positive)[0]
+    printed = vessels.closed_loop_as_printed(n._replace(kp=abs(n.kp)))
     found |= {"stable": _growth(vessels.closed_loop(n)[0]) < 0.0, "stable_as_printed": _growth(printed) < 0.0}
-    found |= {"stable_with_printed_gain": _growth(with_sign) < 0.0, "growth_as_printed": _growth(printed)}
     run = vessels.motion(vessel, "S3")
     return found | {f"sd_{name}": float(np.std(getattr(run, name))) for name in MOTION}
 
