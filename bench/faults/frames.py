@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 
 from ...datasets.record import Record, RecordMeta
-from . import equations, sensing
+from . import equations, integrate, sensing
 from .case import GUSTS, FaultCase
 from .effects.base import Effect, Stage
 from .effects.forces import force_vector
 from .ships import SECOND, TrueShip
-from .simulator import DenseRun, Gusts, RunPlan, first_class_functions, further_forces, rudder_force, simulate, vector
+from .simulator import DenseRun, Gusts, RunPlan, first_class_functions, further_forces, rudder_force, simulate
 
 EVERY = 10
 """Steps of the simulation between two forces that are computed; linear between them."""
@@ -22,20 +22,20 @@ EVERY = 10
 
 def plan_of(ship: TrueShip, effects: Sequence[Effect], record: int) -> RunPlan:
     """What the effects do in one record."""
-    dynamic: dict[str, float] = {}
+    terms: dict[str, float] = {}
     chain: dict[str, float] = {}
     extra, sensors, wave = [], [], None
     for effect in effects:
         kind, p = effect.kind, effect.at(record)
         ship = kind.changed_ship(ship, p)
-        chain |= kind.rudder(p)
-        dynamic |= kind.forces(p)
+        chain |= {name: float(value) for name, value in kind.rudder(p).items()}
+        terms |= {name: float(value) for name, value in kind.forces(p).items()}
         wave = kind.wave(p) or wave
         if kind.force is not None:
             extra.append((kind.force, force_vector(p)))
         if kind.on_sensor:
             sensors.append((kind, p))
-    return RunPlan(ship, dynamic, chain, tuple(extra), wave, tuple(sensors))
+    return RunPlan(ship, equations.Terms(**terms), integrate.Chain(**chain), tuple(extra), wave, tuple(sensors))
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,7 +146,7 @@ def foreign_forces(plan: RunPlan, sound: TrueShip, run: DenseRun) -> np.ndarray:
 def forces(plan: RunPlan, run: DenseRun, step: int, rudder: np.ndarray) -> np.ndarray:
     """X, Y, N (3,) that give the accelerations of a plan's ship at a step of a run; of a response ship the yaw one."""
     ship, out = plan.ship, np.zeros(8)
-    args = equations.ship_vector(ship, *rudder_force(ship)), vector(plan.dynamic), *further_forces(plan.extra)
+    args = equations.ship_numbers(ship, *rudder_force(ship)), plan.terms, *further_forces(plan.extra)
     state, angle = run.states[step], float(rudder[2 * step])
     with first_class_functions():
         equations.derivative(

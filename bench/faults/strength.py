@@ -12,7 +12,7 @@ from .case import SIZED, STRENGTHS, FaultCase
 from .effects.base import Effect, Setting, kind_of
 from .frames import Frames
 from .ships import sister_numbers
-from .simulator import DenseRun, first_class_functions, further_forces, gust_sd, rudder_force, straight, vector
+from .simulator import DenseRun, first_class_functions, further_forces, gust_sd, rudder_force, straight
 
 DETECTABLE = 60.0
 #: Non-centrality of a ship that is unstable (a damping that feeds the turn): no real ship
@@ -167,7 +167,7 @@ def whitened(frames: Frames, record: Record, run: DenseRun) -> np.ndarray:
     scales = np.array(gust_sd(base, gusts) if gusts else (0.0, 0.0, 0.0))
     with first_class_functions():
         oracle.innovations(
-            base.kind, base.coefficients, equations.ship_vector(base, *rudder_force(base)), vector({}),
+            base.kind, base.coefficients, equations.ship_numbers(base, *rudder_force(base)), equations.Terms(),
             *further_forces(()), run.step_s * spread, steps // spread, spread, 2 * steps, x0[:6], start, y,
             np.array([sensing.STATE[name] for name in names]), np.array([sd[name] for name in names]),
             rudder_seen(case, record, run), sd["rudder_rad"], scales, gusts.correlation_s if gusts else 1.0, z,

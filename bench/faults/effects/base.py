@@ -103,8 +103,8 @@ class EffectKind:
     truths : true sizes, by the names under which a finding with `details` states them.
 
     changed_ship : the ship with other coefficients.
-    rudder, forces : values of the rudder chain (`integrate.CHAIN`) and of the equations' own terms
-        (`equations.DYNAMIC`).
+    rudder, forces : values of the rudder chain (`integrate.Chain`) and of the equations' own terms
+        (`equations.Terms`).
     force : a function of its own that adds forces, see `forces`.
     wave : wave motion: rms rad, peak rad/s, damping ratio.
     stage : when an effect on a sensor acts.

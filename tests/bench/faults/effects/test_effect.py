@@ -57,7 +57,7 @@ def test_a_drawn_effect_has_its_units_and_acts_somewhere(name: str, rng: np.rand
     assert set(kind.sized) <= set(effect.parameters) and set(kind.directions) <= set(kind.units)
     plan = plan_of(carrier, (effect,), 0)
     unchanged = RunPlan(carrier)
-    fields = ("dynamic", "chain", "extra", "wave", "sensors")
+    fields = ("terms", "chain", "extra", "wave", "sensors")
     assert plan.ship is not carrier or any(getattr(plan, f) != getattr(unchanged, f) for f in fields)
 
 
