@@ -21,10 +21,9 @@ from typing import Any
 from ..models.errors import BadInput, EnvironmentFault
 from ..models.folders import make_folder, read_regular, remove_folder, without_working_folder, write_atomic
 from .environment import code_version, cpu_count
-from .execution import one_line
+from .execution import Limits, one_line
 from .journal import RUNS, is_held, new_runs
 from .kinds.base import Spec
-from .limits import Limits
 from .pool import processes
 from .runner import execute
 from .store import Store

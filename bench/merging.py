@@ -21,11 +21,11 @@ from ..models.errors import BadInput
 from ..models.extras import INSTALL
 from ..models.folders import read_regular
 from .environment import code_version
+from .execution import ENDED
 from .journal import RUNS, read_runs
 from .kinds import kind_of
 from .kinds.base import TIMES, Kind, RunKind, RunSelection, Spec, Suite
 from .kinds.identification.own import is_file_name
-from .limits import ENDED
 from .store import Store, read_manifest, stored_kind
 from .suites import Trust, check_trust, load_suite
 

@@ -11,9 +11,9 @@ from typing import Any
 
 from ..models.errors import BadInput
 from .environment import code_version, environment
+from .execution import UNLIMITED, Limits
 from .kinds import kind_of
 from .kinds.base import RunSelection, Spec, Suite
-from .limits import UNLIMITED, Limits
 from .pool import Pool
 from .store import MANIFEST, Store, read_manifest
 

@@ -15,8 +15,7 @@ from ..models.folders import make_folder, write_atomic
 from ..models.plain import plain
 from .claims.claim import Claim, Paper, Reference
 from .runner import Run, is_of, result_of
-from .verdicts.spread import NOTHING, Spread, summarise
-from .verdicts.verdict import Judged, judge
+from .verdicts import NOTHING, Judged, Spread, judge, summarise
 
 FOLDER = "results"
 

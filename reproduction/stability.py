@@ -11,7 +11,6 @@ from pathlib import Path
 
 from . import results
 from .claims import files
-from .pages import answers
 
 MOST = 0.02
 """Share of the verdicts that may change."""
@@ -33,8 +32,8 @@ def headlines(directory: Path) -> dict[str, str]:
     for name in files.papers():
         paper = files.load(name)
         if paper.headline is not None:
-            own = answers.joined(answers.own(paper, results.read(name, directory / "pages")))
-            found[f"{name} headline"] = f"{own}; {answers.on_vessels(paper.headline, across)}"
+            own = across.joined(across.own(paper, results.read(name, directory / "pages")))
+            found[f"{name} headline"] = f"{own}; {across.on_vessels(paper.headline, across)}"
     return found
 
 

@@ -9,8 +9,8 @@ moves inside the integration step (`integrate`), and only the numbers of the ves
 A kind of effect is a row of a table in `effects/`.
 """
 
-from .case import GUSTS, SIZED, STRENGTHS, FaultCase
 from .effects.base import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
+from .frames import GUSTS, SIZED, STRENGTHS, FaultCase
 from .injected import Injected, inject, inject_in_record
 from .ships import VESSELS
 from .strength import noncentrality

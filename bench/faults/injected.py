@@ -10,9 +10,8 @@ import numpy as np
 from ...datasets.record import Record
 from ...models.errors import BadInput
 from . import sensing
-from .case import FaultCase
 from .effects.base import Effect, kind_of, kinds
-from .frames import Frames
+from .frames import FaultCase, Frames
 from .strength import draw_effect
 
 

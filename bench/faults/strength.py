@@ -8,9 +8,8 @@ import numpy as np
 
 from ...datasets.record import Record
 from . import equations, oracle, sensing
-from .case import SIZED, STRENGTHS, FaultCase
 from .effects.base import Effect, Setting, kind_of
-from .frames import Frames
+from .frames import SIZED, STRENGTHS, FaultCase, Frames
 from .ships import sister_numbers
 from .simulator import DenseRun, first_class_functions, further_forces, gust_sd, rudder_force, straight
 

@@ -14,8 +14,8 @@ import pytest
 
 import helmbench
 from helmbench.bench import job_array
+from helmbench.bench.execution import Limits
 from helmbench.bench.journal import RUNS
-from helmbench.bench.limits import Limits
 from helmbench.bench.traces import read_traces
 from helmbench.models.errors import BadInput, EnvironmentFault
 

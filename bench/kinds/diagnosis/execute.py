@@ -13,8 +13,18 @@ from ....diagnosis.registry import find
 from ....models.model import Model, resolve
 from ...execution import attempt, guarded, measured_cost
 from .bases import EXACT, base_model, bug_of
-from .judge import KNOWN, description, detectable, gain, judge, judge_names, size_rows, truth_errors
-from .localisation import healthy_bias, regime_scores
+from .judge import (
+    KNOWN,
+    description,
+    detectable,
+    gain,
+    healthy_bias,
+    judge,
+    judge_names,
+    regime_scores,
+    size_rows,
+    truth_errors,
+)
 from .plan import ORACLE, PLANTED, CaseSpec
 
 if TYPE_CHECKING:

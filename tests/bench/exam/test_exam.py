@@ -12,10 +12,9 @@ from jsonschema import Draft202012Validator
 import helmbench
 from helmbench.bench.exam import folder as exams
 from helmbench.bench.exam.exam_file import group_list
-from helmbench.bench.exam.judging import EffectSizes, naming
 from helmbench.bench.exam.key import WorldKey
 from helmbench.bench.exam.motion import error, errors, opening, predicted
-from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
+from helmbench.bench.exam.scores import ALL, EffectSizes, WorldScore, naming, score, summary
 from helmbench.bench.exam.submission import WorldAnswer, read_submission, stated
 from helmbench.bench.exam.worlds import HIDDEN, KINDS, MOST, SPREAD, is_hidden, kind_of_case, sister
 from helmbench.bench.faults import FaultCase, inject

@@ -6,8 +6,7 @@ import pytest
 from helmbench.models.model import resolve
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.papers.paper_001 import figures, studies
-from helmbench.reproduction.verdicts.spread import spread
-from helmbench.reproduction.verdicts.verdict import within
+from helmbench.reproduction.verdicts import spread, within
 
 from .named import draw
 

@@ -17,13 +17,13 @@ from helmbench.reproduction.papers.paper_003 import (
     figures,
     identification,
     proposed,
-    settings,
     states,
+    studies,
     vessels,
 )
 from helmbench.reproduction.papers.paper_003.vessels import DT, VESSELS
 from helmbench.reproduction.papers.study import stream
-from helmbench.reproduction.verdicts.spread import spread
+from helmbench.reproduction.verdicts import spread
 
 from .named import draw
 
@@ -48,7 +48,7 @@ def test_the_third_derivative_obeys_equation_1(vessel):
 
 
 def test_printed_equations_fail_where_the_errata_say(rng):
-    values = settings.settings(rng, index=0).values
+    values = studies.settings(rng, index=0).values
     for name in ("rudder_settles", "eq18_gives_eq19", "eq20_places_poles", "eq31", "weights_fall"):
         assert values[name] and not values[f"{name}_as_printed"], name
     assert values["patrol_stable"] and not values["patrol_stable_with_printed_gain"]

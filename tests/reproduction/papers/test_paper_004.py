@@ -8,8 +8,7 @@ from helmbench.reproduction.claims import files
 from helmbench.reproduction.claims.claim import Claim, Tolerance
 from helmbench.reproduction.papers.paper_004 import records, studies
 from helmbench.reproduction.papers.study import studies_of
-from helmbench.reproduction.verdicts.spread import spread
-from helmbench.reproduction.verdicts.verdict import judge, within
+from helmbench.reproduction.verdicts import judge, spread, within
 
 from .named import drawn, run, unnamed
 

@@ -8,7 +8,7 @@ import pytest
 from helmbench.bench.faults import Effect, FaultCase, inject, kind_of, names_of
 from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.diagnosis.execute import injected_of, right_names
-from helmbench.bench.kinds.diagnosis.localisation import healthy_bias, regime_scores
+from helmbench.bench.kinds.diagnosis.judge import healthy_bias, regime_scores
 from helmbench.bench.kinds.diagnosis.plan import REGIME, plan
 from helmbench.bench.suites import load_suite
 from helmbench.models.model import resolve

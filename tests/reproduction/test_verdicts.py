@@ -8,8 +8,7 @@ import pytest
 from helmbench.models.plain import plain
 from helmbench.reproduction.claims.claim import Claim, Reference, Tolerance
 from helmbench.reproduction.results import spread_of
-from helmbench.reproduction.verdicts.spread import prediction_interval, spread, summarise
-from helmbench.reproduction.verdicts.verdict import (
+from helmbench.reproduction.verdicts import (
     CONSISTENT,
     CONTRADICTED,
     CORRECTED,
@@ -20,6 +19,9 @@ from helmbench.reproduction.verdicts.verdict import (
     NOT_USED,
     REPRODUCED,
     judge,
+    prediction_interval,
+    spread,
+    summarise,
     within,
 )
 
