@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
+from pydantic import BeforeValidator
 
 from ..reporting.numbers import number
 from .claims.claim import Claim, Reference
@@ -15,6 +16,10 @@ from .claims.claim import Claim, Reference
 COVERAGE = 0.95
 DIGITS = 7
 """Significant digits that are stored."""
+
+
+Known = Annotated[float, BeforeValidator(lambda value: math.nan if value is None else value)]
+"""A number; nan where it is not known, which is stored as null."""
 
 
 @dataclass(frozen=True)
@@ -27,12 +32,12 @@ class Spread:
 
     n: int
     finite: int
-    median: float
-    low: float
-    high: float
-    smallest: float
-    largest: float
-    mean: float
+    median: Known
+    low: Known
+    high: Known
+    smallest: Known
+    largest: Known
+    mean: Known
 
     @property
     def known(self) -> bool:
