@@ -11,9 +11,8 @@ A kind of effect is a row of a table in `effects/`.
 
 from .effects.base import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
 from .frames import GUSTS, SIZED, STRENGTHS, FaultCase
-from .injected import Injected, inject, inject_in_record
+from .injected import Injected, inject, inject_in_record, noncentrality
 from .ships import VESSELS
-from .strength import noncentrality
 
 __all__ = [
     "ANTICIPATED", "GUSTS", "REGIME", "SIZED", "STRENGTHS", "TAXONOMY", "UNFORESEEN", "VESSELS", "Effect", "EffectKind",

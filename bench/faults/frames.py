@@ -53,7 +53,7 @@ class FaultCase:
     spread : relative standard deviation of an effect's size between records.
     factors : (name, factor) of numbers in which the ship differs from the published one (`ships.sister_numbers`).
     beside : relative standard deviation of the ship's own numbers beside which the effects have to be told, from
-        innovations that are correlated as errors of free runs are (`strength.own_numbers`); 0: all is known.
+        innovations that are correlated as errors of free runs are (`injected.own_numbers`); 0: all is known.
     foreign : the effects' forces are those of another record, so that no cause of the motion explains them
         (`frames.foreign_forces`).
     """

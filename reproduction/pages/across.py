@@ -13,16 +13,28 @@ from ...reporting.numbers import MISSING, number, percent
 from ...reporting.tables import Column, make_table
 from ...reporting.tables import markdown as table_text
 from ..claims.claim import Headline, Paper
-from ..papers.paper_across import statistics
-from ..papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, MATERIAL, OUTCOMES, WORSE
-from ..papers.paper_across.studies import LOST, NOISE, PAIRS, PLACES, PROPOSED, SEEDS
+from ..papers.paper_across import studies
+from ..papers.paper_across.studies import (
+    BETTER,
+    BOTH_FAIL,
+    EQUAL,
+    LOST,
+    MATERIAL,
+    NOISE,
+    OUTCOMES,
+    PAIRS,
+    PLACES,
+    PROPOSED,
+    SEEDS,
+    WORSE,
+)  # fmt: skip
 from ..results import Results
 from ..verdicts import NOTHING, Spread
 
 
 @dataclass(frozen=True)
 class PairCell:
-    """A pair on one vessel at one level of noise; the quantities of `statistics.paired`, `adjusted` by Holm."""
+    """A pair on one vessel at one level of noise; the quantities of `studies.paired`, `adjusted` by Holm."""
 
     vessel: str
     noise: str
@@ -33,7 +45,7 @@ class PairCell:
     def outcome(self) -> str:
         """better, worse, no difference, or both fail."""
         f = self.found
-        return statistics.outcome(self.adjusted, f["ratio"], f["error"], f["baseline"])
+        return studies.outcome(self.adjusted, f["ratio"], f["error"], f["baseline"])
 
 
 def cells(results: Results, pair: str) -> list[PairCell]:
@@ -41,7 +53,7 @@ def cells(results: Results, pair: str) -> list[PairCell]:
     places = [(vessel, noise) for vessel in results.values for noise in NOISE]
     raw = {place: _medians(results.values[place[0]], f"{pair}.{place[1]}.") for place in places}
     raw = {place: found for place, found in raw.items() if found}
-    adjusted = statistics.holm({"/".join(place): found["p"] for place, found in raw.items()})
+    adjusted = studies.holm({"/".join(place): found["p"] for place, found in raw.items()})
     return [PairCell(place[0], place[1], found, adjusted["/".join(place)]) for place, found in raw.items()]
 
 
@@ -82,8 +94,8 @@ def page(paper: Paper, results: Results) -> str:
 _LEGEND = f"""The error is the root mean square of the free-run errors of surge, sway and yaw rate over the standard
 deviation of each; a fit that fails or a run that diverges counts as {LOST:g}. A ratio below 1 means that the method has
 the smaller error. *better* and *worse* need both a two-sided Wilcoxon signed-rank test on the {SEEDS} paired runs below
-{statistics.LEVEL:g} after Holm's correction over all comparisons of the pair, and a median ratio further than
-{percent(statistics.MATERIAL)} from 1. *both fail*: the median errors of both are above {statistics.USELESS:g}, that of
+{studies.LEVEL:g} after Holm's correction over all comparisons of the pair, and a median ratio further than
+{percent(studies.MATERIAL)} from 1. *both fail*: the median errors of both are above {studies.USELESS:g}, that of
 a constant prediction. The effect is the matched-pairs rank-biserial correlation: 1 where the method always has the
 smaller error, -1 where the baseline has."""
 
@@ -122,8 +134,8 @@ def _details(found: Sequence[PairCell]) -> Iterator[str]:
 
 def _proposed(found: dict[tuple[str, str], dict[str, float]]) -> Iterator[str]:
     own, other = (np.array([cell[name] for cell in found.values()]) for name in ("error", "baseline"))
-    both = statistics.paired(own, other, LOST)
-    failing = int(np.sum(np.minimum(own, other) > statistics.USELESS))
+    both = studies.paired(own, other, LOST)
+    failing = int(np.sum(np.minimum(own, other) > studies.USELESS))
 
     def cost(prefix: str) -> str:
         evaluations, seconds = (

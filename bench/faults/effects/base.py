@@ -99,7 +99,7 @@ class EffectKind:
     carried_by : whether a ship can carry it.
     draw : parameters of about faint size; tuples hold one value per record, training records first.
     variables : what an unknown effect depends on, as a diagnosis tells it; one of them is enough.
-    noncentrality : that of the best test where it is known without a filter; None: computed (`strength`).
+    noncentrality : that of the best test where it is known without a filter; None: computed (`injected`).
     truths : true sizes, by the names under which a finding with `details` states them.
 
     changed_ship : the ship with other coefficients.

@@ -351,7 +351,7 @@ def _submission(path: Path) -> None:
 
 
 def _problems(path: Path) -> None:
-    from helmbench.bench.identibench.specs import identibench_specs
+    from helmbench.bench.identibench.problems import identibench_specs
 
     identibench_specs(path.parent)
 

@@ -15,7 +15,7 @@ from helmbench.reproduction.claims.claim import Headline, OwnComparison, Setting
 from helmbench.reproduction.claims.files import ACROSS, load, papers
 from helmbench.reproduction.pages import across
 from helmbench.reproduction.papers.paper_across import studies
-from helmbench.reproduction.papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, WORSE, holm, outcome, paired
+from helmbench.reproduction.papers.paper_across.studies import BETTER, BOTH_FAIL, EQUAL, WORSE, holm, outcome, paired
 from helmbench.reproduction.papers.study import point
 from helmbench.reproduction.results import Results
 from helmbench.reproduction.verdicts import NOTHING, spread
