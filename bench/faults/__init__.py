@@ -11,10 +11,10 @@ A kind of effect is a row of a table in `effects/`.
 
 from .effects.base import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
 from .frames import GUSTS, SIZED, STRENGTHS, FaultCase
-from .injected import Injected, inject, inject_in_record, noncentrality
+from .injected import Injected, inject, noncentrality
 from .ships import VESSELS
 
 __all__ = [
     "ANTICIPATED", "GUSTS", "REGIME", "SIZED", "STRENGTHS", "TAXONOMY", "UNFORESEEN", "VESSELS", "Effect", "EffectKind",
-    "FaultCase", "Injected", "inject", "inject_in_record", "kind_of", "kinds", "names_of", "noncentrality",
+    "FaultCase", "Injected", "inject", "kind_of", "kinds", "names_of", "noncentrality",
 ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Effects in records: `inject` makes the records of a case, `inject_in_record` changes a measured one.
+"""Effects in records: `inject` makes the records of a case.
 
 How strong an effect is: the non-centrality of the best possible test; it is drawn in the size that has a wanted one.
 """
@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from ...datasets.record import Record
-from ...models.errors import BadInput
 from . import equations, oracle, sensing
-from .effects.base import Effect, Setting, kind_of, kinds
+from .effects.base import Effect, Setting, kind_of
 from .frames import SIZED, STRENGTHS, FaultCase, Frames
 from .ships import sister_numbers
 from .simulator import DenseRun, first_class_functions, further_forces, gust_sd, rudder_force, straight
@@ -241,20 +240,3 @@ def inject(case: FaultCase, rng: np.random.Generator) -> Injected:
     records = [frames.record(found, i, run, rng) for i, run in enumerate(runs)]
     n = len(frames.case.train)
     return Injected(frames, records[:n], records[n:], found, power)
-
-
-def inject_in_record(record: Record, cause: str, parameters: dict[str, Any], rng: np.random.Generator) -> Record:
-    """The record as it would read under an effect of the sensors or the rudder channel, with gaps where a delayed
-    channel has no value.  `BadInput` for another effect or a missing channel."""
-    kind = kind_of(cause)
-    if not kind.fits_measured:
-        able = ", ".join(name for name, known in kinds().items() if known.fits_measured)
-        raise BadInput(f"{cause} cannot be injected in a measured record", hint=f"{able} can")
-    columns = {name: record.column(name).copy() for name in record.channels}
-    if "heading_rad" in columns:
-        columns["heading_rad"] = record.heading_unwrapped().copy()
-    try:
-        (kind.change_record or kind.apply)(columns, record.time_s, parameters, {}, rng)
-    except KeyError as error:
-        raise BadInput(f"{cause} needs the column {error}", file=record.name) from None
-    return record.with_channels(**columns)

@@ -110,9 +110,6 @@ class EffectKind:
     stage : when an effect on a sensor acts.
     apply : change columns (n,) in place; time (n,) s, noise_sd of the channels in their own units.
     delay_s, jitter_s : delay of a channel and standard deviation of the sampling times of a simulated record, s.
-    change_record : as `apply`, of a measured record, where that differs; KeyError for a missing column.  The rudder at
-        the hull is (1 + e) recorded(t - tau) + delta0: an injected offset takes delta0 out of the recorded column, and
-        an injected delay moves the column forward in time.
     regime : where it acts, of a kind that acts in a part of the run only; right : groups of the base model's numbers
         and causes that name it then.
     """
@@ -144,7 +141,6 @@ class EffectKind:
     apply: Callable[..., None] = unchanged
     delay_s: Callable[[str, Mapping[str, Any]], float] = lambda channel, p: 0.0
     jitter_s: Callable[[Mapping[str, Any]], float] = lambda p: 0.0
-    change_record: Callable[..., None] | None = None
     regime: Callable[[Mapping[str, Any], TrueShip], TrueRegime] | None = None
     right: tuple[str, ...] = ()
 
@@ -152,11 +148,6 @@ class EffectKind:
     def on_sensor(self) -> bool:
         """Whether it acts on a sensor."""
         return self.stage is not Stage.NONE
-
-    @property
-    def fits_measured(self) -> bool:
-        """Whether it can also be injected in a measured record, since it only changes columns."""
-        return self.on_sensor or self.change_record is not None
 
 
 def random_sign(rng: np.random.Generator, negative: float = 0.5) -> float:

@@ -2,49 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
-
 import numpy as np
 
-from ....datasets.columns import RUDDERS
 from ..regimes import TrueRegime
 from ..ships import DEGREE
-from .base import REGIME, EffectKind, Rows, any_ship, scalar
-
-
-def rudder_columns(rows: Rows) -> list[str]:
-    """Names of the rudder columns that are there."""
-    return [name for name in RUDDERS if name in rows]
-
-
-def rudder_number(
-    parameter: str, recorded: Callable[[np.ndarray, np.ndarray, float], np.ndarray], **row: Any
-) -> EffectKind:
-    """A number of the rudder chain that can also be injected in a measured record.
-
-    recorded : the column of a measured record under the effect, from the column (n,), time (n,) and the number.
-    """
-
-    def change_record(rows, time, p, noise_sd, rng) -> None:
-        for name in rudder_columns(rows):
-            rows[name] = recorded(rows[name], time, p[parameter])
-
-    return scalar(parameter, change_record=change_record, carried_by=any_ship, **row)
-
+from .base import REGIME, EffectKind, any_ship, scalar
 
 ROWS = (
-    rudder_number(  # the rudder at the hull is off by a constant angle
+    scalar(  # the rudder at the hull is off by a constant angle
         id="rudder_offset", rank=0, parameter="delta0", unit="rad", chain=("offset",),
-        size=lambda ship: 0.1 * DEGREE, recorded=lambda column, time, delta0: column - delta0,
+        size=lambda ship: 0.1 * DEGREE, carried_by=any_ship,
     ),
-    rudder_number(  # the rudder acts 1 + e times as strongly as its recorded angle
+    scalar(  # the rudder acts 1 + e times as strongly as its recorded angle
         id="rudder_effectiveness", rank=1, parameter="e", unit="1", chain=("effectiveness",), negative=0.8, cap=0.8,
-        size=lambda ship: 0.01, recorded=lambda column, time, e: column / (1.0 + e),
+        size=lambda ship: 0.01, carried_by=any_ship,
     ),
-    rudder_number(  # the rudder at the hull is late; the end of a measured record keeps the last value: no gaps
+    scalar(  # the rudder at the hull is late
         id="rudder_delay", rank=2, parameter="tau", unit="s", chain=("delay",), negative=0.0,
-        size=lambda ship: 0.2 * ship.clock, recorded=lambda column, time, tau: np.interp(time + tau, time, column),
+        size=lambda ship: 0.2 * ship.clock, carried_by=any_ship,
     ),
     scalar(  # the rudder has play: it follows only when the recorded angle has moved by b
         id="rudder_backlash", rank=4, parameter="b", unit="rad", chain=("play",), negative=0.0, cap=10 * DEGREE,

@@ -1,4 +1,4 @@
-"""Effects of the sensors: what they do to the columns of a record, simulated or measured."""
+"""Effects of the sensors: what they do to the columns of a record."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ....datasets.columns import RUDDERS
 from ..regimes import TrueRegime
 from ..ships import DEGREE
 from .base import ANTICIPATED, REGIME, EffectKind, Rows, Stage, any_ship, random_sign, scalar
-from .rudder import rudder_columns
 
 VELOCITY = ("surge_m_s", "sway_m_s")
 ATTITUDE = ("heading_rad", "yaw_rate_rad_s")
@@ -43,15 +41,6 @@ def turn_velocity(rows: Rows, angle: float | np.ndarray) -> None:
     rows[VELOCITY[1]] = -np.sin(angle) * surge + np.cos(angle) * sway
 
 
-def delay_columns(rows: Rows, time: np.ndarray, names: list[str], delay_s: float) -> None:
-    """recorded(t) = true(t - delay); nan where the record has no such time."""
-    for name in names:
-        known = np.isfinite(rows[name])
-        moved = np.interp(time - delay_s, time[known], rows[name][known], left=np.nan, right=np.nan)
-        share = np.interp(time - delay_s, time, known.astype(float), left=0.0, right=0.0)
-        rows[name] = np.where(share > 0.999, moved, np.nan)
-
-
 def turned(rows: Rows, time, p, noise_sd, rng) -> None:
     turn_velocity(rows, p["angle"])
 
@@ -66,31 +55,18 @@ def exchanged(rows: Rows, time, p, noise_sd, rng) -> None:
 
 
 def negative_rudder(rows: Rows, time, p, noise_sd, rng) -> None:
-    for name in rudder_columns(rows):
-        rows[name] = -rows[name]
+    rows["rudder_rad"] = -rows["rudder_rad"]
 
 
 def late_velocities(p: Mapping[str, Any]) -> tuple[str, ...]:
     return (*VELOCITY, *ATTITUDE) if p.get("attitude") else VELOCITY
 
 
-def jittered(rows: Rows, time: np.ndarray, p, noise_sd, rng: np.random.Generator) -> None:
-    taken = np.clip(time + p["sd"] * rng.standard_normal(time.size), time[0], time[-1])
-    for name, values in rows.items():
-        rows[name] = np.interp(taken, time, values)
-
-
 def gross_errors(rows: Rows, time, p, noise_sd: Mapping[str, float], rng: np.random.Generator) -> None:
-    for name in [name for name in rows if name not in RUDDERS]:
+    for name in [name for name in rows if name != "rudder_rad"]:
         n = rows[name].size
         error = rng.choice([-1.0, 1.0], n) * rng.uniform(12.0, 30.0, n) * noise_sd.get(name, 0.0)
         rows[name] = rows[name] + np.where(rng.random(n) < p["share"], error, 0.0)
-
-
-def gross_errors_of_measured(rows: Rows, time, p, noise_sd, rng: np.random.Generator) -> None:
-    """A measured channel's own noise is taken from its third differences."""
-    spread = {name: np.nanmedian(np.abs(np.diff(values, 3))) for name, values in rows.items()}
-    gross_errors(rows, time, p, {name: 1.4826 * value / np.sqrt(20.0) for name, value in spread.items()}, rng)
 
 
 def cut_off(rows: Rows, time, p, noise_sd, rng) -> None:
@@ -125,7 +101,6 @@ ROWS = (
     scalar(  # the heading is recorded tau seconds late
         id="heading_delay", stage=Stage.OFFSET, rank=13, parameter="tau", unit="s", negative=0.0, carried_by=any_ship,
         size=lambda ship: 0.2 * ship.clock, delay_s=lambda channel, p: p["tau"] if channel == "heading_rad" else 0.0,
-        change_record=lambda rows, time, p, noise_sd, rng: delay_columns(rows, time, ["heading_rad"], p["tau"]),
     ),
     EffectKind(  # the velocities are recorded tau seconds late, and heading and yaw rate too where `attitude` is 1
         id="velocity_delay", stage=Stage.OFFSET, rank=14, units={"tau": "s", "attitude": "0 or 1"}, sized=("tau",),
@@ -133,18 +108,15 @@ ROWS = (
             "tau": 0.2 * s.ship.clock * rng.uniform(0.7, 1.4), "attitude": float(rng.random() < 0.5),
         },
         delay_s=lambda channel, p: p["tau"] if channel in late_velocities(p) else 0.0,
-        change_record=lambda rows, time, p, noise_sd, rng: delay_columns(
-            rows, time, [name for name in late_velocities(p) if name in rows], p["tau"]
-        ),
     ),
     scalar(  # samples are taken at times with a random error; ten times as large, they keep their order
         id="clock_jitter", stage=Stage.OFFSET, rank=19, parameter="sd", unit="s", negative=0.0, variance_only=True,
-        carried_by=any_ship, size=lambda ship: 0.015 * ship.clock, jitter_s=lambda p: p["sd"], change_record=jittered,
+        carried_by=any_ship, size=lambda ship: 0.015 * ship.clock, jitter_s=lambda p: p["sd"],
     ),
     scalar(  # a share of every channel's samples has gross errors of 12 to 30 standard deviations
         id="outliers", rank=18, parameter="share", unit="1", negative=0.0, cap=0.1, variance_only=True,
         carried_by=any_ship, stage=Stage.GROSS_ERROR, size=lambda ship: 0.005,
-        noncentrality=lambda p: p["share"] * 12e4, apply=gross_errors, change_record=gross_errors_of_measured,
+        noncentrality=lambda p: p["share"] * 12e4, apply=gross_errors,
     ),
     EffectKind(  # a sensor of heading or yaw rate drifts linearly through the record
         id="sensor_ramp", stage=Stage.OFFSET, group=ANTICIPATED, rank=39, units={"size": "rad or rad/s"},

@@ -131,6 +131,6 @@ def test_the_truth_shares_no_code_with_the_kernels() -> None:
     folder = Path(faults.__file__).parent
     text = "\n".join(path.read_text() for path in folder.rglob("*.py"))
     rooms = set(re.findall(r"^\s*from \.{3,4}((?:models|datasets|checks|estimation|diagnosis)\S*)", text, re.MULTILINE))
-    plain = {"models.errors", "models.vessel", "datasets.record", "datasets.columns", "datasets.manoeuvres"}
+    plain = {"models.errors", "models.vessel", "datasets.record", "datasets.manoeuvres"}
     assert rooms == plain | {"models.compilation", "models.discovery"}
     assert set(re.findall(r"models\.compilation import (.+)", text)) == {"njit", "callback"}

@@ -75,9 +75,3 @@ def test_numbers_are_counted_record_by_record() -> None:
     assert [wind.count(n) for n in (1, 3, 5)] == [2, 6, 10]
     assert Effect("memory", {"constants": (1.0,) * 6, "size": 0.1}).count(3) == 1
     assert Effect("rudder_sign", {}).count(3) == 0
-
-
-def test_only_sensors_and_the_rudder_channel_can_be_changed_in_a_measured_record() -> None:
-    able = {name for name, kind in kinds().items() if kind.fits_measured}
-    assert {"rudder_offset", "yaw_rate_scale", "outliers"} <= able
-    assert able.isdisjoint({"wind", "yaw_damping_cubic", "memory", "B1", "rudder_backlash"})
