@@ -21,8 +21,8 @@ Terms = namedtuple(
     "Terms",
     "current_north current_east wind_north wind_east X Y N Nrr Nrrr Yvv Yrv Yvr Nvr Nrv mass_fraction Hs wave_from "
     "drop recovery r_quadratic r_cubic rudder_loss rudder_angle wake_loss wake_drift",
-    defaults=[0.0] * 25,
 )
+NO_TERMS = Terms(*[0.0] * len(Terms._fields))
 #: What the equations know of a ship besides its coefficients: s.
 ShipNumbers = namedtuple(
     "ShipNumbers", "rho S L U0 n m mxg iz m11 m22 m23 m32 m33 af al cx cy cn kn dw rho_air force moment"

@@ -134,7 +134,9 @@ def plan_of(ship: TrueShip, effects: Sequence[Effect], record: int) -> RunPlan:
             extra.append((kind.force, force_vector(p)))
         if kind.on_sensor:
             sensors.append((kind, p))
-    return RunPlan(ship, equations.Terms(**terms), integrate.Chain(**chain), tuple(extra), wave, tuple(sensors))
+    return RunPlan(
+        ship, equations.NO_TERMS._replace(**terms), integrate.Chain(**chain), tuple(extra), wave, tuple(sensors)
+    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -171,7 +171,7 @@ def whitened(frames: Frames, record: Record, run: DenseRun) -> np.ndarray:
     scales = np.array(gust_sd(base, gusts) if gusts else (0.0, 0.0, 0.0))
     with first_class_functions():
         oracle.innovations(
-            base.kind, base.coefficients, equations.ship_numbers(base, *rudder_force(base)), equations.Terms(),
+            base.kind, base.coefficients, equations.ship_numbers(base, *rudder_force(base)), equations.NO_TERMS,
             *further_forces(()), run.step_s * spread, steps // spread, spread, 2 * steps, x0[:6], start, y,
             np.array([sensing.STATE[name] for name in names]), np.array([sd[name] for name in names]),
             rudder_seen(case, record, run), sd["rudder_rad"], scales, gusts.correlation_s if gusts else 1.0, z,

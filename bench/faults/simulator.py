@@ -52,7 +52,7 @@ class RunPlan:
     """
 
     ship: TrueShip
-    terms: equations.Terms = field(default_factory=equations.Terms)
+    terms: equations.Terms = equations.NO_TERMS
     chain: integrate.Chain = field(default_factory=integrate.Chain)
     extra: tuple[tuple[Callable[..., None], np.ndarray], ...] = ()
     wave: tuple[float, float, float] | None = None
@@ -84,7 +84,7 @@ def rudder_force(ship: TrueShip) -> tuple[float, float]:
     out = np.zeros((2, 8))
     x = straight(ship)
     for row, angle in zip(out, (0.0, REFERENCE_RUDDER), strict=True):
-        args = (equations.ship_numbers(ship, 1.0, 1.0), equations.Terms(), *further_forces(()), 0.0, x)
+        args = (equations.ship_numbers(ship, 1.0, 1.0), equations.NO_TERMS, *further_forces(()), 0.0, x)
         with first_class_functions():
             equations.derivative(ship.kind, ship.coefficients, *args, angle, 0.0, 0.0, 0.0, np.zeros(5), row)
     force = ship.mass @ (out[1, :3] - out[0, :3])

@@ -71,7 +71,7 @@ def test_the_rudder_loses_the_stated_share_of_its_force():
             np.array(force(one.coefficients, s, x[0], 0.0, 0.0, 0.3, share, *more)) for share in (1.0, 0.0, 0.7)
         )
         assert np.allclose(kept - none, 0.7 * (whole - none))
-    p = equations.Terms(rudder_loss=0.3, rudder_angle=0.26, wake_loss=0.2, wake_drift=0.1)
+    p = equations.NO_TERMS._replace(rudder_loss=0.3, rudder_angle=0.26, wake_loss=0.2, wake_drift=0.1)
     assert [equations.rudder_kept(p, d) for d in (0.25, 0.27, -0.27)] == [1.0, 0.7, 0.7]
     assert [equations.wake_kept(p, 1.0, v) for v in (0.09, 0.11, -0.11)] == [1.0, 0.8, 0.8]
 

@@ -8,7 +8,7 @@ import pytest
 
 from helmbench.bench import faults
 from helmbench.bench.faults import VESSELS
-from helmbench.bench.faults.equations import Terms
+from helmbench.bench.faults.equations import NO_TERMS
 from helmbench.bench.faults.integrate import Chain, at_hull, gear
 from helmbench.bench.faults.ships import ship
 from helmbench.bench.faults.simulator import Gusts, RunPlan, gust_forces, gust_sd, simulate
@@ -69,7 +69,7 @@ def test_current_wind_and_forces_agree(vessel: str, rng: np.random.Generator) ->
     x0[:2] += current
     project = closed_loop(model, step, control, environment, x0=x0)
     names = ("current_north", "current_east", "wind_north", "wind_east", "X", "Y", "N")
-    plan = RunPlan(one, Terms(**dict(zip(names, map(float, environment[0]), strict=True))))
+    plan = RunPlan(one, NO_TERMS._replace(**dict(zip(names, map(float, environment[0]), strict=True))))
     run = simulate(plan, "straight", step * (rudder.size - 1), rng, prescribed=half_steps(project.rudder_rad))
     scale = np.abs(project.states).max(axis=0)
     assert np.all(np.abs(run.states[:, :6] - project.states).max(axis=0) < 1e-6 * scale)
@@ -118,7 +118,7 @@ def test_gusts_have_their_variance_and_correlation(rng: np.random.Generator) -> 
 def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
     """Half the step changes an injected run by less than a hundredth of the sensors' noise."""
     one = ship("mariner")
-    plan = RunPlan(one, Terms(current_north=0.3, Nrr=-1e-4), Chain(delay=0.33, play=0.01))
+    plan = RunPlan(one, NO_TERMS._replace(current_north=0.3, Nrr=-1e-4), Chain(delay=0.33, play=0.01))
     coarse = simulate(plan, "sine:20deg/80s", 300.0, rng)
     fine = simulate(plan, "sine:20deg/80s", 300.0, rng, prescribed=None, step_s=0.5 * one.step_s)
     assert np.abs(coarse.states[:, 5] - fine.states[::2, 5]).max() < np.deg2rad(0.01)
