@@ -19,7 +19,7 @@ from ....estimation.regression.schemes import regression_samples
 from ....estimation.run.run import run_along
 from ....models.linear_algebra import condition_number, lstsq
 from ....models.model import Model, RudderGear, resolve
-from ...claims.files import load
+from ...claims import files
 from ..study import PaperStudy, StudyResult, fitted, settings_at
 
 VESSEL = "mariner-model"
@@ -91,8 +91,7 @@ def backward(record: Record, model: Model) -> np.ndarray:
 
 def published(column: str) -> np.ndarray:
     """A column (60,) of Table 2 as printed."""
-    found = {claim.id: float(claim.published) for claim in load("001").claims}
-    return np.array([found[f"table2-{column}-{name}"] for name in resolve(VESSEL).coordinates])
+    return np.array([files.published("001")[f"table2-{column}-{name}"] for name in resolve(VESSEL).coordinates], float)
 
 
 def median_error(coefficients: np.ndarray) -> float:

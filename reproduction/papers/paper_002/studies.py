@@ -21,7 +21,7 @@ from ....estimation.results.predictor import ModelPredictor
 from ....estimation.run.squares import squares
 from ....models.model import CHANNELS, Model, resolve
 from ....models.simulate import initial_state, simulate
-from ...claims.files import load
+from ...claims.files import published
 from ..study import PaperStudy, StudyResult, fitted, settings_at
 
 STEP_S, DURATION_S = 0.1, 200.0
@@ -175,8 +175,7 @@ def noise(rng: np.random.Generator, *, index: int) -> StudyResult:
 
 def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The error columns of both tables from their other columns: I is identified - set, II set - identified."""
-    printed = {claim.id: claim.published for claim in load("002").claims}
-    values = {}
+    printed, values = published("002"), {}
     for table, name, sign in (("table1", "response-1", 1.0), ("table2", "response-2", -1.0)):
         for p, truth in resolve(name).parameters.items():
             values |= {f"{table}.{c}.{p}": sign * (printed[f"{table}-{c}-{p}"] - truth) for c in ("basic", "fci")}

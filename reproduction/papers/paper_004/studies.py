@@ -17,7 +17,7 @@ from ....estimation.estimates.estimate import Estimate
 from ....estimation.run.squares import squares
 from ....methods.registry import make
 from ....models.model import Model, resolve
-from ...claims.files import load
+from ...claims.files import published
 from ..study import PaperStudy, StudyResult, fitted, settings_at
 from . import records
 from .records import DIRECTIONS, calm, rough
@@ -36,20 +36,18 @@ WEAK = METHODS["ls"]
 OMEGAS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 CIRCLE_S = 800.0
 """Length of a turning circle in the sea."""
-TABLE_2 = {
-    "Xuu": -1.7269, "Xuuu": 1.7265, "Xvv": 4.0798, "Xrr": -1.4597, "Xvr": -1.5504, "Xuvv": -3.2796, "Xuvr": 1.5436,
-    "Xurr": 1.4738,
-    "Yuv": 1.2316, "Yur": 2.0764, "Yuur": -2.0740, "Yuuv": -1.2372, "Yvvv": 2.3357, "Yrrr": 0.0369, "Yvrr": 0.1787,
-    "Yvvr": 0.2364, "Yv_absv": -0.4871, "Yr_absv": -0.0634, "Yv_absr": -0.2374, "Yr_absr": -0.0139,
-    "Nuv": 0.0149, "Nur": -0.1533, "Nuur": 0.1525, "Nuuv": -0.0142, "Nvvv": -0.0126, "Nrrr": -0.0183, "Nvrr": -0.0695,
-    "Nvvr": -0.0054, "Nv_absv": -0.0089, "Nr_absv": 0.0017, "Nv_absr": -0.0121, "Nr_absr": 0.0056,
-}  # fmt: skip
 PAIRS = {"Xuu": "Xuuu", "Xvr": "Xuvr", "Xrr": "Xurr", "Xvv": "Xuvv", "Yuv": "Yuuv", "Yur": "Yuur", "Nuv": "Nuuv",
          "Nur": "Nuur"}  # fmt: skip
 """Terms that differ by a factor u' alone, which is 1 to the second order of the drift angle at instantaneous speed."""
 RUDDER_AREA_M2 = 22.04
 STRUCTURES = {"fixed": "s175-polynomial", "printed": "s175"}
 """Hull primes by the fixed U0, and by the instantaneous speed as the prime system of the source has them."""
+
+
+def printed_coefficients() -> dict[str, float]:
+    """The coefficients of Table 2, by their names in vessel `s175`."""
+    ids = {name: f"table-2-{name}" for name in resolve("s175").parameters}
+    return {name: published("004")[own] for name, own in ids.items() if own in published("004")}
 
 
 def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
@@ -81,14 +79,13 @@ def printed_model(rng: np.random.Generator, *, index: int) -> StudyResult:
     series: dict[str, np.ndarray] = {}
     for name, vessel in STRUCTURES.items():
         ship = resolve(vessel)
-        model = ship.with_coefficients(ship.from_parameters({**ship.parameters, **TABLE_2}))
+        model = ship.with_coefficients(ship.from_parameters({**ship.parameters, **printed_coefficients()}))
         run = calm(ship, TRAIN)
         values[f"{name}_follows"] = float(np.isfinite(records.track_error(model, run)))
         predicted = records.run_along(model, run).predicted
         series |= {"time_s": run.time_s, f"{name}_ship_m_s": run.column("surge_m_s")}
         series[f"{name}_printed_m_s"] = predicted["surge_m_s"]
-    own_ship = {claim.id: claim.published for claim in load("004").claims}
-    values["table_3_Xuu_sum"] = own_ship["table-3-Xuu"] + own_ship["table-3-Xuuu"]
+    values["table_3_Xuu_sum"] = published("004")["table-3-Xuu"] + published("004")["table-3-Xuuu"]
     values["table_3_resists"] = values["table_3_Xuu_sum"] < 0.0
     return StudyResult(values, series)
 
@@ -129,7 +126,7 @@ def table_2(unsaid: Unsaid, direction: float, rng: np.random.Generator) -> Study
         run = run.thinned(max(1, round(unsaid.step_s / records.STEP_S)))
         found = fitted(unsaid.method if name == "fixed" else WEAK, [run], ship)
         if found is not None:
-            values |= {f"{name}_{key}": found.parameters[key] for key in TABLE_2}
+            values |= {f"{name}_{key}": found.parameters[key] for key in printed_coefficients()}
             values |= {f"{name}_{a}_sum": found.parameters[a] + found.parameters[b] for a, b in PAIRS.items()}
         values[f"{name}_converges"] = float(found is not None)
     return StudyResult(values)
