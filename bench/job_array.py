@@ -20,12 +20,12 @@ from typing import Any
 
 from ..models.errors import BadInput, EnvironmentFault
 from ..models.folders import make_folder, read_regular, remove_folder, without_working_folder, write_atomic
+from . import runner
 from .environment import code_version, cpu_count
 from .execution import Limits, one_line
 from .journal import RUNS, is_held, new_runs
 from .kinds.base import Spec
 from .pool import processes
-from .runner import execute
 from .store import Store
 
 PARTS, LOGS, REASON = "parts", "logs", "reason.txt"
@@ -100,7 +100,7 @@ def work(share: JobShare) -> None:
             told = f"a job has other code ({code_version()}, here {share.version})"
             raise EnvironmentFault(told, hint="install the same helmbench on every machine")
         with Store.resume(share.folder) as part, processes(share.workers) as pool:
-            execute(share.specs, part, pool, limits=share.limits)
+            runner.run(share.specs, part, pool, limits=share.limits)
     except (BadInput, EnvironmentFault) as error:
         if share.folder.is_dir():
             write_atomic(reason, one_line(error).encode())
