@@ -53,7 +53,7 @@ def mariner_force(c, s, u, v, r, d, kept):
 
 @njit(**JIT)
 def abkowitz_force(c, s, u, v, r, d):
-    """X, Y, N of hull, propeller and rudder with the centripetal terms; c in the order of `ships.ABKOWITZ`."""
+    """X, Y, N of hull, propeller and rudder with the centripetal terms; c in the order of `ships.NAMES`."""
     speed = sqrt(u * u + v * v) + 1e-12
     a, b, w = (u - s.U0) / speed, v / speed, r * s.L / speed
     x = c[0] * a + c[1] * a * a + c[2] * a**3 + c[3] * b * b + c[4] * w * w + c[5] * d * d + c[6] * d * d * a
@@ -76,7 +76,7 @@ def lateral(c, a, b, w, d):
 
 @njit(**JIT)
 def s175_force(c, s, u, v, r, d, kept, wake):
-    """Hull, propeller and rudder with the centripetal terms; c in the order of `ships.SON_NOMOTO`.
+    """Hull, propeller and rudder with the centripetal terms; c in the order of `ships.NAMES`.
 
     kept : share of the rudder's force that acts; wake : factor on the inflow of the propeller.
     """
@@ -110,7 +110,7 @@ def s175_force(c, s, u, v, r, d, kept, wake):
 
 @njit(**JIT)
 def kvlcc2_force(c, s, u, v, r, d, kept, wake):
-    """MMG standard method with the centripetal terms; c in the order of `ships.YASUKAWA`, kept and wake as above."""
+    """MMG standard method with the centripetal terms; c in the order of `ships.NAMES`, kept and wake as above."""
     length, rho = s.L, s.rho
     speed = sqrt(u * u + v * v) + 1e-12
     vp, rp = v / speed, r * length / speed

@@ -77,7 +77,7 @@ def with_lead(ship: TrueShip, p: Mapping[str, Any]) -> TrueShip:
     t2, t3 = p["T2"] + short, p["T3"] + short
     values = {"h": t * t2, "g": t + t2, "K": ship.coefficient("K"), "T3": t3, "alpha": ship.coefficient("alpha")}
     coefficients = np.array([values[name] for name in SECOND_NAMES])
-    return replace(ship, kind=SECOND, names=tuple(SECOND_NAMES), coefficients=coefficients)
+    return replace(ship, kind=SECOND, names=SECOND_NAMES, coefficients=coefficients)
 
 
 def draw_speed_loss(s: Setting, rng: np.random.Generator) -> dict[str, float]:
