@@ -61,7 +61,7 @@ class EffectSizes:
 
 def naming(said: StatedDiagnosis, key: WorldKey) -> dict[str, Any]:
     """The outcome, as the suites judge a diagnosis."""
-    spec = key.spec
+    spec = key.case
     return judge_names(said, frozenset(key.right)) if key.right else judge(said, spec.group, spec.injected, spec.base)
 
 
@@ -84,7 +84,7 @@ def points(judged: Mapping[str, Any], alone: bool, share: float | None) -> int:
 
 
 def _repeats(said: StatedDiagnosis, key: WorldKey) -> bool:
-    injected = set(key.spec.injected)
+    injected = set(key.case.injected)
     holding = [held for f in said.causes if (held := injected & {f.cause, *f.tied_with})]
     return not key.right and len(holding) > len(set().union(*holding))
 
@@ -95,7 +95,7 @@ def right_share(said: StatedDiagnosis, key: WorldKey) -> float | None:
     Names that would do as well count as the others, names of which each is right as one.  Beside a base model of which
     all numbers are off, names of its own numbers do not count.
     """
-    spec = key.spec
+    spec = key.case
     if spec.group == "null":
         return None
     if not key.right and spec.group in UNKNOWN:
@@ -126,7 +126,7 @@ def _own_names(said: StatedDiagnosis, base: str) -> frozenset[str]:
 
 def sizes(said: StatedDiagnosis, key: WorldKey) -> list[EffectSizes]:
     """Sizes of the effects that are named, each effect once."""
-    if key.spec.group not in KNOWN:
+    if key.case.group not in KNOWN:
         return []
     rows = size_rows(said, key.injected, key.ship, key.train, list(key.held_out))
     held = {finding.cause for finding in said.causes}
@@ -166,7 +166,7 @@ def regime_skill(said: StatedDiagnosis, key: WorldKey) -> float | None:
     """
     if not key.regimes:
         return None
-    true, runs = key.true_regimes(), key.true_motion()
+    true, runs = key.regimes, key.true_motion()
     found, everywhere = (localisation(true, some, runs) for some in (stated_regimes(said), [EVERYWHERE]))
     if found is None or everywhere is None or everywhere == 1.0:
         return found
@@ -258,7 +258,7 @@ def score_world(exam: Exam, world: str, key: WorldKey, read: Read) -> WorldScore
     alone, share = is_alone(judged, said, key), right_share(said, key)
     found = _errors(exam, world, key, read)
     errors = key.rmse_base | found
-    control = key.spec.group == "null"
+    control = key.case.group == "null"
     return WorldScore(
         read.content.entrant,
         world,
