@@ -19,16 +19,14 @@ from pathlib import Path
 from typing import Any
 
 from ..models.errors import BadInput, EnvironmentFault
-from ..models.folders import append, make_folder, read_regular, remove_folder, without_working_folder, write_atomic
+from ..models.folders import make_folder, read_regular, remove_folder, without_working_folder, write_atomic
+from . import runner
 from .environment import code_version, cpu_count
-from .execution import one_line
+from .execution import Limits, one_line
 from .journal import RUNS, is_held, new_runs
 from .kinds.base import Spec
-from .limits import Limits
 from .pool import processes
-from .runner import execute
 from .store import Store
-from .traces import TRACES
 
 PARTS, LOGS, REASON = "parts", "logs", "reason.txt"
 MOST_JOBS = 100
@@ -102,7 +100,7 @@ def work(share: JobShare) -> None:
             told = f"a job has other code ({code_version()}, here {share.version})"
             raise EnvironmentFault(told, hint="install the same helmbench on every machine")
         with Store.resume(share.folder) as part, processes(share.workers) as pool:
-            execute(share.specs, part, pool, limits=share.limits)
+            runner.run(share.specs, part, pool, limits=share.limits)
     except (BadInput, EnvironmentFault) as error:
         if share.folder.is_dir():
             write_atomic(reason, one_line(error).encode())
@@ -162,8 +160,8 @@ def _follow(jobs: Sequence[Any], shares: Sequence[JobShare], store: Store, watch
             time.sleep(POLLED_EVERY_S)
     lost = [share for share in shares if any(spec.key not in store.finished for spec in share.specs)]
     reasons = [one_line(read_regular(share.folder / REASON).decode(errors="replace")) for share in lost]
-    for part in parts:
-        part.close(store)
+    for share in shares:
+        remove_folder(share.folder)
     if lost:
         told = f"{len(lost)} of {len(shares)} jobs ended before their runs were finished"
         reason = next(filter(None, reasons), "")
@@ -179,7 +177,7 @@ def _adopt(folder: Path, store: Store, watch: Watch) -> None:
             part.take_over(store, watch)
             time.sleep(POLLED_EVERY_S)
         part.take_over(store, watch)
-        part.close(store)
+        remove_folder(part.folder)
 
 
 class _JobResults:
@@ -195,9 +193,3 @@ class _JobResults:
             if run["key"] not in store.finished:
                 store.append(run)
                 watch(run)
-
-    def close(self, store: Store) -> None:
-        """Add the traces to the store's and remove the folder."""
-        if traces := read_regular(self.folder / TRACES):
-            append(store.directory / TRACES, traces)
-        remove_folder(self.folder)

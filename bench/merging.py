@@ -21,14 +21,13 @@ from ..models.errors import BadInput
 from ..models.extras import INSTALL
 from ..models.folders import read_regular
 from .environment import code_version
+from .execution import ENDED
 from .journal import RUNS, read_runs
 from .kinds import kind_of
 from .kinds.base import TIMES, Kind, RunKind, RunSelection, Spec, Suite
 from .kinds.identification.own import is_file_name
-from .limits import ENDED
 from .store import Store, read_manifest, stored_kind
 from .suites import Trust, check_trust, load_suite
-from .traces import traces_by_row
 
 TOLERANCE = 1e-3
 """Relative difference of a score up to which another machine's rounding explains it."""
@@ -230,16 +229,13 @@ def _add(
     new: Sequence[Run], specs: Mapping[str, Spec], again: Mapping[str, Run], facts: Run, source: Path, target: Path
 ) -> None:
     """Mark and append the new runs, with the traces computed here or else theirs, and write the target's tables."""
-    traces = traces_by_row(source)
     digest = hashlib.sha256(read_regular(source / RUNS)).hexdigest()[:16]
     entry = {"journal": digest, "added": len(new), "recomputed": len(again), **facts}
     with Store.resume(target) as store:
-        keys = store.kind.tables.keys
         store.note_merged(len(store.finished | {run["key"] for run in new}), entry)
         for run in new:
-            own = again.get(run["key"])
-            trace = traces(run["row"], keys) if own is None else own.get("trace")
-            marked = _marked(run, specs[run["key"]], store.kind, own is not None)
+            trace = again.get(run["key"], run).get("trace")
+            marked = _marked(run, specs[run["key"]], store.kind, run["key"] in again)
             store.append(marked | ({"trace": trace} if trace else {}))
         store.write_tables()
 
@@ -271,19 +267,8 @@ def take(specs: Sequence[Spec], store: Store, folders: Sequence[Path]) -> int:
     for folder in folders:
         missing = [spec for spec in specs if spec.key not in store.finished]
         wanted = {content: spec for spec in missing if (content := store.kind.content(spec)) is not None}
-        for run in _taken(wanted, folder, store):
-            store.append(run)
+        for run in read_runs(folder / RUNS, store.kind.tables):
+            spec = wanted.get(str(run.get("content")))
+            if spec is not None and run["row"]["status"] != "failed":
+                store.append({**run, "key": spec.key, "row": run["row"] | spec.row_key()})
     return len(store.finished) - before
-
-
-def _taken(wanted: Mapping[str, Spec], folder: Path, store: Store) -> list[dict[str, Any]]:
-    """Runs of a folder under the keys and names that this suite gives them."""
-    form, found = store.kind.tables, []
-    traces = traces_by_row(folder)
-    for run in read_runs(folder / RUNS, form):
-        spec = wanted.get(str(run.get("content")))
-        if spec is not None and run["row"]["status"] != "failed":
-            trace = traces(run["row"], form.keys)
-            own = {**run, "key": spec.key, "row": run["row"] | spec.row_key()}
-            found.append(own | ({"trace": trace} if trace else {}))
-    return found

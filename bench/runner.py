@@ -11,9 +11,9 @@ from typing import Any
 
 from ..models.errors import BadInput
 from .environment import code_version, environment
+from .execution import UNLIMITED, Limits
 from .kinds import kind_of
 from .kinds.base import RunSelection, Spec, Suite
-from .limits import UNLIMITED, Limits
 from .pool import Pool
 from .store import MANIFEST, Store, read_manifest
 
@@ -25,19 +25,7 @@ def run(
     watch: Callable[[dict[str, Any]], object] | None = None,
     limits: Limits = UNLIMITED,
 ) -> None:
-    """Execute what `store` does not hold yet, see `execute`, then write the tables."""
-    execute(specs, store, pool, watch, limits)
-    store.write_tables()
-
-
-def execute(
-    specs: Sequence[Spec],
-    store: Store,
-    pool: Pool,
-    watch: Callable[[dict[str, Any]], object] | None = None,
-    limits: Limits = UNLIMITED,
-) -> None:
-    """Execute what `store` does not hold yet, and keep each run as it ends.
+    """Execute what `store` does not hold yet, keep each run as it ends, and write the tables.
 
     `watch` is called with every finished run, which has the digest of its `content`, see `kinds.base.Kind.content`.
     """
@@ -48,6 +36,7 @@ def execute(
         store.append(finished)
         if watch is not None:
             watch(finished)
+    store.write_tables()
 
 
 def open_store(directory: str | Path, suite: Suite, selection: RunSelection, specs: Sequence[Spec]) -> Store:

@@ -20,22 +20,13 @@ from pydantic import ConfigDict, Field
 
 from ..models.data_file import load
 from ..models.errors import BadInput
-from ..models.folders import (
-    append,
-    check_each,
-    check_folder,
-    check_regular,
-    make_folder,
-    write_all,
-    write_atomic,
-)
+from ..models.folders import check_each, check_folder, check_regular, make_folder, write_all, write_atomic
 from ..models.plain import plain
 from ..models.temporary import leftovers, remove_leftovers
 from ..models.yaml_file import Count, FileContent, Text, checked, needs
 from .journal import RUNS, lock, open_journal, read_runs, sealed, unsealed
 from .kinds import IDENTIFICATION, kind_names, kind_of
 from .kinds.base import Kind, RunKind, Tables
-from .traces import TRACES, trace_line
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -105,11 +96,11 @@ class Store:
         self.directory, self.manifest = directory, dict(manifest)
         self.kind = kind or stored_kind(manifest)
         form = self.kind.tables
-        check_each(directory, (RUNS, TRACES), (MANIFEST, form.wide_file, form.long_file))
+        check_each(directory, (RUNS,), (MANIFEST, form.wide_file, form.long_file))
         self._file: int | None
         self._file, runs = open_journal(directory / RUNS, form)
         remove_leftovers(directory)
-        self._runs = {run["key"]: run for run in runs}
+        self._runs = {run["key"]: _without_trace(run) for run in runs}
 
     @classmethod
     def create(cls, directory: str | Path, manifest: Mapping[str, Any], kind: RunKind | None = None) -> Store:
@@ -140,15 +131,12 @@ class Store:
         return sorted(self._runs.values(), key=lambda run: order(run["row"]))
 
     def append(self, run: Mapping[str, Any]) -> None:
-        """Keep one finished run, `{"key", "row", "parameters"}`, at once; its `trace`, if any, in a file of its own."""
+        """Keep one finished run, `{"key", "row", "parameters"}`, at once; a `trace` of it is not held in memory."""
         if self._file is None:
             raise ValueError("the store is closed")
-        run = dict(run)
-        if trace := run.pop("trace", None):
-            append(self.directory / TRACES, trace_line(run["row"], self.kind.tables.keys, trace))
         line = sealed(run)
         write_all(self._file, line, self.directory / RUNS)
-        self._runs[run["key"]] = json.loads(unsealed(line.rstrip()) or b"")
+        self._runs[run["key"]] = _without_trace(json.loads(unsealed(line.rstrip()) or b""))
 
     def close(self) -> None:
         """Flush the appended runs to the disk."""
@@ -173,6 +161,10 @@ class Store:
         """Write the Parquet tables, each by one atomic replacement."""
         for name, (columns, rows) in tables(self._runs.values(), self.kind.tables).items():
             write_atomic(self.directory / name, _parquet(columns, rows))
+
+
+def _without_trace(run: dict[str, Any]) -> dict[str, Any]:
+    return {name: value for name, value in run.items() if name != "trace"}
 
 
 def check_vacant(directory: Path) -> None:

@@ -1,15 +1,13 @@
-"""Stored traces: a thinned free run along a held-out record, one a method and problem, in `traces.jsonl`.
+"""Traces: a thinned free run along a held-out record, one a method and problem, stored with its run in the journal.
 
-Each line holds the key columns of its run and the trace, and ends with a digest as those of the journal:
-`{"row": {...}, "trace": {"record", "time_s", "channels": {name: {"measured", "predicted"}}, "log": {...}}}`,
-in the units of the channel's name; null is a gap or a value that is not finite.  `log` is that of a recursion, the
-published parameters against time: `{"time_s", "values": {parameter: [...]}}`; other methods have none.
+`"trace": {"record", "time_s", "channels": {name: {"measured", "predicted"}}, "log": {...}}`, in the units of the
+channel's name; null is a gap or a value that is not finite.  `log` is that of a recursion, the published parameters
+against time: `{"time_s", "values": {parameter: [...]}}`; other methods have none.
 """
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, TypeVar
@@ -21,13 +19,9 @@ from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
 from ..estimation.judgement.convergence import parameter_paths
 from ..estimation.run.run import run_along
-from ..models.data_file import json_of
-from ..models.errors import BadInput
-from ..models.folders import read_regular
-from .journal import sealed, unsealed
+from .journal import RUNS, read_runs
 
 Content = TypeVar("Content")
-TRACES = "traces.jsonl"
 POINTS, LOGGED, DIGITS = 80, 40, 5
 """Most samples of a trace and of a recursion's log, and the significant digits of their values."""
 
@@ -72,7 +66,7 @@ def _whole(content: Content, time_s: Sequence[object], curves: Iterable[Sequence
     return content
 
 
-class _TraceEntry(_Content):
+class _TracedRun(_Content):
     row: dict[str, str | int | float | bool | None]
     trace: _Trace
 
@@ -104,32 +98,17 @@ def _thinned(count: int, most: int) -> np.ndarray:
     return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
 
 
-def trace_line(row: Mapping[str, Any], keys: tuple[str, ...], trace: Mapping[str, Any]) -> bytes:
-    """The line of a run's trace, with its end."""
-    return sealed({"row": {key: row[key] for key in keys}, "trace": trace})
-
-
 def read_traces(directory: str | Path) -> list[dict[str, Any]]:
-    """The stored traces of a run directory; empty where there are none, damaged lines are passed over."""
-    path = Path(directory) / TRACES
-    lines = read_regular(path).split(b"\n")
-    found = [_trace(line, path, number) for number, line in enumerate(lines, start=1) if line.strip()]
-    return [entry for entry in found if entry is not None]
+    """The stored runs of a run directory that have a trace; those whose trace cannot be drawn are passed over."""
+    return [run for run in read_runs(Path(directory) / RUNS) if _is_traced(run)]
 
 
-def traces_by_row(directory: str | Path) -> Callable[[Mapping[str, Any], tuple[str, ...]], dict[str, Any] | None]:
-    """The stored traces as a function of a run's row and the names of its key columns; None where there is none."""
-    found = {json.dumps(entry["row"], sort_keys=True): entry["trace"] for entry in read_traces(directory)}
-    return lambda row, keys: found.get(json.dumps({key: row[key] for key in keys}, sort_keys=True))
-
-
-def _trace(line: bytes, path: Path, number: int) -> dict[str, Any] | None:
+def _is_traced(run: dict[str, Any]) -> bool:
     try:
-        entry = None if (text := unsealed(line)) is None else json_of(text, path, number)
-        _TraceEntry.model_validate(entry)
-    except (BadInput, ValidationError):
-        return None
-    return entry
+        _TracedRun.model_validate(run)
+    except ValidationError:
+        return False
+    return True
 
 
 def _numbers(values: np.ndarray) -> list[float | None]:

@@ -13,8 +13,8 @@ from time import perf_counter
 import numpy as np
 
 import helmbench
-from helmbench.bench.faults.case import FaultCase
-from helmbench.bench.faults.effects import Effect, Setting, kinds
+from helmbench.bench.faults.effects.base import Effect, Setting, kinds
+from helmbench.bench.faults.frames import FaultCase
 from helmbench.bench.faults.injected import inject
 from helmbench.bench.faults.ships import ship
 from helmbench.datasets.display import shown_name, shown_unit

@@ -48,9 +48,8 @@ if TYPE_CHECKING:  # each as itself, which type checkers take for a public name
     from .api.suites import load_results as load_results, merge_results as merge_results, run_suite as run_suite
     from .api.validation import Validation as Validation, validate as validate
     from .bench.identibench.method import identibench_model as identibench_model
-    from .bench.identibench.problems import export_problems as export_problems
+    from .bench.identibench.problems import export_problems as export_problems, identibench_specs as identibench_specs
     from .bench.identibench.ship import identibench_suite as identibench_suite
-    from .bench.identibench.specs import identibench_specs as identibench_specs
     from .checks.result import Check as Check
     from .datasets.generator import Case as Case, generate as generate
     from .datasets.io import read_record as read_record, write_record as write_record
@@ -93,9 +92,8 @@ _NAMES = {
     "api.suites": "SuiteResults compare_results leaderboard load_results merge_results run_suite",
     "api.validation": "Validation validate",
     "bench.identibench.method": "identibench_model",
-    "bench.identibench.problems": "export_problems",
+    "bench.identibench.problems": "export_problems identibench_specs",
     "bench.identibench.ship": "identibench_suite",
-    "bench.identibench.specs": "identibench_specs",
     "checks.result": "Check",
     "datasets.generator": "Case generate",
     "datasets.io": "read_record write_record",

@@ -128,15 +128,6 @@ def open_to_append(path: Path) -> int:
         return _writable(path, os.O_RDWR | os.O_CREAT | os.O_APPEND)
 
 
-def append(path: Path, data: bytes) -> None:
-    """Add to the end of a file; as `open_to_append`."""
-    file = open_to_append(path)
-    try:
-        write_all(file, data, path)
-    finally:
-        os.close(file)
-
-
 def write_all(file: int, data: bytes, path: Path) -> None:
     """Write everything to an open file; BadInput, which names the file, where the disk is full."""
     with _told(path):

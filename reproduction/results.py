@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+
+from pydantic import TypeAdapter
 
 from ..models.data_file import load
 from ..models.errors import BadInput
@@ -15,8 +15,7 @@ from ..models.folders import make_folder, write_atomic
 from ..models.plain import plain
 from .claims.claim import Claim, Paper, Reference
 from .runner import Run, is_of, result_of
-from .verdicts.spread import NOTHING, Spread, summarise
-from .verdicts.verdict import Judged, judge
+from .verdicts import NOTHING, Judged, Spread, judge, summarise
 
 FOLDER = "results"
 
@@ -65,31 +64,15 @@ def of_runs(paper: Paper, runs: Sequence[Run]) -> Results:
 
 def write(results: Results, directory: Path) -> Path:
     """Store the results of a paper in the directory of the pages."""
-    data = {
-        "paper": results.paper,
-        "values": results.values,
-        "failures": dict(results.failures),
-        "figures": dict(results.figures),
-    }
     path = make_folder(directory / FOLDER, within=directory) / f"{results.paper}.json"
-    write_atomic(path, json.dumps(plain(data), indent=1, allow_nan=False, sort_keys=True).encode() + b"\n")
+    write_atomic(path, json.dumps(plain(results), indent=1, allow_nan=False, sort_keys=True).encode() + b"\n")
     return path
-
-
-def spread_of(entry: Mapping[str, Any]) -> Spread:
-    """A spread as it is stored; null is nan."""
-    numbers: dict[str, Any] = {name: math.nan if value is None else value for name, value in entry.items()}
-    return Spread(**numbers)
 
 
 def read(paper: str, directory: Path) -> Results:
     """The stored results of a paper; raises `BadInput` where there are none, or the file is damaged."""
     path = directory / FOLDER / f"{paper}.json"
     try:
-        data = load(path)
-        values = {
-            study: {key: spread_of(entry) for key, entry in found.items()} for study, found in data["values"].items()
-        }
-        return Results(data["paper"], values, data["failures"], data["figures"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
+        return TypeAdapter(Results).validate_python(load(path))
+    except (OSError, ValueError) as error:
         raise BadInput(f"holds no results of a reproduction ({error})", file=path) from None

@@ -117,7 +117,7 @@ def compute(jobs: Sequence[StudyJob], store: Store, pool: Pool, watch: Callable[
     """
     for _ in store.finished.intersection(job.key for job in jobs):
         watch(None)
-    runner.execute(jobs, store, pool, watch)
+    runner.run(jobs, store, pool, watch)
     return runs_of(jobs, store.runs)
 
 

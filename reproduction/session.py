@@ -16,7 +16,7 @@ from .claims.claim import DERIVED, Paper
 from .pages import html, markdown
 from .results import Results
 from .runner import Run
-from .verdicts.spread import Spread
+from .verdicts import Spread
 
 PAGES, INTERACTIVE = "pages", "interactive"
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from . import results
 from .claims import files
-from .pages import answers
+from .pages import across
 
 MOST = 0.02
 """Share of the verdicts that may change."""
@@ -28,13 +28,13 @@ def verdicts(directory: Path) -> dict[str, str]:
 
 def headlines(directory: Path) -> dict[str, str]:
     """Paper -> the words of the first page: on its own example, and on all vessels."""
-    across = results.read(files.ACROSS, directory / "pages")
+    others = results.read(files.ACROSS, directory / "pages")
     found = {}
     for name in files.papers():
         paper = files.load(name)
         if paper.headline is not None:
-            own = answers.joined(answers.own(paper, results.read(name, directory / "pages")))
-            found[f"{name} headline"] = f"{own}; {answers.on_vessels(paper.headline, across)}"
+            own = across.joined(across.own(paper, results.read(name, directory / "pages")))
+            found[f"{name} headline"] = f"{own}; {across.on_vessels(paper.headline, others)}"
     return found
 
 

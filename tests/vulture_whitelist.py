@@ -4,7 +4,7 @@ from joblib.externals.loky import process_executor
 
 from helmbench.bench.exam.key import Key
 from helmbench.bench.exam.submission import Submission
-from helmbench.bench.identibench.specs import ProblemsFile
+from helmbench.bench.identibench.problems import ProblemsFile
 from helmbench.bench.store import MergedFile
 from helmbench.cli._shared import CommandGroup
 from helmbench.datasets import indices, manoeuvres

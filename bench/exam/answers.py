@@ -21,7 +21,7 @@ from ...models.coefficient_groups import stated_groups
 from ...models.errors import BadInput, CannotFit, EnvironmentFault, FitFailed
 from ...models.plain import plain
 from ..execution import one_line, quiet
-from ..kinds.diagnosis.names import named
+from ..kinds.diagnosis.judge import named
 from .exam_file import GROUP
 from .folder import Exam
 from .key import SCHEMA

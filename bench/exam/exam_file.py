@@ -14,7 +14,7 @@ from ...models.folders import check_regular, read_regular
 from ...models.model import Model
 from ...models.yaml_file import FileContent, Text
 from ..faults import kinds
-from ..kinds.diagnosis.names import BASE
+from ..kinds.diagnosis.judge import BASE
 
 Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,40}$")]
 

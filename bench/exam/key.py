@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Literal
 
@@ -20,7 +19,7 @@ from ...models.errors import BadInput
 from ...models.files import read_utf8
 from ...models.yaml_file import FileContent, checked
 from ..faults import Injected
-from ..faults.effects import Effect, RegimeKind
+from ..faults.effects.base import Effect
 from ..faults.regimes import TrueRegime
 from ..faults.sensing import CHANNELS as RECORDED
 from ..faults.ships import TrueShip, ship
@@ -54,11 +53,11 @@ class WorldKey(FileContent):
     """
 
     kind: str
-    case: dict[str, Any]
+    case: CaseSpec
     factors: dict[str, float]
     effects: tuple[dict[str, Any], ...]
     right: tuple[str, ...]
-    regimes: tuple[dict[str, Any], ...]
+    regimes: tuple[TrueRegime, ...]
     detectable: bool | None
     train: tuple[str, ...]
     held_out: dict[str, Kept]
@@ -67,15 +66,9 @@ class WorldKey(FileContent):
     rmse_best: dict[str, float]
 
     @property
-    def spec(self) -> CaseSpec:
-        """The case."""
-        case: dict[str, Any] = {**self.case, "injected": tuple(self.case["injected"])}
-        return CaseSpec(**case)
-
-    @property
     def ship(self) -> TrueShip:
         """The ship without effects."""
-        return ship(self.spec.vessel, tuple(self.factors.items()))
+        return ship(self.case.vessel, tuple(self.factors.items()))
 
     @property
     def injected(self) -> list[Effect]:
@@ -84,10 +77,6 @@ class WorldKey(FileContent):
             Effect(one["cause"], {n: tuple(v) if isinstance(v, list) else v for n, v in one["parameters"].items()})
             for one in self.effects
         ]
-
-    def true_regimes(self) -> list[TrueRegime]:
-        """Where the effects act."""
-        return [TrueRegime(**one) for one in self.regimes]
 
     def true_motion(self) -> list[Record]:
         """Training records of the true motion; none where nothing acts in a regime."""
@@ -123,14 +112,14 @@ def world_key(world: World, case: Injected, handed_out: list[Record]) -> dict[st
     measured: dict[str, Motion] = {record.name: record.channels for record in held_out}
     true = {record.name: {c: rounded(x) for c, x in record.channels.items()} for record in best}
     base = errors(measured, predicted(world.base(), handed_out), starts)
-    regimes = [e.kind.regime(e.at(0), case.case.ship) for e in case.effects if isinstance(e.kind, RegimeKind)]
+    regimes = [e.kind.regime(e.at(0), case.case.ship) for e in case.effects if e.kind.regime]
     return {
         "kind": world.kind,
-        "case": asdict(world.spec),
+        "case": world.spec,
         "factors": dict(world.factors),
         "effects": [{"cause": effect.cause, "parameters": dict(effect.parameters)} for effect in case.effects],
         "right": world.right,
-        "regimes": [vars(regime) for regime in regimes],
+        "regimes": regimes,
         "detectable": detectable(case) if world.spec.injected else None,
         "train": [record.name for record in case.train],
         "held_out": {

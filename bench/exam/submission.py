@@ -27,7 +27,7 @@ from ...models.model import Model, model_from_json
 from ...models.suggestions import suggestion
 from ...models.yaml_file import FileContent, Flag, Real, Text, checked, needs
 from ..faults.regimes import SIDES, VARIABLES
-from ..kinds.diagnosis.names import BASE
+from ..kinds.diagnosis.judge import BASE
 from .exam_file import GROUP, WorldFiles, read_file
 
 if TYPE_CHECKING:

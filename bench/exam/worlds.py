@@ -10,8 +10,7 @@ import numpy as np
 from ...models.errors import BadInput
 from ...models.model import Model
 from ..faults import FaultCase, Injected
-from ..faults.effects import kind_of
-from ..faults.effects.sensors import SensorKind
+from ..faults.effects.base import kind_of
 from ..faults.frames import Frames
 from ..faults.ships import sister_numbers
 from ..kinds.base import RunSelection, Suite
@@ -72,7 +71,7 @@ def kind_of_case(spec: CaseSpec) -> str:
     if spec.group == ONE_BUG or (spec.group == "injected" and spec.base not in (EXACT, UNSTATED)):
         return "imperfect base"
     if spec.group == "injected":
-        return "sensors" if isinstance(kind_of(spec.injected[0]), SensorKind) else "exact base"
+        return "sensors" if kind_of(spec.injected[0]).on_sensor else "exact base"
     return {"null": "nothing wrong", "pair": "two at once", REGIME: "regime"}.get(spec.group, spec.group)
 
 

@@ -6,32 +6,15 @@ moves inside the integration step (`integrate`), and only the numbers of the ves
     injected = inject(FaultCase("mariner", causes=("rudder_offset",), strength="faint"), rng)
     injected.train, injected.held_out, injected.truth
 
-A kind of effect is a class or a row of a table in `effects/`.
+A kind of effect is a row of a table in `effects/`.
 """
 
-from .case import GUSTS, SIZED, STRENGTHS, FaultCase
-from .effects import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
-from .injected import Injected, inject, inject_in_record
+from .effects.base import ANTICIPATED, REGIME, TAXONOMY, UNFORESEEN, Effect, EffectKind, kind_of, kinds, names_of
+from .frames import GUSTS, SIZED, STRENGTHS, FaultCase
+from .injected import Injected, inject, noncentrality
 from .ships import VESSELS
-from .strength import noncentrality
 
 __all__ = [
-    "ANTICIPATED",
-    "GUSTS",
-    "REGIME",
-    "SIZED",
-    "STRENGTHS",
-    "TAXONOMY",
-    "UNFORESEEN",
-    "VESSELS",
-    "Effect",
-    "EffectKind",
-    "FaultCase",
-    "Injected",
-    "inject",
-    "inject_in_record",
-    "kind_of",
-    "kinds",
-    "names_of",
-    "noncentrality",
+    "ANTICIPATED", "GUSTS", "REGIME", "SIZED", "STRENGTHS", "TAXONOMY", "UNFORESEEN", "VESSELS", "Effect", "EffectKind",
+    "FaultCase", "Injected", "inject", "kind_of", "kinds", "names_of", "noncentrality",
 ]  # fmt: skip

@@ -7,45 +7,38 @@ terms: the taxonomy of causes.
 
 from __future__ import annotations
 
+from collections import namedtuple
 from math import atan2, cos, exp, fabs, pi, sin, sqrt
 from typing import Any
-
-import numpy as np
 
 from ...models.compilation import njit
 
 JIT: dict[str, Any] = {"cache": True, "error_model": "numpy"}
 GRAVITY = 9.81
 
-#: Names of the effect parameters that act inside the equations; units as in the files of `effects`.
-DYNAMIC_TEXT = (
-    "current_north current_east wind_north wind_east X Y N Nrr Nrrr Yvv Yrv Yvr Nvr Nrv mass_fraction Hs "
-    "wave_from drop recovery r_quadratic r_cubic rudder_loss rudder_angle wake_loss wake_drift"
+#: Effects that act inside the equations, units as in the files of `effects`: p of the functions below.
+Terms = namedtuple(
+    "Terms",
+    "current_north current_east wind_north wind_east X Y N Nrr Nrrr Yvv Yrv Yvr Nvr Nrv mass_fraction Hs wave_from "
+    "drop recovery r_quadratic r_cubic rudder_loss rudder_angle wake_loss wake_drift",
 )
-DYNAMIC = DYNAMIC_TEXT.split()
-(
-    I_CN, I_CE, I_WN, I_WE, I_X, I_Y, I_N, I_NRR, I_NRRR, I_YVV, I_YRV, I_YVR, I_NVR, I_NRV, I_MASS,
-    I_HS, I_WF, I_DROP, I_REC, I_R2, I_R3, I_RLOSS, I_RANGLE, I_WLOSS, I_WDRIFT,
-) = range(len(DYNAMIC))  # fmt: skip
-#: What the equations know of a ship besides its coefficients.
-SHIP_TEXT = "rho S L U0 n m mxg iz m11 m22 m23 m32 m33 af al cx cy cn kn dw rho_air force moment"
-SHIP = SHIP_TEXT.split()
-(
-    S_RHO, S_S, S_L, S_U0, S_PROP, S_M, S_MXG, S_IZ, S_11, S_22, S_23, S_32, S_33, S_AF, S_AL, S_CX, S_CY, S_CN,
-    S_KN, S_DW, S_RHOA, S_FORCE, S_MOMENT,
-) = range(len(SHIP))  # fmt: skip
+NO_TERMS = Terms(*[0.0] * len(Terms._fields))
+#: What the equations know of a ship besides its coefficients: s.
+ShipNumbers = namedtuple(
+    "ShipNumbers", "rho S L U0 n m mxg iz m11 m22 m23 m32 m33 af al cx cy cn kn dw rho_air force moment"
+)
 
 
 @njit(**JIT)
 def rudder_kept(p, d):
     """Share of the rudder's force at angle d that an injected stall leaves."""
-    return 1.0 - p[I_RLOSS] if fabs(d) > p[I_RANGLE] else 1.0
+    return 1.0 - p.rudder_loss if fabs(d) > p.rudder_angle else 1.0
 
 
 @njit(**JIT)
 def wake_kept(p, u, v):
     """Factor on the inflow of the propeller by an injected error of the wake at large drift angles."""
-    return 1.0 - p[I_WLOSS] if fabs(atan2(v, u)) > p[I_WDRIFT] else 1.0
+    return 1.0 - p.wake_loss if fabs(atan2(v, u)) > p.wake_drift else 1.0
 
 
 @njit(**JIT)
@@ -60,16 +53,16 @@ def mariner_force(c, s, u, v, r, d, kept):
 
 @njit(**JIT)
 def abkowitz_force(c, s, u, v, r, d):
-    """X, Y, N of hull, propeller and rudder with the centripetal terms; c in the order of `ships.ABKOWITZ`."""
+    """X, Y, N of hull, propeller and rudder with the centripetal terms; c in the order of `ships.NAMES`."""
     speed = sqrt(u * u + v * v) + 1e-12
-    a, b, w = (u - s[S_U0]) / speed, v / speed, r * s[S_L] / speed
+    a, b, w = (u - s.U0) / speed, v / speed, r * s.L / speed
     x = c[0] * a + c[1] * a * a + c[2] * a**3 + c[3] * b * b + c[4] * w * w + c[5] * d * d + c[6] * d * d * a
     x += c[7] * b * w + c[8] * b * d + c[9] * b * d * a + c[10] * a * b * b + c[11] * a * w * w + c[12] * a * b * w
     x += c[13] * w * d + c[14] * a * w * d + c[15]
     y = lateral(c[16:38], a, b, w, d)
     n = lateral(c[38:60], a, b, w, d)
-    q = s[S_S] * speed * speed
-    return x * q, y * q, n * q * s[S_L]
+    q = s.S * speed * speed
+    return x * q, y * q, n * q * s.L
 
 
 @njit(**JIT)
@@ -83,7 +76,7 @@ def lateral(c, a, b, w, d):
 
 @njit(**JIT)
 def s175_force(c, s, u, v, r, d, kept, wake):
-    """Hull, propeller and rudder with the centripetal terms; c in the order of `ships.SON_NOMOTO`.
+    """Hull, propeller and rudder with the centripetal terms; c in the order of `ships.NAMES`.
 
     kept : share of the rudder's force that acts; wake : factor on the inflow of the propeller.
     """
@@ -95,30 +88,30 @@ def s175_force(c, s, u, v, r, d, kept, wake):
         c[20], c[21], c[22], c[23], c[24], c[25], c[26], c[27], c[28], c[29], c[30], c[31],
     )  # fmt: skip
     gamma, crr1, crrr, crrv = c[32], c[33], c[34], c[35]
-    length, rho = s[S_L], s[S_RHO]
+    length, rho = s.L, s.rho
     speed = sqrt(u * u + v * v) + 1e-12
     up, vp, rp = u / speed, v / speed, r * length / speed
     inflow = wake * u * ((1.0 - wp) + tau * (vp + xp * rp) ** 2)
-    advance = inflow / (s[S_PROP] * dp)
+    advance = inflow / (s.n * dp)
     kt = a0 + a1 * advance
-    thrust = rho * s[S_PROP] ** 2 * dp**4 * kt
+    thrust = rho * s.n**2 * dp**4 * kt
     ur = inflow * eps * sqrt(1.0 + 8.0 * kx * kt / (pi * advance * advance))
     vr = speed * (gamma * vp + crr1 * rp + crrr * rp**3 + crrv * rp * rp * vp)
     normal = kept * 0.5 * rho * ar * fa * (ur * ur + vr * vr) * sin(d + atan2(vr, ur))
-    q = s[S_S] * speed * speed
-    added = s[S_S] * length
+    q = s.S * speed * speed
+    added = s.S * length
     x = q * (xuu * up * up + xvv * vp * vp + xrr * rp * rp + xvr * vp * rp) + cp * thrust - cru * normal * sin(d)
-    x += (s[S_M] + my * added) * v * r
+    x += (s.m + my * added) * v * r
     y = q * (yuv * up * vp + yur * up * rp + yvvv * vp**3 + yrrr * rp**3 + yvrr * vp * rp * rp + yvvr * vp * vp * rp)
-    y += -crv * normal * cos(d) - (s[S_M] + mx * added) * u * r
+    y += -crv * normal * cos(d) - (s.m + mx * added) * u * r
     n = q * (nuv * up * vp + nur * up * rp + nvvv * vp**3 + nrrr * rp**3 + nvrr * vp * rp * rp + nvvr * vp * vp * rp)
     return x, y, (n - crr * normal * cos(d)) * length
 
 
 @njit(**JIT)
 def kvlcc2_force(c, s, u, v, r, d, kept, wake):
-    """MMG standard method with the centripetal terms; c in the order of `ships.YASUKAWA`, kept and wake as above."""
-    length, rho = s[S_L], s[S_RHO]
+    """MMG standard method with the centripetal terms; c in the order of `ships.NAMES`, kept and wake as above."""
+    length, rho = s.L, s.rho
     speed = sqrt(u * u + v * v) + 1e-12
     vp, rp = v / speed, r * length / speed
     mx, my, dp, tp, wp0, xp, c1, c2p, c2m = c[20], c[21], c[22], c[23], c[24], c[25], c[26], c[27], c[28]
@@ -127,23 +120,23 @@ def kvlcc2_force(c, s, u, v, r, d, kept, wake):
     beta_p = beta - xp * rp
     c2 = c2p if beta_p > 0 else c2m
     inflow = wake * u * (1.0 - wp0) * (1.0 + (1.0 - exp(-c1 * fabs(beta_p))) * (c2 - 1.0))
-    advance = inflow / (s[S_PROP] * dp)
+    advance = inflow / (s.n * dp)
     kt = k0 + k1 * advance + k2 * advance * advance
-    thrust = rho * s[S_PROP] ** 2 * dp**4 * kt
+    thrust = rho * s.n**2 * dp**4 * kt
     eta = dp / hr
     race = 1.0 + kappa * (sqrt(1.0 + 8.0 * kt / (pi * advance * advance)) - 1.0)
     ur = eps * inflow * sqrt(eta * race * race + 1.0 - eta)
     beta_r = beta - lr * rp
     vr = speed * (c[38] if beta_r > 0 else c[39]) * beta_r
     normal = kept * 0.5 * rho * ar * fa * (ur * ur + vr * vr) * sin(d - atan2(vr, ur))
-    q = s[S_S] * speed * speed
-    added = s[S_S] * length
+    q = s.S * speed * speed
+    added = s.S * length
     x = q * (-c[0] + c[1] * vp * vp + c[2] * vp * rp + c[3] * rp * rp + c[4] * vp**4) + (1.0 - tp) * thrust
-    x += -c[17] * normal * sin(d) + (s[S_M] + my * added) * v * r + s[S_MXG] * r * r
+    x += -c[17] * normal * sin(d) + (s.m + my * added) * v * r + s.mxg * r * r
     y = q * (c[5] * vp + c[6] * rp + c[7] * vp**3 + c[8] * vp * vp * rp + c[9] * vp * rp * rp + c[10] * rp**3)
-    y += -c[18] * normal * cos(d) - (s[S_M] + mx * added) * u * r
+    y += -c[18] * normal * cos(d) - (s.m + mx * added) * u * r
     n = q * (c[11] * vp + c[12] * rp + c[13] * vp**3 + c[14] * vp * vp * rp + c[15] * vp * rp * rp + c[16] * rp**3)
-    n = (n - c[19] * normal * cos(d)) * length - s[S_MXG] * u * r
+    n = (n - c[19] * normal * cos(d)) * length - s.mxg * u * r
     return x, y, n
 
 
@@ -152,11 +145,11 @@ def wind_force(s, u, v):
     """Force of the air on a hull that moves with u, v through it (taxonomy, `wind`; Blendermann 1994 for S175)."""
     square = u * u + v * v + 1e-12
     gamma = -atan2(v, u)
-    pressure = 0.5 * s[S_RHOA] * square
-    shape = 1.0 - 0.5 * s[S_DW] * (1.0 - s[S_CX] * s[S_AF] / (s[S_CY] * s[S_AL])) * sin(2.0 * gamma) ** 2
-    x = -s[S_CX] * cos(gamma) * pressure * s[S_AF] / shape
-    y = s[S_CY] * sin(gamma) * pressure * s[S_AL] / shape
-    n = s[S_CN] * sin(2.0 * gamma) * pressure * s[S_AL] * s[S_L] - s[S_KN] * (fabs(gamma) - 0.5 * pi) * y * s[S_L]
+    pressure = 0.5 * s.rho_air * square
+    shape = 1.0 - 0.5 * s.dw * (1.0 - s.cx * s.af / (s.cy * s.al)) * sin(2.0 * gamma) ** 2
+    x = -s.cx * cos(gamma) * pressure * s.af / shape
+    y = s.cy * sin(gamma) * pressure * s.al / shape
+    n = s.cn * sin(2.0 * gamma) * pressure * s.al * s.L - s.kn * (fabs(gamma) - 0.5 * pi) * y * s.L
     return x, y, n
 
 
@@ -164,27 +157,27 @@ def wind_force(s, u, v):
 def added_force(s, p, u, v, r, psi, ug, vg):
     """Injected forces: u, v through the water, ug, vg over ground."""
     speed = sqrt(u * u + v * v) + 1e-12
-    b, w = v / speed, r * s[S_L] / speed
-    q = s[S_S] * speed * speed
-    x, y, n = p[I_X], p[I_Y], p[I_N]
-    y += q * (p[I_YVV] * b * fabs(b) + p[I_YRV] * w * fabs(b) + p[I_YVR] * b * fabs(w))
-    n += q * s[S_L] * (p[I_NRR] * w * fabs(w) + p[I_NRRR] * w**3 + p[I_NVR] * b * fabs(w) + p[I_NRV] * w * fabs(b))
-    f = p[I_MASS]
-    x += f * (s[S_M] * v * r + s[S_MXG] * r * r)
-    y -= f * s[S_M] * u * r
-    n -= f * s[S_MXG] * u * r
-    if p[I_WN] != 0.0 or p[I_WE] != 0.0:
-        ua = ug - (p[I_WN] * cos(psi) + p[I_WE] * sin(psi))
-        va = vg - (-p[I_WN] * sin(psi) + p[I_WE] * cos(psi))
+    b, w = v / speed, r * s.L / speed
+    q = s.S * speed * speed
+    x, y, n = p.X, p.Y, p.N
+    y += q * (p.Yvv * b * fabs(b) + p.Yrv * w * fabs(b) + p.Yvr * b * fabs(w))
+    n += q * s.L * (p.Nrr * w * fabs(w) + p.Nrrr * w**3 + p.Nvr * b * fabs(w) + p.Nrv * w * fabs(b))
+    f = p.mass_fraction
+    x += f * (s.m * v * r + s.mxg * r * r)
+    y -= f * s.m * u * r
+    n -= f * s.mxg * u * r
+    if p.wind_north != 0.0 or p.wind_east != 0.0:
+        ua = ug - (p.wind_north * cos(psi) + p.wind_east * sin(psi))
+        va = vg - (-p.wind_north * sin(psi) + p.wind_east * cos(psi))
         x1, y1, n1 = wind_force(s, ua, va)
         x0, y0, n0 = wind_force(s, ug, vg)
         x, y, n = x + x1 - x0, y + y1 - y0, n + n1 - n0
-    if p[I_HS] != 0.0:
-        chi = p[I_WF] - psi
-        weight = s[S_RHO] * GRAVITY * p[I_HS] ** 2 * s[S_L]
+    if p.Hs != 0.0:
+        chi = p.wave_from - psi
+        weight = s.rho * GRAVITY * p.Hs**2 * s.L
         x -= 0.010 * cos(chi) * (0.3 if cos(chi) < 0.0 else 1.0) * weight
         y -= 0.020 * sin(chi) * fabs(sin(chi)) * weight
-        n -= 0.002 * sin(2.0 * chi) * weight * s[S_L]
+        n -= 0.002 * sin(2.0 * chi) * weight * s.L
     return x, y, n
 
 
@@ -193,7 +186,7 @@ def three_dof(kind, c, s, p, x, d, fx, fy, fn, out):
     """out[:6] = derivative of u, v, r, north, east, psi under rudder d and further forces fx, fy, fn."""
     u, v, r, psi = x[0], x[1], x[2], x[5]
     co, si = cos(psi), sin(psi)
-    uc, vc = p[I_CN] * co + p[I_CE] * si, -p[I_CN] * si + p[I_CE] * co
+    uc, vc = p.current_north * co + p.current_east * si, -p.current_north * si + p.current_east * co
     ur, vr = u - uc, v - vc
     kept, wake = rudder_kept(p, d), wake_kept(p, ur, vr)
     if kind == 0:
@@ -204,9 +197,9 @@ def three_dof(kind, c, s, p, x, d, fx, fy, fn, out):
         xx, yy, nn = kvlcc2_force(c, s, ur, vr, r, d, kept, wake)
     x1, y1, n1 = added_force(s, p, ur, vr, r, psi, u, v)
     xx, yy, nn = xx + x1 + fx, yy + y1 + fy, nn + n1 + fn
-    f = p[I_MASS]
-    m11, m22, m33 = s[S_11] + f * s[S_M], s[S_22] + f * s[S_M], s[S_33] + f * s[S_IZ]
-    m23, m32 = s[S_23] + f * s[S_MXG], s[S_32] + f * s[S_MXG]
+    f = p.mass_fraction
+    m11, m22, m33 = s.m11 + f * s.m, s.m22 + f * s.m, s.m33 + f * s.iz
+    m23, m32 = s.m23 + f * s.mxg, s.m32 + f * s.mxg
     det = m22 * m33 - m23 * m32
     out[0] = xx / m11 + r * vc
     out[1] = (m33 * yy - m23 * nn) / det - r * uc
@@ -224,22 +217,22 @@ def response(kind, c, s, p, x, d, fn, out):
     U falls as U_dot = (U0 - U)/recovery - drop U0 (r L/U0)^2 / recovery and every term keeps its prime value.
     """
     u, r, psi = x[0], x[2], x[5]
-    k = u / s[S_U0]
+    k = u / s.U0
     d *= rudder_kept(p, d)
     if kind == 3:
-        damping = k * r + c[2] / k * r**3 + p[I_R2] * r * fabs(r) + p[I_R3] / k * r**3
+        damping = k * r + c[2] / k * r**3 + p.r_quadratic * r * fabs(r) + p.r_cubic / k * r**3
         out[2] = (c[1] * k * k * d - damping) / c[0] + fn
         out[1] = 0.0
     else:
         lead = c[2] * c[3] / c[0] * k * k
         rate = x[1] + lead * d
-        damping = k * k * r + c[4] * r**3 + k * p[I_R2] * r * fabs(r) + p[I_R3] * r**3
+        damping = k * k * r + c[4] * r**3 + k * p.r_quadratic * r * fabs(r) + p.r_cubic * r**3
         out[2] = rate
         out[1] = (c[2] * k**3 * d - c[1] * k * rate - damping) / c[0] + fn
     out[0] = 0.0
-    if p[I_REC] > 0.0:
-        turn = r * s[S_L] / s[S_U0]
-        out[0] = (s[S_U0] - u - p[I_DROP] * s[S_U0] * turn * turn) / p[I_REC]
+    if p.recovery > 0.0:
+        turn = r * s.L / s.U0
+        out[0] = (s.U0 - u - p.drop * s.U0 * turn * turn) / p.recovery
     out[3] = u * cos(psi)
     out[4] = u * sin(psi)
     out[5] = r
@@ -255,9 +248,9 @@ def derivative(kind, c, s, p, extra, functions, t, x, d, fx, fy, fn, work, out):
     i = 0
     for function in functions:
         work[:] = 0.0
-        function(extra[i], t, x, d, s[S_L], s[S_U0], work)
+        function(extra[i], t, x, d, s.L, s.U0, work)
         i += 1  # noqa: SIM113, numba takes no enumerate of a tuple of functions
-        fx, fy, fn = fx + work[0] * s[S_FORCE], fy + work[1] * s[S_FORCE], fn + work[2] * s[S_MOMENT]
+        fx, fy, fn = fx + work[0] * s.force, fy + work[1] * s.force, fn + work[2] * s.moment
         out[6] += work[3]
         out[7] += work[4]
     if kind <= 2:
@@ -266,12 +259,9 @@ def derivative(kind, c, s, p, extra, functions, t, x, d, fx, fy, fn, work, out):
         response(kind, c, s, p, x, d, fn, out)
 
 
-def ship_vector(ship, force: float, moment: float) -> np.ndarray:
-    """The vector s of a `ships.Ship`; force and moment are the units of further forces."""
+def ship_numbers(ship, force: float, moment: float) -> ShipNumbers:
+    """The numbers s of a `ships.TrueShip`; force and moment are the units of further forces."""
     m = ship.mass
-    return np.array(
-        [
-            ship.rho, ship.primes[0], ship.length_m, ship.speed_m_s, ship.propeller_rps, *ship.rigid,
-            m[0, 0], m[1, 1], m[1, 2], m[2, 1], m[2, 2], *ship.windage, force, moment,
-        ]
-    )  # fmt: skip
+    matrix = m[0, 0], m[1, 1], m[1, 2], m[2, 1], m[2, 2]
+    own = ship.rho, ship.primes[0], ship.length_m, ship.speed_m_s, ship.propeller_rps, *ship.rigid, *matrix
+    return ShipNumbers(*map(float, (*own, *ship.windage, force, moment)))

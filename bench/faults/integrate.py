@@ -6,6 +6,7 @@ RK4 sees the rudder of its own instant; positions and heading are integrated tog
 
 from __future__ import annotations
 
+from collections import namedtuple
 from math import cos, exp, fabs, sin
 
 import numpy as np
@@ -13,11 +14,12 @@ import numpy as np
 from ...models.compilation import njit
 from .equations import JIT, derivative
 
-#: Rudder chain between the recorded angle and the hull.
-CHAIN_TEXT = "rate_limit saturation delay play effectiveness offset fault fault_time"
-CHAIN = CHAIN_TEXT.split()
-R_RATE, R_SAT, R_DELAY, R_PLAY, R_EFF, R_OFF, R_FAULT, R_FAULT_T = range(len(CHAIN))
-SOUND = np.array([1e9, 1e9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+#: Rudder chain between the recorded angle and the hull; what is not given is sound.
+Chain = namedtuple(
+    "Chain",
+    "rate_limit saturation delay play effectiveness offset fault fault_time",
+    defaults=[1e9, 1e9, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+)
 #: Closed loop: zigzag (1) or not (0), rudder order to starboard, heading change, execute time, first side.
 STATES = 8
 
@@ -45,19 +47,19 @@ def clip(value, limit):
 def at_hull(chain, half, j, recorded, limited, played):
     """Rudder angle at the hull at half step j: fills limited[j], played[j] from recorded[:j + 1]."""
     limited[j] = recorded[j]
-    if chain[R_RATE] < 1e8 and j > 0:
-        limited[j] = limited[j - 1] + clip(recorded[j] - limited[j - 1], chain[R_RATE] * half)
-    if chain[R_SAT] < 1e8:
-        limited[j] = clip(limited[j], chain[R_SAT])
-    place = max(j - chain[R_DELAY] / half, 0.0)
+    if chain.rate_limit < 1e8 and j > 0:
+        limited[j] = limited[j - 1] + clip(recorded[j] - limited[j - 1], chain.rate_limit * half)
+    if chain.saturation < 1e8:
+        limited[j] = clip(limited[j], chain.saturation)
+    place = max(j - chain.delay / half, 0.0)
     k = min(int(place), j)
     late = limited[k] if k == j else limited[k] + (place - k) * (limited[k + 1] - limited[k])
     before = played[j - 1] if j > 0 else late
     played[j] = late
-    if chain[R_PLAY] > 0.0:
-        played[j] = min(max(before, late - chain[R_PLAY]), late + chain[R_PLAY])
-    gain = 1.0 + chain[R_EFF] + (chain[R_FAULT] if j * half >= chain[R_FAULT_T] else 0.0)
-    return gain * played[j] + chain[R_OFF]
+    if chain.play > 0.0:
+        played[j] = min(max(before, late - chain.play), late + chain.play)
+    gain = 1.0 + chain.effectiveness + (chain.fault if j * half >= chain.fault_time else 0.0)
+    return gain * played[j] + chain.offset
 
 
 @njit(**JIT)

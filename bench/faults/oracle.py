@@ -45,7 +45,7 @@ def innovations(
         cov[6 + i, 6 + i] = gust_sd[i] ** 2
     decay = exp(-h * m / tau)
     slopes, work, mid, d, f = np.zeros((4, 8)), np.zeros(5), np.zeros(8), np.zeros(3), np.zeros((3, 3))
-    state, force, steps = np.zeros(8), np.zeros(4), np.zeros(nb)
+    state, force, base = np.zeros(8), np.zeros(4), np.zeros(nb)
     phi, drive = np.zeros((nx, nx)), np.zeros(nx)
     for k in range(y.shape[0]):
         for j in range(y.shape[1]):
@@ -61,34 +61,29 @@ def innovations(
         if k == y.shape[0] - 1:
             break
         phi[:] = 0.0
-        drive[:] = 0.0
-        force[:3], force[3] = x[6:9], 0.0
-        state[:6], state[6], state[7] = x[:6], 0.0, 0.0
-        advance(kind, c, s, p, extra, functions, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f)
-        base = state[:6].copy()
-        for i in range(nb):
-            steps[i] = 1e-5 * max(sd0[i], 1e-6)
-            state[:6] = x[:6]
-            state[i] += steps[i]
-            advance(
-                kind, c, s, p, extra, functions, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f
-            )
-            phi[:6, i] = (state[:6] - base) / steps[i]
-        for i in range(4):
-            size = 1e-4 if i == 3 else gust_sd[i]
+        for i in range(-1, nb + 4):  # the run itself, then by each state, by each gust's force and by the rudder
+            force[:3], force[3] = x[6:9], 0.0
+            state[:6], state[6], state[7] = x[:6], 0.0, 0.0
+            size = 1.0
+            if 0 <= i < nb:
+                size = 1e-5 * max(sd0[i], 1e-6)
+                state[i] += size
+            elif i >= nb:
+                size = 1e-4 if i == nb + 3 else gust_sd[i - nb]
+                force[i - nb] += size
             if size == 0.0:
                 continue
-            force[:3], force[3] = x[6:9], 0.0
-            force[i] += size
-            state[:6] = x[:6]
             advance(
                 kind, c, s, p, extra, functions, h, m, state, rudder, k * per, spread, force, slopes, work, mid, d, f
             )
-            if i == 3:
+            if i < 0:
+                base[:] = state[:6]
+            elif i == nb + 3:
                 drive[:6] = (state[:6] - base) / size
             else:
-                phi[:6, 6 + i] = (state[:6] - base) / size
-                phi[6 + i, 6 + i] = decay
+                phi[:6, i] = (state[:6] - base) / size
+            if nb <= i < nb + 3:
+                phi[i, i] = decay
         x[:6] = base
         x[6:9] *= decay
         cov = phi @ cov @ phi.T + np.outer(drive, drive) * rudder_sd**2

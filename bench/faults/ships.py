@@ -29,26 +29,31 @@ VESSELS = ("mariner", "s175", "kvlcc2-l7", "response-1", "response-2", "cargo")
 DEGREE = math.pi / 180.0
 MARINER_LENGTH = 160.93
 
-ABKOWITZ_X_TEXT = "Xu Xuu Xuuu Xvv Xrr Xdd Xddu Xvr Xvd Xvdu Xuvv Xurr Xuvr Xrd Xurd X0"
-ABKOWITZ_X = ABKOWITZ_X_TEXT.split()
-ABKOWITZ_T_TEXT = "u uu v r d vvv ddd vvr vvd vdd du vu ru duu rrr vrr vuu ruu rdd rrd rvd 0"
-ABKOWITZ_T = ABKOWITZ_T_TEXT.split()
-ABKOWITZ = [*ABKOWITZ_X, *("Y" + t for t in ABKOWITZ_T), *("N" + t for t in ABKOWITZ_T)]
-SON_NOMOTO_TEXT = (
-    "Xuu Xvv Xrr Xvr CP CRu Yuv Yur Yvvv Yrrr Yvrr Yvvr CRv Nuv Nur Nvvv Nrrr Nvrr Nvvr CRr m_x m_y D_P w_P "
-    "tau x_P a_0 a_1 A_R f_alpha epsilon k_x gamma_R c_Rr c_Rrrr c_Rrrv"
-)
-SON_NOMOTO = SON_NOMOTO_TEXT.split()
-YASUKAWA_TEXT = (
-    "R_0 X_vv X_vr X_rr X_vvvv Y_v Y_r Y_vvv Y_vvr Y_vrr Y_rrr N_v N_r N_vvv N_vvr N_vrr N_rrr CRu CRv CRr m_x "
-    "m_y D_P t_P w_P0 x_P C_1 C_2_plus C_2_minus k_0 k_1 k_2 H_R A_R f_alpha epsilon kappa l_R gamma_R_plus "
-    "gamma_R_minus d"
-)
-YASUKAWA = YASUKAWA_TEXT.split()
-FIRST_NAMES = ["T", "K", "alpha"]
-SECOND_NAMES = ["h", "g", "K", "T3", "alpha"]
-NAMES = {MARINER: ABKOWITZ, S175: SON_NOMOTO, KVLCC2: YASUKAWA, FIRST: FIRST_NAMES, SECOND: SECOND_NAMES}
 
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(text.split())
+
+
+ABKOWITZ_T = _names("u uu v r d vvv ddd vvr vvd vdd du vu ru duu rrr vrr vuu ruu rdd rrd rvd 0")
+SECOND_NAMES = ("h", "g", "K", "T3", "alpha")
+NAMES = {
+    MARINER: (
+        *_names("Xu Xuu Xuuu Xvv Xrr Xdd Xddu Xvr Xvd Xvdu Xuvv Xurr Xuvr Xrd Xurd X0"),
+        *(letter + term for letter in "YN" for term in ABKOWITZ_T),
+    ),
+    S175: _names(
+        "Xuu Xvv Xrr Xvr CP CRu Yuv Yur Yvvv Yrrr Yvrr Yvvr CRv Nuv Nur Nvvv Nrrr Nvrr Nvvr CRr m_x m_y D_P w_P "
+        "tau x_P a_0 a_1 A_R f_alpha epsilon k_x gamma_R c_Rr c_Rrrr c_Rrrv"
+    ),
+    KVLCC2: _names(
+        "R_0 X_vv X_vr X_rr X_vvvv Y_v Y_r Y_vvv Y_vvr Y_vrr Y_rrr N_v N_r N_vvv N_vvr N_vrr N_rrr CRu CRv CRr m_x "
+        "m_y D_P t_P w_P0 x_P C_1 C_2_plus C_2_minus k_0 k_1 k_2 H_R A_R f_alpha epsilon kappa l_R gamma_R_plus "
+        "gamma_R_minus d"
+    ),
+    FIRST: ("T", "K", "alpha"),
+    SECOND: SECOND_NAMES,
+}
+"""Coefficients of each kind of ship in the order in which the equations take them."""
 #: Steering gears of ships whose file has none that a sampled record can show: lag s, rate rad/s
 GEARS = {"response-1": (0.3, 10 * DEGREE), "response-2": (0.3, 10 * DEGREE), "kvlcc2-l7": (0.1, 15.8 * DEGREE)}
 BLOCKS = ("parameters", "constants")
@@ -138,7 +143,7 @@ def ship(vessel: str, factors: tuple[tuple[str, float], ...] = ()) -> TrueShip:
     common = {
         "id": vessel,
         "kind": kind,
-        "names": tuple(NAMES[kind]),
+        "names": NAMES[kind],
         "propeller_rps": float(facts.get("n0_rps") or 0.0),
         "lag_s": lag,
         "rate_rad_s": rate,

@@ -20,14 +20,14 @@ from . import equations, integrate
 from .ships import FIRST, TrueShip
 
 if TYPE_CHECKING:
-    from .effects.sensors import SensorKind
+    from .effects.base import EffectKind
 
 REFERENCE_RUDDER = np.deg2rad(10.0)
 CONSTANTS = 6
 """Length of the vector that a force function gets: the size, then the constants of the effect."""
 _VECTOR = types.Array(types.float64, 1, "C")
 FORCE = types.void(_VECTOR, types.float64, _VECTOR, types.float64, types.float64, types.float64, _VECTOR)
-"""Numba type of a force function (`effects.forces.ForceKind.force`)."""
+"""Numba type of a force function (`effects.forces.force_kind`)."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,16 +47,16 @@ class Gusts:
 class RunPlan:
     """What is injected in one record, sorted by where it acts.
 
-    dynamic: `equations.DYNAMIC` name -> value; chain: `integrate.CHAIN` name -> value; extra: force functions with
-    their vectors (`effects.forces`); wave: (rms rad, peak rad/s, damping) or None; sensors: kinds with parameters.
+    extra: force functions with their vectors (`effects.forces`); wave: (rms rad, peak rad/s, damping) or None; sensors:
+    kinds with parameters.
     """
 
     ship: TrueShip
-    dynamic: dict[str, float] = field(default_factory=dict)
-    chain: dict[str, float] = field(default_factory=dict)
+    terms: equations.Terms = equations.NO_TERMS
+    chain: integrate.Chain = field(default_factory=integrate.Chain)
     extra: tuple[tuple[Callable[..., None], np.ndarray], ...] = ()
     wave: tuple[float, float, float] | None = None
-    sensors: tuple[tuple[SensorKind, Mapping[str, Any]], ...] = ()
+    sensors: tuple[tuple[EffectKind, Mapping[str, Any]], ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ def rudder_force(ship: TrueShip) -> tuple[float, float]:
     out = np.zeros((2, 8))
     x = straight(ship)
     for row, angle in zip(out, (0.0, REFERENCE_RUDDER), strict=True):
-        args = (equations.ship_vector(ship, 1.0, 1.0), np.zeros(len(equations.DYNAMIC)), *further_forces(()), 0.0, x)
+        args = (equations.ship_numbers(ship, 1.0, 1.0), equations.NO_TERMS, *further_forces(()), 0.0, x)
         with first_class_functions():
             equations.derivative(ship.kind, ship.coefficients, *args, angle, 0.0, 0.0, 0.0, np.zeros(5), row)
     force = ship.mass @ (out[1, :3] - out[0, :3])
@@ -99,7 +99,7 @@ def straight(ship: TrueShip, heading_rad: float = 0.0) -> np.ndarray:
 def start(plan: RunPlan, heading_rad: float) -> np.ndarray:
     """State (8,) at rest in the moving water, over ground."""
     x = straight(plan.ship, heading_rad)
-    north, east = plan.dynamic.get("current_north", 0.0), plan.dynamic.get("current_east", 0.0)
+    north, east = plan.terms.current_north, plan.terms.current_east
     x[0] += north * np.cos(heading_rad) + east * np.sin(heading_rad)
     x[1] += -north * np.sin(heading_rad) + east * np.cos(heading_rad)
     return x
@@ -135,8 +135,8 @@ def simulate(
     limits = np.array([ship.lag_s, ship.rate_rad_s, ship.max_rad])
     with first_class_functions():
         integrate.run(
-            ship.kind, ship.coefficients, equations.ship_vector(ship, *rudder_force(ship)), vector(plan.dynamic),
-            *further_forces(plan.extra), chain(plan.chain), start(plan, heading_rad), h, orders, loop, seen, limits,
+            ship.kind, ship.coefficients, equations.ship_numbers(ship, *rudder_force(ship)), plan.terms,
+            *further_forces(plan.extra), plan.chain, start(plan, heading_rad), h, orders, loop, seen, limits,
             np.zeros(0) if prescribed is None else np.ascontiguousarray(prescribed, float),
             forces, bool(gusts and gusts.earth_fixed), states, rudder, hull,
         )  # fmt: skip
@@ -165,17 +165,6 @@ def further_forces(extra: Sequence[tuple[Callable[..., None], np.ndarray]]) -> t
 def compiled(function: FunctionType) -> Any:
     """A force function as a numba C function, cached on disk."""
     return callback(FORCE, function)
-
-
-def vector(dynamic: dict[str, float]) -> np.ndarray:
-    """The parameter vector of the equations."""
-    return np.array([float(dynamic.get(name, 0.0)) for name in equations.DYNAMIC])
-
-
-def chain(values: dict[str, float]) -> np.ndarray:
-    """The parameter vector of the rudder chain."""
-    whole = dict(zip(integrate.CHAIN, integrate.SOUND, strict=True)) | values
-    return np.array(list(whole.values()), float)
 
 
 def steering(ship: TrueShip, m: Manoeuvre, h: float, n: int, rng: np.random.Generator):

@@ -1,7 +1,7 @@
-"""The problems of an identification suite as HDF5 files, for programs that identify models of any kind.
+"""The problems of an identification suite as HDF5 files, for identibench and programs that identify models of any kind.
 
     DIR/README.md              what there is, in words
-    DIR/problems.json          each problem: its files, columns, steps and true parameters (`specs`)
+    DIR/problems.json          each problem: its files, columns, steps and true parameters
     DIR/NAME/train/*.hdf5      training records: a dataset a channel, and attributes
     DIR/NAME/test/*.hdf5       held-out records
 
@@ -16,7 +16,9 @@ import re
 from collections.abc import Sequence
 from os import PathLike
 from pathlib import Path
-from typing import Any, cast
+from typing import Annotated, Any, Literal, cast
+
+from pydantic import ConfigDict, Field
 
 from ...datasets.columns import CANONICAL, INPUTS, in_order
 from ...datasets.record import Record
@@ -26,6 +28,7 @@ from ...models.errors import BadInput
 from ...models.extras import extras_told
 from ...models.folders import make_folder, write_atomic
 from ...models.plain import plain
+from ...models.yaml_file import FileContent, Text, checked, load
 from ..environment import code_version
 from ..kinds import IDENTIFICATION, kind_of
 from ..kinds.base import RunSelection, Suite
@@ -171,3 +174,77 @@ def _write_head(out: Path, suite: Suite, entries: Sequence[dict[str, Any]]) -> N
     channels = "\n".join(f"- `{name}`: {unit}" for name, unit in units.items())
     write_atomic(out / README, TEXT.format(count=len(entries), channels=channels, **facts).encode())
     write_atomic(out / MANIFEST, (json.dumps(plain(content), indent=1, allow_nan=False) + "\n").encode())
+
+
+Name = Annotated[str, Field(pattern=r"^[A-Za-z0-9_-]{1,120}$")]
+
+
+class ProblemEntry(FileContent):
+    """A problem: its folder, and the columns that are inputs and outputs; the other keys say what it is."""
+
+    model_config = ConfigDict(extra="allow", frozen=True)
+
+    name: Name
+    inputs: tuple[Text, ...] = Field(min_length=1)
+    outputs: tuple[Text, ...] = Field(min_length=1)
+
+
+class ProblemsFile(FileContent):
+    """What problems.json holds."""
+
+    schema_version: Literal[1]
+    suite: Text
+    title: Text
+    version: Text
+    units: dict[str, Any]
+    problems: tuple[ProblemEntry, ...] = Field(min_length=1)
+
+
+@typed
+def identibench_specs(folder: str | PathLike[str], *, init_window: int = 1) -> list[Any]:
+    """Exported problems as `BenchmarkSpec` of identibench: Simulation of the held-out records, metric rmse.
+
+    The training records are `train` and, since there is no validation set, `train_valid`; `valid` is empty.
+
+    Parameters
+    ----------
+    folder : what `export_problems` wrote.
+    init_window : measured samples of a held-out record that a model is given, at least 1 for helmbench's methods.
+
+    Returns
+    -------
+    A specification a problem, with the problem's name, inputs and outputs.
+
+    Raises
+    ------
+    BadInput : identibench is not installed, the folder holds no problems, or init_window is negative.
+    """
+    if init_window < 0:
+        raise BadInput(f"init_window is {init_window}, at least 0 is needed")
+    place = Path(folder).absolute()
+    if not (place / MANIFEST).is_file():
+        raise BadInput("holds no exported problems", file=place, hint="write them with export_problems")
+    found = checked(ProblemsFile, load(place / MANIFEST), place / MANIFEST)
+    with extras_told():
+        return [_spec(entry, place, init_window) for entry in found.problems]
+
+
+def _spec(entry: ProblemEntry, place: Path, init_window: int) -> Any:
+    from identibench import BenchmarkSpec, Simulation
+    from identibench.metrics import rmse
+
+    from .folder import Folder
+
+    data = Folder(entry.name, None, root=place)
+    train: list[tuple[Any, str]] = [(data, "train/*.hdf5")]
+    metric: Any = rmse  # an array by channel, of which identibench takes the mean
+    return BenchmarkSpec(
+        name=entry.name,
+        u_cols=list(entry.inputs),
+        y_cols=list(entry.outputs),
+        train=train,
+        valid=[],
+        train_valid=train,
+        test_sets={"test": [(data, "test/*.hdf5")]},
+        task=Simulation(metric=metric, init_window=init_window),
+    )

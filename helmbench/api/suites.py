@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from ..bench.execution import Limits
     from ..bench.job_array import JobArray
     from ..bench.kinds.base import Kind, RunSelection, Spec
-    from ..bench.limits import Limits
     from ..bench.merging import MergeCounts
     from ..bench.store import Store
     from ..bench.suites import Trust
@@ -154,9 +154,9 @@ def run_suite(
         found before anything is written.  Later, where the machine is at fault (a full disk, a lost cluster): what is
         finished is kept, and `resume` goes on.  Also code that is not trusted.
     """
+    from ..bench.execution import UNLIMITED, Limits
     from ..bench.job_array import CLUSTERS, JobArray
     from ..bench.kinds.base import RunSelection
-    from ..bench.limits import UNLIMITED, Limits
     from ..bench.pool import worker_count
     from ..bench.store import MANIFEST
     from ..bench.suites import check_trust

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from functools import lru_cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -33,6 +34,12 @@ def load(paper: str) -> Paper:
     if paper not in everything():
         raise BadInput(f"unknown paper {paper!r}", hint=f"known: {', '.join(everything())}")
     return read(FOLDER / f"{paper}.yaml")
+
+
+@lru_cache
+def published(paper: str) -> Mapping[str, Any]:
+    """What a paper prints, by the ids of its claims."""
+    return {claim.id: claim.published for claim in load(paper).claims}
 
 
 def read(path: Path) -> Paper:

@@ -1,4 +1,4 @@
-"""The page that compares the papers' methods with their baselines on every vessel, from stored results alone."""
+"""Does the method of a paper beat its baseline, on its own example and on every vessel?  From stored results alone."""
 
 from __future__ import annotations
 
@@ -12,17 +12,29 @@ import numpy as np
 from ...reporting.numbers import MISSING, number, percent
 from ...reporting.tables import Column, make_table
 from ...reporting.tables import markdown as table_text
-from ..claims.claim import Paper
-from ..papers.paper_across import statistics
-from ..papers.paper_across.statistics import OUTCOMES
-from ..papers.paper_across.studies import LOST, NOISE, PAIRS, PLACES, PROPOSED, SEEDS
+from ..claims.claim import Headline, Paper
+from ..papers.paper_across import studies
+from ..papers.paper_across.studies import (
+    BETTER,
+    BOTH_FAIL,
+    EQUAL,
+    LOST,
+    MATERIAL,
+    NOISE,
+    OUTCOMES,
+    PAIRS,
+    PLACES,
+    PROPOSED,
+    SEEDS,
+    WORSE,
+)  # fmt: skip
 from ..results import Results
-from ..verdicts.spread import Spread
+from ..verdicts import NOTHING, Spread
 
 
 @dataclass(frozen=True)
 class PairCell:
-    """A pair on one vessel at one level of noise; the quantities of `statistics.paired`, `adjusted` by Holm."""
+    """A pair on one vessel at one level of noise; the quantities of `studies.paired`, `adjusted` by Holm."""
 
     vessel: str
     noise: str
@@ -33,7 +45,7 @@ class PairCell:
     def outcome(self) -> str:
         """better, worse, no difference, or both fail."""
         f = self.found
-        return statistics.outcome(self.adjusted, f["ratio"], f["error"], f["baseline"])
+        return studies.outcome(self.adjusted, f["ratio"], f["error"], f["baseline"])
 
 
 def cells(results: Results, pair: str) -> list[PairCell]:
@@ -41,7 +53,7 @@ def cells(results: Results, pair: str) -> list[PairCell]:
     places = [(vessel, noise) for vessel in results.values for noise in NOISE]
     raw = {place: _medians(results.values[place[0]], f"{pair}.{place[1]}.") for place in places}
     raw = {place: found for place, found in raw.items() if found}
-    adjusted = statistics.holm({"/".join(place): found["p"] for place, found in raw.items()})
+    adjusted = studies.holm({"/".join(place): found["p"] for place, found in raw.items()})
     return [PairCell(place[0], place[1], found, adjusted["/".join(place)]) for place, found in raw.items()]
 
 
@@ -82,8 +94,8 @@ def page(paper: Paper, results: Results) -> str:
 _LEGEND = f"""The error is the root mean square of the free-run errors of surge, sway and yaw rate over the standard
 deviation of each; a fit that fails or a run that diverges counts as {LOST:g}. A ratio below 1 means that the method has
 the smaller error. *better* and *worse* need both a two-sided Wilcoxon signed-rank test on the {SEEDS} paired runs below
-{statistics.LEVEL:g} after Holm's correction over all comparisons of the pair, and a median ratio further than
-{percent(statistics.MATERIAL)} from 1. *both fail*: the median errors of both are above {statistics.USELESS:g}, that of
+{studies.LEVEL:g} after Holm's correction over all comparisons of the pair, and a median ratio further than
+{percent(studies.MATERIAL)} from 1. *both fail*: the median errors of both are above {studies.USELESS:g}, that of
 a constant prediction. The effect is the matched-pairs rank-biserial correlation: 1 where the method always has the
 smaller error, -1 where the baseline has."""
 
@@ -122,8 +134,8 @@ def _details(found: Sequence[PairCell]) -> Iterator[str]:
 
 def _proposed(found: dict[tuple[str, str], dict[str, float]]) -> Iterator[str]:
     own, other = (np.array([cell[name] for cell in found.values()]) for name in ("error", "baseline"))
-    both = statistics.paired(own, other, LOST)
-    failing = int(np.sum(np.minimum(own, other) > statistics.USELESS))
+    both = studies.paired(own, other, LOST)
+    failing = int(np.sum(np.minimum(own, other) > studies.USELESS))
 
     def cost(prefix: str) -> str:
         evaluations, seconds = (
@@ -168,3 +180,131 @@ def _by_noise(vessels: Sequence[str], text: Callable[[str, str], str]) -> str:
         shown = partial(lambda noise, vessel: text(vessel, noise), noise)
         columns.append(Column(f"{noise} noise", shown, markdown=shown))
     return table_text(make_table(columns, list(dict.fromkeys(vessels))))
+
+
+YES, NO, PARTLY, OPEN = "yes", "no", "partly", "not settled"
+MOSTLY = 2.0 / 3.0
+"""Share of the comparisons that makes a yes or a no."""
+SLIGHT = 0.15
+"""A single ratio nearer to 1 than this is taken as no difference: medians over some runs are no surer."""
+
+
+def own_answer(found: Spread) -> str:
+    """Of one ratio of errors on the paper's own example: yes where the median of the runs is clearly below 1."""
+    if not found.known:
+        return OPEN
+    return YES if found.median < 1.0 - SLIGHT else NO
+
+
+def own(paper: Paper, results: Results) -> list[tuple[str, str, str]]:
+    """Comparisons on the paper's own example: quantity, ratio in words, answer."""
+    assert paper.headline is not None
+    found = []
+    for comparison in paper.headline.own:
+        ratio = results.values.get(comparison.study, {}).get(comparison.key, NOTHING)
+        told = number(ratio.median, 3) if ratio.known else OPEN
+        told = "the other is exact to rounding" if comparison.exact else told
+        told += f", {comparison.note}" if comparison.note else ""
+        found.append((comparison.quantity, told, own_answer(ratio)))
+    return found
+
+
+def joined(answers: Sequence[tuple[str, str, str]]) -> str:
+    """One word for several comparisons."""
+    words = {answer for *_, answer in answers}
+    return PARTLY if len(words) > 1 else next(iter(words), OPEN)
+
+
+def on_vessels(headline: Headline, across: Results) -> str:
+    """One word for all vessels: yes where most comparisons are better, no where few are."""
+    found = [cell for pair in headline.pairs for cell in cells(across, pair)]
+    if not found:
+        return OPEN
+    share = counts(found)[BETTER] / len(found)
+    return YES if share >= MOSTLY else NO if share <= 1.0 - MOSTLY else PARTLY
+
+
+def section(paper: Paper, results: Results, across: Results | None) -> Iterator[str]:
+    """The first section of a paper's page."""
+    if paper.headline is None:
+        return
+    headline = paper.headline
+    yield "## Does it beat the baseline?"
+    yield f"The claim: {headline.claim}."
+    answers = own(paper, results)
+    word, method = joined(answers), headline.method
+    yield f"**On its own example: {word}.** Ratios of errors, {method} over the other; below 1 it is better."
+    columns = [
+        Column("compared", lambda row: row[0]),
+        Column("ratio", lambda row: row[1]),
+        Column("better", lambda row: row[2]),
+    ]
+    yield table_text(make_table(columns, answers))
+    if across is not None:
+        yield from _on_vessels(headline, across)
+
+
+def _on_vessels(headline: Headline, across: Results) -> Iterator[str]:
+    word = on_vessels(headline, across)
+    yield f"**On all vessels: {word}.** Three levels of noise, 20 runs each; [all numbers](across.md)."
+    yield outcome_table([(pair, cells(across, pair)) for pair in headline.pairs])
+    yield f"When to use it instead: {instead(headline, across)}."
+
+
+def instead(headline: Headline, across: Results | None) -> str:
+    """Where the method was better than every baseline that it was compared with."""
+    if across is None or not headline.pairs:
+        return OPEN
+    lists = [{(c.vessel, c.noise): c.outcome for c in cells(across, pair)} for pair in headline.pairs]
+    places = [place for place in lists[0] if all(one.get(place, BETTER) == BETTER for one in lists)]
+    if not places:
+        return "nowhere in what was tried"
+    by_noise: dict[str, list[str]] = {}
+    for vessel, noise in places:
+        by_noise.setdefault(noise, []).append(vessel)
+    return "; ".join(f"{noise} noise: {', '.join(vessels)}" for noise, vessels in by_noise.items())
+
+
+def table(found: Sequence[tuple[Paper, Results]], across: Results | None) -> str:
+    """The headline table of the first page."""
+    rows = [(paper, results) for paper, results in found if paper.headline is not None]
+
+    def link(row: tuple[Paper, Results]) -> str:
+        return f"[{row[0].paper}]({row[0].paper}.md)"
+
+    columns = [
+        Column("paper", link, markdown=link),
+        Column("its claim", lambda row: row[0].headline.claim),
+        Column("holds on its own example", lambda row: own_text(*row)),
+        Column("holds on other vessels", lambda row: _vessels_text(row[0].headline, across)),
+        Column("when to use it instead", lambda row: instead(row[0].headline, across)),
+    ]
+    return table_text(make_table(columns, rows))
+
+
+def own_text(paper: Paper, results: Results) -> str:
+    """The word and the ratios behind it."""
+    answers = own(paper, results)
+    ratios = ", ".join(f"{ratio} ({quantity})" for quantity, ratio, _ in answers)
+    return f"{joined(answers)}; ratio of errors {ratios}"
+
+
+def _vessels_text(headline: Headline, across: Results | None) -> str:
+    if across is None:
+        return OPEN
+    told = []
+    for pair in headline.pairs:
+        found = cells(across, pair)
+        n = counts(found)
+        told.append(
+            f"{title(pair)}: better in {n[BETTER]}, worse in {n[WORSE]}, no difference in {n[EQUAL]}, "
+            f"both fail in {n[BOTH_FAIL]} of {len(found)}"
+        )
+    return f"{on_vessels(headline, across)}; " + "; ".join(told)
+
+
+RULE = f"""*On its own example*: the median ratio of the errors over our runs, yes below {1.0 - SLIGHT:g};
+*partly* where the comparisons differ. *On other vessels*: yes where the method is better in at least two thirds of
+the comparisons, no where it is in at most one third; better and worse are settled by paired tests and a difference of
+more than {100.0 * MATERIAL:g} %. *When to use it instead*: the vessels on which it was better than all that it was
+compared with."""

@@ -13,7 +13,7 @@ from ...reporting.plots import embedded
 from ...reporting.templating import render
 from ..claims.claim import Paper
 from ..results import Results
-from ..verdicts.verdict import VERDICTS
+from ..verdicts import VERDICTS
 from .markdown import claim_table, file_of
 
 

@@ -25,9 +25,8 @@ from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Figure, Paper, Refer
 from ..claims.files import ACROSS, everything, load
 from ..papers.study import StudyResult, drawing_of
 from ..results import Results
-from ..verdicts.spread import DIGITS, NOTHING, Spread
-from ..verdicts.verdict import NO_VALUE, REPRODUCED, VERDICTS, Judged, shown, within
-from . import across, answers
+from ..verdicts import DIGITS, NO_VALUE, NOTHING, REPRODUCED, VERDICTS, Judged, Spread, shown, within
+from . import across
 
 INDEX = "README.md"
 MARKERS = ("<!-- headline: begin -->", "<!-- headline: end -->")
@@ -60,7 +59,7 @@ def page(paper: Paper, results: Results, others: Results | None = None) -> str:
     parts = [
         f"# {paper.title}",
         f"Paper {paper.paper}: {paper.citation}",
-        *answers.section(paper, results, others),
+        *across.section(paper, results, others),
         "## Claims",
         f"**{counts_line(judged)}**",
         "Intervals are those in which a single further run would lie with a probability of 95 %; a published value "
@@ -79,7 +78,7 @@ def index(found: Sequence[tuple[Paper, Results]], others: Results | None = None)
     """The first page: what the papers claim and whether it holds, numbers of claims, how to read the other pages."""
     parts = [_INTRODUCTION]
     if others is not None:
-        parts += ["## Does it hold?", MARKERS[0], answers.table(found, others), MARKERS[1], answers.RULE]
+        parts += ["## Does it hold?", MARKERS[0], across.table(found, others), MARKERS[1], across.RULE]
     judged = [(paper, results.judged(paper)) for paper, results in found]
     rows = [
         {"paper": f"[{paper.paper}]({paper.paper}.md)", "title": paper.title} | _numbers(own, RESULT)
@@ -330,10 +329,6 @@ def _ended(judged: Sequence[Judged]) -> str:
     return f"{len(judged)} ({text})" if judged else "0"
 
 
-if __name__ == "__main__":
-    write([load(name) for name in everything()], Path(sys.argv[1]))
-
-
 # ---- Figures of the pages: drawn by a paper's module on a matplotlib figure, as SVG with equal bytes every time.
 
 FOLDER = "figures"
@@ -352,3 +347,7 @@ def write_figure(paper: Paper, figure: Figure, results: Sequence[StudyResult], d
     make_folder(path.parent, within=directory)
     write_atomic(path, data)
     return hashlib.sha256(data).hexdigest()
+
+
+if __name__ == "__main__":
+    write([load(name) for name in everything()], Path(sys.argv[1]))

@@ -10,11 +10,11 @@ import pytest
 
 import helmbench
 from helmbench.bench.job_array import PARTS
-from helmbench.bench.journal import RUNS, DamagedRunsWarning
+from helmbench.bench.journal import RUNS, DamagedRunsWarning, sealed, unsealed
 from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
 from helmbench.bench.store import MANIFEST
-from helmbench.bench.traces import TRACES
+from helmbench.bench.traces import read_traces
 from helmbench.models.errors import BadInput
 from helmbench.models.folders import write_atomic
 
@@ -75,7 +75,7 @@ def replaced(place, victim, how):
 @pytest.mark.parametrize(
     ("name", "how"),
     [
-        *((name, how) for name in (RUNS, TRACES) for how in ("link", "dangling", "hard link", "pipe", "folder")),
+        *((RUNS, how) for how in ("link", "dangling", "hard link", "pipe", "folder")),
         *((name, how) for name in (MANIFEST, RESULTS, PARAMETERS) for how in ("link", "dangling", "folder")),
     ],
 )
@@ -110,7 +110,7 @@ def test_a_report_replaces_a_link_and_not_what_it_names(folder, victim, name):
     assert victim.read_bytes() == CONTENT and not (folder / name).is_symlink()
 
 
-@pytest.mark.parametrize("name", [RUNS, TRACES, RESULTS, MANIFEST, "timing.json"])
+@pytest.mark.parametrize("name", [RUNS, RESULTS, MANIFEST, "timing.json"])
 @pytest.mark.parametrize("how", ["link", "pipe"])
 def test_a_report_reads_no_link_and_no_pipe(folder, victim, name, how):
     start(folder, resume=True)
@@ -141,7 +141,7 @@ def test_a_temporary_name_that_is_a_link_is_not_written_through(tmp_path, victim
     assert victim.read_bytes() == CONTENT and (tmp_path / "table").read_bytes() == b"new"
 
 
-@pytest.mark.parametrize("name", ["", RUNS, TRACES])
+@pytest.mark.parametrize("name", ["", RUNS])
 def test_a_folder_or_a_journal_of_another_user_is_not_written_to(folder, name, monkeypatch):
     other = (folder / name).stat().st_ino
     monkeypatch.setattr("helmbench.models.folders.is_own", lambda found: found.st_ino != other)
@@ -174,25 +174,24 @@ def test_one_changed_digit_does_not_survive_a_resume(finished, tmp_path, rng):
 
 
 def test_one_changed_digit_of_a_trace_is_not_shown(finished, tmp_path, rng):
-    from helmbench.bench.traces import read_traces
-
-    (tmp_path / TRACES).write_bytes(whole := (finished / TRACES).read_bytes())
-    count = len(read_traces(tmp_path))
-    digits = [found.start() for found in re.finditer(rb"[0-9]", whole)]
+    whole = (finished / RUNS).read_bytes()
+    begin = whole.index(b'"trace"')
+    part = whole[begin : whole.index(b'"digest"', begin)]
+    digits = [begin + found.start() for found in re.finditer(rb"[0-9]", part)]
     place = digits[int(rng.integers(len(digits)))]
     digit = str((int(whole[place : place + 1]) + 1) % 10).encode()
-    (tmp_path / TRACES).write_bytes(whole[:place] + digit + whole[place + 1 :])
-    assert count and len(read_traces(tmp_path)) == count - 1
+    (tmp_path / RUNS).write_bytes(whole[:place] + digit + whole[place + 1 :])
+    count = len(read_traces(finished))
+    with pytest.warns(DamagedRunsWarning):
+        assert count and len(read_traces(tmp_path)) == count - 1
 
 
 def test_a_trace_that_is_one_sample_short_is_not_shown(finished, tmp_path, rng):
-    from helmbench.bench.journal import sealed
-    from helmbench.bench.traces import read_traces
-
-    first, *others = (finished / TRACES).read_bytes().splitlines()
-    entry = json.loads(first)
-    del entry["digest"]
-    curve = rng.choice(list(entry["trace"]["channels"].values()))
+    lines = (finished / RUNS).read_bytes().splitlines()
+    place = next(i for i, line in enumerate(lines) if b'"trace"' in line)
+    run = json.loads(unsealed(lines[place]))
+    curve = rng.choice(list(run["trace"]["channels"].values()))
     curve[rng.choice(list(curve))].pop()
-    (tmp_path / TRACES).write_bytes(b"\n".join([sealed(entry).strip(), *others]))
-    assert len(read_traces(tmp_path)) == len(others)
+    lines[place] = sealed(run).strip()
+    (tmp_path / RUNS).write_bytes(b"\n".join([*lines, b""]))
+    assert len(read_traces(tmp_path)) == len(read_traces(finished)) - 1

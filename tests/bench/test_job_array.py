@@ -14,8 +14,9 @@ import pytest
 
 import helmbench
 from helmbench.bench import job_array
+from helmbench.bench.execution import Limits
 from helmbench.bench.journal import RUNS
-from helmbench.bench.limits import Limits
+from helmbench.bench.traces import read_traces
 from helmbench.models.errors import BadInput, EnvironmentFault
 
 from .killed_runs import tables
@@ -73,8 +74,8 @@ def test_an_array_stores_what_one_process_stores(suite, tmp_path):
     assert_each_run_once(tmp_path / "jobs", 20)
     for left, right in zip(tables(alone.directory), tables(seen.directory), strict=True):
         pd.testing.assert_frame_equal(left, right, check_exact=True)
-    traces = [(folder / "traces.jsonl").read_bytes().split(b"\n") for folder in (alone.directory, seen.directory)]
-    assert sorted(traces[0]) == sorted(traces[1])
+    traces = [{run["key"]: run["trace"] for run in read_traces(one.directory)} for one in (alone, seen)]
+    assert traces[0] == traces[1]
 
 
 @pytest.mark.nightly

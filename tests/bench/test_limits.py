@@ -8,10 +8,10 @@ import pytest
 import helmbench
 from helmbench.bench import runner
 from helmbench.bench.environment import cpu_count
+from helmbench.bench.execution import Limits
 from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.identification import execute
 from helmbench.bench.kinds.identification.plan import plan
-from helmbench.bench.limits import Limits
 from helmbench.bench.pool import processes
 from helmbench.models.errors import BadInput, EnvironmentFault
 

@@ -10,6 +10,7 @@ from helmbench.bench import merging
 from helmbench.bench.journal import read_runs, sealed, unsealed
 from helmbench.bench.merging import merge
 from helmbench.bench.store import read_manifest, read_tables
+from helmbench.bench.traces import read_traces
 from helmbench.models.errors import BadInput
 
 from ..support.inline_pool import without_workers
@@ -56,7 +57,7 @@ def test_results_are_checked_and_added(copies):
     found = merge(source, target, sample=1)
     assert (found.added, found.known, found.recomputed) == (2, 0, 1)
     assert set(read_tables(target)[0]["method"]) == {"ls", "rls"} and read_manifest(target)["planned"] == 4
-    assert len((target / "traces.jsonl").read_text().splitlines()) == 2
+    assert len(read_traces(target)) == 2
     assert merge(source, target, sample=0).known == 2
 
 

@@ -14,6 +14,7 @@ from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.identification import kind as identification
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.suites import load_suite
+from helmbench.bench.traces import read_traces
 from helmbench.cli import status_of
 from helmbench.models.errors import BadInput
 
@@ -60,10 +61,7 @@ def test_only_what_is_new_is_run(suite_of, tmp_path, capsys):
     whole = helmbench.run_suite(more, directory=tmp_path / "whole", jobs=1)
     assert journal(new).keys() == journal(whole.directory).keys()
     assert [row["rel_error_median"] for row in rows] == [row["rel_error_median"] for row in whole.rows]
-    traces = [
-        sorted(line.split(b'"trace"')[1] for line in (folder / "traces.jsonl").read_bytes().splitlines())
-        for folder in (new, whole.directory)
-    ]
+    traces = [{run["key"]: run["trace"] for run in read_traces(folder)} for folder in (new, whole.directory)]
     assert traces[0] == traces[1]
 
 

@@ -5,7 +5,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import inject_in_record
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.measured import data_dir, load
@@ -75,7 +74,8 @@ def test_a_first_order_nomoto_lacks_damping():
 
 def test_a_scale_error_injected_in_measured_records_is_named(rng):
     scale = float(rng.choice([-1.0, 1.0]) * rng.uniform(0.04, 0.1))
-    records = [inject_in_record(thinned("Z_15_05"), "yaw_rate_scale", {"s": scale}, rng)]
+    record = thinned("Z_15_05")
+    records = [record.with_channels(yaw_rate_rad_s=(1.0 + scale) * record.column("yaw_rate_rad_s"))]
     found = diagnose(resolve("nomoto-1-cubic"), records, options=Options(base_parameters="identify"))
     sizes = {f.cause: f.sizes for f in found.causes}
     print(scale, sizes)

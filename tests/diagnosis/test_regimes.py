@@ -5,7 +5,7 @@ import pytest
 
 from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.bench.kinds.diagnosis.execute import RECORDS
-from helmbench.bench.kinds.diagnosis.localisation import healthy_bias, regime_scores
+from helmbench.bench.kinds.diagnosis.judge import healthy_bias, regime_scores
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import model_to_json, resolve
 from helmbench.models.simulate import initial_state, simulate

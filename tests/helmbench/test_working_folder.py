@@ -30,7 +30,7 @@ ARRAY = """
 from pathlib import Path
 
 from helmbench.bench import job_array
-from helmbench.bench.limits import Limits
+from helmbench.bench.execution import Limits
 
 executor = job_array._executor(job_array.JobArray("local"), Path("jobs").resolve())
 (job,) = job_array._submitted(executor, [job_array.JobShare(Path("none"), [], Limits(), "another version")])

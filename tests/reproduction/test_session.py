@@ -4,6 +4,7 @@ import json
 import re
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from helmbench import cli
@@ -100,6 +101,7 @@ def test_pages_tell_everything(made, tmp_path):
     assert "no finite value" in text
     index = re.sub(" +", " ", (tmp_path / "out/pages/README.md").read_text(encoding="utf-8"))
     assert "[999](999.md) | A made-up paper | 2 |" in index and "| setting | 1 | 1 | 0 |" in index
+    assert set(pd.read_parquet(tmp_path / "out/values.parquet")["paper"]) == {"999"}
     rows = session.rows(found)
     assert [row["verdict"] for row in rows].count("not computable") == 1
     assert [(row["kind"], row["published"], row["from_printed_numbers"]) for row in rows[2:]] == [

@@ -1,22 +1,22 @@
-"""What a kind of effect states, and an effect: a kind with its parameters.
+"""Kinds of effects, and an effect: a kind with its parameters.
 
-A kind is a class, or a row of a table `ROWS` where it differs from others of its class by numbers and a function. The
-files of this folder are by where an effect acts; unforeseen effects have a file each. A kind states as which cause it
-should be diagnosed, how it is drawn, where it acts (ship, rudder, forces, wave motion or sensors) and how a size that a
-diagnosis states is compared with the true one. Methods that a kind does not override leave everything as it is.
+A kind is a row of a table `ROWS` of a file of this folder; the files are by where an effect acts, and all unforeseen
+forces are in one.  A row states as which cause the effect should be diagnosed, how it is drawn, where it acts (ship,
+rudder, forces, wave motion or sensors) and how a size that a diagnosis states is compared with the true one.  What it
+leaves out changes nothing.
 """
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from enum import IntEnum
 from functools import lru_cache
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from ....models.discovery import by_name, classes_of, known, modules_in
+from ....models.discovery import by_name, known, modules_in
 from ..regimes import TrueRegime
 from ..ships import TrueShip
 
@@ -47,8 +47,42 @@ class Setting:
         return self.train + self.held_out
 
 
-class EffectKind(ABC):
-    """One kind of effect.
+class Stage(IntEnum):
+    """Order in which sensor effects act; white noise comes between `OFFSET` and `GROSS_ERROR`.
+
+    Other effects have the stage `NONE`."""
+
+    NONE = -1
+    ALIGNMENT = 0
+    FRAME = 1
+    SCALE = 2
+    OFFSET = 3
+    GROSS_ERROR = 4
+    COLUMN = 5
+
+
+def three_dof(ship: TrueShip) -> bool:
+    """Whether surge, sway and yaw of a ship move."""
+    return ship.is_3dof
+
+
+def any_ship(ship: TrueShip) -> bool:
+    """Every ship, response ships too."""
+    return True
+
+
+def numbers(p: Mapping[str, Any]) -> dict[str, float]:
+    """The parameters that are numbers."""
+    return {name: float(value) for name, value in p.items() if isinstance(value, int | float)}
+
+
+def unchanged(rows: Rows, time: np.ndarray, p: Mapping[str, Any], noise_sd: Mapping[str, float], rng: object) -> None:
+    """Leaves the columns of a record as they are."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class EffectKind:
+    """One kind of effect.  Its functions take the effect's parameters in one record, p.
 
     Attributes
     ----------
@@ -62,82 +96,58 @@ class EffectKind(ABC):
     whole : parameters that are tuples but do not differ by record, and are no numbers to be found.
     directions : parameters that are angles on the full circle.
     variance_only : it only adds variance; command : records hold the rudder command instead of its angle.
-    three_dof, response : which ships can carry it; of response ships also some, by their ids.
+    carried_by : whether a ship can carry it.
+    draw : parameters of about faint size; tuples hold one value per record, training records first.
+    variables : what an unknown effect depends on, as a diagnosis tells it; one of them is enough.
+    noncentrality : that of the best test where it is known without a filter; None: computed (`injected`).
+    truths : true sizes, by the names under which a finding with `details` states them.
+
+    changed_ship : the ship with other coefficients.
+    rudder, forces : values of the rudder chain (`integrate.Chain`) and of the equations' own terms
+        (`equations.Terms`).
+    force : a function of its own that adds forces, see `forces`.
+    wave : wave motion: rms rad, peak rad/s, damping ratio.
+    stage : when an effect on a sensor acts.
+    apply : change columns (n,) in place; time (n,) s, noise_sd of the channels in their own units.
+    delay_s, jitter_s : delay of a channel and standard deviation of the sampling times of a simulated record, s.
+    regime : where it acts, of a kind that acts in a part of the run only; right : groups of the base model's numbers
+        and causes that name it then.
     """
 
-    id: ClassVar[str]
-    group: ClassVar[str] = TAXONOMY
-    rank: ClassVar[int] = LAST
-    units: ClassVar[Mapping[str, str]] = {}
-    sized: ClassVar[tuple[str, ...]] = ()
-    cap: ClassVar[float] = np.inf
-    inverse: ClassVar[bool] = False
-    whole: ClassVar[tuple[str, ...]] = ()
-    directions: ClassVar[tuple[str, ...]] = ()
-    variance_only: ClassVar[bool] = False
-    command: ClassVar[bool] = False
-    three_dof: ClassVar[bool] = True
-    response: ClassVar[bool | tuple[str, ...]] = False
+    id: str
+    group: str = TAXONOMY
+    rank: int = LAST
+    units: Mapping[str, str] = field(default_factory=dict)
+    sized: tuple[str, ...] = ()
+    cap: float = np.inf
+    inverse: bool = False
+    whole: tuple[str, ...] = ()
+    directions: tuple[str, ...] = ()
+    variance_only: bool = False
+    command: bool = False
+    carried_by: Callable[[TrueShip], bool] = three_dof
+    draw: Callable[[Setting, np.random.Generator], dict[str, Any]] = lambda s, rng: {}
+    variables: Callable[[Mapping[str, Any]], frozenset[str]] = lambda p: frozenset()
+    noncentrality: Callable[[Mapping[str, Any]], float | None] = lambda p: None
+    truths: Callable[[Mapping[str, Any], TrueShip, Mapping[str, Any]], dict[str, float]] = lambda p, ship, details: (
+        numbers(p)
+    )
+    changed_ship: Callable[[TrueShip, Mapping[str, Any]], TrueShip] = lambda ship, p: ship
+    rudder: Callable[[Mapping[str, Any]], dict[str, float]] = lambda p: {}
+    forces: Callable[[Mapping[str, Any]], dict[str, float]] = lambda p: {}
+    force: Callable[..., None] | None = None
+    wave: Callable[[Mapping[str, Any]], tuple[float, float, float] | None] = lambda p: None
+    stage: Stage = Stage.NONE
+    apply: Callable[..., None] = unchanged
+    delay_s: Callable[[str, Mapping[str, Any]], float] = lambda channel, p: 0.0
+    jitter_s: Callable[[Mapping[str, Any]], float] = lambda p: 0.0
+    regime: Callable[[Mapping[str, Any], TrueShip], TrueRegime] | None = None
+    right: tuple[str, ...] = ()
 
-    def __init__(self, **row: Any) -> None:
-        """A kind whose attributes and functions, by name, are those of a row where there is one."""
-        vars(self).update(row)
-
-    def variables(self, p: Mapping[str, Any]) -> frozenset[str]:
-        """Variables that an unknown effect with these parameters depends on, as a diagnosis tells them; one of them is
-        enough."""
-        return frozenset()
-
-    def carried_by(self, ship: TrueShip) -> bool:
-        """Whether a ship can carry it."""
-        if ship.is_3dof:
-            return self.three_dof
-        return self.response if isinstance(self.response, bool) else ship.id in self.response
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
-        """Parameters of about faint size; tuples hold one value per record, training records first."""
-        return {}
-
-    def noncentrality(self, p: Mapping[str, Any]) -> float | None:
-        """Non-centrality of the best test where it is known without a filter; None: computed (`strength`)."""
-        return None
-
-    def changed_ship(self, ship: TrueShip, p: Mapping[str, Any]) -> TrueShip:
-        """The ship with other coefficients."""
-        return ship
-
-    def rudder(self, p: Mapping[str, Any]) -> dict[str, float]:
-        """Values of the rudder chain, by the names of `integrate.CHAIN`."""
-        return {}
-
-    def forces(self, p: Mapping[str, Any]) -> dict[str, float]:
-        """Values of the equations' own force terms, by the names of `equations.DYNAMIC`."""
-        return {}
-
-    def wave(self, p: Mapping[str, Any]) -> tuple[float, float, float] | None:
-        """Wave motion: rms rad, peak rad/s, damping ratio."""
-        return None
-
-    def truths(self, p: Mapping[str, Any], ship: TrueShip, details: Mapping[str, Any]) -> dict[str, float]:
-        """True sizes in one record, by the names under which a finding with these `details` states them."""
-        return numbers(p)
-
-
-def numbers(p: Mapping[str, Any]) -> dict[str, float]:
-    """The parameters that are numbers."""
-    return {name: float(value) for name, value in p.items() if isinstance(value, int | float)}
-
-
-class RecordEffect(EffectKind):
-    """A kind that can also be injected in a measured record, since it only changes columns."""
-
-    @abstractmethod
-    def change_record(self, rows: Rows, time: np.ndarray, p: Mapping[str, Any], rng: np.random.Generator) -> None:
-        """Change the columns in place; time (n,) s; KeyError for a missing column.
-
-        The rudder at the hull is (1 + e) recorded(t - tau) + delta0: an injected offset takes delta0 out of the
-        recorded column, and an injected delay moves the column forward in time.
-        """
+    @property
+    def on_sensor(self) -> bool:
+        """Whether it acts on a sensor."""
+        return self.stage is not Stage.NONE
 
 
 def random_sign(rng: np.random.Generator, negative: float = 0.5) -> float:
@@ -145,67 +155,29 @@ def random_sign(rng: np.random.Generator, negative: float = 0.5) -> float:
     return -1.0 if rng.random() < negative else 1.0
 
 
-class RegimeKind(EffectKind):
-    """A kind that acts in a part of the run only.
-
-    right : groups of the base model's numbers and causes that name it.
-    """
-
-    group = REGIME
-    right: ClassVar[tuple[str, ...]]
-
-    def regime(self, p: Mapping[str, Any], ship: TrueShip) -> TrueRegime:
-        """Where it acts."""
-        raise NotImplementedError(f"{self.id} has no regime")
-
-
-class ScalarKind(EffectKind):
-    """A kind with one number: `size` times exp of -.5 to .5, negative with the probability `negative`.
+def scalar(
+    parameter: str,
+    unit: str,
+    size: Callable[[TrueShip], float],
+    negative: float = 0.5,
+    chain: tuple[str, ...] = (),
+    terms: tuple[str, ...] = (),
+    **row: Any,
+) -> EffectKind:
+    """A kind with one number: `size` of the ship times exp of -.5 to .5, negative with the probability `negative`.
 
     chain, terms : values of the rudder chain and of the equations' force terms that are this number.
     """
 
-    parameter: ClassVar[str]
-    unit: ClassVar[str]
-    negative: ClassVar[float] = 0.5
-    chain: ClassVar[tuple[str, ...]] = ()
-    terms: ClassVar[tuple[str, ...]] = ()
+    def draw(s: Setting, rng: np.random.Generator) -> dict[str, Any]:
+        sign = random_sign(rng, negative)
+        return {parameter: sign * size(s.ship) * float(np.exp(rng.uniform(-0.5, 0.5)))}
 
-    def __init__(self, **row: Any) -> None:
-        super().__init__(**row)
-        vars(self).update(units={self.parameter: self.unit}, sized=(self.parameter,))
-
-    def size(self, ship: TrueShip) -> float:
-        """About the faint size for a ship."""
-        raise NotImplementedError(f"{self.id} has no size")
-
-    def rudder(self, p: Mapping[str, Any]) -> dict[str, float]:
-        return dict.fromkeys(self.chain, p[self.parameter])
-
-    def forces(self, p: Mapping[str, Any]) -> dict[str, float]:
-        return dict.fromkeys(self.terms, p[self.parameter])
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
-        sign = random_sign(rng, self.negative)
-        return {self.parameter: sign * self.size(s.ship) * float(np.exp(rng.uniform(-0.5, 0.5)))}
-
-
-class WeatherKind(EffectKind):
-    """A speed or height and a direction, the two names of `units`, drawn anew for each record."""
-
-    def __init__(self, **row: Any) -> None:
-        super().__init__(**row)
-        size, direction = self.units
-        vars(self).update(sized=(size,), directions=(direction,))
-
-    def size(self, ship: TrueShip) -> float:
-        """About the faint speed or height for a ship."""
-        raise NotImplementedError(f"{self.id} has no size")
-
-    def draw(self, s: Setting, rng: np.random.Generator) -> dict[str, Any]:
-        sizes = self.size(s.ship) * rng.uniform(0.7, 1.3, s.records)
-        angles = rng.uniform(-np.pi, np.pi, s.records)
-        return {self.sized[0]: tuple(map(float, sizes)), self.directions[0]: tuple(map(float, angles))}
+    acting: dict[str, Any] = {
+        "rudder": lambda p: dict.fromkeys(chain, p[parameter]),
+        "forces": lambda p: dict.fromkeys(terms, p[parameter]),
+    }
+    return EffectKind(units={parameter: unit}, sized=(parameter,), draw=draw, **acting, **row)
 
 
 # ---- Kinds that the files of this folder define, and a kind with its parameters.
@@ -214,8 +186,7 @@ class WeatherKind(EffectKind):
 @lru_cache(maxsize=1)
 def kinds() -> dict[str, EffectKind]:
     """Identifier -> every kind of effect, in the order in which a suite draws."""
-    found = [cls() for cls in classes_of(__package__, EffectKind)]
-    found += [row for module in modules_in(__package__) for row in getattr(module, "ROWS", ())]
+    found = [row for module in modules_in(__package__) for row in getattr(module, "ROWS", ())]
     return dict(sorted(by_name("effect", found).items(), key=lambda item: (item[1].rank, item[0])))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..regimes import TrueRegime
 from ..ships import FIRST, KVLCC2, S175, SECOND, SECOND_NAMES, TrueShip
 from ..simulator import rudder_force
-from .base import EffectKind, RegimeKind, ScalarKind, Setting, numbers, random_sign
+from .base import REGIME, EffectKind, Setting, any_ship, numbers, random_sign, scalar
 
 HULL = {
     "mariner": ("Yv", "Yr", "Nv", "Nr", "Nvvr", "Yvvr", "Xvv"),
@@ -77,7 +77,7 @@ def with_lead(ship: TrueShip, p: Mapping[str, Any]) -> TrueShip:
     t2, t3 = p["T2"] + short, p["T3"] + short
     values = {"h": t * t2, "g": t + t2, "K": ship.coefficient("K"), "T3": t3, "alpha": ship.coefficient("alpha")}
     coefficients = np.array([values[name] for name in SECOND_NAMES])
-    return replace(ship, kind=SECOND, names=tuple(SECOND_NAMES), coefficients=coefficients)
+    return replace(ship, kind=SECOND, names=SECOND_NAMES, coefficients=coefficients)
 
 
 def draw_speed_loss(s: Setting, rng: np.random.Generator) -> dict[str, float]:
@@ -106,25 +106,25 @@ def shallow_factors(ship: TrueShip, depth_ratio: float) -> tuple[float, float, f
 
 
 ROWS = (
-    ScalarKind(  # a further yaw moment Nrr r|r|; of a response ship, alpha r|r| in s/rad
+    scalar(  # a further yaw moment Nrr r|r|; of a response ship, alpha r|r| in s/rad
         id="yaw_damping_quadratic", rank=25, parameter="Nrr", unit="1", terms=("Nrr", "r_quadratic"), negative=0.75,
-        response=("response-1", "response-2", "cargo"), size=damping_size,
+        size=damping_size, carried_by=lambda ship: ship.is_3dof or ship.id in ("response-1", "response-2", "cargo"),
     ),
-    ScalarKind(  # a further yaw moment Nrrr r^3; of a response ship without that term, alpha r^3 in s2/rad2
+    scalar(  # a further yaw moment Nrrr r^3; of a response ship without that term, alpha r^3 in s2/rad2
         id="yaw_damping_cubic", rank=26, parameter="Nrrr", unit="1", terms=("Nrrr", "r_cubic"), negative=0.75,
-        response=("cargo",), size=damping_size,
+        size=damping_size, carried_by=lambda ship: ship.is_3dof or ship.id == "cargo",
     ),
-    ScalarKind(  # a further sway force Yvv v|v|
+    scalar(  # a further sway force Yvv v|v|
         id="sway_damping_quadratic", rank=27, parameter="Yvv", unit="1", terms=("Yvv",), negative=0.75,
         size=lambda ship: 10 * damping_size(ship),
     ),
-    ScalarKind(  # the ship is heavier by a fraction of her mass, with the same radius of gyration
+    scalar(  # the ship is heavier by a fraction of her mass, with the same radius of gyration
         id="loading_change", rank=31, parameter="fraction", unit="1", terms=("mass_fraction",), cap=0.6,
         size=lambda ship: 0.01,
     ),
     EffectKind(  # one hull coefficient is larger by a fraction of itself
         id="coefficient_shift", rank=33, units={"name": "", "fraction": "1"}, sized=("fraction",), cap=0.9,
-        response=True, draw=draw_shift, changed_ship=shifted, truths=true_shift,
+        carried_by=any_ship, draw=draw_shift, changed_ship=shifted, truths=true_shift,
     ),
     EffectKind(  # a constant force on the hull, in body axes
         id="constant_force", rank=24, units={"X": "N", "Y": "N", "N": "N m"}, sized=("X", "Y", "N"), draw=draw_force,
@@ -140,19 +140,19 @@ ROWS = (
         truths=lambda p, ship, details: numbers(p) | {"lead": 1.0 - p["T3"] / p["T2"] if p["T2"] else inf},
     ),
     EffectKind(  # a response ship loses speed in a turn
-        id="speed_loss", rank=29, units={"drop": "1", "recovery": "s"}, sized=("drop",), three_dof=False,
-        response=True, draw=draw_speed_loss, forces=dict,
+        id="speed_loss", rank=29, units={"drop": "1", "recovery": "s"}, sized=("drop",),
+        carried_by=lambda ship: not ship.is_3dof, draw=draw_speed_loss, forces=dict,
         truths=lambda p, ship, details: (
             numbers(p) | {"loss_gain": p["drop"] * (ship.length_m / ship.speed_m_s) ** 2}
         ),
     ),
-    ScalarKind(  # the water is shallow: its depth is `depth_ratio` times the draught
+    scalar(  # the water is shallow: its depth is `depth_ratio` times the draught
         id="shallow_water", rank=32, parameter="depth_ratio", unit="1", negative=0.0, cap=1.15, inverse=True,
         size=lambda ship: 12.0, changed_ship=in_shallow_water,
         truths=lambda p, ship, details: numbers(p) | {"draught_over_depth": 1.0 / p["depth_ratio"]},
     ),
-    RegimeKind(  # the water reaches the propeller more slowly than the wake law says beyond an angle of drift
-        id="wake_loss", rank=62, units={"loss": "1", "drift": "rad"}, sized=("loss",), cap=0.6,
+    EffectKind(  # the water reaches the propeller more slowly than the wake law says beyond an angle of drift
+        id="wake_loss", group=REGIME, rank=62, units={"loss": "1", "drift": "rad"}, sized=("loss",), cap=0.6,
         right=("wake_in_turns", "wake_and_thrust_deduction", "rudder_inflow"),
         carried_by=lambda ship: ship.kind in (S175, KVLCC2),  # whose equations hold a propeller
         draw=lambda s, rng: {

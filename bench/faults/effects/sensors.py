@@ -1,91 +1,37 @@
-"""Effects of the sensors: what they do to the columns of a record, simulated or measured."""
+"""Effects of the sensors: what they do to the columns of a record."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import IntEnum
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
-from ....datasets.columns import RUDDERS
 from ..regimes import TrueRegime
 from ..ships import DEGREE
-from .base import ANTICIPATED, RecordEffect, RegimeKind, Rows, ScalarKind, random_sign
-from .rudder import rudder_columns
+from .base import ANTICIPATED, REGIME, EffectKind, Rows, Stage, any_ship, random_sign, scalar
 
 VELOCITY = ("surge_m_s", "sway_m_s")
 ATTITUDE = ("heading_rad", "yaw_rate_rad_s")
 
 
-class Stage(IntEnum):
-    """Order in which sensor effects act; white noise comes between `OFFSET` and `GROSS_ERROR`."""
-
-    ALIGNMENT = 0
-    FRAME = 1
-    SCALE = 2
-    OFFSET = 3
-    GROSS_ERROR = 4
-    COLUMN = 5
-
-
-class SensorKind(RecordEffect):
-    """A kind of effect that acts on a sensor."""
-
-    stage: ClassVar[Stage] = Stage.OFFSET
-
-    def jitter_s(self, p: Mapping[str, Any]) -> float:
-        """Standard deviation of the sampling times, s."""
-        return 0.0
-
-    def delay_s(self, channel: str, p: Mapping[str, Any]) -> float:
-        """Delay of a channel of a simulated record, s."""
-        return 0.0
-
-    def apply(
-        self,
-        rows: Rows,
-        time: np.ndarray,
-        p: Mapping[str, Any],
-        noise_sd: Mapping[str, float],
-        rng: np.random.Generator,
-    ) -> None:
-        """Change the columns in place; time (n,) s, `noise_sd` of the channels in their own units."""
-
-    def change_record(self, rows: Rows, time: np.ndarray, p: Mapping[str, Any], rng: np.random.Generator) -> None:
-        self.apply(rows, time, p, {}, rng)
-
-
-class ScalarSensorKind(ScalarKind, SensorKind):
-    """An effect on a sensor with one number."""
-
-
-class SensorRegime(SensorKind, RegimeKind):
-    """An effect on a sensor in a part of the run only."""
-
-
-class OffsetKind(ScalarSensorKind):
+def offset(channel: str, **row: Any) -> EffectKind:
     """A constant added to a channel: parameter `b`."""
 
-    parameter = "b"
+    def apply(rows, time, p, noise_sd, rng) -> None:
+        rows[channel] = rows[channel] + p["b"]
 
-    channel: ClassVar[str]
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        rows[self.channel] = rows[self.channel] + p["b"]
+    return scalar("b", stage=Stage.OFFSET, apply=apply, **row)
 
 
-class ScaleKind(ScalarSensorKind):
+def scale(channels: tuple[str, ...], **row: Any) -> EffectKind:
     """Channels multiplied by 1 + s."""
 
-    stage = Stage.SCALE
-    parameter, unit = "s", "1"
-    cap = 0.6
-    channels: ClassVar[tuple[str, ...]]
-
-    def apply(self, rows, time, p, noise_sd, rng) -> None:
-        for channel in self.channels:
+    def apply(rows, time, p, noise_sd, rng) -> None:
+        for channel in channels:
             rows[channel] = (1.0 + p["s"]) * rows[channel]
+
+    return scalar("s", "1", stage=Stage.SCALE, cap=0.6, apply=apply, **row)
 
 
 def turn_velocity(rows: Rows, angle: float | np.ndarray) -> None:
@@ -93,15 +39,6 @@ def turn_velocity(rows: Rows, angle: float | np.ndarray) -> None:
     surge, sway = (rows[name] for name in VELOCITY)
     rows[VELOCITY[0]] = np.cos(angle) * surge + np.sin(angle) * sway
     rows[VELOCITY[1]] = -np.sin(angle) * surge + np.cos(angle) * sway
-
-
-def delay_columns(rows: Rows, time: np.ndarray, names: list[str], delay_s: float) -> None:
-    """recorded(t) = true(t - delay); nan where the record has no such time."""
-    for name in names:
-        known = np.isfinite(rows[name])
-        moved = np.interp(time - delay_s, time[known], rows[name][known], left=np.nan, right=np.nan)
-        share = np.interp(time - delay_s, time, known.astype(float), left=0.0, right=0.0)
-        rows[name] = np.where(share > 0.999, moved, np.nan)
 
 
 def turned(rows: Rows, time, p, noise_sd, rng) -> None:
@@ -118,31 +55,18 @@ def exchanged(rows: Rows, time, p, noise_sd, rng) -> None:
 
 
 def negative_rudder(rows: Rows, time, p, noise_sd, rng) -> None:
-    for name in rudder_columns(rows):
-        rows[name] = -rows[name]
+    rows["rudder_rad"] = -rows["rudder_rad"]
 
 
 def late_velocities(p: Mapping[str, Any]) -> tuple[str, ...]:
     return (*VELOCITY, *ATTITUDE) if p.get("attitude") else VELOCITY
 
 
-def jittered(rows: Rows, time: np.ndarray, p, rng: np.random.Generator) -> None:
-    taken = np.clip(time + p["sd"] * rng.standard_normal(time.size), time[0], time[-1])
-    for name, values in rows.items():
-        rows[name] = np.interp(taken, time, values)
-
-
 def gross_errors(rows: Rows, time, p, noise_sd: Mapping[str, float], rng: np.random.Generator) -> None:
-    for name in [name for name in rows if name not in RUDDERS]:
+    for name in [name for name in rows if name != "rudder_rad"]:
         n = rows[name].size
         error = rng.choice([-1.0, 1.0], n) * rng.uniform(12.0, 30.0, n) * noise_sd.get(name, 0.0)
         rows[name] = rows[name] + np.where(rng.random(n) < p["share"], error, 0.0)
-
-
-def gross_errors_of_measured(rows: Rows, time, p, rng: np.random.Generator) -> None:
-    """A measured channel's own noise is taken from its third differences."""
-    spread = {name: np.nanmedian(np.abs(np.diff(values, 3))) for name, values in rows.items()}
-    gross_errors(rows, time, p, {name: 1.4826 * value / np.sqrt(20.0) for name, value in spread.items()}, rng)
 
 
 def cut_off(rows: Rows, time, p, noise_sd, rng) -> None:
@@ -154,60 +78,57 @@ def ramp(rows: Rows, time: np.ndarray, p, noise_sd, rng) -> None:
 
 
 ROWS = (
-    OffsetKind(
-        id="yaw_rate_bias", rank=8, unit="rad/s", channel="yaw_rate_rad_s", response=True,
+    offset(
+        id="yaw_rate_bias", rank=8, unit="rad/s", channel="yaw_rate_rad_s", carried_by=any_ship,
         size=lambda ship: 0.003 * DEGREE / ship.clock,
     ),
-    OffsetKind(id="heading_offset", rank=10, unit="rad", channel="heading_rad", size=lambda ship: 0.1 * DEGREE),
-    OffsetKind(id="sway_offset", rank=12, unit="m/s", channel="sway_m_s", size=lambda ship: 0.005 * ship.clock),
-    ScaleKind(id="yaw_rate_scale", rank=9, channels=("yaw_rate_rad_s",), response=True, size=lambda ship: 0.01),
-    ScaleKind(id="speed_scale", rank=11, channels=VELOCITY, size=lambda ship: 0.002),
-    ScalarSensorKind(  # the axes of the speed log are turned by an angle to starboard
+    offset(id="heading_offset", rank=10, unit="rad", channel="heading_rad", size=lambda ship: 0.1 * DEGREE),
+    offset(id="sway_offset", rank=12, unit="m/s", channel="sway_m_s", size=lambda ship: 0.005 * ship.clock),
+    scale(id="yaw_rate_scale", rank=9, channels=("yaw_rate_rad_s",), carried_by=any_ship, size=lambda ship: 0.01),
+    scale(id="speed_scale", rank=11, channels=VELOCITY, size=lambda ship: 0.002),
+    scalar(  # the axes of the speed log are turned by an angle to starboard
         id="axis_misalignment", rank=17, parameter="angle", unit="rad", cap=0.6, stage=Stage.ALIGNMENT,
         size=lambda ship: 0.1 * DEGREE, apply=turned,
     ),
-    SensorKind(  # the columns of surge and sway hold the velocities along north and east
+    EffectKind(  # the columns of surge and sway hold the velocities along north and east
         id="earth_frame_velocity", rank=15, stage=Stage.FRAME, apply=in_earth_axes,
     ),
-    SensorKind(  # two columns are exchanged
+    EffectKind(  # two columns are exchanged
         id="channel_swap", rank=16, units={"channels": "pair"}, whole=("channels",), stage=Stage.COLUMN,
         draw=lambda s, rng: {"channels": (VELOCITY, ("north_m", "east_m"))[rng.integers(2)]}, apply=exchanged,
     ),
-    SensorKind(id="rudder_sign", rank=7, response=True, apply=negative_rudder),
-    ScalarSensorKind(  # the heading is recorded tau seconds late
-        id="heading_delay", rank=13, parameter="tau", unit="s", negative=0.0, response=True,
+    EffectKind(id="rudder_sign", stage=Stage.OFFSET, rank=7, carried_by=any_ship, apply=negative_rudder),
+    scalar(  # the heading is recorded tau seconds late
+        id="heading_delay", stage=Stage.OFFSET, rank=13, parameter="tau", unit="s", negative=0.0, carried_by=any_ship,
         size=lambda ship: 0.2 * ship.clock, delay_s=lambda channel, p: p["tau"] if channel == "heading_rad" else 0.0,
-        change_record=lambda rows, time, p, rng: delay_columns(rows, time, ["heading_rad"], p["tau"]),
     ),
-    SensorKind(  # the velocities are recorded tau seconds late, and heading and yaw rate too where `attitude` is 1
-        id="velocity_delay", rank=14, units={"tau": "s", "attitude": "0 or 1"}, sized=("tau",),
+    EffectKind(  # the velocities are recorded tau seconds late, and heading and yaw rate too where `attitude` is 1
+        id="velocity_delay", stage=Stage.OFFSET, rank=14, units={"tau": "s", "attitude": "0 or 1"}, sized=("tau",),
         draw=lambda s, rng: {
             "tau": 0.2 * s.ship.clock * rng.uniform(0.7, 1.4), "attitude": float(rng.random() < 0.5),
         },
         delay_s=lambda channel, p: p["tau"] if channel in late_velocities(p) else 0.0,
-        change_record=lambda rows, time, p, rng: delay_columns(
-            rows, time, [name for name in late_velocities(p) if name in rows], p["tau"]
-        ),
     ),
-    ScalarSensorKind(  # samples are taken at times with a random error; ten times as large, they keep their order
-        id="clock_jitter", rank=19, parameter="sd", unit="s", negative=0.0, variance_only=True, response=True,
-        size=lambda ship: 0.015 * ship.clock, jitter_s=lambda p: p["sd"], change_record=jittered,
+    scalar(  # samples are taken at times with a random error; ten times as large, they keep their order
+        id="clock_jitter", stage=Stage.OFFSET, rank=19, parameter="sd", unit="s", negative=0.0, variance_only=True,
+        carried_by=any_ship, size=lambda ship: 0.015 * ship.clock, jitter_s=lambda p: p["sd"],
     ),
-    ScalarSensorKind(  # a share of every channel's samples has gross errors of 12 to 30 standard deviations
-        id="outliers", rank=18, parameter="share", unit="1", negative=0.0, cap=0.1, variance_only=True, response=True,
-        stage=Stage.GROSS_ERROR, size=lambda ship: 0.005, noncentrality=lambda p: p["share"] * 12e4,
-        apply=gross_errors, change_record=gross_errors_of_measured,
+    scalar(  # a share of every channel's samples has gross errors of 12 to 30 standard deviations
+        id="outliers", rank=18, parameter="share", unit="1", negative=0.0, cap=0.1, variance_only=True,
+        carried_by=any_ship, stage=Stage.GROSS_ERROR, size=lambda ship: 0.005,
+        noncentrality=lambda p: p["share"] * 12e4, apply=gross_errors,
     ),
-    SensorKind(  # a sensor of heading or yaw rate drifts linearly through the record
-        id="sensor_ramp", group=ANTICIPATED, rank=39, units={"size": "rad or rad/s"}, sized=("size",), response=True,
+    EffectKind(  # a sensor of heading or yaw rate drifts linearly through the record
+        id="sensor_ramp", stage=Stage.OFFSET, group=ANTICIPATED, rank=39, units={"size": "rad or rad/s"},
+        sized=("size",), carried_by=any_ship,
         draw=lambda s, rng: {
             "channel": str(rng.choice(("yaw_rate_rad_s", "heading_rad"))), "size": random_sign(rng) * 0.05 * DEGREE,
         },
         apply=ramp, variables=lambda p: frozenset({"time"}),
     ),
-    SensorRegime(  # the yaw-rate sensor cuts off what exceeds its range
-        id="yaw_rate_saturation", rank=63, units={"limit": "rad/s"}, response=True, stage=Stage.COLUMN,
-        right=("yaw_rate_scale", "yaw_rate_saturation"), apply=cut_off,
+    EffectKind(  # the yaw-rate sensor cuts off what exceeds its range
+        id="yaw_rate_saturation", group=REGIME, rank=63, units={"limit": "rad/s"}, stage=Stage.COLUMN,
+        carried_by=any_ship, right=("yaw_rate_scale", "yaw_rate_saturation"), apply=cut_off,
         draw=lambda s, rng: {"limit": float(rng.uniform(0.15, 0.24)) * s.ship.speed_m_s / s.ship.length_m},
         regime=lambda p, ship: TrueRegime("yaw_rate", "above", p["limit"]),
     ),

@@ -45,7 +45,7 @@ CASE_COLUMNS = {
     **TIMES,
 }
 """`named`: findings of the diagnosis in its order, joined by +, tied causes by /; `outcome`: see `judge.OUTCOMES`;
-`described`: variables of what remains; `regime_`, `healthy_bias`: see `localisation`; `rmse_`: on held-out records, of
+`described`: variables of what remains; `regime_`, `healthy_bias`: see `judge`; `rmse_`: on held-out records, of
 free runs of the model before and after, and of the true ship without gusts."""
 
 SIZE_COLUMNS = {

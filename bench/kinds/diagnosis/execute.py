@@ -13,8 +13,18 @@ from ....diagnosis.registry import find
 from ....models.model import Model, resolve
 from ...execution import attempt, guarded, measured_cost
 from .bases import EXACT, base_model, bug_of
-from .judge import KNOWN, description, detectable, gain, judge, judge_names, size_rows, truth_errors
-from .localisation import healthy_bias, regime_scores
+from .judge import (
+    KNOWN,
+    description,
+    detectable,
+    gain,
+    healthy_bias,
+    judge,
+    judge_names,
+    regime_scores,
+    size_rows,
+    truth_errors,
+)
 from .plan import ORACLE, PLANTED, CaseSpec
 
 if TYPE_CHECKING:
@@ -95,7 +105,7 @@ def right_names(spec: CaseSpec) -> tuple[frozenset[str], frozenset[str]]:
     if bug is not None:
         return frozenset(bug.right), bug.numbers
     kinds = [kind_of(name) for name in spec.injected]
-    return frozenset(name for kind in kinds for name in getattr(kind, "right", ())), frozenset()
+    return frozenset(name for kind in kinds for name in kind.right), frozenset()
 
 
 def _options(spec: CaseSpec) -> Any:

@@ -1,25 +1,83 @@
-"""Scores of one diagnosis against the injected effects."""
+"""Scores of one diagnosis against the injected effects: what it names, sizes, gain, and where an effect acts."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from math import isfinite, pi
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from ....checks.result import Size
 from ....checks.sensors import HeadingDrift
+from ....datasets.record import Record
 from ....diagnosis.causes.registry import all_causes
 from ....diagnosis.result import Diagnosis, Finding
+from ....models.coefficient_groups import stated_groups, values_of
+from ....models.model import Model
 from .bases import EXACT, LACKING, UNSTATED
 from .columns import CHANNELS
-from .names import Said, named
 from .plan import PLANTED
 
 if TYPE_CHECKING:
     from ...faults import Effect, Injected
+    from ...faults.regimes import TrueRegime
     from ...faults.ships import TrueShip
+
+BASE = "base_coefficients"
+"""The cause under which a finding states groups of the base model's numbers in its details."""
+
+
+class Said(Protocol):
+    """What is judged of a diagnosis, or of an answer that no diagnosis of this package gave."""
+
+    @property
+    def model(self) -> Model: ...
+    @property
+    def verdict(self) -> str: ...
+    @property
+    def causes(self) -> Sequence[Finding]: ...
+
+
+def named(diagnosis: Said) -> list[frozenset[str]]:
+    """One set of interchangeable names for each thing that a diagnosis names, in its order.
+
+    A single number counts as its group.  A finding of the base model's numbers names each of the groups in its details,
+    by id or title; further details, "would do as well" or "coefficient", name ties or the number itself.
+    """
+    known = group_names(diagnosis.model)
+    found = [sets for finding in diagnosis.causes for sets in _of_finding(finding, known)]
+    return list(dict.fromkeys(found))
+
+
+def group_names(model: Model) -> dict[str, str]:
+    """Number, or title of a group in small letters -> id of the group; empty where the family states no groups."""
+    groups = stated_groups(model)
+    return {name: g.id for g in groups for name in g.every} | {g.title.lower(): g.id for g in groups}
+
+
+def _of_finding(finding: Finding, known: Mapping[str, str]) -> list[frozenset[str]]:
+    """Sets of interchangeable names of one finding."""
+    ties = [*finding.tied_with, *_texts(finding.details.get("would do as well"))]
+    ties = [_id(text, known) for text in ties if text != BASE]
+    groups = [_id(text, known) for text in _texts(finding.details.get("groups"))]
+    if finding.cause == BASE:
+        return [frozenset({group, *ties}) for group in groups] or [frozenset({BASE, *ties})]
+    number = finding.details.get("coefficient")
+    return [frozenset({_id(str(number or finding.cause), known), *ties})]
+
+
+def _texts(value: object) -> list[str]:
+    """A text or a list of texts as a list."""
+    if isinstance(value, str):
+        return [value]
+    return [str(one) for one in value] if isinstance(value, list | tuple) else []
+
+
+def _id(text: str, known: Mapping[str, str]) -> str:
+    """The group of a number or title, or of `group.number`; an id, also with blanks, as it is."""
+    return known.get(text, known.get(text.lower(), text.replace(" ", "_").partition(".")[0]))
+
 
 OUTCOMES = {
     "alone": "the first finding is the injected cause, by itself",
@@ -238,3 +296,53 @@ def compare(size: Size, truth: float, circular: bool = False) -> dict[str, Any]:
 def wrapped(angle: Any) -> Any:
     """An angle in -pi .. pi, or an array of such."""
     return (angle + pi) % (2.0 * pi) - pi
+
+
+def regime_scores(diagnosis: Diagnosis, case: Injected) -> dict[str, Any]:
+    """Columns of the regime of a case: the true one, those stated in `details["regime"]`, and their F1.
+
+    F1 is over the samples of all training records: truly in the regime against said to be in any of those stated, both
+    by the true motion.  It is 0 without a stated regime, empty without a true one.
+    """
+    stated = stated_regimes(diagnosis)
+    true = [e.kind.regime(e.at(0), case.case.ship) for e in case.effects if e.kind.regime]
+    return {
+        "regime_true": "+".join(map(str, true)),
+        "regime_named": "+".join(map(str, stated)),
+        "regime_f1": localisation(true, stated, case.true_motion()) if true else None,
+    }
+
+
+def stated_regimes(diagnosis: Said) -> list[TrueRegime]:
+    """The regimes that the findings of a diagnosis state."""
+    from ...faults.regimes import TrueRegime
+
+    details = [finding.details.get("regime") for finding in diagnosis.causes]
+    return list(dict.fromkeys(TrueRegime.of(one) for one in details if isinstance(one, dict)))
+
+
+def localisation(true: Sequence[TrueRegime], stated: Sequence[TrueRegime], runs: Sequence[Record]) -> float | None:
+    """F1 of samples of records of the true motion in any of the regimes; None where the true one never occurs."""
+    from ...faults.regimes import f1
+
+    truly, said = (
+        np.concatenate(
+            [np.any([one.inside(run) for one in some], axis=0) if some else np.zeros(run.n, bool) for run in runs]
+        )
+        for some in (true, stated)
+    )
+    return f1(truly, said) if truly.any() else None
+
+
+def healthy_bias(diagnosis: Diagnosis, true: Model, wrong: frozenset[str]) -> float | None:
+    """Root mean square error of the extended model's numbers that are right in the base model, in prior standard
+    deviations.
+
+    true : the model of the ship; wrong : numbers, and groups of numbers, that are left out.  None where the family
+    states no priors.
+    """
+    now, then = values_of(diagnosis.extended), values_of(true)
+    groups = [g for g in stated_groups(true) if g.extension is None and g.id not in wrong]
+    own = {name: sd for g in groups for name, sd in g.sd.items() if name not in wrong}
+    errors = [(now[name] - then[name]) / sd for name, sd in own.items() if name in now]
+    return float(np.sqrt(np.mean(np.square(errors)))) if errors else None

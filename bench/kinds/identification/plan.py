@@ -56,13 +56,9 @@ class RunSpec:
     maker: str
     task: Task
 
-    @property
+    @cached_property
     def key(self) -> str:
         """Identifier that is the same in every process and session."""
-        return self._key
-
-    @cached_property
-    def _key(self) -> str:
         return hashlib.sha256(self.text().encode()).hexdigest()[:20]
 
     def text(self, **changed: str) -> str:

@@ -209,28 +209,15 @@ def derived_parameters(vessel: Model, model: Model) -> dict[str, float]:
     a, b = state_matrices(vessel)
     (avv, avr), (arv, arr) = a[np.ix_(pick, pick)]
     bv, br = b[pick, 0] * vessel.starboard * model.starboard
-    a1, a2, b1, b2 = avv + arr, avr * arv - avv * arr, arv * bv - avv * br, br
-    known = _response_parameters(float(a1), float(a2), float(b1), float(b2))
-    chosen = known["kt"] if model.family == "kt" else known["nomoto"] if model.family.startswith("nomoto-") else {}
-    return {name: chosen[name] for name in model.parameter_names if np.isfinite(chosen.get(name, np.nan))}
-
-
-def _response_parameters(a1: float, a2: float, b1: float, b2: float) -> dict[str, dict[str, float]]:
-    """Published parameters by form of equation, nan where they are not real."""
+    a1, a2, b1, b2 = map(float, (avv + arr, avr * arv - avv * arr, arv * bv - avv * br, br))
     h, g, t3, gain = -1.0 / a2, a1 / a2, b2 / b1, -b1 / a2
     root = np.sqrt(g * g - 4.0 * h) if g * g >= 4.0 * h else np.nan
-    return {
-        "kt": {"T1": -a1, "T2": -a2, "K": b1, "T3": b2},
-        "nomoto": {
-            "T": g - t3,
-            "T1": (g + root) / 2.0,
-            "T2": (g - root) / 2.0,
-            "h": h,
-            "g": g,
-            "T3": t3,
-            "K": gain,
-        },
-    }
+    chosen: dict[str, float] = {}
+    if model.family == "kt":
+        chosen = {"T1": -a1, "T2": -a2, "K": b1, "T3": b2}
+    elif model.family.startswith("nomoto-"):
+        chosen = {"T": g - t3, "T1": (g + root) / 2.0, "T2": (g - root) / 2.0, "h": h, "g": g, "T3": t3, "K": gain}
+    return {name: chosen[name] for name in model.parameter_names if np.isfinite(chosen.get(name, np.nan))}
 
 
 def _bounded(task: Task, known: Model, values: Mapping[str, float], kind: str) -> Truth:
@@ -311,13 +298,11 @@ def _parsed(manoeuvre: str, noise: str = "none", disturbance: str = "none") -> t
 def measured_records(task: Task, records: Sequence[str], dataset: str) -> tuple[Record, ...]:
     """Records of a measured set, or the user's own; BadInput where one is missing or cannot be used."""
     if task.own_records:
-        return tuple(_own_record(path, task.positive_rudder) for path in records)
+        return tuple(_read(path, task.positive_rudder) for path in records)
     return tuple(_load(dataset, stem) for stem in records)
 
 
-@lru_cache(maxsize=32)
-def _own_record(path: str, positive_rudder: str | None) -> Record:
-    return read_record(path, positive_rudder)
+_read, _load = lru_cache(maxsize=32)(read_record), lru_cache(maxsize=32)(load)
 
 
 def check_task(task: Task) -> None:
@@ -331,8 +316,3 @@ def check_task(task: Task) -> None:
         for manoeuvre in manoeuvres:
             _, _, weather = _parsed(manoeuvre, noise, disturbance)
             check(ship, weather, task.seed)
-
-
-@lru_cache(maxsize=32)
-def _load(dataset: str, stem: str) -> Record:
-    return load(dataset, stem)

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..study import StudyResult
 from .records import ORDER, vehicle
-from .studies import NOISE_DEG, TABLE_3
+from .studies import ANGLES, NOISE_DEG
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -66,7 +66,7 @@ def draw_prediction(results: Sequence[StudyResult], figure: Figure) -> None:
     figure.set_size_inches(7.5, 5.2)
     series = results[0].series
     above, below = figure.subplots(2, 1, sharex=True)
-    for angle in TABLE_3:
+    for angle in ANGLES:
         above.plot(series["time_s"], series[f"rows_printed_{angle}_deg"], label=f"{angle} deg")
         below.semilogy(series["time_s"], np.maximum(np.abs(series[f"fw_{angle}_deg"]), 1e-7), label=f"{angle} deg")
     above.set(title="rows of Table 3 as printed", ylabel="yaw angle error [deg]")

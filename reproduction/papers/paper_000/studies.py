@@ -16,6 +16,7 @@ from ....estimation.judgement.convergence import overshoot, parameter_paths, set
 from ....methods.base import Method
 from ....methods.registry import make
 from ....models.model import Model, resolve
+from ...claims.files import published
 from ..study import PaperStudy, StudyResult, settings_at
 from . import records
 from .records import ORDER, STEP_S, vehicle
@@ -46,13 +47,8 @@ TABLE_1 = {
     "Yuud": -9.64, "Nvdot": 1.93, "Nrdot": -4.88, "Nuv": -24.0, "Nur": -2.0, "Nuud": 6.15,
 }  # fmt: skip
 """As printed, by the names of vessel `remus`; I_z in kg m2 (printed kg/m2)."""
-TABLE_3 = {
-    10: {"T1": 2.2293, "T2": 2.9718, "K": 2.2112, "T3": 2.2305},
-    15: {"T1": 2.2265, "T2": 2.9694, "K": 2.2082, "T3": 2.2308},
-    20: {"T1": 2.2209, "T2": 2.9647, "K": 2.1020, "T3": 2.2315},
-    25: {"T1": 2.2251, "T2": 2.9682, "K": 2.2066, "T3": 2.2310},
-}
-"""Rows as printed, the headings of K and T3 exchanged, as the row of real values and eq 23 demand."""
+ANGLES = (10, 15, 20, 25)
+"""Of the zigzags of Table 3, deg."""
 MISPRINT = (20, "K", 2.2020)
 SINES = [f"sine:{amplitude}deg/{period}s" for amplitude in (10, 15, 20, 25) for period in (3, 6, 10, 20)]
 NOISE_DEG = {"0.001": 0.001, "0.01": 0.01, "0.1": 0.1, "0.5": 0.5}
@@ -74,8 +70,7 @@ def table_1(rng: np.random.Generator, *, index: int) -> StudyResult:
     values = {**derived, **{f"{name}_printed": value for name, value in equation_6(TABLE_1).items()}}
     known = remus.parameters | dict(zip(remus.constant_names, remus.constants, strict=True)) | {"u": remus.speed_m_s}
     values["entries"] = float(sum(known[name] == value for name, value in TABLE_1.items()))
-    poles = np.sort(np.roots([1.0, derived["T1"], derived["T2"]]).real)
-    return StudyResult(values | {"pole_slow": poles[1], "pole_fast": poles[0]})
+    return StudyResult(values | {"pole_slow": np.roots([1.0, derived["T1"], derived["T2"]]).real.max()})
 
 
 def equation_6(table: Mapping[str, float]) -> dict[str, float]:
@@ -137,7 +132,7 @@ def made_otherwise(rng: np.random.Generator, *, index: int) -> StudyResult:
     gear = records.Gear(np.deg2rad(chosen["rudder rate"]), chosen["rudder lag"], chosen["first order"], start)
     record = records.zigzag(step, gear=gear)
     values = compared({name: recursion(name).fit([record], model) for name in SEARCHED}, model)
-    rows = {angle: records.zigzag(step, angle, gear) for angle in TABLE_3}
+    rows = {angle: records.zigzag(step, angle, gear) for angle in ANGLES}
     for angle, run in rows.items():
         for name in ("fw", "printed"):
             found = recursion(name).fit([run], model).parameters
@@ -208,22 +203,27 @@ def angles(rng: np.random.Generator, *, index: int) -> StudyResult:
     model = vehicle()
     values: dict[str, float] = {f"real_{name}": value for name, value in model.parameters.items()}
     found = {}
-    for angle in TABLE_3:
+    for angle in ANGLES:
         record = records.zigzag(records.difference_step(model), angle)
         for name in ("fw", "printed"):
             fit = recursion(name).fit([record], model)
             values |= {f"{name}_{angle}_{key}": value for key, value in fit.parameters.items()}
             found[name, angle] = fit.parameters
     for name in ("fw", "printed"):
-        values[f"{name}_largest"] = max(_largest(found[name, angle], model) for angle in TABLE_3)
+        values[f"{name}_largest"] = max(_largest(found[name, angle], model) for angle in ANGLES)
     values["rows_largest"] = max(_largest(row, model) for row in _misprint_mended().values())
-    values["rows_largest_printed"] = max(_largest(row, model) for row in TABLE_3.values())
+    values["rows_largest_printed"] = max(_largest(row, model) for row in table_3().values())
     return StudyResult(values)
 
 
+def table_3() -> dict[int, dict[str, float]]:
+    """Rows as printed, the headings of K and T3 exchanged, as the row of real values and eq 23 demand."""
+    return {angle: {name: published("000")[f"table-3-{angle}-{name}"] for name in ORDER} for angle in ANGLES}
+
+
 def _misprint_mended() -> dict[int, dict[str, float]]:
-    angle, name, value = MISPRINT
-    return {**TABLE_3, angle: {**TABLE_3[angle], name: value}}
+    (angle, name, value), rows = MISPRINT, table_3()
+    return {**rows, angle: {**rows[angle], name: value}}
 
 
 def prediction(rng: np.random.Generator, *, index: int) -> StudyResult:
@@ -232,8 +232,8 @@ def prediction(rng: np.random.Generator, *, index: int) -> StudyResult:
     series: dict[str, np.ndarray] = {}
     errors: dict[str, list[float]] = {name: [] for name in ("rows", "rows_printed", "fw", "printed")}
     rows = _misprint_mended()
-    headed = {angle: {**row, "K": row["T3"], "T3": row["K"]} for angle, row in TABLE_3.items()}
-    for angle in TABLE_3:
+    headed = {angle: {**row, "K": row["T3"], "T3": row["K"]} for angle, row in table_3().items()}
+    for angle in ANGLES:
         record = records.zigzag(records.difference_step(model), angle)
         models = {"rows": rows[angle], "rows_printed": headed[angle]}
         models |= {n: recursion(n).fit([record], model).parameters for n in ("fw", "printed")}
@@ -266,9 +266,6 @@ def continuous(rng: np.random.Generator, *, index: int) -> StudyResult:
             series[name].append(found[name])
             values[f"{name}_{dt:g}"] = found[name]
         if dt == STEP_S:
-            online = recursion("fw").fit([record], model).parameters
-            values |= {f"fw_{name}": online[name] for name in ORDER}
-            values["psi_max_deg"] = float(np.rad2deg(np.abs(record.column("heading_rad")).max()))
             held = records.held_ahead(record)
             integral = make("ls", scheme="triple-integral-rest").fit([held], model).parameters
             values |= {f"integral_{name}": integral[name] for name in ORDER}

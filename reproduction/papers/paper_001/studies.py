@@ -19,7 +19,7 @@ from ....estimation.regression.schemes import regression_samples
 from ....estimation.run.run import run_along
 from ....models.linear_algebra import condition_number, lstsq
 from ....models.model import Model, RudderGear, resolve
-from ...claims.files import load
+from ...claims import files
 from ..study import PaperStudy, StudyResult, fitted, settings_at
 
 VESSEL = "mariner-model"
@@ -35,7 +35,6 @@ MANOEUVRES = {
 }
 METHODS = {
     "A1": "euler-ls",
-    "A1 normal": "euler-ls,variant=as_printed",
     "A2": "euler-ls,algorithm=A2",
     "A2p": "euler-ls,algorithm=A2,variant=as_printed",
 }
@@ -92,8 +91,7 @@ def backward(record: Record, model: Model) -> np.ndarray:
 
 def published(column: str) -> np.ndarray:
     """A column (60,) of Table 2 as printed."""
-    found = {claim.id: float(claim.published) for claim in load("001").claims}
-    return np.array([found[f"table2-{column}-{name}"] for name in resolve(VESSEL).coordinates])
+    return np.array([files.published("001")[f"table2-{column}-{name}"] for name in resolve(VESSEL).coordinates], float)
 
 
 def median_error(coefficients: np.ndarray) -> float:
@@ -154,7 +152,6 @@ def accuracy(rng: np.random.Generator, *, index: int) -> StudyResult:
     found = {name: found_by(spec, euler, model) for name, spec in METHODS.items()}
     values = {f"euler.{name}": float(np.abs(c - true).max()) for name, c in found.items()}
     values["condition"] = _condition(euler, model)
-    values["euler.A2p.median"] = median_error(found["A2p"])
     table = {duration: _pairings(SETTING._replace(duration=duration)) for duration in DURATIONS_S}
     values |= {f"rk4.{name}": error for name, error in table[round(SETTING.duration)].items()}
     values["rk4.A1.100s"], values["rk4.A2.100s"] = table[100]["A1"], table[100]["A2"]
@@ -186,18 +183,13 @@ def explanation(rng: np.random.Generator, *, index: int) -> StudyResult:
     """The A1 column from difference schemes and an inertia matrix that was not the simulator's."""
     target = published("A1")
     record, model = sailed(FINE), vessel(FINE)
-    found = {"backward": backward(record, model), "forward": found_by("euler-ls", record, model)}
-    values, series = {}, {"published": target, "true": model.coefficients}
-    for name, c in found.items():
-        mixed, mixing = mix(c, target, model)
-        values[f"{name}.alone"] = _typical(c, target)
-        values[name] = _typical(mixed, target)
-        values |= {f"{name}.{key}": value for key, value in mixing.items()}
-        series |= {name: mixed, f"{name}.alone": c}
-    return StudyResult(values, series)
+    alone = backward(record, model)
+    mixed = mix(alone, target, model)
+    series = {"published": target, "backward": mixed, "backward.alone": alone}
+    return StudyResult({"backward": _typical(mixed, target)}, series)
 
 
-def mix(c: np.ndarray, target: np.ndarray, model: Model) -> tuple[np.ndarray, dict[str, float]]:
+def mix(c: np.ndarray, target: np.ndarray, model: Model) -> np.ndarray:
     """Coefficients (60,) as a regression with another inertia matrix M' finds them, closest to `target` (60,).
 
     Both equations, sway and yaw, have the same columns, so least squares with M' gives M' M^-1 times what it gives
@@ -205,12 +197,10 @@ def mix(c: np.ndarray, target: np.ndarray, model: Model) -> tuple[np.ndarray, di
     """
     sway, yaw = (np.array([name[0] == letter for name in model.coordinates]) for letter in "YN")
     columns = np.column_stack([c[sway], c[yaw]])
-    mixed, mixing = c.copy(), {}
-    for row, rows in (("Y", sway), ("N", yaw)):
-        factors = _least_absolute(columns / target[rows, None])
-        mixed[rows] = columns @ factors
-        mixing |= {f"{row}Y": float(factors[0]), f"{row}N": float(factors[1])}
-    return mixed, mixing
+    mixed = c.copy()
+    for rows in (sway, yaw):
+        mixed[rows] = columns @ _least_absolute(columns / target[rows, None])
+    return mixed
 
 
 def _least_absolute(columns: np.ndarray) -> np.ndarray:

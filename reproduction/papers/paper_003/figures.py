@@ -10,7 +10,7 @@ import numpy as np
 
 from ....models.model import resolve
 from ..study import StudyResult
-from .identification import PARAMETERS, PUBLISHED
+from .identification import PARAMETERS, table_5
 from .robustness import FORMS
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def _errors(vessel: str, results: Sequence[StudyResult], figure: Figure) -> None
     for marker, (method, title) in zip(
         "Dx", {"rw": "published, RW-LSSVR", "ls": "published, LS-SVR"}.items(), strict=True
     ):
-        errors = 100.0 * (np.array(PUBLISHED[vessel, method]) / truth - 1.0)
+        errors = 100.0 * (table_5(vessel, method) / truth - 1.0)
         axis.plot(np.arange(4), errors, marker, color="#222222", ms=5, label=title)
     axis.set_yscale("symlog", linthresh=0.1)
     axis.set_xticks(range(4), PARAMETERS)

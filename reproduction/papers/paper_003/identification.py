@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ....methods.filtered_ls import SvfLs
 from ....models.errors import CannotFit, FitFailed
 from ....models.linear_algebra import svd
 from ....models.model import Model, resolve
-from ...claims.files import load
+from ...claims.files import published
 from ..study import StudyResult
 from . import vessels
 from .vessels import DT, TRAINING, SineMotion, percent, rms
@@ -25,18 +26,6 @@ NOISE = (1e-4, 1e-3)
 """Heading noise [rad], for the paper prints none: another level in this range each run, spread logarithmically."""
 GOLDEN = (np.sqrt(5.0) - 1.0) / 2.0
 PARAMETERS = ("T1", "T2", "T3", "K")
-PUBLISHED = {
-    ("cargo", "rw"): (46.21, 5.960, 9.751, 0.095),
-    ("cargo", "ls"): (46.93, 6.09, 9.932, 0.087),
-    ("patrol", "rw"): (2.0896, 0.3035, 0.1840, -0.1837),
-    ("patrol", "ls"): (2.0231, 0.297, 0.1921, -0.189),
-}
-"""T1, T2, T3, K of Table 5; rw: RW-LSSVR, ls: LS-SVR."""
-EKF_RMSE = {
-    "cargo": {"psi": 8.9993e-9, "r": 9.9977e-8, "psi_ddot": 6.4298e-8, "delta": 1.7822e-8},
-    "patrol": {"psi": 9.6531e-9, "r": 8.4211e-7, "psi_ddot": 7.0672e-8, "delta": 2.3266e-8},
-}
-"""Table 4's."""
 POINTS = 1.0
 """Percentage points within which all four errors of a column must agree to count as the same result."""
 DRAWN = 600
@@ -96,9 +85,14 @@ def _fitted(method: EsoRwLssvr, run: Any, model: Model) -> tuple[np.ndarray, flo
     return found.coefficients, float(found.extra["omega0_rad_s"])
 
 
+def table_5(vessel: str, method: str) -> np.ndarray:
+    """T1, T2, T3, K (4,) as Table 5 prints them; method : rw, RW-LSSVR, or ls, LS-SVR."""
+    return np.array([published("003")[f"t5-{vessel}-{method}-{name}"] for name in PARAMETERS])
+
+
 def _printed(vessel: str, method: str) -> np.ndarray:
     """Coefficients (4,) of Table 5's identified parameters."""
-    return resolve(vessel).from_parameters(np.array(PUBLISHED[vessel, method]))
+    return resolve(vessel).from_parameters(table_5(vessel, method))
 
 
 @lru_cache(maxsize=4)
@@ -133,10 +127,10 @@ def _scores(prefix: str, predicted: np.ndarray, truth: np.ndarray) -> dict[str, 
 def arithmetic(rng: np.random.Generator, *, index: int) -> StudyResult:
     """What Tables 4 to 6 must be by their own numbers, without noise or fit."""
     values: dict[str, float] = {}
-    for (vessel, method), printed in PUBLISHED.items():
+    for vessel, method in product(vessels.VESSELS, WEIGHTED):
         model = resolve(vessel)
         truth = np.array([model.parameters[name] for name in PARAMETERS])
-        found = 100.0 * (np.array(printed) / truth - 1.0)
+        found = 100.0 * (table_5(vessel, method) / truth - 1.0)
         values |= {f"{vessel}_{method}_error_{name}": float(e) for name, e in zip(PARAMETERS, found, strict=True)}
     for vessel in vessels.VESSELS:
         errors = [np.abs([values[f"{vessel}_{m}_error_{p}"] for p in PARAMETERS]) for m in WEIGHTED]
@@ -154,14 +148,15 @@ def of_motion(vessel: str, sines: str) -> dict[str, float]:
     values[f"{vessel}_frequency"] = float(np.std(run.psi_ddot) / np.std(run.r))
     values[f"{vessel}_sd_psi_dddot"] = float(np.std(run.psi_dddot))
     values[f"{vessel}_sd_delta"] = float(np.std(run.delta))
-    for name, error in EKF_RMSE[vessel].items():
+    for name in ("psi", "r", "psi_ddot", "delta"):
+        error = published("003")[f"t4-ekf-{vessel}-rmse-{name}"]
         values[f"{vessel}_ekf_r2_{name}"] = 1.0 - (error / float(np.std(getattr(run, name)))) ** 2
     return values
 
 
 def consistency() -> dict[str, float]:
     """Whether the printed numbers agree with each other: text and Table 4, columns of Table 6, repeated digits."""
-    printed = _claimed()
+    printed = published("003")
     values: dict[str, float] = {
         "reversal": printed["t4-eso-cargo-r2-psi_ddot"] < printed["t4-eso-patrol-r2-psi_ddot"],
     }
@@ -172,11 +167,6 @@ def consistency() -> dict[str, float]:
     digits = [f"{printed[name]:.4e}".split("e")[0] for name in printed if re.match(r"t4-e(so|kf)-.*-rmse-", name)]
     values["digits_differ"] = len(set(digits)) == len(digits)
     return values
-
-
-def _claimed() -> dict[str, Any]:
-    """What the paper prints, by claim."""
-    return {claim.id: claim.published for claim in load("003").claims}
 
 
 def _implied(rmse: float, r2: float) -> tuple[float, float]:
@@ -193,8 +183,8 @@ def _single_sines() -> dict[str, float]:
     a, b = eso.observer(eso.gains([-eso.PRINTED_OMEGA] * 4))
     stepped = eso.sampled_observer(eso.PRINTED_OMEGA, DT, "euler")
     observers = {"observed": _transfer(s, a, b), "stepped": _transfer(np.exp(s * DT), stepped.a, stepped.now)}
-    found, printed = {}, _claimed()
-    for vessel, method in PUBLISHED:
+    found, printed = {}, published("003")
+    for vessel, method in product(vessels.VESSELS, WEIGHTED):
         value = float(printed[f"t6-{vessel}-{method}-r2"])
         c = resolve(vessel).coefficients
         heading = (c[2] + c[3] * s) / (s**2 - c[0] * s - c[1]) / s

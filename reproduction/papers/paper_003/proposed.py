@@ -65,7 +65,6 @@ def proposed(rng: np.random.Generator, *, index: int) -> StudyResult:
                 found, best = _told(run, vessel, weighted, omega0)
                 values |= {f"{key}_{method}_{name}": value for name, value in found.items()}
                 series[f"{key}_{method}"] = best[SOURCES - 1 :: MOVES]
-            values[f"{key}_rw_over_ls"] = values[f"{key}_rw_rmse"] / values[f"{key}_ls_rmse"]
     return StudyResult(values, series)
 
 
@@ -94,10 +93,10 @@ def _told(run: Record, vessel: str, weighted: bool, omega0: float | None) -> tup
     seconds = time.process_time() - begin
     best = watched.best
     _, spaced = fitted(run, model, weighted, grid, found.extra["omega0_rad_s"])
-    rmse, r2 = prediction_scores(vessel, "S3", found.coefficients)
+    r2 = prediction_scores(vessel, "S3", found.coefficients)[1]
     errors = zip(PARAMETERS, np.abs(percent(model, found.coefficients)).tolist(), strict=True)
     values = {f"error_{name}": error for name, error in errors}
-    values |= {"rmse": rmse, "r2": r2, "C": found.extra["C"], "omega0": found.extra["omega0_rad_s"]}
+    values |= {"r2": r2, "C": found.extra["C"], "omega0": found.extra["omega0_rad_s"]}
     values |= {"evaluations": float(best.size), "cpu_s": seconds, "excess_grid": _excess(float(spaced.best[-1]), best)}
     values |= {f"excess_{cycle}": _excess(float(best[SOURCES + cycle * MOVES - 1]), best) for cycle in AFTER}
     return values, best

@@ -17,7 +17,7 @@ from ....estimation.estimates.estimate import Estimate
 from ....estimation.run.squares import squares
 from ....methods.registry import make
 from ....models.model import Model, resolve
-from ...claims.files import load
+from ...claims.files import published
 from ..study import PaperStudy, StudyResult, fitted, settings_at
 from . import records
 from .records import DIRECTIONS, calm, rough
@@ -36,35 +36,27 @@ WEAK = METHODS["ls"]
 OMEGAS = (0.1, 0.3, 1.0, 3.0, 10.0, 30.0)
 CIRCLE_S = 800.0
 """Length of a turning circle in the sea."""
-TABLE_2 = {
-    "Xuu": -1.7269, "Xuuu": 1.7265, "Xvv": 4.0798, "Xrr": -1.4597, "Xvr": -1.5504, "Xuvv": -3.2796, "Xuvr": 1.5436,
-    "Xurr": 1.4738,
-    "Yuv": 1.2316, "Yur": 2.0764, "Yuur": -2.0740, "Yuuv": -1.2372, "Yvvv": 2.3357, "Yrrr": 0.0369, "Yvrr": 0.1787,
-    "Yvvr": 0.2364, "Yv_absv": -0.4871, "Yr_absv": -0.0634, "Yv_absr": -0.2374, "Yr_absr": -0.0139,
-    "Nuv": 0.0149, "Nur": -0.1533, "Nuur": 0.1525, "Nuuv": -0.0142, "Nvvv": -0.0126, "Nrrr": -0.0183, "Nvrr": -0.0695,
-    "Nvvr": -0.0054, "Nv_absv": -0.0089, "Nr_absv": 0.0017, "Nv_absr": -0.0121, "Nr_absr": 0.0056,
-}  # fmt: skip
 PAIRS = {"Xuu": "Xuuu", "Xvr": "Xuvr", "Xrr": "Xurr", "Xvv": "Xuvv", "Yuv": "Yuuv", "Yur": "Yuur", "Nuv": "Nuuv",
          "Nur": "Nuur"}  # fmt: skip
 """Terms that differ by a factor u' alone, which is 1 to the second order of the drift angle at instantaneous speed."""
-RUDDER_AREA_M2, ASPECT_RATIO = 22.04, -0.51
+RUDDER_AREA_M2 = 22.04
 STRUCTURES = {"fixed": "s175-polynomial", "printed": "s175"}
 """Hull primes by the fixed U0, and by the instantaneous speed as the prime system of the source has them."""
 
 
-def slope(aspect_ratio: float) -> float:
-    """f_alpha of eq 9."""
-    return 6.13 * aspect_ratio / (2.25 + aspect_ratio)
+def printed_coefficients() -> dict[str, float]:
+    """The coefficients of Table 2, by their names in vessel `s175`."""
+    ids = {name: f"table-2-{name}" for name in resolve("s175").parameters}
+    return {name: published("004")[own] for name, own in ids.items() if own in published("004")}
 
 
 def particulars(rng: np.random.Generator, *, index: int) -> StudyResult:
     """Table 1 against the source's numbers, and the turning circle that the printed rudder area would give."""
     ship = resolve("s175")
     known = {**ship.particulars, **dict(zip(ship.constant_names, ship.constants.tolist(), strict=True))}
-    values = {name: known[name] for name in ("L", "B", "d", "nabla", "A_R", "D_P", "f_alpha")}
+    values = {name: known[name] for name in ("L", "B", "d", "nabla", "A_R", "D_P")}
     values["C_b"] = known["nabla"] / (known["L"] * known["B"] * known["d"])
     values["aspect"] = 2.25 * known["f_alpha"] / (6.13 - known["f_alpha"])
-    values["f_alpha_printed"] = slope(ASPECT_RATIO)
     values |= {"t_R": 1.0 - ship.parameters["CRu"], "a_H": ship.parameters["CRv"] - 1.0}
     values["x_H"] = (ship.parameters["CRr"] + 0.5) / values["a_H"]
     small = with_constant(ship, "A_R", RUDDER_AREA_M2)
@@ -87,19 +79,14 @@ def printed_model(rng: np.random.Generator, *, index: int) -> StudyResult:
     series: dict[str, np.ndarray] = {}
     for name, vessel in STRUCTURES.items():
         ship = resolve(vessel)
-        model = ship.with_coefficients(ship.from_parameters({**ship.parameters, **TABLE_2}))
+        model = ship.with_coefficients(ship.from_parameters({**ship.parameters, **printed_coefficients()}))
         run = calm(ship, TRAIN)
-        values[f"{name}_track_m"] = records.track_error(model, run)
-        values[f"{name}_follows"] = float(np.isfinite(values[f"{name}_track_m"]))
+        values[f"{name}_follows"] = float(np.isfinite(records.track_error(model, run)))
         predicted = records.run_along(model, run).predicted
         series |= {"time_s": run.time_s, f"{name}_ship_m_s": run.column("surge_m_s")}
         series[f"{name}_printed_m_s"] = predicted["surge_m_s"]
-    own_ship = {claim.id: claim.published for claim in load("004").claims}
-    values["table_3_Xuu_sum"] = own_ship["table-3-Xuu"] + own_ship["table-3-Xuuu"]
+    values["table_3_Xuu_sum"] = published("004")["table-3-Xuu"] + published("004")["table-3-Xuuu"]
     values["table_3_resists"] = values["table_3_Xuu_sum"] < 0.0
-    for first, second in PAIRS.items():
-        values[f"{first}_sum"] = TABLE_2[first] + TABLE_2[second]
-        values[f"{first}_true"] = resolve("s175").parameters[first] + resolve("s175").parameters[second]
     return StudyResult(values, series)
 
 
@@ -139,30 +126,22 @@ def table_2(unsaid: Unsaid, direction: float, rng: np.random.Generator) -> Study
         run = run.thinned(max(1, round(unsaid.step_s / records.STEP_S)))
         found = fitted(unsaid.method if name == "fixed" else WEAK, [run], ship)
         if found is not None:
-            values |= {f"{name}_{key}": found.parameters[key] for key in TABLE_2}
+            values |= {f"{name}_{key}": found.parameters[key] for key in printed_coefficients()}
             values |= {f"{name}_{a}_sum": found.parameters[a] + found.parameters[b] for a, b in PAIRS.items()}
-        literal = fitted(f"nmi-rls,variant=as_printed{SCHEME}", [run], ship)
         values[f"{name}_converges"] = float(found is not None)
-        values[f"{name}_eq_23_converges"] = float(literal is not None)
     return StudyResult(values)
 
 
 def condition(rng: np.random.Generator, *, index: int) -> StudyResult:
-    """Condition of the regression with columns scaled to unit length, in calm water, in both systems of primes."""
-    values = {}
-    for name, vessel in STRUCTURES.items():
-        ship = resolve(vessel)
-        for what, texts in (("small", ["zigzag:10/10"]), ("zigzag", [TRAIN]), ("rich", ship.suite["train"])):
-            found = make(METHODS["ls"]).fit([calm(ship, text) for text in texts], ship)
-            values[f"{name}_{what}"] = found.extra["condition"]
-            for pair in ("Xuu", "Yur"):
-                values[f"{name}_{what}_{pair}"] = found.parameters[pair]
-                values[f"{name}_{what}_{pair}_sum"] = found.parameters[pair] + found.parameters[PAIRS[pair]]
-    return StudyResult(values)
+    """Condition of the regression with columns scaled to unit length, on a small zigzag in calm water, in both systems
+    of primes."""
+    ships = {name: resolve(vessel) for name, vessel in STRUCTURES.items()}
+    fits = {name: make(METHODS["ls"]).fit([calm(ship, "zigzag:10/10")], ship) for name, ship in ships.items()}
+    return StudyResult({f"{name}_small": found.extra["condition"] for name, found in fits.items()})
 
 
 def comparison(rng: np.random.Generator, *, index: int) -> StudyResult:
-    """MILS, MI-RLS, NMI-RLS and rls on zigzags in sea state 5 from twelve directions, judged by the calm zigzag.
+    """MI-RLS (MILS), NMI-RLS and rls on zigzags in sea state 5 from twelve directions, judged by the calm zigzag.
 
     Without first-order motion, as the paper's eq 36-39 have it, and ("swell") with it.
     """
@@ -172,10 +151,9 @@ def comparison(rng: np.random.Generator, *, index: int) -> StudyResult:
     series: dict[str, np.ndarray] = {"time_s": quiet.time_s, "ship_m": _track(quiet)}
     for kind in ("forces", "swell"):
         runs = [rough(ship, TRAIN, direction, rng, swell=kind == "swell") for direction in DIRECTIONS]
-        fits = {name: [fitted(text, [run], ship) for run in runs] for name, text in METHODS.items()}
-        errors = {name: np.array([_track_error(fit, quiet) for fit in own]) for name, own in fits.items()}
-        values |= _duel(kind, errors) | _during(kind, fits, quiet)
-        values |= {f"{kind}_{name}_track_m": _middle(own) for name, own in errors.items()}
+        fits = {name: [fitted(METHODS[name], [run], ship) for run in runs] for name in ("mi", "nmi", "rls")}
+        errors = {name: np.array([_track_error(fit, quiet) for fit in fits[name]]) for name in ("mi", "nmi")}
+        values |= {f"{kind}_ratio": _middle(errors["nmi"] / errors["mi"])} | _during(kind, fits, quiet)
         values[f"{kind}_nmi_mi_gap"] = _gap(fits["nmi"], fits["mi"])
         values[f"{kind}_mi_rls_gap"] = _gap(fits["mi"], fits["rls"])
         if kind == "forces":
@@ -195,21 +173,9 @@ def omega(rng: np.random.Generator, *, index: int) -> StudyResult:
         for value in OMEGAS:
             fits = [fitted(f"nmi-rls,omega={value:g},length=10,p0=1e6{SCHEME}", [run], ship) for run in runs]
             tracks = np.array([_track_error(fit, quiet) for fit in fits])
-            values[f"{kind}_{value:g}_track_m"] = _middle(tracks)
             values[f"{kind}_{value:g}_gap"] = _gap(fits, linear)
             values[f"{kind}_{value:g}_diverged"] = float(np.mean(~np.isfinite(tracks)))
     return StudyResult(values)
-
-
-def _duel(kind: str, errors: Mapping[str, np.ndarray]) -> dict[str, float]:
-    """Share of seas in which NMI-RLS has the smaller track error, and median ratio; a diverged run has lost."""
-    multi, nonlinear = (np.where(np.isfinite(errors[name]), errors[name], np.inf) for name in ("mi", "nmi"))
-    both = np.isfinite(multi) & np.isfinite(nonlinear)
-    ratio = nonlinear[both] / multi[both]
-    fought = np.isfinite(multi) | np.isfinite(nonlinear)
-    share = float(np.mean(nonlinear[fought] < multi[fought])) if fought.any() else float("nan")
-    values = {f"{kind}_share": share, f"{kind}_ratio": _middle(ratio), f"{kind}_best_ratio": float(ratio.min())}
-    return values | {f"{kind}_always": float(share == 1.0)}
 
 
 def _during(kind: str, fits: Mapping[str, Sequence[Estimate | None]], quiet: Record) -> dict[str, float]:
@@ -300,15 +266,15 @@ def ignored(rng: np.random.Generator, *, index: int) -> StudyResult:
     seas = [rough(ship, text, float(rng.choice(DIRECTIONS)), rng) for text in texts]
     values: dict[str, float] = {}
     for name, runs in (("calm", [calm(ship, text) for text in texts]), ("sea", seas)):
-        values[f"{name}_forward_error"] = records.prediction_error(make("ls-forward").fit(runs, ship).model, held)
-        for method in ("ls", "nmi"):
-            found = fitted(METHODS[method], runs, ship)
-            if found is None:
-                continue
-            values[f"{name}_{method}_error"] = records.prediction_error(found.model, held)
-            for key in ("Yuv", "Yur"):
-                values[f"{name}_{method}_{key}"] = abs(found.parameters[key] / ship.parameters[key] - 1.0)
+        found = make(METHODS["ls"]).fit(runs, ship)
+        values[f"{name}_ls_error"] = records.prediction_error(found.model, held)
+        for key in ("Yuv", "Yur"):
+            values[f"{name}_ls_{key}"] = abs(found.parameters[key] / ship.parameters[key] - 1.0)
     return StudyResult(values)
+
+
+SAILED = {"turn": "turn:35", "zigzag": TRAIN, "small": "zigzag:10/10"}
+"""Runs of the unknown ship, of which the first two are trained on."""
 
 
 def unknown_ship(rng: np.random.Generator, *, index: int) -> StudyResult:
@@ -316,21 +282,14 @@ def unknown_ship(rng: np.random.Generator, *, index: int) -> StudyResult:
     ship, structure = resolve("kvlcc2-l7"), records.stand_in()
     noise, seed = parse_noise("low"), int(rng.integers(2**31))
     train = [record_run(ship, parse_manoeuvre(text), noise, seed=seed) for text in ("turn:35", TRAIN)]
-    clean = [record_run(ship, parse_manoeuvre(text)) for text in ("turn:35", TRAIN, "zigzag:10/10", "turn:35:port")]
-    values: dict[str, float] = {}
-    series: dict[str, np.ndarray] = {}
-    for name in ("nmi", "ls"):
-        found = fitted(METHODS[name], train, structure)
-        values[f"{name}_fits"] = float(found is not None)
-        if found is None:
-            continue
-        for what, run in zip(("turn", "zigzag", "small", "port"), clean, strict=True):
-            values[f"{name}_{what}_r2"] = records.explained(found.model, [run])
-        values |= {f"{name}_{key}": value for key, value in _growth(found, clean[0]).items()}
-        values[f"{name}_diameter_ratio"] = _diameter(found, clean[0]) / _own_diameter(clean[0])
-        if name == "nmi":
-            series = _drawn(found, clean)
-    return StudyResult(values, series)
+    found = fitted(METHODS["nmi"], train, structure)
+    if found is None:
+        return StudyResult({})
+    clean = {name: record_run(ship, parse_manoeuvre(text)) for name, text in SAILED.items()}
+    values = {f"nmi_{name}_r2": records.explained(found.model, [run]) for name, run in clean.items()}
+    values |= {f"nmi_{key}": value for key, value in _growth(found, clean["turn"]).items()}
+    values["nmi_diameter_ratio"] = _diameter(found, clean["turn"]) / _own_diameter(clean["turn"])
+    return StudyResult(values, _drawn(found, clean))
 
 
 def _growth(fit: Estimate, turn: Record) -> dict[str, float]:
@@ -353,9 +312,9 @@ def _diameter(fit: Estimate, turn: Record) -> float:
     return float("nan") if own is None else _own_diameter(turn.with_channels(**own))
 
 
-def _drawn(fit: Estimate, runs: Sequence[Record]) -> dict[str, np.ndarray]:
+def _drawn(fit: Estimate, runs: Mapping[str, Record]) -> dict[str, np.ndarray]:
     series = {}
-    for name, run in zip(("turn", "zigzag", "small"), runs, strict=False):
+    for name, run in runs.items():
         own = records.run_along(fit.model, run).predicted
         series |= {f"{name}_ship_m": _track(run), f"{name}_time_s": run.time_s}
         series[f"{name}_model_m"] = np.column_stack([own["north_m"], own["east_m"]])

@@ -26,7 +26,7 @@ def right(exam, name, world):
     if world.right:
         names = [text for one in world.right for text in (one, f"group:{one}")]
         known = [one for one in names if one in exam.causes or one in exam.worlds[name].groups]
-        regimes = [vars(one) for one in world.true_regimes()]
+        regimes = [vars(one) for one in world.regimes]
         return [{"cause": known[0], **({"regime": regimes[0]} if regimes else {})}]
     records = [*world.train, *world.held_out]
     return [{"cause": effect.cause, "sizes": sizes(effect, world.ship, records)} for effect in world.injected]

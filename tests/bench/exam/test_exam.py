@@ -12,10 +12,9 @@ from jsonschema import Draft202012Validator
 import helmbench
 from helmbench.bench.exam import folder as exams
 from helmbench.bench.exam.exam_file import group_list
-from helmbench.bench.exam.judging import EffectSizes, naming
 from helmbench.bench.exam.key import WorldKey
 from helmbench.bench.exam.motion import error, errors, opening, predicted
-from helmbench.bench.exam.scores import ALL, WorldScore, score, summary
+from helmbench.bench.exam.scores import ALL, EffectSizes, WorldScore, naming, score, summary
 from helmbench.bench.exam.submission import WorldAnswer, read_submission, stated
 from helmbench.bench.exam.worlds import HIDDEN, KINDS, MOST, SPREAD, is_hidden, kind_of_case, sister
 from helmbench.bench.faults import FaultCase, inject
@@ -84,7 +83,9 @@ def test_the_folder_holds_no_answer(made):
     texts = {p.relative_to(exam.folder).as_posix(): p.read_text("utf-8") for p in exam.folder.rglob("*.*")}
     public = {exams.CAUSES, exams.SUBMISSION_SCHEMA, "README.md", "equations.md"}
     assert set(texts) == public | {exams.MANIFEST} | set(key.files)
-    secret = [x for w in key.worlds.values() for x in numbers_in([w.case["seed"], w.factors, w.effects, w.regimes])]
+    secret = [
+        x for w in key.worlds.values() for x in numbers_in([w.case.seed, w.factors, w.effects, [*map(vars, w.regimes)]])
+    ]
     secret += [key.seed, *numbers_in([[w.rmse_base, w.rmse_best] for w in key.worlds.values()])]
     digits = long_numbers(map(repr, secret))
     assert len(digits) > COUNT
@@ -118,7 +119,7 @@ def test_the_same_files_and_columns_for_every_world_of_a_ship(made):
     for name, world in key.worlds.items():
         records = [p.relative_to(exam.folder / name).as_posix() for p in sorted((exam.folder / name).iterdir())]
         columns = (exam.folder / name / "train-1.csv").read_text("utf-8").partition("\n")[0]
-        shapes.setdefault(world.spec.vessel, set()).add((*records, columns))
+        shapes.setdefault(world.case.vessel, set()).add((*records, columns))
     assert all(len(own) == 1 for own in shapes.values())
 
 
@@ -348,7 +349,7 @@ def test_names_of_groups_and_causes_are_told_apart(named, base, injected, outcom
     said = WorldAnswer.model_validate({"named": [{"cause": one[0], "tied_with": one[1:]} for one in facts]})
     group = "injected" if injected else "null" if base in ("off-5", "exact") else "one-bug"
     spec = CaseSpec("exam", "", "", group, "mariner", injected, "none", "none", 1, base)
-    key = WorldKey.model_construct(case=vars(spec), right=tuple(right_names(spec)[0]))
+    key = WorldKey.model_construct(case=spec, right=tuple(right_names(spec)[0]))
     assert naming(stated(said, resolve("mariner")), key)["outcome"] == outcome
 
 

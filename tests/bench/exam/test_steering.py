@@ -3,8 +3,7 @@
 import pytest
 
 from helmbench.bench.exam.answers import write
-from helmbench.bench.exam.judging import _holds, _interval_score
-from helmbench.bench.exam.scores import ALL, score
+from helmbench.bench.exam.scores import ALL, _holds, _interval_score, score
 from helmbench.models.errors import BadInput
 
 from .entrants import submission

@@ -16,9 +16,9 @@ from helmbench.bench.faults import (
     noncentrality,
 )  # fmt: skip
 from helmbench.bench.faults.frames import Frames
+from helmbench.bench.faults.injected import own_numbers
 from helmbench.bench.faults.sensing import noise_sd
 from helmbench.bench.faults.ships import ship
-from helmbench.bench.faults.strength import own_numbers
 from helmbench.models.errors import BadInput
 
 QUIET = {

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import REGIME, VESSELS, Effect, FaultCase, equations, inject, kind_of, names_of
-from helmbench.bench.faults.effects import Setting
+from helmbench.bench.faults.effects.base import Setting
 from helmbench.bench.faults.regimes import SIDES, VARIABLES, TrueRegime, f1
 from helmbench.bench.faults.ships import ship
-from helmbench.bench.faults.simulator import straight, vector
+from helmbench.bench.faults.simulator import straight
 from helmbench.datasets.record import Record, RecordMeta
 
 SHORT = {"duration_s": 300.0, "train": ("zigzag:20/20", "turn:35:port"), "held_out": ("zigzag:10/10",), "noise": 0.0}
@@ -65,13 +65,13 @@ def test_the_rudder_loses_the_stated_share_of_its_force():
         ("kvlcc2-l7", equations.kvlcc2_force),
     ):
         one = ship(vessel)
-        s, x = equations.ship_vector(one, 1.0, 1.0), straight(one)
+        s, x = equations.ship_numbers(one, 1.0, 1.0), straight(one)
         more = () if vessel == "mariner" else (1.0,)
         whole, none, kept = (
             np.array(force(one.coefficients, s, x[0], 0.0, 0.0, 0.3, share, *more)) for share in (1.0, 0.0, 0.7)
         )
         assert np.allclose(kept - none, 0.7 * (whole - none))
-    p = vector({"rudder_loss": 0.3, "rudder_angle": 0.26, "wake_loss": 0.2, "wake_drift": 0.1})
+    p = equations.NO_TERMS._replace(rudder_loss=0.3, rudder_angle=0.26, wake_loss=0.2, wake_drift=0.1)
     assert [equations.rudder_kept(p, d) for d in (0.25, 0.27, -0.27)] == [1.0, 0.7, 0.7]
     assert [equations.wake_kept(p, 1.0, v) for v in (0.09, 0.11, -0.11)] == [1.0, 0.8, 0.8]
 

@@ -8,7 +8,8 @@ import pytest
 
 from helmbench.bench import faults
 from helmbench.bench.faults import VESSELS
-from helmbench.bench.faults.integrate import CHAIN, SOUND, at_hull, gear
+from helmbench.bench.faults.equations import NO_TERMS
+from helmbench.bench.faults.integrate import Chain, at_hull, gear
 from helmbench.bench.faults.ships import ship
 from helmbench.bench.faults.simulator import Gusts, RunPlan, gust_forces, gust_sd, simulate
 from helmbench.models.model import resolve
@@ -68,7 +69,7 @@ def test_current_wind_and_forces_agree(vessel: str, rng: np.random.Generator) ->
     x0[:2] += current
     project = closed_loop(model, step, control, environment, x0=x0)
     names = ("current_north", "current_east", "wind_north", "wind_east", "X", "Y", "N")
-    plan = RunPlan(one, dict(zip(names, environment[0], strict=True)))
+    plan = RunPlan(one, NO_TERMS._replace(**dict(zip(names, map(float, environment[0]), strict=True))))
     run = simulate(plan, "straight", step * (rudder.size - 1), rng, prescribed=half_steps(project.rudder_rad))
     scale = np.abs(project.states).max(axis=0)
     assert np.all(np.abs(run.states[:, :6] - project.states).max(axis=0) < 1e-6 * scale)
@@ -85,9 +86,7 @@ def test_gear_is_the_exact_solution(rng: np.random.Generator) -> None:
 
 
 def hull(recorded: np.ndarray, half: float, **values: float) -> np.ndarray:
-    chain = SOUND.copy()
-    for name, value in values.items():
-        chain[CHAIN.index(name)] = value
+    chain = Chain(**values)
     limited, played = np.zeros(recorded.size), np.zeros(recorded.size)
     return np.array([at_hull(chain, half, j, recorded, limited, played) for j in range(recorded.size)])
 
@@ -119,7 +118,7 @@ def test_gusts_have_their_variance_and_correlation(rng: np.random.Generator) -> 
 def test_step_size_does_not_matter(rng: np.random.Generator) -> None:
     """Half the step changes an injected run by less than a hundredth of the sensors' noise."""
     one = ship("mariner")
-    plan = RunPlan(one, {"current_north": 0.3, "Nrr": -1e-4}, {"delay": 0.33, "play": 0.01})
+    plan = RunPlan(one, NO_TERMS._replace(current_north=0.3, Nrr=-1e-4), Chain(delay=0.33, play=0.01))
     coarse = simulate(plan, "sine:20deg/80s", 300.0, rng)
     fine = simulate(plan, "sine:20deg/80s", 300.0, rng, prescribed=None, step_s=0.5 * one.step_s)
     assert np.abs(coarse.states[:, 5] - fine.states[::2, 5]).max() < np.deg2rad(0.01)
@@ -132,6 +131,6 @@ def test_the_truth_shares_no_code_with_the_kernels() -> None:
     folder = Path(faults.__file__).parent
     text = "\n".join(path.read_text() for path in folder.rglob("*.py"))
     rooms = set(re.findall(r"^\s*from \.{3,4}((?:models|datasets|checks|estimation|diagnosis)\S*)", text, re.MULTILINE))
-    plain = {"models.errors", "models.vessel", "datasets.record", "datasets.columns", "datasets.manoeuvres"}
+    plain = {"models.errors", "models.vessel", "datasets.record", "datasets.manoeuvres"}
     assert rooms == plain | {"models.compilation", "models.discovery"}
     assert set(re.findall(r"models\.compilation import (.+)", text)) == {"njit", "callback"}

@@ -308,7 +308,7 @@ def test_run_and_report_from_suite_to_leaderboard(call, suite, tmp_path):
     assert told.count("\n| ") == 1 + len(results["method"].unique()) + 1
     assert sorted(path.name for path in out.iterdir()) == [
         "environment.json", "leaderboard.csv", "leaderboard.html", "leaderboard.md",
-        "parameters.parquet", "results.parquet", "runs.jsonl", "traces.jsonl",
+        "parameters.parquet", "results.parquet", "runs.jsonl",
     ]  # fmt: skip
     assert json.loads(call("report", out, "--json")[1])["complete"] is True
     assert call("report", out, "--quiet")[1] == ""

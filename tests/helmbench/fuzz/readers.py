@@ -10,7 +10,6 @@ from typing import Any
 
 from helmbench.bench.journal import RUNS, DamagedRunsWarning
 from helmbench.bench.store import MANIFEST
-from helmbench.bench.traces import TRACES
 from helmbench.models.errors import BadInput
 from helmbench.models.model import model_to_json, resolve
 
@@ -217,12 +216,17 @@ def _journal(path: Path) -> None:
 
 
 def _traces(path: Path) -> None:
+    import warnings
+
     from helmbench.bench.traces import read_traces
     from helmbench.reporting.leaderboard.page_data import _log, _residuals
 
     problem: dict[str, Any] = {}
-    for entry in read_traces(path.parent):
-        _residuals(problem, entry["trace"]), _log(entry["trace"])
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DamagedRunsWarning)
+        found = read_traces(path.parent)
+    for run in found:
+        _residuals(problem, run["trace"]), _log(run["trace"])
 
 
 def _manifest(path: Path) -> None:
@@ -260,7 +264,10 @@ TRACE = {
     "channels": {"yaw_rate_deg_s": {"measured": [0.1, None, 0.3, 0.2], "predicted": [0.1, 0.2, None, 0.25]}},
     "log": {"time_s": [0.0, 0.5, 1.0, 1.5], "values": {"T": [1.0, 2.0, None, 2.5], "K": [0.1, 0.2, 0.15, 0.16]}},
 }  # fmt: skip
-STORED_TRACES = b"".join(json.dumps({"row": ROW | {"seed": i}, "trace": TRACE}).encode() + b"\n" for i in range(2))
+TRACED = b"".join(
+    json.dumps({"key": f"k{i}", "row": ROW | {"seed": i}, "parameters": [], "trace": TRACE}).encode() + b"\n"
+    for i in range(2)
+)
 MAPPING = b"""version: 1
 vessel: mariner
 tables:
@@ -344,7 +351,7 @@ def _submission(path: Path) -> None:
 
 
 def _problems(path: Path) -> None:
-    from helmbench.bench.identibench.specs import identibench_specs
+    from helmbench.bench.identibench.problems import identibench_specs
 
     identibench_specs(path.parent)
 
@@ -417,7 +424,7 @@ def readers(scratch: Path) -> dict[str, Reader]:
         "bounds": Reader(BOUNDS, "bounds.yaml", _option("bounds")),
         "fixed": Reader((b"[alpha, K]\n", b"{T: 3.0, K: {value: 12, unit: rpm}}\n"), "fixed.yaml", _option("fixed")),
         "journal": Reader((JOURNAL,), RUNS, _journal),
-        "traces": Reader((STORED_TRACES,), TRACES, _traces),
+        "traces": Reader((TRACED,), RUNS, _traces),
         "manifest": Reader((MANIFEST_TEXT,), MANIFEST, _manifest),
         "strings": Reader((STRINGS,), "strings.txt", _strings),
         "api": Reader((b'[1, "turn:10", null, 2.5, [3], {"a": 1}]',), "arguments.json", _api),

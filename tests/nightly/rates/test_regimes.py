@@ -1,7 +1,7 @@
 """How often a number that is wrong in one regime only is located, over draws of the regime and of the noise."""
 
 from helmbench.bench.faults import Effect
-from helmbench.bench.kinds.diagnosis.localisation import regime_scores
+from helmbench.bench.kinds.diagnosis.judge import regime_scores
 
 from ...diagnosis.test_regimes import diagnosed, stated
 

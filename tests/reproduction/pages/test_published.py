@@ -11,7 +11,7 @@ from helmbench.reproduction.claims.files import ACROSS, everything, load, papers
 from helmbench.reproduction.pages import markdown
 from helmbench.reproduction.pages.across import cells, proposed
 from helmbench.reproduction.papers.paper_across.studies import NOISE, VESSELS
-from helmbench.reproduction.verdicts.verdict import CONTRADICTED, VERDICTS, within
+from helmbench.reproduction.verdicts import CONTRADICTED, VERDICTS, within
 
 FOLDER = Path(__file__).resolve().parents[3] / "reports" / "reproduction"
 

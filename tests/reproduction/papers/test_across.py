@@ -1,4 +1,4 @@
-"""The comparison on every vessel: its statistics against scipy and known cases, its pairs, its answers."""
+"""The comparison on every vessel: its statistics against scipy and known cases, its pairs, its across."""
 
 import math
 from functools import partial
@@ -13,12 +13,12 @@ from helmbench.models.model import resolve
 from helmbench.reproduction import stability
 from helmbench.reproduction.claims.claim import Headline, OwnComparison, SettingRange, SettingSearch
 from helmbench.reproduction.claims.files import ACROSS, load, papers
-from helmbench.reproduction.pages import across, answers
+from helmbench.reproduction.pages import across
 from helmbench.reproduction.papers.paper_across import studies
-from helmbench.reproduction.papers.paper_across.statistics import BETTER, BOTH_FAIL, EQUAL, WORSE, holm, outcome, paired
+from helmbench.reproduction.papers.paper_across.studies import BETTER, BOTH_FAIL, EQUAL, WORSE, holm, outcome, paired
 from helmbench.reproduction.papers.study import point
 from helmbench.reproduction.results import Results
-from helmbench.reproduction.verdicts.spread import NOTHING, spread
+from helmbench.reproduction.verdicts import NOTHING, spread
 
 
 def test_all_vessels_take_part():
@@ -148,13 +148,13 @@ def test_ships_get_a_response_model_with_their_own_rudder():
     ("ratio", "expected"), [([0.5], "yes"), ([0.9], "no"), ([2.0], "no"), ([0.1, 0.2, 3.0], "yes")]
 )
 def test_answers_on_the_own_example(ratio, expected):
-    assert answers.own_answer(spread(ratio)) == expected
-    assert answers.own_answer(NOTHING) == "not settled"
+    assert across.own_answer(spread(ratio)) == expected
+    assert across.own_answer(NOTHING) == "not settled"
 
 
 def test_answers_join():
     assert (
-        answers.joined([("", "", "yes")] * 2) == "yes" and answers.joined([("", "", "yes"), ("", "", "no")]) == "partly"
+        across.joined([("", "", "yes")] * 2) == "yes" and across.joined([("", "", "yes"), ("", "", "no")]) == "partly"
     )
 
 
@@ -170,9 +170,9 @@ def test_where_to_use_it_instead():
     own_results = Results("across", values)
     own = (OwnComparison(quantity="q", study="s", key="k"),)
     headline = Headline(claim="c", method="m", baseline="b", own=own, pairs=("mi-rls", "nmi-rls"))
-    assert answers.instead(headline, own_results) == "low noise: a"
-    assert answers.instead(headline.model_copy(update=dict(pairs=("nmi-rls",))), own_results) == "low noise: a"
-    assert answers.on_vessels(headline.model_copy(update=dict(pairs=("mi-rls",))), own_results) == "yes"
+    assert across.instead(headline, own_results) == "low noise: a"
+    assert across.instead(headline.model_copy(update=dict(pairs=("nmi-rls",))), own_results) == "low noise: a"
+    assert across.on_vessels(headline.model_copy(update=dict(pairs=("mi-rls",))), own_results) == "yes"
 
 
 def test_changes_between_two_reproductions():

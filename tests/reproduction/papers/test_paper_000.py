@@ -6,8 +6,7 @@ import pytest
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.papers.paper_000 import records, studies
 from helmbench.reproduction.papers.study import studies_of
-from helmbench.reproduction.verdicts.spread import spread
-from helmbench.reproduction.verdicts.verdict import judge, within
+from helmbench.reproduction.verdicts import judge, spread, within
 
 from .named import drawn, run, unnamed
 

@@ -13,8 +13,7 @@ from helmbench.models.simulate import initial_state, simulate
 from helmbench.reproduction import runner
 from helmbench.reproduction.claims import files
 from helmbench.reproduction.papers.paper_002 import figures, studies
-from helmbench.reproduction.verdicts.spread import spread
-from helmbench.reproduction.verdicts.verdict import within
+from helmbench.reproduction.verdicts import spread, within
 
 from .named import draw
 

@@ -5,8 +5,7 @@ import numpy as np
 from helmbench.bench.faults import Effect, FaultCase, inject
 from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.diagnosis.columns import CASE_COLUMNS, KEYS, SIZE_COLUMNS
-from helmbench.bench.kinds.diagnosis.judge import compare, description, gain, judge
-from helmbench.bench.kinds.diagnosis.localisation import regime_scores
+from helmbench.bench.kinds.diagnosis.judge import compare, description, gain, judge, regime_scores
 from helmbench.bench.kinds.diagnosis.plan import CaseSpec
 
 SPEC = CaseSpec("mine", "innovations", "innovations", "pair", "mariner", ("wind", "current"), "large", "fast", 7)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import TAXONOMY, Effect, FaultCase, Injected, inject, kind_of, names_of
-from helmbench.bench.faults.effects import Setting
+from helmbench.bench.faults.effects.base import Setting
 from helmbench.bench.faults.frames import Frames
 from helmbench.bench.faults.sensing import noise_sd
 from helmbench.bench.faults.ships import VESSELS, ship

@@ -5,11 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from helmbench.bench.faults import Effect, FaultCase, inject
-from helmbench.bench.faults.effects import RegimeKind, kind_of, names_of
+from helmbench.bench.faults import Effect, FaultCase, inject, kind_of, names_of
 from helmbench.bench.kinds.base import RunSelection
 from helmbench.bench.kinds.diagnosis.execute import injected_of, right_names
-from helmbench.bench.kinds.diagnosis.localisation import healthy_bias, regime_scores
+from helmbench.bench.kinds.diagnosis.judge import healthy_bias, regime_scores
 from helmbench.bench.kinds.diagnosis.plan import REGIME, plan
 from helmbench.bench.suites import load_suite
 from helmbench.models.model import resolve
@@ -75,7 +74,7 @@ def test_numbers_that_are_right_and_move_count_in_prior_standard_deviations(diag
 def test_the_suite_draws_sixty_faults_in_regimes(seed):
     specs = plan(load_suite("regimes"), RunSelection("regimes", seed=seed))
     assert len(specs) >= 60 and {spec.injected[0] for spec in specs} == set(names_of(REGIME))
-    assert all(isinstance(kind_of(spec.injected[0]), RegimeKind) for spec in specs)
+    assert all(kind_of(spec.injected[0]).regime for spec in specs)
     right, wrong = right_names(specs[0])
     assert "rudder_force" in right and not wrong
     first = injected_of(specs[0])

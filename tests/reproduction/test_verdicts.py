@@ -4,12 +4,11 @@ import math
 
 import numpy as np
 import pytest
+from pydantic import TypeAdapter
 
 from helmbench.models.plain import plain
 from helmbench.reproduction.claims.claim import Claim, Reference, Tolerance
-from helmbench.reproduction.results import spread_of
-from helmbench.reproduction.verdicts.spread import prediction_interval, spread, summarise
-from helmbench.reproduction.verdicts.verdict import (
+from helmbench.reproduction.verdicts import (
     CONSISTENT,
     CONTRADICTED,
     CORRECTED,
@@ -19,7 +18,11 @@ from helmbench.reproduction.verdicts.verdict import (
     NOT_REACHED,
     NOT_USED,
     REPRODUCED,
+    Spread,
     judge,
+    prediction_interval,
+    spread,
+    summarise,
     within,
 )
 
@@ -232,8 +235,8 @@ def test_stored_spreads_come_back():
     found = summarise([{"a": 1.0, "b": True}, {"a": None}, {"a": 3.0, "b": False}])
     assert found["a"].finite == 2 and found["b"].n == 3 and found["b"].mean == 0.5
     stored = plain(found)
-    assert {key: spread_of(entry) for key, entry in stored.items()} == found
-    assert math.isnan(spread_of(dict.fromkeys(stored["a"])).low)
+    assert TypeAdapter(dict[str, Spread]).validate_python(stored) == found
+    assert math.isnan(TypeAdapter(Spread).validate_python(stored["a"] | {"low": None}).low)
 
 
 @pytest.mark.parametrize(
