@@ -21,7 +21,6 @@ from ..numbers import MISSING, fixed, is_missing, number
 from ..plots import legend_beside, svg
 from ..report import write_files
 from ..tables import Column, Table, make_table, markdown
-from . import study_page
 from .rows import Row, read_rows
 
 if TYPE_CHECKING:
@@ -153,11 +152,11 @@ def drawing(rows: Sequence[Row], axis: str) -> str:
     return svg(draw, (SIZE[0], max(4.0, 0.17 * len(rows) + 1.0)))
 
 
-README, ROWS, STUDY = "README.md", "rows.jsonl", "study.md"
+README, ROWS = "README.md", "rows.jsonl"
 
 
 def publish(source: Path, folder: Path, machine: Mapping[str, Any]) -> tuple[Path, ...]:
-    """Write README, rows, drawings and the study of very many runs into a folder; the paths.
+    """Write README, rows and drawings into a folder; the paths.
 
     Raises
     ------
@@ -165,8 +164,6 @@ def publish(source: Path, folder: Path, machine: Mapping[str, Any]) -> tuple[Pat
     """
     rows = sorted(read_rows(source), key=lambda row: row.what)
     texts = {README: readme(rows, machine), ROWS: "".join(json.dumps(asdict(row)) + "\n" for row in rows)}
-    for tiny in (row for row in rows if row.run):
-        texts[STUDY] = study_page.page(tiny, rows)
     for axis in AXES:
         if own := [row for row in rows if row.axis == axis]:
             texts[f"{axis}.svg"] = drawing(own, axis)
