@@ -20,7 +20,8 @@ if TYPE_CHECKING:
     from ..datasets.importing.importer import Drafted, ImportOptions
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
-    from ..datasets.importing.report import FileFault
+    from ..datasets.importing.report import FileFault, ImportFault
+    from ..datasets.record import Record
     from .arguments import Path as FilePath
 
 
@@ -32,7 +33,7 @@ class ImportDraft:
     """
 
     _drafted: Drafted
-    _imported: Import | None
+    _outcome: Import | ImportFault
     _tables: tuple[RawTable, ...]
     _given: _Given
 
@@ -105,9 +106,10 @@ class ImportDraft:
 
     def import_log(self) -> Import:
         """The log as records; BadInput where questions are open or the log cannot be records."""
-        if self._imported is None:
-            return _imported(self._tables, self._given)
-        return _outcome(self._imported, self._given)
+        if isinstance(self._outcome, BadInput):
+            raise self._outcome.with_traceback(None)
+        found = self._outcome
+        return replace(found, records=_segments(found.records)) if self._given.segment else found
 
     def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
         """Write the mapping, to be changed by hand; BadInput where there is none or the file cannot be written."""
@@ -160,10 +162,17 @@ def draft_import(
 
     Parameters and errors as in `import_log`; open questions are no error here.
     """
-    from ..datasets.importing.importer import read_all
+    from ..datasets.importing.importer import ImportOptions, read_all
+    from ..datasets.importing.mapping import read_mapping
+    from ..datasets.record import is_side
 
-    given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
-    return _drafted(tuple(read_all(listed(paths))), given)
+    if positive_rudder is not None and not is_side(positive_rudder):
+        raise BadInput(f"positive rudder {positive_rudder!r}", hint="give 'port' or 'starboard'")
+    if step_s is not None and not step_s > 0.0:
+        raise BadInput(f"step {step_s!r}", hint="give seconds above 0")
+    known = read_mapping(Path(mapping)) if isinstance(mapping, str | PathLike) else mapping
+    options = ImportOptions(vessel, positive_rudder, step_s, variation_deg)
+    return _drafted(tuple(read_all(listed(paths))), _Given(known, options, answers or {}, segment))
 
 
 @typed
@@ -201,31 +210,16 @@ def import_log(
     ------
     BadInput : the logs cannot be records; all that is wrong is told at once.
     """
-    from ..datasets.importing.importer import read_all
-
-    given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
-    return _imported(read_all(listed(paths)), given)
-
-
-def _given(
-    mapping: ColumnMapping | FilePath | None,
-    answers: Mapping[str, str] | None,
-    vessel: str | None,
-    positive_rudder: str | None,
-    step_s: float | None,
-    variation_deg: float | None,
-    segment: bool,
-) -> _Given:
-    from ..datasets.importing.importer import ImportOptions
-    from ..datasets.importing.mapping import read_mapping
-    from ..datasets.record import is_side
-
-    if positive_rudder is not None and not is_side(positive_rudder):
-        raise BadInput(f"positive rudder {positive_rudder!r}", hint="give 'port' or 'starboard'")
-    if step_s is not None and not step_s > 0.0:
-        raise BadInput(f"step {step_s!r}", hint="give seconds above 0")
-    known = read_mapping(Path(mapping)) if isinstance(mapping, str | PathLike) else mapping
-    return _Given(known, ImportOptions(vessel, positive_rudder, step_s, variation_deg), answers or {}, segment)
+    return draft_import(
+        paths,
+        mapping=mapping,
+        answers=answers,
+        vessel=vessel,
+        positive_rudder=positive_rudder,
+        step_s=step_s,
+        variation_deg=variation_deg,
+        segment=segment,
+    ).import_log()
 
 
 def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
@@ -237,22 +231,11 @@ def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
     return ImportDraft(*made, tuple(tables), given)
 
 
-def _imported(tables: Sequence[RawTable], given: _Given) -> Import:
-    from ..datasets.importing.importer import import_tables
-    from ..models.linear_algebra import blas_limited
-
-    with blas_limited():
-        made = import_tables(tables, given.mapping, given.options, given.answers)
-    return _outcome(made, given)
-
-
-def _outcome(found: Import, given: _Given) -> Import:
+def _segments(records: Sequence[Record]) -> tuple[Record, ...]:
+    """The zigzags, turns and straight runs of records; the records themselves where there are none."""
     from ..datasets.importing.segments import cut
 
-    records = found.records
-    if given.segment:
-        records = tuple(part for record in records for _, part in cut(record)) or records
-    return replace(found, records=records)
+    return tuple(part for record in records for _, part in cut(record)) or tuple(records)
 
 
 def list_quantities() -> dict[str, list[str]]:
