@@ -8,14 +8,14 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from .numbers import number
-from .plots import SOFT, chart, legend_beside, svg
+from .plots import SOFT, legend_beside, svg
 from .runs import AFTER, WIDTH, DrawnCurve
 
 SIZE = (6.4, 2.9)
 
 
-def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]], title: str) -> str:
-    """A line per name through (x, rate, low, high) with bars, x > 0 on a logarithmic axis, rates 0 .. 1.
+def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]]) -> str:
+    """An SVG file of a line per name through (x, rate, low, high) with bars, x > 0 on a logarithmic axis, rates 0 .. 1.
 
     Bars of different names are moved apart a little.  Returns an empty text where there are no points.
     """
@@ -34,7 +34,7 @@ def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]
         axes.yaxis.set_major_formatter(PercentFormatter(1.0))
         legend_beside(axes)
 
-    return chart(draw, SIZE, title)
+    return svg(draw, SIZE)
 
 
 def spectra(frequency: np.ndarray, curves: Sequence[DrawnCurve], unit: str) -> str:

@@ -14,9 +14,9 @@ from helmbench.reporting.runs import AFTER, DrawnCurve, RecordRuns, charts_of, e
 
 
 def test_rates_are_drawn_with_their_names():
-    drawn = rate_curves({"one": [(1.0, 0.2, 0.1, 0.5), (10.0, 0.9, 0.8, 1.0)], "two": [(3.0, 0.5, 0.4, 0.6)]}, "power")
+    drawn = rate_curves({"one": [(1.0, 0.2, 0.1, 0.5), (10.0, 0.9, 0.8, 1.0)], "two": [(3.0, 0.5, 0.4, 0.6)]})
     assert ">one</text>" in drawn and ">two</text>" in drawn and ">100%</text>" in drawn
-    assert rate_curves({}, "power") == "" and rate_curves({"one": []}, "power") == ""
+    assert rate_curves({}) == "" and rate_curves({"one": []}) == ""
 
 
 def test_the_same_drawing_has_the_same_bytes_and_leaves_no_figure_open():
