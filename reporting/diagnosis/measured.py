@@ -89,7 +89,8 @@ def diagnosed(report: PublishedDiagnosis) -> Diagnosis:
         [as_public_loaders_name_them(record) if report.public_columns else record for record in turned]
         for turned in ([one.turned(model.positive_rudder) for one in side] for side in report.records())
     )
-    options = {name: tuple(value) if isinstance(value, list) else value for name, value in report.options.items()}
+    given = ((name, tuple(value) if isinstance(value, list) else value) for name, value in report.options.items())
+    options: dict[str, Any] = dict(given)
     return with_errors_ahead(diagnose(model, train, held_out, Options(**options)))
 
 

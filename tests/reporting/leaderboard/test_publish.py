@@ -52,7 +52,7 @@ def check_published(folder):
     lines = publish.headline_lines(main.contest, every.contest)
     assert lines and all(in_markdown(line) in readme for line in lines)
     told = [in_markdown(text) for text, _ in publish.told(main, every, tuning)]
-    assert told and all(text in readme for text in told)
+    assert all(text in readme for text in told) and ("## Findings" in readme) == bool(told)
     said = [in_markdown(text) for text in stability_sentences(main.contest)]
     assert said and all(text in readme for text in said)
     assert publish.slow_line(folder, main.contest) in readme
