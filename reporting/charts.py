@@ -1,15 +1,13 @@
-"""Charts of statistics: rates with their intervals, spectra, bars, a curve in its band."""
+"""Charts of statistics: rates with their intervals, a curve in its band."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from .numbers import number
 from .plots import SOFT, legend_beside, svg
-from .runs import AFTER, WIDTH, DrawnCurve
+from .runs import AFTER, WIDTH
 
 SIZE = (6.4, 2.9)
 
@@ -35,46 +33,6 @@ def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]
         legend_beside(axes)
 
     return svg(draw, SIZE)
-
-
-def spectra(frequency: np.ndarray, curves: Sequence[DrawnCurve], unit: str) -> str:
-    """An SVG file of amplitudes over frequency in Hz on logarithmic axes; empty where nothing is positive."""
-    values = np.concatenate([c.values for c in curves]) if curves else np.zeros(0)
-    if not (np.isfinite(values) & (values > 0.0)).any() or frequency.size < 2:
-        return ""
-
-    def draw(figure) -> None:
-        axes = figure.subplots()
-        for curve in curves:
-            axes.loglog(frequency, curve.values, color=curve.colour, linewidth=curve.width, label=curve.label)
-        axes.set(xlabel="frequency, Hz", ylabel=unit)
-        axes.legend()
-
-    return svg(draw, (WIDTH, 2.6))
-
-
-def bars(groups: Mapping[str, Mapping[str, float]], colours: Mapping[str, str], label: str) -> str:
-    """An SVG file of horizontal bars: one group a line, one bar a name in it."""
-    names = list(dict.fromkeys(name for group in groups.values() for name in group))
-    values = [v for group in groups.values() for v in group.values() if math.isfinite(v)]
-    if not values or max(values) <= 0.0:
-        return ""
-    height = 0.8 / len(names)
-
-    def draw(figure) -> None:
-        axes = figure.subplots()
-        for k, name in enumerate(names):
-            found = (group.get(name, math.nan) for group in groups.values())
-            sizes = [size if math.isfinite(size) else math.nan for size in found]
-            places = np.arange(len(groups)) + height * (k - (len(names) - 1) / 2.0)
-            drawn = axes.barh(places, sizes, height, color=colours[name], label=name)
-            axes.bar_label(drawn, [number(size) for size in sizes], padding=3)
-        axes.set_yticks(range(len(groups)), list(groups))
-        axes.set(xlabel=label, ylim=(len(groups) - 0.5, -0.5), xlim=(0.0, 1.12 * max(values)))
-        axes.grid(visible=False, axis="y")
-        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(names))
-
-    return svg(draw, (WIDTH, 0.9 + 0.2 * len(groups) * (len(names) + 1)))
 
 
 def band(

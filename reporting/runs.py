@@ -11,7 +11,6 @@ import numpy as np
 
 from ..datasets.display import LabelledLine, continuous, shown_name, shown_unit, time_figure
 from ..models.errors import BadInput
-from .errors import rms
 from .numbers import DEG, number
 from .plots import COLOURS, INK, SOFT, chart
 
@@ -103,6 +102,15 @@ def _turns(gap: np.ndarray) -> float:
     """Full turns, deg, between two headings (N,) where both begin."""
     known = gap[np.isfinite(gap)]
     return float(360.0 * np.round(known[0] / 360.0)) if known.size else 0.0
+
+
+def rms(values: np.ndarray) -> float:
+    """Root mean square of what is finite; nan if nothing is."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return math.nan
+    largest = float(np.abs(known).max()) or 1.0
+    return largest * float(np.sqrt(np.mean((known / largest) ** 2)))  # the square of what is huge is not finite
 
 
 def error_line(record: RecordRuns) -> str:
