@@ -99,7 +99,7 @@ def _summarise(found: SuiteResults, printer: Printer) -> int:
 # ---- `helmbench report DIR`.
 
 
-@command("write_report", "timing csv")
+@command("write_report", "csv")
 @click.argument("directory", metavar="DIR", type=FILE)
 def report(directory: Path, printer: Printer, **asked: Any) -> None:
     """Write the report of stored results.

@@ -48,15 +48,13 @@ READING = (
 )
 
 
-def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
+def write_report(directory: str | Path) -> Report:
     """Aggregate the stored cases of a directory and write the three files beside them.
 
     Raises
     ------
-    BadInput : the directory holds no run, nothing is finished yet, or timings are given (they belong to methods).
+    BadInput : the directory holds no run, or nothing is finished yet.
     """
-    if timing is not None:
-        raise BadInput("--timing is for suites of methods", file=directory)
     directory = Path(directory)
     manifest = read_manifest(directory)
     cases, sizes = read_tables(directory)
