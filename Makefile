@@ -189,7 +189,7 @@ timing: env
 	@for peer in casadi diffrax polars; do $(INSTALL) $$peer || echo "$$peer cannot be installed: its rows are left out"; done
 	@mkdir -p $(dir $(ROWS))
 	$(BIN)/pytest tests/timing/test_peers.py tests/timing/test_ratios.py tests/timing/test_growth.py --rows $(ROWS) || test $$? -eq 5
-	$(BIN)/python -m helmbench.reporting.timing.page $(ROWS) reports/timing
+	$(BIN)/python -m helmbench.reporting.timing $(ROWS) reports/timing
 
 fit-times: env
 	@mkdir -p $(dir $(TIMES))

@@ -3,7 +3,6 @@
 
 from .api.advice import AdviceTest as AdviceTest, check_advice as check_advice
 from .api.arguments import rudder_sign_doubt as rudder_sign_doubt
-from .api.check import check as check
 from .api.diagnosis import Calibration as Calibration, CraftDiagnosis as CraftDiagnosis, Diagnosis as Diagnosis
 from .api.diagnosis import build_model as build_model, calibrate as calibrate, diagnose as diagnose
 from .api.doctor import Health as Health, doctor as doctor
@@ -16,11 +15,11 @@ from .api.importing import Import as Import, ImportDraft as ImportDraft, draft_i
 from .api.importing import import_log as import_log
 from .api.lists import list_causes as list_causes, list_diagnosers as list_diagnosers
 from .api.lists import list_manoeuvres as list_manoeuvres, list_methods as list_methods, list_suites as list_suites
+from .api.records import Validation as Validation, check as check, validate as validate
 from .api.reproduction import Reproduction as Reproduction, reproduce as reproduce
 from .api.simulation import simulate as simulate, simulate_many as simulate_many
 from .api.suites import SuiteResults as SuiteResults, compare_results as compare_results, leaderboard as leaderboard
 from .api.suites import load_results as load_results, merge_results as merge_results, run_suite as run_suite
-from .api.validation import Validation as Validation, validate as validate
 from .bench.identibench.method import identibench_model as identibench_model
 from .bench.identibench.problems import export_problems as export_problems
 from .bench.identibench.ship import identibench_suite as identibench_suite

@@ -9,10 +9,9 @@ from xml.etree import ElementTree
 import pytest
 
 from helmbench.models.errors import BadInput
-from helmbench.reporting.timing.page import publish, verdict
-from helmbench.reporting.timing.rows import read_rows
+from helmbench.reporting.timing import publish, read_rows, verdict
 
-PUBLISHED = Path(__file__).parents[3] / "reports" / "timing" / "rows.jsonl"
+PUBLISHED = Path(__file__).parents[2] / "reports" / "timing" / "rows.jsonl"
 MACHINE = {"cpu": "a processor", "cpus": 2, "python": "3.11"}
 PAIR = {"what": "ours, theirs", "unit": "rows/s", "ours": 400.0, "other": 100.0, "ratio": 4.0, "low": 3.5, "high": 4.5}
 GROWING = {"what": "cost against samples: ls", "unit": "slope", "ours": 1.0, "axis": "samples"}
@@ -74,7 +73,7 @@ def test_a_file_that_holds_no_rows_is_refused(tmp_path, text):
 
 
 def test_the_command_refuses_such_a_file_in_one_line(tmp_path):
-    command = [sys.executable, "-m", "helmbench.reporting.timing.page", tmp_path / "none.jsonl", tmp_path / "out"]
+    command = [sys.executable, "-m", "helmbench.reporting.timing", tmp_path / "none.jsonl", tmp_path / "out"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()
