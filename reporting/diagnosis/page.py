@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..charts import band
 from ..numbers import p_value, percent
 from ..page import (
     BAD,
@@ -24,7 +23,8 @@ from ..page import (
     result_page,
     sides,
 )
-from ..runs import of_trace
+from ..plots import SOFT, svg
+from ..runs import AFTER, WIDTH, of_trace
 from ..validation.page import explained_lines, horizon_table
 from . import words
 from .tables import bank_table, error_table, gain_table, instrument_rows, not_testable_table, numbers_table, where_table
@@ -136,10 +136,19 @@ def force_drawings(diagnosis: Diagnosis) -> list[Drawing]:
 
 
 def curve_chart(force: RemainingForce) -> str:
-    """A force over the variable that it depends on with its 90 % band; empty where it has no curve."""
+    """An SVG file of a force over the variable that it depends on, in its 90 % band; empty where it has no curve."""
     curve = force.curve
     if curve is None:
         return ""
     unit, factor = ("deg", words.DEG) if curve.variable_unit == "rad" else (curve.variable_unit, 1.0)
     label = curve.variable + (f", {unit}" if unit != "1" else ", U/L")
-    return band(factor * np.array(curve.values), curve.force, (curve.low, curve.high), label, curve.force_unit)
+    x = factor * np.array(curve.values)
+
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        axes.fill_between(x, curve.low, curve.high, color=AFTER, alpha=0.2, linewidth=0.0)
+        axes.plot(x, curve.force, color=AFTER, linewidth=1.5)
+        axes.axhline(0.0, color=SOFT, linewidth=0.7)
+        axes.set(xlabel=label, ylabel=curve.force_unit, xlim=(x[0], x[-1]))
+
+    return svg(draw, (WIDTH, 2.6))

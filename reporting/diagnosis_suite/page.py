@@ -9,15 +9,18 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from ...bench.kinds.diagnosis.judge import LEVEL, POWER
 from ...bench.kinds.diagnosis.plan import ORACLE
 from ...bench.store import read_manifest, read_tables
 from ...models.errors import BadInput
 from .. import media, tables
-from ..charts import rate_curves
 from ..numbers import MISSING, interval, percent
 from ..page import FAIR, GOOD, Drawing, Note, Page, Pairs, Section, Verdict, result_page
+from ..plots import legend_beside, svg
 from ..report import Report, environment_rows, reservations, write_files
+from ..runs import WIDTH
 from ..tables import Column, Table, field, make_table, numeric
 from . import rates
 from .rates import Board, Frame
@@ -234,3 +237,26 @@ def drawings(board: Board) -> list[Drawing]:
 
 def _points(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, float, float, float]]:
     return [(row["middle"], row["value"], row["low"], row["high"]) for row in rows]
+
+
+def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]]) -> str:
+    """An SVG file of a line per name through (x, rate, low, high) with bars, x > 0 on a logarithmic axis, rates 0 .. 1.
+
+    Bars of different names are moved apart a little.  Returns an empty text where there are no points.
+    """
+    if not any(series.values()):
+        return ""
+
+    def draw(figure) -> None:
+        from matplotlib.ticker import PercentFormatter
+
+        axes = figure.subplots()
+        for place, (name, points) in enumerate(series.items()):
+            x, rate, low, high = np.reshape(points, (-1, 4)).T
+            ends = [rate - low, high - rate]
+            axes.errorbar(x * 1.03**place, rate, ends, marker="o", markersize=4, elinewidth=0.8, capsize=2, label=name)
+        axes.set(xscale="log", xlabel="non-centrality", ylim=(-0.03, 1.03))
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+        legend_beside(axes)
+
+    return svg(draw, (WIDTH, 2.9))

@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from helmbench.reporting.charts import rate_curves
+from helmbench.reporting.diagnosis_suite.page import rate_curves
 from helmbench.reporting.plots import embedded, svg
 from helmbench.reporting.runs import RecordRuns, charts_of, error_range, value_range
 
