@@ -90,7 +90,7 @@ $(STAMP): pyproject.toml requirements/constraints.txt
 bench: env
 	@rm -rf $(RESULTS)
 	@status=0; $(BIN)/helmbench run --suite quick -o $(RESULTS) || status=$$?; \
-	test $$status -gt 1 || $(BIN)/helmbench report $(RESULTS) $(if $(wildcard $(TIMES)),--timing $(TIMES)) || status=$$?; \
+	test $$status -gt 1 || $(BIN)/helmbench report $(RESULTS) || status=$$?; \
 	exit $$status
 
 # The README's picture of the leaderboard.
@@ -189,7 +189,7 @@ timing: env
 	@for peer in casadi diffrax polars; do $(INSTALL) $$peer || echo "$$peer cannot be installed: its rows are left out"; done
 	@mkdir -p $(dir $(ROWS))
 	$(BIN)/pytest tests/timing/test_peers.py tests/timing/test_ratios.py tests/timing/test_growth.py --rows $(ROWS) || test $$? -eq 5
-	$(BIN)/python -m helmbench.reporting.timing.page $(ROWS) reports/timing
+	$(BIN)/python -m helmbench.reporting.timing $(ROWS) reports/timing
 
 fit-times: env
 	@mkdir -p $(dir $(TIMES))

@@ -32,8 +32,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 MANIFEST = "environment.json"
-TIMING = "timing.json"
-"""Output of `pytest --benchmark-json`, shown by the report where it lies in the directory."""
 
 
 # ---- What `environment.json` holds, as far as anything is read from it.

@@ -245,11 +245,6 @@ def _help(command: click.Command, name: str) -> Iterator[str]:
         yield from ("", "```text", command.get_help(context), "```", "")
 
 
-def large_study_page() -> Iterator[str]:
-    """What `make timing` has worked out from the measured cost of a run."""
-    yield (Path(__file__).parents[1] / "reports" / "timing" / "study.md").read_text(encoding="utf-8").rstrip("\n")
-
-
 def indices_report_page() -> Iterator[str]:
     """What `make indices-report` has measured."""
     yield (Path(__file__).parents[1] / "reports" / "indices" / "README.md").read_text(encoding="utf-8").rstrip("\n")
@@ -298,7 +293,6 @@ PAGES = {
     "formats": format_page,
     "suites": suite_page,
     "commands": command_page,
-    "large-study": large_study_page,
     "indices-report": indices_report_page,
     "indices-example": indices_example,
     "indices-accuracies": indices_accuracies,

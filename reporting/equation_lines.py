@@ -1,7 +1,7 @@
-"""Lines of equations in two forms: HTML with MathML for pages, LaTeX for Markdown.
+"""Lines of equations: LaTeX for Markdown, and MathML of it for pages.
 
 The additive terms of an equation are written one by one, so that new ones can be marked and a page can break the line
-between them.  SymPy's printers write them with the symbols of this field; a symbol whose name is in `marks` is
+between them.  SymPy's printer writes them with the symbols of this field; a symbol whose name is in `marks` is
 highlighted as new.
 """
 
@@ -16,9 +16,7 @@ from typing import Any
 import sympy as sp
 from sympy.core.function import AppliedUndef
 from sympy.printing.latex import LatexPrinter, accepted_latex_functions, translate
-from sympy.printing.mathml import MathMLPresentationPrinter
 from sympy.printing.precedence import PRECEDENCE
-from sympy.printing.pretty.pretty_symbology import greek_unicode
 
 SHOWN = {
     "rudder_offset": "delta_0",
@@ -66,7 +64,6 @@ RULES = {
 TAG = re.compile(r"^(env|curr|wind|forc|added_[A-Za-z]+(?:_abs[a-z])?)_(?=(ur|vr|uc|vc|cos|sin|U|vp|rp|ua|va)$)")
 DERIVATIVE = re.compile(r"([A-Z](?=[0-9a-z])|[a-z](?=[0-9]))([0-9a-z]+)")
 """Hydrodynamic derivatives and numbered symbols: `Yvvr`, `m11`."""
-LETTERS = {**greek_unicode, "nabla": "∇"}
 
 
 def parts(name: str) -> tuple[str, str, str]:
@@ -87,13 +84,7 @@ def rounded(expression: Any) -> Any:
 
 
 class Latex(LatexPrinter):
-    """LaTeX; new symbols are boxed, new terms stand over a brace.
-
-    As `MathML` it writes the pieces of a line as well: the rate of a state, a factor (in brackets where it is a sum)
-    times such a rate, the left side from its pieces, signs, and terms with their signs.
-    """
-
-    between = " "
+    """LaTeX; new symbols are boxed."""
 
     def __init__(self, marks: Container[str] = ()) -> None:
         super().__init__({"full_prec": False})
@@ -121,86 +112,6 @@ class Latex(LatexPrinter):
 
     _print_absv = LatexPrinter._print_Abs
 
-    @classmethod
-    def rate(cls, state: str) -> str:
-        return f"\\dot{{{cls().doprint(sp.Symbol(state))}}}"
-
-    @classmethod
-    def product(cls, factor: Any, state: str) -> str:
-        return f"{cls().parenthesize(factor, PRECEDENCE['Mul'], strict=True)} {cls.rate(state)}"
-
-    @staticmethod
-    def left(pieces: Sequence[str]) -> str:
-        return " + ".join(pieces)
-
-    @staticmethod
-    def sign(sign: str) -> str:
-        return {"−": "-", "[": "\\big[", "]": "\\big]"}.get(sign, sign)
-
-    @staticmethod
-    def term(sign: str, inside: str, new: bool) -> str:
-        text = f"{sign} {inside}".strip()
-        return f"\\underbrace{{{text}}}_{{\\text{{new}}}}" if new else text
-
-
-class MathML(MathMLPresentationPrinter):
-    """Presentation MathML within HTML; new symbols and terms have the class `new`."""
-
-    between = "\n"
-
-    def __init__(self, marks: Container[str] = ()) -> None:
-        super().__init__({"mul_symbol": "\N{INVISIBLE TIMES}"})
-        self.marks = marks
-
-    def _split_super_sub(self, name: str) -> tuple[str, list[str], list[str]]:
-        letter, index, exponent = parts(name)
-        plain, prime, dot = (*letter.partition("prime")[:2], "")
-        if letter.endswith("dot"):
-            plain, dot = letter.removesuffix("dot"), "\N{COMBINING DOT ABOVE}"
-        base = escape(LETTERS.get(plain, plain) + dot)
-        raised = ["′"] if prime else [escape(exponent.replace("-", "−"))] if exponent else []
-        return base, raised, [escape(index)] if index else []
-
-    def _print_Symbol(self, sym: Any, style: str = "plain") -> Any:
-        element = super()._print_Symbol(sym, style)
-        if sym.name in self.marks:
-            element.setAttribute("class", "new")
-        return element
-
-    def _print_Function(self, e: Any) -> Any:
-        if not isinstance(e, AppliedUndef):
-            return super()._print_Function(e)
-        row = self.dom.createElement("mrow")
-        row.appendChild(self._print_Symbol(sp.Symbol(e.func.__name__)))
-        row.appendChild(self._paren_comma_separated(*e.args))
-        return row
-
-    def _print_atan2v(self, expr: Any) -> Any:
-        return self._print_Function(sp.atan2(*expr.args, evaluate=False))
-
-    _print_absv = MathMLPresentationPrinter._print_Abs
-
-    @classmethod
-    def rate(cls, state: str) -> str:
-        return f"<mover>{cls().doprint(sp.Symbol(state))}<mo>˙</mo></mover>"
-
-    @classmethod
-    def product(cls, factor: Any, state: str) -> str:
-        element: Any = cls().parenthesize(factor, PRECEDENCE["Mul"], strict=True)
-        return f"{element.toxml()}{cls.rate(state)}"
-
-    @staticmethod
-    def left(pieces: Sequence[str]) -> str:
-        return f"<math>{'<mo>+</mo>'.join(pieces)}</math>"
-
-    @staticmethod
-    def sign(sign: str) -> str:
-        return f"<span class='op'>{sign}</span>"
-
-    @staticmethod
-    def term(sign: str, inside: str, new: bool) -> str:
-        return f"<span class='term{' new' if new else ''}'>{sign}<math displaystyle='true'>{inside}</math></span>"
-
 
 def _upright(text: str, command: str) -> str:
     """A name as LaTeX: Greek and accented letters by their commands, words upright, all others as they are."""
@@ -217,73 +128,88 @@ Left = Sequence[tuple[Any, str | None]]
 """Left side: (factor, state whose rate it multiplies), or (expression, None)."""
 
 
+ON_PAGES = {"\\boxed{": "\\class{new}{", "\\operatorname{": "\\text{", "\\mathrm{": "\\text{"}
+"""LaTeX -> what browsers draw better as MathML."""
+
+
 @dataclass(frozen=True)
 class EquationLine:
-    """One equation: HTML with MathML, LaTeX, and whether the extension added it or something in it."""
+    """One equation, or a sentence that stands among equations.
 
-    html: str
-    latex: str
+    pieces : LaTeX of its pieces, between which a page may break the line, each with whether it is a term that the
+        extension added; none of a sentence.
+    new : whether the extension added the line, or something in it.
+    note : stands in brackets behind it; the sentence.
+    """
+
+    pieces: tuple[tuple[str, bool], ...]
     new: bool
+    note: str = ""
+
+    @property
+    def latex(self) -> str:
+        """The line as LaTeX; new terms stand over a brace."""
+        plain = self.note.replace("_", "\\_")
+        if not self.pieces:
+            return f"\\text{{{plain}}}"
+        shown = (f"\\underbrace{{{text}}}_{{\\text{{new}}}}" if new else text for text, new in self.pieces)
+        return " ".join(shown) + (f"\\quad\\text{{({plain})}}" if plain else "")
+
+    @property
+    def html(self) -> str:
+        """The line as HTML with MathML; new symbols and terms have the class `new`."""
+        if not self.pieces:
+            return escape(self.note)
+        shown = (f"<span class='term{' new' if new else ''}'>{_mathml(text)}</span>" for text, new in self.pieces)
+        return "\n".join(shown) + (f" <span class='sub'>({escape(self.note)})</span>" if self.note else "")
 
 
-Form = type[Latex] | type[MathML]
-"""How the pieces of a line are written."""
+def _mathml(latex: str) -> str:
+    from latex2mathml.converter import convert
+
+    for text, other in ON_PAGES.items():
+        latex = latex.replace(text, other)
+    return convert(f"\\displaystyle {latex}")
 
 
 def equation(left: Left, right: Any, marks: Mapping[str, bool], whole: bool = False) -> EquationLine:
     """An equation; `marks` holds the new names, True for those whose terms are new as a whole (`whole`: all of it)."""
+    head = " + ".join(_left(factor, state) for factor, state in left)
     new = whole or any(name.name in marks for name in right.free_symbols)
-    return EquationLine(_written(left, right, marks, MathML), _written(left, right, marks, Latex), new)
+    return EquationLine(((f"{head} =", False), *_terms(right, marks)), new)
 
 
-def statement(words: str) -> EquationLine:
+def statement(words: str, new: bool = True) -> EquationLine:
     """A sentence that stands among equations."""
-    return EquationLine(escape(words), f"\\text{{{words.replace('_', chr(92) + '_')}}}", True)
-
-
-def with_note(line: EquationLine, note: str) -> EquationLine:
-    """The line with a note in brackets behind it, if there is one."""
-    if not note:
-        return line
-    html = f"{line.html} <span class='sub'>({escape(note)})</span>"
-    return EquationLine(html, f"{line.latex}\\quad\\text{{({note})}}", line.new)
+    return EquationLine((), new, words)
 
 
 def value_of(name: str, value: str) -> EquationLine:
     """A symbol with its value, and its name in brackets behind it."""
-    symbol = sp.Symbol(name)
-    html = f"<math>{MathML().doprint(symbol)}</math> = {escape(value)} <span class='sub'>({escape(name)})</span>"
-    plain = name.replace("_", "\\_")
-    return EquationLine(html, f"{Latex().doprint(symbol)} = \\text{{{value}}}\\quad\\text{{({plain})}}", True)
+    return EquationLine(((f"{Latex().doprint(sp.Symbol(name))} = \\text{{{value}}}", False),), True, name)
 
 
-def _written(left: Left, right: Any, marks: Mapping[str, bool], form: Form) -> str:
-    head = form.left([_left(factor, state, form) for factor, state in left])
-    return form.between.join([head, form.sign("="), *_terms(right, marks, form)])
-
-
-def _left(factor: Any, state: str | None, form: Form) -> str:
+def _left(factor: Any, state: str | None) -> str:
     if state is None:
-        return form().doprint(rounded(factor))
-    if factor == 1:
-        return form.rate(state)
-    return form.product(factor, state)
+        return Latex().doprint(rounded(factor))
+    rate = f"\\dot{{{Latex().doprint(sp.Symbol(state))}}}"
+    return rate if factor == 1 else f"{Latex().parenthesize(factor, PRECEDENCE['Mul'], strict=True)} {rate}"
 
 
-def _terms(expression: Any, marks: Mapping[str, bool], form: Form) -> list[str]:
-    """Additive terms one by one; long brackets are opened."""
-    out: list[str] = []
+def _terms(expression: Any, marks: Mapping[str, bool]) -> list[tuple[str, bool]]:
+    """Additive terms one by one, each with whether it is new as a whole; long brackets are opened."""
+    out: list[tuple[str, bool]] = []
     for place, term in enumerate(_ordered(expression)):
         negative = term.could_extract_minus_sign()
         term = -term if negative else term
-        sign = form.sign("−") if negative else form.sign("+") if place else ""
+        sign = "- " if negative else "+ " if place else ""
         bracket = _long_bracket(term)
         if bracket is None:
             new = _is_new(term, marks)
-            out.append(form.term(sign, form({} if new else marks).doprint(rounded(term)), new))
+            out.append((f"{sign}{Latex({} if new else marks).doprint(rounded(term))}", new))
         else:
-            out.append(form.term(sign, form(marks).doprint(rounded(term / bracket)), False))
-            out += [form.sign("["), *_terms(bracket, marks, form), form.sign("]")]
+            out.append((f"{sign}{Latex(marks).doprint(rounded(term / bracket))}", False))
+            out += [("\\big[", False), *_terms(bracket, marks), ("\\big]", False)]
     return out
 
 

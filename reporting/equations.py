@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import sympy as sp
 
-from .equation_lines import EquationLine, equation, statement, value_of, with_note
+from .equation_lines import EquationLine, equation, statement, value_of
 from .numbers import DEG, with_unit
 
 if TYPE_CHECKING:
@@ -83,8 +83,8 @@ def _helpers(definition: Definition, zero: Mapping, marks: Mapping[str, bool]) -
     for symbol, expression in definition.helpers.items():
         clean = _without_floor(expression.xreplace(dict(zero)))
         line = equation([(symbol, None)], clean, marks, whole=symbol.name in marks)
-        if line.html not in seen and clean != 0:
-            seen.add(line.html)
+        if line.pieces not in seen and clean != 0:
+            seen.add(line.pieces)
             yield line
 
 
@@ -108,7 +108,7 @@ def _rudder_relation(rudder: Mapping[str, float]) -> EquationLine:
     sign = -1 if "rudder_reversed" in rudder else 1
     effective = sign * gain * sp.Function("delta")(sp.Symbol("t") - delay)  # ty: ignore[not-callable]
     effective += sp.Symbol("rudder_offset") if "rudder_offset" in rudder else 0
-    return with_note(equation([(sp.Symbol("delta_hull"), None)], effective, {}, True), _limits(rudder))
+    return replace(equation([(sp.Symbol("delta_hull"), None)], effective, {}, True), note=_limits(rudder))
 
 
 def _channel_relations(new: Mapping[str, float]) -> Iterable[EquationLine]:

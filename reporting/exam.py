@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from .equations import equations
 from .numbers import MISSING, SHORT, percent
 from .tables import Column, Table, csv, field, in_markdown, make_table, markdown, numeric
+from .templating import FOLDER
 
 if TYPE_CHECKING:
     from ..bench.exam.exam_file import Manifest
@@ -33,47 +34,13 @@ SCORES = (
     numeric("predicted", "predicted", percent),
     *MOTION,
 )
-README = """# Exam {exam}
-
-{count} worlds: records of ships, and a model of each. In most of them something was changed that the model does not
-know. Name it, and say how large it is, where it acts, and how the ship moves in the held-out records.
-
-    exam.json               the worlds, groups of each model's own numbers, SHA-256 of the worlds' files and of the key
-    causes.json             the public names of causes, with what their sizes are called and their units
-    submission.schema.json  JSON schema of what you hand in
-    equations.md            the equations of the models
-    WORLD/model.json        the base model: family, parameters with units, constants, steering gear, windage
-    WORLD/train-*.csv       training records; beside each a YAML file with the side to which a positive rudder turns
-    WORLD/held_out-*.csv    held-out records: their motion ends at `opening_s` of exam.json, their rudder goes on
-
-Records are in SI units and radians, the unit is part of a column's name; empty cells are gaps. `base_numbers` says of
-each model whether its numbers are exact or uncertain. The ships are like published ones, with numbers of their own.
-
-## What you hand in
-
-One JSON file, `submission.json`:
-
-    {{"schema_version": 1, "exam": "{exam}", "entrant": "your method",
-     "worlds": {{
-       "{first}": {{
-         "named": [{{"cause": "rudder_offset",
-                    "sizes": [{{"parameter": "delta0", "value": 0.01, "low": 0.008, "high": 0.012}}]}}],
-         "motion": {{"{held_out}": "{first}-{held_out}.csv"}}}}}}}}
-
-- `named`: what is wrong, the surest first, by the names of causes.json or the groups (`group:...`) of exam.json;
-  empty: nothing is. `tied_with`: names that would do as well. `regime`: where it acts, `{{"variable": "rudder",
-  "side": "above", "threshold": 0.2}}`.
-- `sizes`: in SI units; 90 % interval (`low`, `high`) and `record` may be left out. A cause is named once, and each of
-  its sizes stated once a record.
-- `motion`: the held-out file with its empty cells filled in. Or `model`: an extended model.json, which is simulated.
-- `unexplained`: true where something is wrong that has no name here. A world that is left out says: nothing is wrong.
-"""
 
 
 def folder_texts(manifest: Manifest, models: Mapping[str, Model]) -> dict[str, str]:
     """Texts of an exam's folder: name of the file -> text."""
     first, files = next(iter(manifest.worlds.items()))
-    readme = README.format(exam=manifest.exam, count=len(manifest.worlds), first=first, held_out=files.held_out[0])
+    template = (FOLDER / "exam_folder.md").read_text("utf-8")
+    readme = template.format(exam=manifest.exam, count=len(manifest.worlds), first=first, held_out=files.held_out[0])
     return {"README.md": readme, "equations.md": equations_text(models)}
 
 
@@ -126,28 +93,11 @@ def worlds(rows: Sequence[WorldScore]) -> Table:
     return make_table(columns, sorted(rows, key=lambda row: (row.world, row.entrant)), "Answers")
 
 
-MEANING = """- **points**, by which entrants are compared: 1 where an answer is right alone, -1 where it names what is
-  false and nothing right, else 0; mean over the worlds. Who never names anything has the share of worlds without a
-  change.
-- **alone right**: what was changed is named and nothing else, or nothing where nothing was changed.
-  Beside a base model of which all numbers are off, names of its own numbers are right as well, and no false alarm.
-- **right names**: right names over all names that were stated or had to be, ties included; mean over the worlds in
-  which something was changed. **false alarms**: share of the worlds without a change in which something is named.
-- **size off by**: relative error of the sizes of rightly named causes, 100 % where none is stated; median over effects,
-  each of which counts once. **in interval**: share of the stated intervals that hold the true size; one that is wider
-  than ten true sizes, or half a turn, holds none. **interval score**: width of the interval over the true size, and 20
-  times what it misses it by.
-- **regime**: F1 of the samples in which the change is said to act, rescaled so that "everywhere" has 0.
-- **predicted**: share of the worlds with predicted motion. **error / base**, **error / best**: error of the predicted
-  motion of held-out records over that of the base model and over that of the true ship, which starts from the true
-  state and knows no gusts; geometric means over channels and worlds. No prediction counts as the base model's."""
-
-
 def text(scores: Sequence[EntrantScore], rows: Sequence[WorldScore]) -> str:
     """The scores as Markdown."""
     tables = (overall(scores), by_kind(scores), worlds(rows))
     parts = [f"## {table.title}\n\n{markdown(table)}" for table in tables]
-    return "\n".join(["# Scores of the exam", "", MEANING, "", "\n\n".join(parts).rstrip(), ""])
+    return (FOLDER / "exam_scores.md").read_text("utf-8") + "\n\n".join(parts).rstrip() + "\n"
 
 
 def scores_csv(scores: Sequence[EntrantScore]) -> str:

@@ -6,11 +6,14 @@ series.
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Iterator, Mapping
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..models.errors import BadInput
+from ..models.extras import extras_told
 from . import tables
 from .page import Drawing, EquationList, Items, Note, Overlays, Page, Pairs, Section, section
 from .plots import embedded
@@ -20,10 +23,6 @@ from .templating import render
 
 if TYPE_CHECKING:
     from .page import Block
-import logging
-
-from ..models.errors import BadInput
-from ..models.extras import extras_told
 
 
 def html(page: Page, sheet: bool = False) -> str:
@@ -75,24 +74,8 @@ def _in_terminal(block: Block) -> Iterator[str]:
 
 def notebook(page: Page) -> str:
     """The page as HTML for the output of a notebook's cell."""
-    head = f"<p><b>{escape(f'{page.title}: {_first(page)}')}</b></p>"
-    told = _list(escape(text) for text in (*(f"doubtful: {doubt}" for doubt in page.doubts), *page.verdict.told))
-    parts = (f"<p>{escape(own.title)}</p>{''.join(map(_in_notebook, own.blocks))}" for own in _open(page))
-    return head + told + "".join(parts)
-
-
-def _in_notebook(block: Block) -> str:
-    if isinstance(block, str):
-        return f"<p>{escape(block)}</p>"
-    if isinstance(block, Table):
-        return (f"<p>{escape(block.title)}</p>" if block.title else "") + tables.html(block)
-    rows = block.rows if isinstance(block, Items | Pairs) else ()
-    return _list("<br>".join(map(escape, row)) for row in rows)
-
-
-def _list(rows: Iterable[str]) -> str:
-    texts = "".join(f"<li>{row}</li>" for row in rows)
-    return f"<ul>{texts}</ul>" if texts else ""
+    told = [(text,) for text in (*(f"doubtful: {doubt}" for doubt in page.doubts), *page.verdict.told)]
+    return render("notebook.html.j2", page=page, first=_first(page), told=told, parts=list(_open(page)))
 
 
 # ---- Markdown

@@ -190,9 +190,9 @@ def equation_parts(model: Model, base: Model) -> tuple[EquationList, Section]:
         return [line for line in (*made().relations, *made().dynamics) if line.new] + list(made().added)
 
     def every() -> list[EquationLine]:
-        from .equation_lines import EquationLine
+        from .equation_lines import statement
 
-        between = [EquationLine("with", "\\text{with}", False)] if made().helpers else []
+        between = [statement("with", new=False)] if made().helpers else []
         return [*made().relations, *made().dynamics, *between, *made().helpers]
 
     note = Note("New terms are marked; terms with a coefficient of zero are left out.")

@@ -6,9 +6,7 @@ import io
 import re
 from collections.abc import Callable, Generator, Mapping
 from contextlib import contextmanager
-from functools import cached_property
 from html import escape
-from threading import Lock
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
@@ -57,43 +55,6 @@ def as_svg(make: Callable[[], Figure]) -> str:
         return _written(make())
 
 
-class Sheet:
-    """A figure that charts of one kind are drawn on, one after the other: axes and ticks cost as much as the curves.
-
-    Parameters
-    ----------
-    layout : adds the axes to an empty figure, and returns what `draw` takes.
-    size, margins : as for `svg`.
-    """
-
-    def __init__(
-        self, layout: Callable[[Figure], Any], size: tuple[float, float], margins: Mapping[str, float]
-    ) -> None:
-        self._layout, self._size, self._margins, self._lock = layout, size, margins, Lock()
-
-    @cached_property
-    def _made(self) -> tuple[Figure, Any]:
-        figure = _empty(self._size, self._margins)
-        return figure, self._layout(figure)
-
-    def chart(self, draw: Callable[[Any], object], title: str) -> str:
-        """The chart with lines that `draw` adds to the axes, for an HTML page.
-
-        Everything else that it sets on the axes, it must set every time.
-        """
-        with self._lock, _styled():
-            figure, axes = self._made
-            try:
-                draw(axes)
-                return embedded(_written(figure), title)
-            finally:
-                for one in figure.axes:
-                    for line in list(one.lines):
-                        line.remove()
-                    one.relim()
-                    one.set_prop_cycle(None)
-
-
 @contextmanager
 def _styled() -> Generator[None]:
     """The style of all figures in the place of the user's."""
@@ -128,9 +89,14 @@ def embedded(text: str, title: str) -> str:
     return body.replace("<svg ", f'<svg role="img" aria-label="{escape(title)}" ', 1)
 
 
-def chart(draw: Callable[[Figure], object], size: tuple[float, float], title: str) -> str:
+def chart(
+    draw: Callable[[Figure], object],
+    size: tuple[float, float],
+    title: str,
+    margins: Mapping[str, float] | None = None,
+) -> str:
     """`svg` and `embedded` in one."""
-    return embedded(svg(draw, size), title)
+    return embedded(svg(draw, size, margins), title)
 
 
 def legend_beside(axes: Axes) -> None:

@@ -45,18 +45,17 @@ class Report:
 
 
 @typed
-def write_report(directory: str | Path, timing: str | Path | None = None, *, csv: bool = False) -> Report:
+def write_report(directory: str | Path, *, csv: bool = False) -> Report:
     """Report a run directory by the kind of its suite; raises what the report of that kind does.
 
     Parameters
     ----------
-    timing : output of `pytest --benchmark-json`; None: timing.json in the directory, where there is one.
     csv : write the stored tables as CSV too: runs.csv, a row a run, and parameters.csv (suites of kind
         diagnosis: diagnosis_sizes.csv), a row a run and parameter.
     """
     directory = Path(directory)
     kind = read_manifest(directory).get("kind", IDENTIFICATION)
-    written = import_module(PAGES[kind], __package__).write_report(directory, timing)
+    written = import_module(PAGES[kind], __package__).write_report(directory)
     return replace(written, paths=(*written.paths, *_write_rows(directory))) if csv else written
 
 

@@ -11,9 +11,8 @@ import numpy as np
 
 from ..datasets.display import LabelledLine, continuous, shown_name, shown_unit, time_figure
 from ..models.errors import BadInput
-from .errors import rms
 from .numbers import DEG, number
-from .plots import COLOURS, INK, SOFT, Sheet, chart
+from .plots import COLOURS, INK, SOFT, chart
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -29,15 +28,10 @@ MEASURED, BEFORE, AFTER = INK, "#c8553d", "#1b6ca8"
 RUN_COLOURS = (BEFORE, AFTER, *COLOURS[2:])
 DASHES = ("-", (0, (5, 3)), (0, (2, 1)), (0, (6, 2, 1, 2)))
 """Line styles of the runs, the last run first."""
-WIDTH, HEIGHT = 6.4, 3.4
-"""Inches."""
-MARGINS = {"left": 0.11, "right": 0.965, "bottom": 0.13, "top": 0.97, "hspace": 0.08}
-"""Fixed margins of the charts of a record: a page has dozens of them, and fitting margins is slow."""
-RUDDER = Sheet(lambda figure: figure.subplots(), (WIDTH, HEIGHT), MARGINS)
-TRACK = Sheet(lambda figure: figure.subplots(), (WIDTH, HEIGHT), MARGINS)
-CHANNEL = Sheet(lambda figure: figure.subplots(2, 1, sharex=True, height_ratios=(2, 1)), (WIDTH, HEIGHT), MARGINS)
-SEEN_WIDTH, SEEN_ROW, SEEN_FOOT = 4.6, 1.05, 0.45
-"""Inches of a record in the first figure: its width, a channel, the time axis."""
+WIDTH = 6.4
+SEEN_WIDTH = 4.6
+ROW, FOOT, HEAD, BEFORE_AXIS = 1.05, 0.45, 0.1, 0.95
+"""Inches: widths of a figure, of a record in the first figure; a channel, the time axis, what is above and left."""
 
 
 @dataclass(frozen=True)
@@ -110,6 +104,15 @@ def _turns(gap: np.ndarray) -> float:
     return float(360.0 * np.round(known[0] / 360.0)) if known.size else 0.0
 
 
+def rms(values: np.ndarray) -> float:
+    """Root mean square of what is finite; nan if nothing is."""
+    known = values[np.isfinite(values)]
+    if not known.size:
+        return math.nan
+    largest = float(np.abs(known).max()) or 1.0
+    return largest * float(np.sqrt(np.mean((known / largest) ** 2)))  # the square of what is huge is not finite
+
+
 def error_line(record: RecordRuns) -> str:
     """Root mean square errors of a record's runs, in one line."""
     texts = []
@@ -180,9 +183,21 @@ def _colour(labels: Sequence[str], label: str) -> str:
 
 
 def _curve(record: RecordRuns, label: str, values: np.ndarray) -> DrawnCurve:
+    if label == "measured":
+        return DrawnCurve(label, values, MEASURED, width=1.3)
     labels = list(record.runs)
     dashes = DASHES[(len(labels) - 1 - labels.index(label)) % len(DASHES)]
     return DrawnCurve(label, values, _colour(labels, label), dashes)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Curves over time above each other's, with the label and the range of their axis, and how high it is."""
+
+    label: str
+    curves: Sequence[DrawnCurve]
+    limits: tuple[float, float] | None = None
+    rows: float = 1.0
 
 
 def together(records: Sequence[RecordRuns]) -> list[tuple[str, str]]:
@@ -190,7 +205,11 @@ def together(records: Sequence[RecordRuns]) -> list[tuple[str, str]]:
     channels = [c for c in CHANNELS if any(c in one.channels() for one in records)]
     lines = [{c: lines_of(one, c) for c in channels if c in one.channels()} for one in records]
     scales = {c: _scale([own[c] for own in lines if c in own]) for c in channels}
-    return [(one.record, _seen_chart(one, own, scales)) for one, own in zip(records, lines, strict=True) if own]
+    return [
+        (one.record, _over_time(one, [_values(one, c, own[c], scales[c]) for c in own], SEEN_WIDTH))
+        for one, own in zip(records, lines, strict=True)
+        if own
+    ]
 
 
 def _scale(lines: Sequence[Lines]) -> tuple[float, float] | None:
@@ -200,44 +219,59 @@ def _scale(lines: Sequence[Lines]) -> tuple[float, float] | None:
     return (min(low for low, _ in known), max(high for _, high in known)) if known else None
 
 
-def _seen_chart(record: RecordRuns, own: Mapping[str, Lines], scales: Mapping[str, tuple[float, float] | None]) -> str:
+def charts_of(record: RecordRuns) -> list[tuple[str, str]]:
+    """Pairs of caption and chart: the rudder and every channel above its errors, and the track; without those of which
+    nothing is finite."""
+    if not record.channels():
+        return []
+    panels = [Panel("rudder\ndeg", [DrawnCurve("rudder", DEG * record.rudder, SOFT)])]
+    for channel in record.channels():
+        lines = lines_of(record, channel)
+        reach = _reach(lines)
+        limits = value_range([lines.measured, *lines.runs.values()], reach)
+        if limits is not None:
+            errors = [_curve(record, label, values) for label, values in lines.errors.items()]
+            panels.append(_values(record, channel, lines, limits, 2.0))
+            panels.append(Panel("error", errors, error_range([c.values for c in errors], reach)))
+    caption = "rudder, and each channel above its errors: measured − simulated"
+    found = [(caption, _over_time(record, panels, WIDTH)), ("track", track_chart(record))]
+    return [(caption, drawn) for caption, drawn in found if drawn]
+
+
+def _values(
+    record: RecordRuns, channel: str, lines: Lines, limits: tuple[float, float] | None, rows: float = 1.0
+) -> Panel:
+    """The measured values of a channel, and the runs."""
+    every = {"measured": lines.measured, **lines.runs}
+    curves = [_curve(record, label, values) for label, values in every.items()]
+    return Panel(f"{shown_name(channel)}\n{lines.unit}", curves, limits, rows)
+
+
+def _over_time(record: RecordRuns, panels: Sequence[Panel], width: float) -> str:
+    """A chart of panels below each other, with a gap before each new start.
+
+    Its margins are fixed: a page has dozens of such charts, and fitting margins is slow.
+    """
+    starts = list(record.starts)
+    time = np.insert(record.time, starts, record.time[starts])
+    height = HEAD + FOOT + ROW * sum(panel.rows for panel in panels)
+
     def draw(figure) -> None:
-        axes = figure.subplots(len(own), 1, sharex=True, squeeze=False)[:, 0]
-        for panel, (channel, lines) in zip(axes, own.items(), strict=True):
-            time, curves, _ = _broken(record, lines)
-            _draw(panel, time, curves)
-            panel.set(xlim=(time[0], time[-1]), ylabel=f"{shown_name(channel)}\n{lines.unit}", ylim=scales[channel])
+        rows = [panel.rows for panel in panels]
+        axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=rows)[:, 0]
+        for own, panel in zip(axes, panels, strict=True):
+            for curve in panel.curves:
+                values = np.insert(curve.values, starts, np.nan)
+                own.plot(time, values, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
+            own.set(xlim=(time[0], time[-1]), ylabel=panel.label, ylim=panel.limits)
+            if panel.label == "error":
+                own.axhline(0.0, color=SOFT, linewidth=0.7)
         axes[-1].set_xlabel("time, s")
         figure.align_ylabels()
 
-    return chart(draw, (SEEN_WIDTH, SEEN_FOOT + SEEN_ROW * len(own)), f"{record.record}: measured and simulated")
-
-
-def charts_of(record: RecordRuns) -> list[tuple[str, str]]:
-    """Pairs of caption and chart: rudder, every channel above its errors, track; without those of which nothing is
-    finite."""
-    found = [("rudder", rudder_chart(record.time, DEG * record.rudder))]
-    for channel in record.channels():
-        lines = lines_of(record, channel)
-        time, curves, errors = _broken(record, lines)
-        name = shown_name(channel)
-        drawn = channel_chart(time, curves, errors, name, lines.unit, _reach(lines))
-        found.append((f"{name}; below, measured − simulated", drawn))
-    found.append(("track", track_chart(_tracks(record), "track")))
-    return [(caption, drawn) for caption, drawn in found if drawn] if record.channels() else []
-
-
-def _broken(record: RecordRuns, lines: Lines) -> tuple[np.ndarray, list[DrawnCurve], list[DrawnCurve]]:
-    """Times (N,) with the curves and the errors over them, with a gap before each new start."""
-    starts = list(record.starts)
-
-    def broken(values: np.ndarray) -> np.ndarray:
-        return np.insert(values, starts, np.nan)
-
-    curves = [DrawnCurve("measured", broken(lines.measured), MEASURED, width=1.3)]
-    curves += [_curve(record, label, broken(values)) for label, values in lines.runs.items()]
-    errors = [_curve(record, label, broken(values)) for label, values in lines.errors.items()]
-    return np.insert(record.time, starts, record.time[starts]), curves, errors
+    margins = {"left": BEFORE_AXIS / width, "bottom": FOOT / height, "top": 1.0 - HEAD / height}
+    margins |= {"right": 0.97, "hspace": 0.15}
+    return chart(draw, (width, height), f"{record.record}: measured and simulated", margins)
 
 
 def _reach(lines: Lines) -> float:
@@ -259,63 +293,24 @@ def tracks_of(record: RecordRuns) -> list[tuple[str, np.ndarray, np.ndarray]]:
     return [(label, run[north], run[east]) for label, run in every.items() if {north, east} <= run.keys()]
 
 
-def _tracks(record: RecordRuns) -> list[tuple[np.ndarray, np.ndarray, DrawnCurve]]:
-    none = np.zeros(0)
-    measured = DrawnCurve("measured", none, MEASURED, width=1.4)
-    return [
-        (north, east, measured if label == "measured" else _curve(record, label, none))
-        for label, north, east in tracks_of(record)
-    ]
-
-
-def rudder_chart(time: np.ndarray, rudder: np.ndarray) -> str:
-    """The rudder angle (N,) in degrees over time in s."""
-
-    def draw(axes) -> None:
-        axes.plot(time, rudder, color=SOFT, linewidth=1.0)
-        axes.set(xlim=(time[0], time[-1]), ylabel="deg", xlabel="time, s")
-
-    return RUDDER.chart(draw, "rudder")
-
-
-def channel_chart(
-    time: np.ndarray, overlay: Sequence[DrawnCurve], residual: Sequence[DrawnCurve], title: str, unit: str, limit: float
-) -> str:
-    """Measured and simulated values over time in s, and below them their differences.
-
-    A simulation is cut off where it leaves the measured range by more than `limit`, a difference at +- `limit`.  Empty
-    where nothing is finite.
-    """
-    if value_range([c.values for c in overlay]) is None:
-        return ""
-
-    def draw(axes) -> None:
-        above, below = axes
-        _draw(above, time, overlay)
-        _draw(below, time, residual)
-        below.axhline(0.0, color=SOFT, linewidth=0.7)
-        above.set(ylim=value_range([c.values for c in overlay], limit), ylabel=unit, xlim=(time[0], time[-1]))
-        below.set(ylim=error_range([c.values for c in residual], limit), ylabel=unit, xlabel="time, s")
-
-    return CHANNEL.chart(draw, title)
-
-
-def track_chart(curves: Sequence[tuple[np.ndarray, np.ndarray, DrawnCurve]], title: str) -> str:
-    """Positions (north, east) in m to equal scales, north up; empty where nothing is finite."""
-    known = [curve for curve in curves if np.isfinite(curve[0] + curve[1]).any()]
+def track_chart(record: RecordRuns) -> str:
+    """The tracks to equal scales, north up; empty where nothing is finite."""
+    known = [track for track in tracks_of(record) if np.isfinite(track[1] + track[2]).any()]
     if not known:
         return ""
 
-    def draw(axes) -> None:
-        for north, east, curve in known:
-            x, y = _within(east, [e for _, e, _ in known]), _within(north, [n for n, _, _ in known])
-            axes.plot(x, y, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
-        north, east, _ = known[0]
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        for label, north, east in known:
+            curve = _curve(record, label, _within(east, [e for _, _, e in known]))
+            norths = _within(north, [n for _, n, _ in known])
+            axes.plot(curve.values, norths, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
+        _, north, east = known[0]
         first = int(np.argmax(np.isfinite(north + east)))
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
         axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
 
-    return TRACK.chart(draw, title)
+    return chart(draw, (WIDTH, WIDTH), "track")
 
 
 def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tuple[float, float] | None:
@@ -347,8 +342,3 @@ def _within(values: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
 def _padded(low: float, high: float) -> tuple[float, float]:
     pad = 0.06 * (high - low) or max(abs(low), 1.0) * 0.1
     return low - pad, high + pad
-
-
-def _draw(axes, time: np.ndarray, curves: Sequence[DrawnCurve]) -> None:
-    for curve in curves:
-        axes.plot(time, curve.values, color=curve.colour, linestyle=curve.style, linewidth=curve.width)

@@ -31,12 +31,11 @@ class Cell:
     """One cell.
 
     text : what is shown;  value : what it is sorted by and what CSV holds, None where that is the text;
-    html, markdown : what is shown instead of the text in that form, taken as it is;  best : whether it is set off.
+    markdown : what is shown instead of the text in Markdown, taken as it is;  best : whether it is set off.
     """
 
     text: str
     value: Any = None
-    html: str | None = None
     markdown: str | None = None
     best: bool = False
 
@@ -62,14 +61,13 @@ class Column:
     title: str
     text: Callable[[Any], str]
     value: Callable[[Any], Any] | None = None
-    html: Callable[[Any], str] | None = None
     markdown: Callable[[Any], str] | None = None
 
     def cell(self, row: Any) -> Cell:
         """The cell of a row."""
-        forms = [form(row) if form else None for form in (self.value, self.html, self.markdown)]
-        value = math.nan if self.value is not None and forms[0] is None else forms[0]
-        return Cell(self.text(row), value, forms[1], forms[2])
+        value, markdown = (form(row) if form else None for form in (self.value, self.markdown))
+        value = math.nan if self.value is not None and value is None else value
+        return Cell(self.text(row), value, markdown)
 
 
 @dataclass(frozen=True)
@@ -123,7 +121,7 @@ def make_table(
 ) -> Table:
     """The table of the rows; columns that are empty throughout are left out, such as efficiency from a single seed."""
     cells = [[column.cell(row) for column in columns] for row in rows]
-    keep = [i for i in range(len(columns)) if any(row[i].text not in (MISSING, "") or row[i].html for row in cells)]
+    keep = [i for i in range(len(columns)) if any(row[i].text not in (MISSING, "") for row in cells)]
     kept = tuple(tuple(row[i] for i in keep) for row in cells)
     return Table(tuple(columns[i].title for i in keep), kept, title, note, tuple(map(kind, rows)) if kind else ())
 

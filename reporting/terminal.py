@@ -10,20 +10,14 @@ NARROWEST = 8
 """Characters to which a cell is shortened at most."""
 LEAST_COLUMNS = 3
 """Columns that are shortened before one of them is left out."""
-IMPORTANT = (
-    *("rank", "parameters", "RMSE", "R2", "NRMSE", "time"),
-    *("figure", "second / first [95 %]", "p"),
-)
-"""Columns of the ranking, the most important one first, and of comparisons."""
 CELLS = re.compile(r"(?<!\\)\|")
 
 
 def fitted(text: str, width: int) -> str:
     """The text with no line longer than `width` characters, as far as words allow.
 
-    Of a table as many columns are shown as there is room for, those of `IMPORTANT` and the first ones rather than the
-    others, which a line names; where not even `LEAST_COLUMNS` fit, their longest cells are shortened.  Other lines are
-    wrapped between words.
+    Of a table as many of the first columns are shown as there is room for, and a line names the others; where not even
+    `LEAST_COLUMNS` fit, their longest cells are shortened.  Other lines are wrapped between words.
     """
     parts = []
     for is_table, group in groupby(text.split("\n"), key=lambda line: line.startswith("|")):
@@ -41,35 +35,25 @@ def _wrapped(line: str, width: int) -> list[str]:
 
 
 def _table(lines: Sequence[str], width: int) -> list[str]:
-    """The table's most important columns that fit, and the names of the others."""
+    """The table's first columns that fit, and the names of the others."""
     if max(map(len, lines)) <= width:
         return list(lines)
     rows = [[cell.strip() for cell in CELLS.split(line)[1:-1]] for line in lines]
     names, right, rows = rows[0], [cell.endswith(":") for cell in rows[1]], [rows[0], *rows[2:]]
     widths = [max(3, *(len(row[j]) for row in rows)) for j in range(len(names))]
-    shown = _chosen(names, widths, width)
-    sizes, right = _shortened([widths[j] for j in shown], width), [right[j] for j in shown]
-    rule = ["-" * (size - 1) + ":" if end else "-" * size for size, end in zip(sizes, right, strict=True)]
-    body = [[row[j] for j in shown] for row in rows]
-    found = [_line(row, sizes, right) for row in (body[0], rule, *body[1:])]
-    left_out = ", ".join(name for j, name in enumerate(names) if j not in shown)
+    count = _count(widths, width)
+    sizes = _shortened(widths[:count], width)
+    rule = ["-" * (size - 1) + ":" if end else "-" * size for size, end in zip(sizes, right, strict=False)]
+    found = [_line(row[:count], sizes, right) for row in (rows[0], rule, *rows[1:])]
+    left_out = ", ".join(names[count:])
     return [*found, *(["", *_wrapped(f"Not shown: {left_out}.", width)] if left_out else [])]
 
 
-def _chosen(names: Sequence[str], widths: Sequence[int], width: int) -> list[int]:
-    """The columns that are shown, in their order."""
-    order = [j for name in IMPORTANT for j, own in enumerate(names) if own == name and j]
-    order = [0, *order, *(j for j in range(1, len(names)) if j not in order)]
-    found: list[int] = []
-    for j in order:
-        if _length([widths[i] for i in (*found, j)]) <= width:
-            found.append(j)
-    if len(found) >= LEAST_COLUMNS:
-        return sorted(found)
-    found = order[:LEAST_COLUMNS]
-    while len(found) > 1 and _length(_shortened([widths[j] for j in found], width)) > width:
-        found.pop()
-    return sorted(found)
+def _count(widths: Sequence[int], width: int) -> int:
+    """How many of the first columns are shown."""
+    fits = [n for n in range(1, len(widths) + 1) if _length(widths[:n]) <= width]
+    short = [n for n in range(1, LEAST_COLUMNS + 1) if _length(_shortened(widths[:n], width)) <= width]
+    return max([*fits, *short, 1])
 
 
 def _length(widths: Sequence[int]) -> int:
@@ -86,5 +70,5 @@ def _shortened(widths: Sequence[int], width: int) -> list[int]:
 
 def _line(row: Sequence[str], widths: Sequence[int], right: Sequence[bool]) -> str:
     cut = [text if len(text) <= size else f"{text[: size - 1]}…" for text, size in zip(row, widths, strict=True)]
-    cells = [text.rjust(size) if end else text.ljust(size) for text, size, end in zip(cut, widths, right, strict=True)]
+    cells = [text.rjust(size) if end else text.ljust(size) for text, size, end in zip(cut, widths, right, strict=False)]
     return f"| {' | '.join(cells)} |"

@@ -27,7 +27,7 @@ CALLED_BY_OTHERS = (
     "draw_*",  # claims files of papers, see tests/reproduction/claims
     *("_print_*", "_split_super_sub", "_hprint_*", "fdiff", "nargs", "is_real"),  # SymPy's printers and functions
     *("_cache", "load_overload", "save_overload", "cache_path", "_lineno", "_locator", "_py_file"),  # numba
-    *("model_config", "shade", "shell_complete", "param"),  # pydantic; a page's template; click (two)
+    *("model_config", "shell_complete", "param"),  # pydantic; click (two)
     *("list_commands", "format_commands", "format_options"),  # click
     *("compose_node", "yaml_implicit_resolvers", "formatwarning"),  # PyYAML; warnings
 )

@@ -367,20 +367,6 @@ def test_front_door_offers_what_it_names() -> None:
         _ = helmbench.nothing
 
 
-def test_front_door_tells_type_checkers_the_same() -> None:
-    import helmbench
-
-    tree = ast.parse((ROOT / "helmbench" / "__init__.py").read_text(encoding="utf-8"))
-    (block,) = (node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING")
-    imports = [node for node in block.body if isinstance(node, ast.ImportFrom)]
-    typed = {alias.asname or alias.name: (node.module, alias.name) for node in imports for alias in node.names}
-    (renamed,) = (node for node in block.body if isinstance(node, ast.Assign))
-    names, homes = (ast.unparse(side).strip("()").split(", ") for side in (renamed.targets[0], renamed.value))
-    typed |= {name: typed.pop(home) for name, home in zip(names, homes, strict=True)}
-    assert typed == helmbench._HOME
-    assert {*typed, "__version__"} == set(helmbench.__all__)
-
-
 def closure(requirements: list[str]) -> set[str]:
     """Canonical names of installed distributions that these requirements need, and theirs in turn."""
     waiting, seen = [Requirement(text) for text in requirements], set()

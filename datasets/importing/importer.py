@@ -73,19 +73,20 @@ class Drafted:
 
 def draft_tables(
     tables: Sequence[RawTable], mapping: Mapping | None, options: ImportOptions, answers: Dict[str, str]
-) -> tuple[Drafted, Import | None]:
-    """What every column of a log is taken for with the questions that are open, and the import where none is.
+) -> tuple[Drafted, Import | ImportFault]:
+    """What every column of a log is taken for with the questions that are open; and the import, or whatever keeps the
+    logs from being records, all faults and open questions at once.
 
     Parameters
     ----------
-    tables : of all files.
+    tables : of one logger or several, of one run or several.
     mapping : what the columns are; None: told by the log.
     answers : id of a question -> key of its answer.
     """
     try:
         return _imported(tables, mapping, options, answers)
     except ImportFault as error:
-        return Drafted(error.columns, error.questions, error.draft, error.faults), None
+        return Drafted(error.columns, error.questions, error.draft, error.faults), error
 
 
 def raw_series(tables: Sequence[RawTable], drafted: Drafted, label: str, name: str) -> tuple[np.ndarray, np.ndarray]:
@@ -111,24 +112,6 @@ def chosen_parts(
         return tables, [vessel]
     tables, scale = scales.of_one_scale(tables, mapping, answers)
     return tables, [scale] if scale is not None else []
-
-
-def import_tables(
-    tables: Sequence[RawTable], mapping: Mapping | None, options: ImportOptions, answers: Dict[str, str]
-) -> Import:
-    """Import logs as records.
-
-    Parameters
-    ----------
-    tables : of one logger or several, of one run or several.
-    mapping : what the columns are; None: told by the log.
-    answers : id of a question -> key of its answer.
-
-    Raises
-    ------
-    ImportFault : whatever keeps the logs from being records, all faults and open questions at once.
-    """
-    return _imported(tables, mapping, options, answers)[1]
 
 
 def _imported(

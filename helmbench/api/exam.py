@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from html import escape
 from os import PathLike
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from ..models.argument_types import typed
 from ..models.extras import extras_told
@@ -20,13 +20,12 @@ if TYPE_CHECKING:
 
     from ..bench.exam.scores import EntrantScore, WorldScore
 
-FILES = ("scores.json", "scores.csv", "scores.md")
-
 
 @dataclass(frozen=True, repr=False)
 class ExamScores:
     """Scores of submissions to an exam: `scores` by entrant and kind of world (`all`: over all), `answers` by world."""
 
+    files: ClassVar = ("scores.json", "scores.csv", "scores.md")
     scores: tuple[EntrantScore, ...]
     answers: tuple[WorldScore, ...]
 
@@ -57,7 +56,7 @@ class ExamScores:
         from ..reporting.exam import scores_csv
 
         texts = (json_text(self.to_json()) + "\n", scores_csv(self.scores), self.summary())
-        writers = {name: content_writer(text) for name, text in zip(FILES, texts, strict=True)}
+        writers = {name: content_writer(text) for name, text in zip(self.files, texts, strict=True)}
         return write_together(Path(folder), writers)
 
     def __repr__(self) -> str:

@@ -8,7 +8,10 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..datasets.importing.importer import Drafted, ImportOptions, draft_tables, raw_series, read_all
+from ..datasets.importing.mapping import read_mapping, with_columns
 from ..datasets.importing.result import Import, write_mapping
+from ..datasets.record import Record, is_side
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from .arguments import listed
@@ -16,45 +19,29 @@ from .arguments import listed
 if TYPE_CHECKING:
     import numpy as np
 
-    from ..datasets.importing.draft import DraftColumn, Question
-    from ..datasets.importing.importer import Drafted, ImportOptions
     from ..datasets.importing.mapping import Mapping as ColumnMapping
     from ..datasets.importing.raw import RawTable
-    from ..datasets.importing.result import FileFault
+    from ..datasets.importing.result import ImportFault
     from .arguments import Path as FilePath
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ImportDraft:
+class ImportDraft(Drafted):
     """What every column of a log is taken for, before it is imported.
 
     Questions are answered by `answer`, which gives a new draft; `import_log` imports the log where none is open.
+
+    Attributes
+    ----------
+    columns : every column of every table, in the order of the files.
+    questions : what no one stated.
+    mapping : the columns as a mapping, '?' where a question is open; None where no table holds a time.
+    faults : what is wrong with the files.
     """
 
-    _drafted: Drafted
-    _imported: Import | None
+    _outcome: Import | ImportFault
     _tables: tuple[RawTable, ...]
     _given: _Given
-
-    @property
-    def columns(self) -> tuple[DraftColumn, ...]:
-        """Every column of every table, in the order of the files."""
-        return self._drafted.columns
-
-    @property
-    def questions(self) -> tuple[Question, ...]:
-        """What no one stated."""
-        return self._drafted.questions
-
-    @property
-    def faults(self) -> tuple[FileFault, ...]:
-        """What is wrong with the files."""
-        return self._drafted.faults
-
-    @property
-    def mapping(self) -> ColumnMapping | None:
-        """The same as a mapping, '?' where a question is open; None where no table holds a time."""
-        return self._drafted.mapping
 
     def answer(self, answers: Mapping[str, str]) -> ImportDraft:
         """The draft with further answers: id of a question -> key of the answer, or a number where one may be given.
@@ -75,8 +62,6 @@ class ImportDraft:
         ------
         BadInput : no table of the log has a time, or a column cannot be what is said.
         """
-        from ..datasets.importing.mapping import with_columns
-
         if self.mapping is None:
             raise BadInput("no table of the log has a time", hint="see `faults`")
         return _drafted(self._tables, replace(self._given, mapping=with_columns(self.mapping, said)))
@@ -93,9 +78,7 @@ class ImportDraft:
         ------
         BadInput : no such column.
         """
-        from ..datasets.importing.importer import raw_series
-
-        return raw_series(self._tables, self._drafted, table, column)
+        return raw_series(self._tables, self, table, column)
 
     def summary(self) -> str:
         """Columns, questions with the lines of their answers, and faults as text."""
@@ -105,9 +88,10 @@ class ImportDraft:
 
     def import_log(self) -> Import:
         """The log as records; BadInput where questions are open or the log cannot be records."""
-        if self._imported is None:
-            return _imported(self._tables, self._given)
-        return _outcome(self._imported, self._given)
+        if isinstance(self._outcome, BadInput):
+            raise self._outcome.with_traceback(None)
+        found = self._outcome
+        return replace(found, records=_segments(found.records)) if self._given.segment else found
 
     def write_mapping(self, path: FilePath, *, force: bool = False) -> None:
         """Write the mapping, to be changed by hand; BadInput where there is none or the file cannot be written."""
@@ -160,10 +144,14 @@ def draft_import(
 
     Parameters and errors as in `import_log`; open questions are no error here.
     """
-    from ..datasets.importing.importer import read_all
 
-    given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
-    return _drafted(tuple(read_all(listed(paths))), given)
+    if positive_rudder is not None and not is_side(positive_rudder):
+        raise BadInput(f"positive rudder {positive_rudder!r}", hint="give 'port' or 'starboard'")
+    if step_s is not None and not step_s > 0.0:
+        raise BadInput(f"step {step_s!r}", hint="give seconds above 0")
+    known = read_mapping(Path(mapping)) if isinstance(mapping, str | PathLike) else mapping
+    options = ImportOptions(vessel, positive_rudder, step_s, variation_deg)
+    return _drafted(tuple(read_all(listed(paths))), _Given(known, options, answers or {}, segment))
 
 
 @typed
@@ -201,58 +189,31 @@ def import_log(
     ------
     BadInput : the logs cannot be records; all that is wrong is told at once.
     """
-    from ..datasets.importing.importer import read_all
-
-    given = _given(mapping, answers, vessel, positive_rudder, step_s, variation_deg, segment)
-    return _imported(read_all(listed(paths)), given)
-
-
-def _given(
-    mapping: ColumnMapping | FilePath | None,
-    answers: Mapping[str, str] | None,
-    vessel: str | None,
-    positive_rudder: str | None,
-    step_s: float | None,
-    variation_deg: float | None,
-    segment: bool,
-) -> _Given:
-    from ..datasets.importing.importer import ImportOptions
-    from ..datasets.importing.mapping import read_mapping
-    from ..datasets.record import is_side
-
-    if positive_rudder is not None and not is_side(positive_rudder):
-        raise BadInput(f"positive rudder {positive_rudder!r}", hint="give 'port' or 'starboard'")
-    if step_s is not None and not step_s > 0.0:
-        raise BadInput(f"step {step_s!r}", hint="give seconds above 0")
-    known = read_mapping(Path(mapping)) if isinstance(mapping, str | PathLike) else mapping
-    return _Given(known, ImportOptions(vessel, positive_rudder, step_s, variation_deg), answers or {}, segment)
+    return draft_import(
+        paths,
+        mapping=mapping,
+        answers=answers,
+        vessel=vessel,
+        positive_rudder=positive_rudder,
+        step_s=step_s,
+        variation_deg=variation_deg,
+        segment=segment,
+    ).import_log()
 
 
 def _drafted(tables: Sequence[RawTable], given: _Given) -> ImportDraft:
-    from ..datasets.importing.importer import draft_tables
     from ..models.linear_algebra import blas_limited
 
     with blas_limited():
-        made = draft_tables(tables, given.mapping, given.options, given.answers)
-    return ImportDraft(*made, tuple(tables), given)
+        drafted, outcome = draft_tables(tables, given.mapping, given.options, given.answers)
+    return ImportDraft(**vars(drafted), _outcome=outcome, _tables=tuple(tables), _given=given)
 
 
-def _imported(tables: Sequence[RawTable], given: _Given) -> Import:
-    from ..datasets.importing.importer import import_tables
-    from ..models.linear_algebra import blas_limited
-
-    with blas_limited():
-        made = import_tables(tables, given.mapping, given.options, given.answers)
-    return _outcome(made, given)
-
-
-def _outcome(found: Import, given: _Given) -> Import:
+def _segments(records: Sequence[Record]) -> tuple[Record, ...]:
+    """The zigzags, turns and straight runs of records; the records themselves where there are none."""
     from ..datasets.importing.segments import cut
 
-    records = found.records
-    if given.segment:
-        records = tuple(part for record in records for _, part in cut(record)) or records
-    return replace(found, records=records)
+    return tuple(part for record in records for _, part in cut(record)) or tuple(records)
 
 
 def list_quantities() -> dict[str, list[str]]:

@@ -7,7 +7,6 @@ import sys
 from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import wraps
 from pathlib import Path
 from shutil import get_terminal_size
 from typing import Any, ClassVar, ParamSpec, TypeVar
@@ -142,14 +141,8 @@ class Commas(click.ParamType[list[str]]):
 COMMAS = Commas()
 
 
-def output_to(help: str, default: str | None = None) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Add `--output`, the place of what is written."""
-    return click.option("-o", "--output", default=default, show_default=True, type=FILE, help=help)
-
-
 RESULTS, RECORD = "directory of the results", "record.csv or .parquet to write"
 """What `--output` of several commands is."""
-force_option = click.option("--force", is_flag=True, help="Replace files that exist.")
 
 
 def tuning_options(function: Callable[P, R]) -> Callable[P, R]:
@@ -190,17 +183,6 @@ class Printer:
             if text is not None:
                 show_text(text()) if markdown else echo(text())
             show_files(files)
-
-
-def output_options(function: Callable[..., R]) -> Callable[..., R]:
-    """Add `--json` and `--quiet`, which the command takes as `printer`."""
-
-    @wraps(function)
-    def printing(*args: Any, as_json: bool, quiet: bool, **given: Any) -> R:
-        return function(*args, printer=Printer(as_json, quiet), **given)
-
-    command = click.option("--quiet", is_flag=True, help="Print only failures, and what --json asks for.")(printing)
-    return click.option("--json", "as_json", is_flag=True, help="Print JSON for machines.")(command)
 
 
 def complain(message: str, status: int) -> int:

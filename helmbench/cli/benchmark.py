@@ -9,16 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ._from_api import ApiCommand, several
+from ._from_api import Output, command
 from ._shared import (
     FAILED,
     FILE,
-    METHOD,
-    NUMBER,
     OK,
     RESULTS,
     SUITE,
-    VESSEL,
     CommandGroup,
     Identifier,
     Printer,
@@ -26,9 +23,6 @@ from ._shared import (
     check_folder,
     confirmed,
     echo,
-    force_option,
-    output_options,
-    output_to,
     print_json,
     show_files,
     tuning_options,
@@ -40,30 +34,16 @@ if TYPE_CHECKING:
 
 # ---- `helmbench run --suite NAME -o DIR`.
 
-RUN_OPTIONS = {
-    "suite": SUITE,
-    "methods": several(METHOD, "--method"),
-    "vessels": several(VESSEL, "--vessel"),
-    "seeds": WholeRange(1, 1_000_000),
-    "seed": WholeRange(min=0),
-    "jobs": WholeRange(min=1),
-    "scheduler": click.STRING,
-    "array": click.Choice(["slurm", "local"]),
-    "reuse": several(FILE),
-    "timeout_s": NUMBER,
-    "memory_gib": NUMBER,
-    "resume": click.BOOL,
-}
+
+RUN_OPTIONS = "suite methods vessels seeds seed jobs scheduler array reuse timeout_s memory_gib resume"
 
 
-@click.command(cls=ApiCommand, api="run_suite", options=RUN_OPTIONS)
+@command("run_suite", RUN_OPTIONS, Output(f"{RESULTS}  [default: out/SUITE]"))
 @click.option(
     "--array-option", "array_options", multiple=True, help="Option of the jobs, e.g. timeout_min=240 (repeatable)."
 )
 @tuning_options
 @click.option("--trust", is_flag=True, help="Run code that the suite file, or the directory to resume, names.")
-@output_to(f"{RESULTS}  [default: out/SUITE]")
-@output_options
 def run(
     array_options: tuple[str, ...],
     tuner: str | None,
@@ -119,9 +99,8 @@ def _summarise(found: SuiteResults, printer: Printer) -> int:
 # ---- `helmbench report DIR`.
 
 
-@click.command(cls=ApiCommand, api="write_report", options={"timing": FILE, "csv": click.BOOL})
+@command("write_report", "csv")
 @click.argument("directory", metavar="DIR", type=FILE)
-@output_options
 def report(directory: Path, printer: Printer, **asked: Any) -> None:
     """Write the report of stored results.
 
@@ -136,10 +115,9 @@ def report(directory: Path, printer: Printer, **asked: Any) -> None:
 # ---- `helmbench compare A B`.
 
 
-@click.command()
+@command()
 @click.argument("first", metavar="A", type=FILE)
 @click.argument("second", metavar="B", type=FILE)
-@output_options
 def compare(first: Path, second: Path, printer: Printer) -> None:
     """Say what changed between two result directories.
 
@@ -153,14 +131,11 @@ def compare(first: Path, second: Path, printer: Printer) -> None:
 
 # ---- `helmbench merge SOURCE TARGET`.
 
-MERGE_OPTIONS = {"sample": WholeRange(min=0), "seed": WholeRange(min=0)}
 
-
-@click.command(cls=ApiCommand, api="merge_results", options=MERGE_OPTIONS)
+@command("merge_results", "sample seed")
 @click.argument("source", metavar="SOURCE", type=FILE)
 @click.argument("target", metavar="TARGET", type=FILE)
 @click.option("--trust", is_flag=True, help="Run code that the directories name.")
-@output_options
 def merge(source: Path, target: Path, trust: bool, printer: Printer, **asked: Any) -> None:
     """Check results from elsewhere and add them to TARGET."""
     from .. import merge_results
@@ -177,19 +152,12 @@ def merge(source: Path, target: Path, trust: bool, printer: Printer, **asked: An
 
 # ---- `helmbench advice BOARD -o DIR`.
 
-ADVICE_OPTIONS = {
-    "situations": WholeRange(1, 100_000),
-    "seed": WholeRange(min=0),
-    "methods": several(METHOD, "--method"),
-    "jobs": WholeRange(min=1),
-    "timeout_s": NUMBER,
-}
+
+ADVICE_RUNS = Output("directory of the runs and the page; goes on where it stopped", "advice-results")
 
 
-@click.command(cls=ApiCommand, api="check_advice", options=ADVICE_OPTIONS)
+@command("check_advice", "situations seed methods jobs timeout_s", ADVICE_RUNS)
 @click.argument("board", type=FILE)
-@output_to("directory of the runs and the page; goes on where it stopped", "advice-results")
-@output_options
 def advice(board: Path, output: Path, printer: Printer, **asked: Any) -> None:
     """Test a leaderboard's advice in fresh situations.
 
@@ -214,20 +182,8 @@ def exam() -> None:
     """
 
 
-@exam.command(
-    "make",
-    cls=ApiCommand,
-    api="make_exam",
-    options={
-        "key": FILE,
-        "worlds": WholeRange(1, 500),
-        "seed": WholeRange(0, 10**18),
-        "suite": SUITE,
-        "vessels": several(VESSEL, "--vessel"),
-    },
-)
+@command("make_exam", "key worlds seed suite vessels", seed=WholeRange(0, 10**18))
 @EXAM
-@output_options
 def make(folder: Path, printer: Printer, **asked: Any) -> None:
     """Draw the worlds of an exam into the new folder EXAM, and its answers into the key."""
     from .. import make_exam
@@ -238,11 +194,9 @@ def make(folder: Path, printer: Printer, **asked: Any) -> None:
     printer.show(lambda: {"exam": found, "folder": str(folder), "key": str(key), "worlds": worlds}, lambda: told)
 
 
-@exam.command("answer")
+@command(output=Output("directory of the submission", "submission"))
 @EXAM
 @click.option("--diagnoser", required=True, type=Identifier("diagnosers"), help="Its name, or path.py:Class.")
-@output_to("directory of the submission", "submission")
-@output_options
 def answer(folder: Path, diagnoser: str, output: Path, printer: Printer) -> int:
     """Answer an exam with a diagnoser of helmbench; writes submission.json and the predicted motion."""
     from .. import answer_exam
@@ -259,26 +213,14 @@ def answer(folder: Path, diagnoser: str, output: Path, printer: Printer) -> int:
     return FAILED if failed else OK
 
 
-@exam.command("score")
+@command(output=Output("directory of scores.json, scores.csv and scores.md", writes="ExamScores"))
 @EXAM
 @click.argument("submissions", metavar="SUBMISSION...", nargs=-1, required=True, type=FILE)
 @click.option("--key", required=True, type=FILE, help="File of the answers.")
-@output_to("directory of scores.json, scores.csv and scores.md")
-@force_option
-@output_options
-def score(
-    folder: Path,
-    submissions: tuple[Path, ...],
-    key: Path,
-    output: Path | None,
-    force: bool,
-    printer: Printer,
-) -> None:
+def score(folder: Path, submissions: tuple[Path, ...], key: Path, output: Path | None, printer: Printer) -> None:
     """Score submissions: naming, sizes, regimes and held-out motion, by kind of world and over all."""
     from .. import score_exam
-    from ..api.exam import FILES
 
-    check_folder(output, FILES, force)
     found = score_exam(folder, submissions, key)
     paths = found.write(output) if output is not None else ()
     printer.show(found.to_json, found.summary, markdown=True)
@@ -286,20 +228,15 @@ def score(
         show_files(paths)
 
 
+for own in (make, answer, score):
+    exam.add_command(own)
+
+
 # ---- `helmbench reproduce [PAPER] [--table N]`.
 
-REPRODUCE_OPTIONS = {
-    "table": WholeRange(min=1),
-    "jobs": WholeRange(min=1),
-    "seed": WholeRange(min=0),
-    "resume": click.BOOL,
-    "directory": {"type": FILE, "flag": "-o --output"},
-}
 
-
-@click.command(cls=ApiCommand, api="reproduce", options=REPRODUCE_OPTIONS)
+@command("reproduce", "table jobs seed resume directory")
 @click.argument("paper", required=False, metavar="[PAPER]")
-@output_options
 def reproduce(paper: str | None, printer: Printer, **asked: Any) -> int:
     """Compute the tables of the five papers again.
 
@@ -324,15 +261,8 @@ def identibench() -> None:
     """Exchange suites and data with identibench."""
 
 
-@identibench.command(
-    "export",
-    cls=ApiCommand,
-    api="export_problems",
-    options={"vessels": several(VESSEL, "--vessel"), "seeds": WholeRange(1, 1_000_000)},
-)
+@command("export_problems", "vessels seeds", Output("directory of the problems", "problems"))
 @click.argument("suite", type=SUITE)
-@output_to("directory of the problems", "problems")
-@output_options
 def export(suite: str, output: Path, printer: Printer, **asked: Any) -> None:
     """Write the problems of an identification suite as HDF5 files, for identibench or any other program."""
     from .. import export_problems
@@ -342,9 +272,10 @@ def export(suite: str, output: Path, printer: Printer, **asked: Any) -> None:
     printer.show(lambda: {"directory": str(output), "problems": list(names)}, lambda: told)
 
 
-@identibench.command("import", cls=ApiCommand, api="identibench_suite", options={"data_root": FILE})
-@output_to("folder of records and suite.yaml", "identibench-records")
-@output_options
+SHIP_SET = Output("folder of records and suite.yaml", "identibench-records")
+
+
+@command("identibench_suite", "data_root", SHIP_SET, name="import")
 def suite(data_root: Path | None, output: Path, printer: Printer) -> None:
     """Write identibench's ship set as records, with a suite of every method on them."""
     from .. import identibench_suite
@@ -354,12 +285,15 @@ def suite(data_root: Path | None, output: Path, printer: Printer) -> None:
     printer.show(lambda: {"suite": str(path)}, lambda: told)
 
 
+for own in (export, suite):
+    identibench.add_command(own)
+
+
 # ---- `helmbench fetch DATASET`.
 
 
-@click.command()
+@command()
 @click.argument("dataset")
-@output_options
 def fetch(dataset: str, printer: Printer) -> None:
     """Download a measured set into HELMBENCH_DATA, SHA-256 checked."""
     import helmbench

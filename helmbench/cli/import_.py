@@ -8,46 +8,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ._from_api import ApiCommand
-from ._shared import (
-    BAD_INPUT,
-    FILE,
-    NUMBER,
-    OK,
-    RECORD,
-    SIDES,
-    Printer,
-    check_file,
-    complain,
-    confirmed,
-    echo,
-    force_option,
-    output_options,
-    output_to,
-    print_json,
-)
+from ._from_api import Output, command
+from ._shared import BAD_INPUT, FILE, OK, RECORD, Printer, complain, confirmed, echo, print_json
 
 if TYPE_CHECKING:
     from .. import Import, ImportDraft
 
-OPTIONS = {
-    "segment": click.BOOL,
-    "vessel": click.STRING,
-    "positive_rudder": SIDES,
-    "step_s": {"type": NUMBER, "flag": "--dt"},
-    "variation_deg": NUMBER,
-}
+OPTIONS = "segment vessel positive_rudder step_s variation_deg"
 
 
-@click.command("import", cls=ApiCommand, api="import_log", options=OPTIONS)
+@command("import_log", OPTIONS, Output(RECORD, "record.csv", "a file"), name="import")
 @click.argument("logs", nargs=-1, required=True, metavar="RAW...", type=FILE)
 @click.option(
     "--map", "mapping", type=FILE, help="Mapping of the columns; the draft is written there if it does not exist."
 )
 @click.option("--yes", is_flag=True, help="Import without asking; stops where something is open.")
-@output_to(RECORD, "record.csv")
-@force_option
-@output_options
 def import_command(
     logs: tuple[Path, ...],
     mapping: Path | None,
@@ -67,7 +42,6 @@ def import_command(
     """
     import helmbench
 
-    check_file(output, force)
     known = mapping if mapping is not None and mapping.exists() else None
     draft = helmbench.draft_import(logs, mapping=known, **asked)
     if not (yes or printer.hidden or mapping is not None) and sys.stdin.isatty():

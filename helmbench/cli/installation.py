@@ -8,13 +8,13 @@ from pathlib import Path
 import click
 from click.shell_completion import get_completion_class
 
-from ._shared import FAILED, FILE, OK, Printer, echo, output_options
+from ._from_api import command
+from ._shared import FAILED, FILE, OK, Printer, echo
 
 # ---- `helmbench doctor`.
 
 
-@click.command()
-@output_options
+@command()
 def doctor(printer: Printer) -> int:
     """Look at what helmbench needs on this machine.
 

@@ -8,26 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ._from_api import ApiCommand
-from ._shared import (
-    FILE,
-    FORMATS,
-    MODEL,
-    NUMBER,
-    RECORD,
-    SIDES,
-    VESSEL,
-    Printer,
-    WholeRange,
-    check_file,
-    check_folder,
-    echo,
-    fit_told,
-    force_option,
-    output_options,
-    output_to,
-    print_json,
-)
+from ._from_api import Output, command
+from ._shared import FILE, FORMATS, MODEL, RECORD, SIDES, VESSEL, Printer, echo, fit_told, print_json
 
 if TYPE_CHECKING:
     from ..methods.options import Option
@@ -77,29 +59,16 @@ def _options_text(options: Sequence[Option]) -> str:
 
 # ---- `helmbench simulate VESSEL --manoeuvre ... -o record.csv`.
 
-SIMULATE_OPTIONS = {
-    "manoeuvre": click.STRING,
-    "duration_s": NUMBER,
-    "dt_s": NUMBER,
-    "noise": click.STRING,
-    "disturbance": click.STRING,
-    "seed": WholeRange(min=0),
-}
+SIMULATE_OPTIONS = "manoeuvre duration_s dt_s noise disturbance seed"
 
 
-@click.command(cls=ApiCommand, api="simulate", options=SIMULATE_OPTIONS)
+@command("simulate", SIMULATE_OPTIONS, Output(RECORD, "record.csv", "a file"))
 @click.argument("vessel", type=VESSEL)
 @click.option("--positive-rudder", type=SIDES, help="Side of a positive rudder in the file; default: the vessel's.")
-@output_to(RECORD, "record.csv")
-@force_option
-@output_options
-def simulate(
-    vessel: str, positive_rudder: str | None, output: Path, force: bool, printer: Printer, **asked: Any
-) -> None:
+def simulate(vessel: str, positive_rudder: str | None, output: Path, printer: Printer, **asked: Any) -> None:
     """Simulate a manoeuvre; writes a record with its sidecar."""
     import helmbench
 
-    check_file(output, force)
     record = helmbench.simulate(vessel, **asked)
     record = record.turned(positive_rudder) if positive_rudder else record
     helmbench.write_record(record, output)
@@ -112,12 +81,9 @@ def simulate(
 # ---- `helmbench export MODEL --to FORMAT -o DIR`.
 
 
-@click.command("export")
+@command(output=Output("Folder of the files.", "export", "a folder"))
 @click.argument("model", type=MODEL)
 @click.option("--to", required=True, type=FORMATS, help="What the files are for.")
-@output_to("Folder of the files.", "export")
-@force_option
-@output_options
 def export(model: str, to: str, output: Path, force: bool, printer: Printer) -> None:
     """Write a model as files that another program reads.
 
@@ -125,27 +91,19 @@ def export(model: str, to: str, output: Path, force: bool, printer: Printer) -> 
     """
     import helmbench
 
-    check_folder(output, (), force)
     paths = helmbench.export_model(model, to, output, force=force)
     printer.show(lambda: {"model": model, "to": to, "files": [str(path) for path in paths]}, files=paths)
 
 
 # ---- `helmbench import-model TABLE --family FAMILY --positive-rudder SIDE -o model.json`.
 
-IMPORT_MODEL_OPTIONS = {
-    "family": click.STRING,
-    "positive_rudder": SIDES,
-    "speed_m_s": NUMBER,
-    "n0_rps": {"type": NUMBER, "flag": "--revolutions"},
-}
+IMPORT_MODEL_OPTIONS = "family positive_rudder speed_m_s n0_rps"
+MODEL_FILE = Output("model.json to write.", writes="a file")
 
 
-@click.command("import-model", cls=ApiCommand, api="read_parameters", options=IMPORT_MODEL_OPTIONS)
+@command("read_parameters", IMPORT_MODEL_OPTIONS, MODEL_FILE._replace(default="model.json"), name="import-model")
 @click.argument("table", type=FILE)
-@output_to("model.json to write.", "model.json")
-@force_option
-@output_options
-def import_model(table: Path, output: Path, force: bool, printer: Printer, **asked: Any) -> None:
+def import_model(table: Path, output: Path, printer: Printer, **asked: Any) -> None:
     """Make a model from a published table of parameters.
 
     TABLE is CSV, YAML or JSON of names, values and units.
@@ -153,7 +111,6 @@ def import_model(table: Path, output: Path, force: bool, printer: Printer, **ask
     import helmbench
     from helmbench.models.model import model_to_json
 
-    check_file(output, force)
     model = helmbench.read_parameters(table, **asked)
     model_to_json(model, output)
     printer.show(lambda: {"table": str(table), "family": asked["family"], "output": str(output)}, files=[output])
@@ -162,12 +119,9 @@ def import_model(table: Path, output: Path, force: bool, printer: Printer, **ask
 # ---- `helmbench from-indices SHIP.yaml -o model.json`.
 
 
-@click.command("from-indices")
+@command(output=MODEL_FILE, name="from-indices")
 @click.argument("indices", metavar="SHIP.yaml", type=FILE)
-@output_to("model.json to write.")
-@force_option
-@output_options
-def from_indices(indices: Path, output: Path | None, force: bool, printer: Printer) -> None:
+def from_indices(indices: Path, output: Path | None, printer: Printer) -> None:
     """Make a model from a wheelhouse poster or sea trial.
 
     SHIP.yaml holds length, approach speed, and indices of turning circles and zigzags (docs/how-to/from-indices.md).
@@ -175,7 +129,6 @@ def from_indices(indices: Path, output: Path | None, force: bool, printer: Print
     """
     import helmbench
 
-    check_file(output, force)
     with fit_told(str(indices)):
         found = helmbench.model_from_indices(indices)
     if output is not None:

@@ -10,28 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from ._from_api import EVERY_DAY, GREEDY_SETS, RECORDS, TWO_SETS, ApiCommand, several
+from ._from_api import EVERY_DAY, GREEDY_SETS, TWO_SETS, Output, command
 from ._shared import (
-    CAUSE,
-    COMMAS,
     FILE,
     METHOD,
     MODEL,
     MODEL_OR_AUTO,
-    NUMBER,
     OK,
     RESULTS,
-    SIDES,
-    NumberRange,
     Printer,
-    WholeRange,
     check_file,
     check_folder,
     echo,
     fit_told,
-    force_option,
-    output_options,
-    output_to,
     show_files,
     tuning_options,
 )
@@ -43,10 +34,10 @@ GIVEN = click.argument("records", nargs=-1, required=True, metavar="RECORD...", 
 
 # ---- `helmbench identify RECORD... --model M [--method X] [-o DIR]`.
 
-IDENTIFY_OPTIONS = {"validate": RECORDS, "positive_rudder": SIDES, "particulars": FILE}
+IDENTIFIED = Output("model.json to write, or a directory for page and model", "identify-results", force=True)
 
 
-@click.command(cls=ApiCommand, api="identify", options=IDENTIFY_OPTIONS, greedy=["--validate", "--compare"])
+@command("identify", "validate positive_rudder particulars", IDENTIFIED, ["--validate", "--compare"])
 @GIVEN
 @click.option(
     "--model", required=True, type=MODEL_OR_AUTO, help="Vessel id, family id, model.json, or auto: the best of all."
@@ -64,9 +55,6 @@ IDENTIFY_OPTIONS = {"validate": RECORDS, "positive_rudder": SIDES, "particulars"
 )
 @tuning_options
 @click.option("--page", type=FILE, help="Write the page to this HTML file.")
-@output_to("model.json to write, or a directory for page and model", "identify-results")
-@force_option
-@output_options
 def identify(
     records: tuple[Path, ...],
     model: str,
@@ -157,18 +145,15 @@ def _written(assessment: Assessment, output: Path, into_file: bool, page: Path |
 
 # ---- `helmbench validate MODEL RECORD... [--compare MODEL...] [-o DIR]`.
 
-VALIDATE_OPTIONS = {"compare": several(MODEL, metavar="MODEL..."), "positive_rudder": SIDES}
+VALIDATED = Output("Directory for validation.json and validation.html.", writes="Validation")
 
 
-@click.command(cls=ApiCommand, api="validate", greedy=["--compare"], options=VALIDATE_OPTIONS)
+@command("validate", "compare positive_rudder", VALIDATED, ["--compare"])
 @click.argument("model", type=MODEL)
 @GIVEN
-@output_to("Directory for validation.json and validation.html.")
 @click.option(
     "--certificate", type=FILE, help="A page on the model: what it was tried on, errors, limits (.html, .pdf)."
 )
-@force_option
-@output_options
 def validate(
     model: str,
     records: tuple[Path, ...],
@@ -186,7 +171,6 @@ def validate(
     """
     import helmbench
 
-    check_folder(output, helmbench.Validation.files, force)
     check_file(certificate, force)
     with warnings.catch_warnings(record=True) as doubts:
         warnings.simplefilter("always", helmbench.RudderSignWarning)
@@ -201,28 +185,14 @@ def validate(
 
 # ---- `helmbench diagnose [--model M] --train RECORD... --held-out RECORD... [-o DIR]`.
 
-DIAGNOSE_OPTIONS = {
-    **TWO_SETS,
-    "base_parameters": click.Choice(["file", "identify"]),
-    "coefficient_sd": NumberRange(min=0.0),
-    "channels": COMMAS,
-    "causes": several(CAUSE, metavar="CAUSE..."),
-    "max_effects": WholeRange(min=1),
-    "alpha": NUMBER,
-    "seed": WholeRange(min=0),
-}
-GREEDY = [*GREEDY_SETS, "--causes"]
+DIAGNOSE_OPTIONS = f"{TWO_SETS} base_parameters coefficient_sd channels causes max_effects alpha seed"
+DIAGNOSED = Output(RESULTS, "diagnose-results", "Diagnosis")
 
 
-@click.command(cls=ApiCommand, api="diagnose", options=DIAGNOSE_OPTIONS, greedy=GREEDY, common=EVERY_DAY)
+@command("diagnose", DIAGNOSE_OPTIONS, DIAGNOSED, [*GREEDY_SETS, "--causes"], EVERY_DAY)
 @click.option("--model", type=MODEL, help="Vessel id, family id or model.json.  [default: build one from the records]")
-@output_to(RESULTS, "diagnose-results")
 @click.option("--particulars", type=FILE, help="YAML file of the ship's particulars, without --model.")
-@force_option
-@output_options
-def diagnose(
-    model: str | None, output: Path, particulars: Path | None, force: bool, printer: Printer, **asked: Any
-) -> None:
+def diagnose(model: str | None, particulars: Path | None, output: Path, printer: Printer, **asked: Any) -> None:
     """Name what a model gets wrong, extend it, measure the gain.
 
     Writes diagnosis.json, diagnosis.html and extended_model.json.  Without --model the records tell what steers the
@@ -230,12 +200,11 @@ def diagnose(
     """
     import helmbench
 
-    check_folder(output, helmbench.Diagnosis.files, force)
     if particulars is not None and model is not None:
         raise click.UsageError("--particulars goes without --model: a file of particulars is a model as well.")
     with fit_told("no model can be built" if model is None else f"{model} cannot be diagnosed"):
         if model is None:
-            sides = {name: asked[name] for name in TWO_SETS}
+            sides = {name: asked[name] for name in TWO_SETS.split()}
             found = helmbench.build_model(**sides, particulars=particulars, progress=printer.progress)
         else:
             found = helmbench.diagnose(model, **asked, progress=printer.progress)
@@ -245,12 +214,9 @@ def diagnose(
 # ---- `helmbench calibrate --model M --train RECORD... --held-out RECORD... [-o DIR]`.
 
 
-@click.command(cls=ApiCommand, api="calibrate", options=TWO_SETS, greedy=GREEDY_SETS, common=EVERY_DAY)
+@command("calibrate", TWO_SETS, Output(RESULTS, "calibrate-results", "Calibration"), GREEDY_SETS, EVERY_DAY)
 @click.option("--model", required=True, type=MODEL, help="Vessel id or model.json, 3-DOF.")
-@output_to(RESULTS, "calibrate-results")
-@force_option
-@output_options
-def calibrate(model: str, output: Path, force: bool, printer: Printer, **asked: Any) -> None:
+def calibrate(model: str, output: Path, printer: Printer, **asked: Any) -> None:
     """Say which numbers of a model are wrong, and by how much.
 
     Judged by free runs of pieces of records that were left out, as `diagnose` does.  Writes calibration.json,
@@ -259,7 +225,6 @@ def calibrate(model: str, output: Path, force: bool, printer: Printer, **asked: 
     """
     import helmbench
 
-    check_folder(output, helmbench.Calibration.files, force)
     with fit_told(f"{model} cannot be calibrated"):
         found = helmbench.calibrate(model, **asked)
     printer.show(found.to_json, found.summary, found.write(output))
@@ -271,12 +236,9 @@ MATTERS = 1
 """Exit status where a finding matters."""
 
 
-@click.command(cls=ApiCommand, api="check", options={"positive_rudder": SIDES})
+@command("check", "positive_rudder", Output("directory for check.json and check.html", writes="Check"))
 @GIVEN
-@output_to("directory for check.json and check.html")
-@force_option
-@output_options
-def check(records: tuple[Path, ...], output: Path | None, force: bool, printer: Printer, **asked: Any) -> int:
+def check(records: tuple[Path, ...], output: Path | None, printer: Printer, **asked: Any) -> int:
     """Name the faults of sensors and files; needs no model.
 
     Time stamps, frozen samples, jumps, units, signs, exchanged columns; biases, scales, delays and offsets of heading,
@@ -284,7 +246,6 @@ def check(records: tuple[Path, ...], output: Path | None, force: bool, printer: 
     """
     import helmbench
 
-    check_folder(output, helmbench.Check.files, force)
     found = helmbench.check(records, **asked)
     paths = () if output is None else found.write(output)
     printer.show(found.to_json, found.summary, paths)

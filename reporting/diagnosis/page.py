@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..charts import band, bars, spectra
-from ..errors import banded, residual, rms
 from ..numbers import p_value, percent
 from ..page import (
     BAD,
@@ -26,13 +23,14 @@ from ..page import (
     result_page,
     sides,
 )
-from ..runs import AFTER, BEFORE, CHANNELS, DrawnCurve, of_trace
+from ..plots import SOFT, svg
+from ..runs import AFTER, WIDTH, of_trace
 from ..validation.page import explained_lines, horizon_table
 from . import words
 from .tables import bank_table, error_table, gain_table, instrument_rows, not_testable_table, numbers_table, where_table
 
 if TYPE_CHECKING:
-    from ...diagnosis.result import Diagnosis, Finding, RemainingForce, Trace
+    from ...diagnosis.result import Diagnosis, Finding, RemainingForce
     from ..page import Page
 
 TONES = {"adequate": GOOD, "unexplained": BAD}
@@ -57,7 +55,7 @@ def page(diagnosis: Diagnosis) -> Page:
             Section("The causes that were tested", (bank_table(diagnosis),)),
             Section("Causes that cannot be tested with this model and these records", (not_testable_table(diagnosis),)),
             Section("Where the errors of the base model arise", (where_table(diagnosis),)),
-            Section("Errors of every record", (error_table(diagnosis), *error_drawings(diagnosis))),
+            Section("Errors of every record", (error_table(diagnosis),)),
             *_ahead(diagnosis),
             each,
             Section("Made with", (Pairs(tuple(words.facts(diagnosis))),)),
@@ -127,22 +125,6 @@ def _ahead(diagnosis: Diagnosis) -> list[Section]:
     return [Section("How far ahead", (basis, horizon_table(diagnosis.ahead), note))]
 
 
-# ---- Figures of a diagnosis: errors by record, spectra of the errors, forces that remain.
-
-BANDS = 14
-"""Frequency bands, equally wide on a logarithmic axis, into which a spectrum of errors is averaged."""
-COLOURS = {"before": BEFORE, "after": AFTER}
-
-
-def error_drawings(diagnosis: Diagnosis) -> list[Drawing]:
-    """Errors by record, and a spectrum of the errors of each channel."""
-    drawn = [Drawing("errors", "Root mean square errors of the free runs", lambda: error_bars(diagnosis))]
-    for name in CHANNELS:
-        caption = f"Spectrum of the {words.channel(name)[0]} errors"
-        drawn.append(Drawing(f"spectrum-{name}", caption, partial(spectrum_figure, diagnosis, name)))
-    return drawn
-
-
 def force_drawings(diagnosis: Diagnosis) -> list[Drawing]:
     """A curve of each force that remains."""
     caption = "The force with its 90 % band, where the records hold data"
@@ -153,55 +135,20 @@ def force_drawings(diagnosis: Diagnosis) -> list[Drawing]:
     ]
 
 
-def error_bars(diagnosis: Diagnosis) -> str:
-    """RMS error of the first channel that was measured by record, before and after."""
-    name = next((c for c in CHANNELS if any(c in trace.measured for trace in diagnosis.traces)), None)
-    if name is None:
-        return ""
-    word, unit, factor = words.channel(name)
-    groups = {
-        f"{trace.record} ({trace.role.replace('_', ' ')})": {
-            run: factor * rms(residual(trace, name, run)) for run in _runs(diagnosis)
-        }
-        for trace in diagnosis.traces
-        if name in trace.measured
-    }
-    return bars(groups, COLOURS, f"RMS error of the {word}, {unit}")
-
-
-def spectrum_figure(diagnosis: Diagnosis, name: str) -> str:
-    """Amplitude spectrum of a channel's errors on the held-out records (or all), before and after, in bands."""
-    traces = [t for t in diagnosis.traces if name in t.measured]
-    traces = [t for t in traces if t.role != "train"] or traces
-    edges = _bands(traces) if traces else None
-    if edges is None:
-        return ""
-    _, unit, factor = words.channel(name)
-    curves = []
-    for run in _runs(diagnosis):
-        power = np.stack([banded(t.time, residual(t, name, run), edges) for t in traces])
-        known = np.isfinite(power)
-        mean = np.where(known, power, 0.0).sum(axis=0) / np.where(known.any(axis=0), known.sum(axis=0), np.nan)
-        curves.append(DrawnCurve(run, factor * np.sqrt(mean), COLOURS[run], width=1.5))
-    return spectra(np.sqrt(edges[:-1] * edges[1:]), curves, f"{unit} / √Hz")
-
-
 def curve_chart(force: RemainingForce) -> str:
-    """A force over the variable that it depends on with its 90 % band; empty where it has no curve."""
+    """An SVG file of a force over the variable that it depends on, in its 90 % band; empty where it has no curve."""
     curve = force.curve
     if curve is None:
         return ""
     unit, factor = ("deg", words.DEG) if curve.variable_unit == "rad" else (curve.variable_unit, 1.0)
     label = curve.variable + (f", {unit}" if unit != "1" else ", U/L")
-    return band(factor * np.array(curve.values), curve.force, (curve.low, curve.high), label, curve.force_unit)
+    x = factor * np.array(curve.values)
 
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        axes.fill_between(x, curve.low, curve.high, color=AFTER, alpha=0.2, linewidth=0.0)
+        axes.plot(x, curve.force, color=AFTER, linewidth=1.5)
+        axes.axhline(0.0, color=SOFT, linewidth=0.7)
+        axes.set(xlabel=label, ylabel=curve.force_unit, xlim=(x[0], x[-1]))
 
-def _runs(diagnosis: Diagnosis) -> tuple[str, ...]:
-    return ("before", "after")[: 1 + diagnosis.extends]
-
-
-def _bands(traces: Sequence[Trace]) -> np.ndarray | None:
-    longest = max(float(t.time[-1] - t.time[0]) for t in traces)
-    step = max(float(np.median(np.diff(t.time))) for t in traces)
-    low, high = 4.0 / longest, 0.5 / step
-    return np.geomspace(low, high, BANDS + 1) if high > 2.0 * low else None
+    return svg(draw, (WIDTH, 2.6))

@@ -6,29 +6,25 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from ...datasets.display import IN_DEGREES
-from ..errors import correlation, mean, residual, rms
 from ..numbers import DEG, MISSING, SHORT, fixed, interval, number, p_value, percent, with_unit
-from ..runs import CHANNELS
+from ..runs import CHANNELS, rms
 from ..tables import Column, Table, field, make_table, numeric
 from . import words
 
 if TYPE_CHECKING:
-    from ...diagnosis.result import Diagnosis, Entry, Gain
+    from ...diagnosis.result import Diagnosis, Entry, Gain, Trace
 
-LONGEST_BAR = 16.0
-"""-log10 p at which the evidence bar is full."""
 CORRELATED = (1.0, 10.0)
 """Lags in s at which the correlation of the errors with themselves is given."""
 
 WHERE = (
-    "The bar is the condition's share of the squared free-run error of the base model, the dashed line its share of "
-    "the time. A bar that passes its line marks a condition under which the errors are larger than on average."
+    "Shares of the free-run error of the base model. Under a condition whose share of the error is above its share of "
+    "the time the errors are larger than on average."
 )
-EVIDENCE = (
-    "The bar shows the evidence, −log₁₀ of the adjusted p-value (full at 16); the dashed line is the family-wise "
-    "level. Power: probability of finding an effect of relevant size in these records."
-)
+POWER = "Power: probability of finding an effect of relevant size in these records. The family-wise level is"
 GAIN = "Free run against the raw recorded channels; interval of the ratio by block bootstrap."
 STATISTICS = (
     "Errors: measured minus simulated, free run. Correlation: autocorrelation of the error at that lag (0 for sensor "
@@ -43,7 +39,7 @@ def where_table(diagnosis: Diagnosis) -> Table:
     """Conditions (large rudder, slow speed, ...) with their shares of the squared error and of the time."""
     columns = [
         Column("condition", lambda row: f"{words.channel(str(row.get('channel', '')))[0]}: {row.get('condition', '')}"),
-        Column("share of the squared error", _share_text, lambda row: _share(row), _share_bar, _share_text),
+        numeric("share of the squared error", _share, percent),
         numeric("share of the time", lambda row: _share(row, "time"), percent),
     ]
     return make_table(columns, diagnosis.where, note=WHERE)
@@ -53,43 +49,22 @@ def _share(row: Mapping[str, Any], of: str = "error") -> float:
     return float(row.get(f"share_of_{of}") or 0.0)
 
 
-def _share_text(row: Mapping[str, Any]) -> str:
-    return percent(_share(row))
-
-
-def _share_bar(row: Mapping[str, Any]) -> str:
-    return bar(100.0 * _share(row), 100.0 * _share(row, "time"), _share_text(row))
-
-
-def bar(width: float, mark: float, text: str) -> str:
-    """A bar of so many per cent of the longest with a mark, and a text behind it, as HTML."""
-    full = min(max(width, 0.0), 100.0)
-    return f'<span class="bar"><i style="width:{full:.1f}%"></i><u style="left:{mark:.1f}%"></u></span> {text}'
-
-
 # ---- causes
 
 
 def bank_table(diagnosis: Diagnosis) -> Table:
     """Every cause that could be tested with its status, evidence and power."""
-    mark = bar_width(diagnosis.alpha)
-
-    def evidence(entry: Entry) -> str:
-        return bar(bar_width(entry.p_adjusted), mark, p_value(entry.p_adjusted).replace("<", "&lt;"))
-
     columns = [
         Column("cause", lambda entry: words.cause(entry.cause)),
         Column("status", lambda entry: _status(entry, diagnosis.alpha)),
-        Column("adjusted p", lambda entry: p_value(entry.p_adjusted), lambda entry: entry.p_adjusted, evidence),
+        numeric("adjusted p", "p_adjusted", p_value),
         numeric("statistic", "statistic"),
         numeric("power", "power", percent),
         Column("tied with", lambda entry: ", ".join(map(words.cause, _rivals(entry, diagnosis)))),
         Column("why", lambda entry: words.said(entry.why)),
     ]
     entries = [entry for entry in words.ordered_bank(diagnosis) if entry.status != "not_testable"]
-    return make_table(
-        columns, entries, note=f"{EVIDENCE} The level is {number(diagnosis.alpha)}.", kind=lambda entry: entry.status
-    )
+    return make_table(columns, entries, note=f"{POWER} {number(diagnosis.alpha)}.", kind=lambda entry: entry.status)
 
 
 def _status(entry: Entry, alpha: float) -> str:
@@ -105,13 +80,6 @@ def not_testable_table(diagnosis: Diagnosis) -> Table:
         Column("why", lambda entry: words.said(entry.why)),
     ]
     return make_table(columns, [entry for entry in diagnosis.bank if entry.status == "not_testable"])
-
-
-def bar_width(p: float | None) -> float:
-    """Evidence -log10 p in per cent of the longest bar."""
-    if p is None or math.isnan(p):
-        return 0.0
-    return 100.0 * min(-math.log10(max(p, 1e-300)), LONGEST_BAR) / LONGEST_BAR
 
 
 def _rivals(entry: Entry, diagnosis: Diagnosis) -> list[str]:
@@ -206,3 +174,30 @@ def _error_row(trace: Any, name: str, run: str) -> dict[Any, Any]:
     facts = {"record": trace.record, "role": trace.role.replace("_", " "), "channel": word, "run": run}
     facts |= {"RMS": with_unit(factor * rms(error), unit) if rms(error) >= 0.0 else MISSING}
     return facts | {"mean": factor * mean(error)} | {lag: correlation(trace.time, error, lag) for lag in CORRELATED}
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def residual(trace: Trace, name: str, run: str) -> np.ndarray:
+    """Measured minus simulated (T,), SI, of the run `before` or `after`; headings wrapped to +- pi."""
+    error = trace.measured[name] - getattr(trace, run)[name]
+    return error - 2.0 * np.pi * np.round(error / (2.0 * np.pi)) if name == "heading_rad" else error
+
+
+@np.errstate(over="ignore")
+def mean(values: np.ndarray) -> float:
+    """Mean of what is finite; nan if nothing is."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else math.nan
+
+
+@np.errstate(over="ignore", invalid="ignore")
+def correlation(time: np.ndarray, error: np.ndarray, lag_s: float) -> float:
+    """Correlation of an error (T,) with itself `lag_s` seconds later; nan for records that are too short."""
+    lag = max(1, round(lag_s / float(np.median(np.diff(time)))))
+    if lag >= error.size // 2:
+        return math.nan
+    early, late = error[:-lag], error[lag:]
+    known = np.isfinite(early) & np.isfinite(late)
+    if known.sum() < 10 or min(np.std(early[known]), np.std(late[known])) == 0.0:
+        return math.nan
+    return float(np.corrcoef(early[known], late[known])[0, 1])

@@ -4,24 +4,31 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ...bench.kinds.diagnosis.judge import LEVEL, POWER
 from ...bench.kinds.diagnosis.plan import ORACLE
 from ...bench.store import read_manifest, read_tables
 from ...models.errors import BadInput
-from .. import tables
-from ..charts import rate_curves
+from .. import media, tables
 from ..numbers import MISSING, interval, percent
+from ..page import FAIR, GOOD, Drawing, Note, Page, Pairs, Section, Verdict, result_page
+from ..plots import legend_beside, svg
 from ..report import Report, environment_rows, reservations, write_files
+from ..runs import WIDTH
 from ..tables import Column, Table, field, make_table, numeric
-from ..templating import render
 from . import rates
 from .rates import Board, Frame
 
-SHORT = ("injected", "vessel", "base")
-"""Parts by which the Markdown text shows the rates."""
+POWERS = Note(
+    "Share of cases with one injected effect whose cause was first or in its tie, over the non-centrality of the best "
+    "possible test; bars: 95 % intervals."
+)
 READING = (
     "Every case is made by a truth simulator that shares no code with what is judged: a ship, manoeuvres, sensors, and "
     "the injected effects. "
@@ -44,25 +51,24 @@ READING = (
 )
 
 
-def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
+def write_report(directory: str | Path) -> Report:
     """Aggregate the stored cases of a directory and write the three files beside them.
 
     Raises
     ------
-    BadInput : the directory holds no run, nothing is finished yet, or timings are given (they belong to methods).
+    BadInput : the directory holds no run, or nothing is finished yet.
     """
-    if timing is not None:
-        raise BadInput("--timing is for suites of methods", file=directory)
     directory = Path(directory)
     manifest = read_manifest(directory)
     cases, sizes = read_tables(directory)
     if not set(cases["method"]) - {ORACLE}:
         raise BadInput("no case is finished yet", file=directory, hint="continue with helmbench run --resume")
     board = rates.build(cases, sizes)
+    shown = page(manifest, cases, board)
     texts = {
-        "diagnosis.md": markdown(manifest, cases, board),
+        "diagnosis.md": media.markdown(shown, shown.title, "", {}),
         "diagnosis.csv": tables.csv(tables.from_frame(board.table())),
-        "diagnosis.html": html(manifest, cases, board),
+        "diagnosis.html": media.html(shown),
     }
     paths = write_files(directory, texts)
     whole = board.table()
@@ -71,30 +77,25 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     return Report(texts["diagnosis.md"], told, paths, len(cases) >= manifest["planned"], standings)
 
 
-def markdown(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
-    """The report as Markdown text."""
-    parts = [f"# Diagnosis: suite {tables.in_markdown(manifest['suite'])}", headline(manifest, cases)]
-    shown = [rate_table(board), *part_tables(board, SHORT), said_table(board), power_table(board), size_table(board)]
-    parts += [part for table in [*shown, failure_table(board)] for part in tables.section(table)]
-    return "\n\n".join([*parts, "## How to read it", READING, "## Made with", tables.listed(facts(manifest))]) + "\n"
-
-
-def html(manifest: Mapping[str, Any], cases: Frame, board: Board) -> str:
-    """The report as one self-contained page."""
-    return render(
-        "diagnosis_suite.html.j2",
-        suite=manifest["suite"],
-        title=manifest.get("title", ""),
-        headline=headline(manifest, cases),
-        complete=len(cases) >= manifest["planned"],
-        rates=rate_table(board),
-        charts=charts(board),
-        matrices=matrices(board),
-        parts=part_tables(board),
-        sizes=size_table(board),
-        failures=failure_table(board),
-        reading=READING,
-        environment=facts(manifest),
+def page(manifest: Mapping[str, Any], cases: Frame, board: Board) -> Page:
+    """The page of a suite that diagnoses."""
+    parts = [Section(table.title, (replace(table, title=""),)) for table in part_tables(board)]
+    return result_page(
+        f"Diagnosis: suite {manifest['suite']}",
+        manifest.get("title", ""),
+        Verdict(FAIR if reservations(manifest, len(cases)) else GOOD, headline(manifest, cases)),
+        seen=[rate_table(board)],
+        changed=[POWERS, *drawings(board)],
+        remains=[said_table(board)],
+        following=[size_table(board)],
+        details=[
+            *parts,
+            Section("Power by non-centrality", (power_table(board),)),
+            Section("Failed, not applicable", (make_table(FAILED, board.failures.to_dict("records")),)),
+            Section("How to read it", (READING,)),
+            Section("Made with", (Pairs(tuple(facts(manifest))),)),
+        ],
+        titles=("Rates", "Power", "Confusion", "Sizes"),
     )
 
 
@@ -115,7 +116,7 @@ def headline(manifest: Mapping[str, Any], cases: Frame) -> str:
     return reservations(manifest, len(cases)) + text
 
 
-# tables
+# ---- tables
 
 
 def rate_table(board: Board) -> Table:
@@ -130,7 +131,7 @@ def rate_table(board: Board) -> Table:
             first = next(iter(found.values()))
             rows.append({"title": first["title"], "target": _target(first), **found})
     columns = [field("title", "rate"), field("target", "required"), *map(_method_column, methods)]
-    return make_table(columns, rows, "Rates", "n: number of cases (or sizes); ✗: the requirement is not met.")
+    return make_table(columns, rows, note="n: number of cases (or sizes); ✗: the requirement is not met.")
 
 
 def _method_column(name: str) -> Column:
@@ -161,11 +162,11 @@ def _target(row: Mapping[str, Any]) -> str:
     return f"{sign} {percent(target)}"
 
 
-def part_tables(board: Board, scopes: Sequence[str] = rates.SCOPES) -> list[Table]:
+def part_tables(board: Board) -> list[Table]:
     """Every rate in parts: one table a scope, rates as columns."""
     titles = {"injected": "By injected cause", "vessel": "By vessel", "gusts": "By gusts", "strength": "By strength"}
     titles |= {"base": "By base model", "records": "By how the records are made"}
-    return [_part_table(board.rates, scope, title) for scope, title in titles.items() if scope in scopes]
+    return [_part_table(board.rates, scope, title) for scope, title in titles.items()]
 
 
 def _part_table(table: Frame, scope: str, title: str) -> Table:
@@ -193,7 +194,7 @@ def said_table(board: Board) -> Table:
         rows.append({"injected": injected, "method": method, "said": ", ".join(f"{n} {name}" for n, name in said)})
     columns = [field(name) for name in ("injected", "method", "said")]
     note = "Cases by what was said first; a tie that holds the truth counts as the truth."
-    return make_table(columns, rows, "Confusion", note)
+    return make_table(columns, rows, note=note)
 
 
 def power_table(board: Board) -> Table:
@@ -205,7 +206,7 @@ def power_table(board: Board) -> Table:
         numeric("n", "n", str),
         Column("named", _value, lambda row: row["value"]),
     ]
-    return make_table(columns, board.power.to_dict("records"), "Power")
+    return make_table(columns, board.power.to_dict("records"))
 
 
 def size_table(board: Board) -> Table:
@@ -218,54 +219,44 @@ def size_table(board: Board) -> Table:
         numeric("median relative error", "error"),
     ]
     note = "Sizes of correctly named causes against the true ones; directions have no relative error."
-    return make_table(columns, board.sizes.sort_values(["cause", "method"]).to_dict("records"), "Sizes", note)
+    return make_table(columns, board.sizes.sort_values(["cause", "method"]).to_dict("records"), note=note)
 
 
 FAILED = tuple(map(field, ("status", "method", "group", "vessel", "injected", "runs", "seed", "error")))
 
 
-def failure_table(board: Board) -> Table:
-    """What failed or did not apply, and why."""
-    return make_table(FAILED, board.failures.to_dict("records"), "Failed, not applicable")
-
-
-# figures
-
-
-def matrices(board: Board) -> list[dict[str, Any]]:
-    """Confusion of each `method`: `columns`, and `rows` of a name and cells; the shade is the share of the row."""
-    return [_matrix(str(method), own) for method, own in board.confusion.groupby("method", sort=True)]
-
-
-def _matrix(method: str, own: Frame) -> dict[str, Any]:
-    def brackets_last(name: str) -> tuple[bool, str]:
-        return name.startswith("("), name
-
-    counts = {(row["injected"], row["named"]): row["cases"] for row in own.to_dict("records")}
-    injected, said = (sorted(set(own[name]), key=brackets_last) for name in ("injected", "named"))
-    rows = []
-    for name in injected:
-        total = sum(counts.get((name, other), 0) for other in said)
-        cells = [_cell(name, other, counts.get((name, other), 0), total) for other in said]
-        rows.append((name, cells))
-    return {"method": method, "columns": said, "rows": rows}
-
-
-def _cell(injected: str, said: str, count: int, total: int) -> dict[str, Any]:
-    right = {"(null)": "(adequate)", "(anticipated)": "(unexplained)", "(unforeseen)": "(unexplained)"}
-    right |= {"(planted-null)": "(unexplained)"}
-    shade = f"{0.12 + 0.6 * count / total:.2f}"
-    return {"count": count, "right": right.get(injected, injected) == said, "shade": shade}
-
-
-def charts(board: Board) -> list[tuple[str, str]]:
+def drawings(board: Board) -> list[Drawing]:
     """Power curves, calm and in gusts, a line per method."""
     found = []
     for weather, part in board.power.groupby("weather", sort=True):
         series = {str(method): _points(own.to_dict("records")) for method, own in part.groupby("method", sort=True)}
-        found.append((f"In {weather}" if weather == "gusts" else "Calm", rate_curves(series, f"Power, {weather}")))
+        caption = "In gusts" if weather == "gusts" else "Calm"
+        found.append(Drawing(f"power-{weather}", caption, partial(rate_curves, series)))
     return found
 
 
 def _points(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, float, float, float]]:
     return [(row["middle"], row["value"], row["low"], row["high"]) for row in rows]
+
+
+def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]]) -> str:
+    """An SVG file of a line per name through (x, rate, low, high) with bars, x > 0 on a logarithmic axis, rates 0 .. 1.
+
+    Bars of different names are moved apart a little.  Returns an empty text where there are no points.
+    """
+    if not any(series.values()):
+        return ""
+
+    def draw(figure) -> None:
+        from matplotlib.ticker import PercentFormatter
+
+        axes = figure.subplots()
+        for place, (name, points) in enumerate(series.items()):
+            x, rate, low, high = np.reshape(points, (-1, 4)).T
+            ends = [rate - low, high - rate]
+            axes.errorbar(x * 1.03**place, rate, ends, marker="o", markersize=4, elinewidth=0.8, capsize=2, label=name)
+        axes.set(xscale="log", xlabel="non-centrality", ylim=(-0.03, 1.03))
+        axes.yaxis.set_major_formatter(PercentFormatter(1.0))
+        legend_beside(axes)
+
+    return svg(draw, (WIDTH, 2.9))

@@ -22,11 +22,6 @@ GAIN_CHANNELS = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 CASE = ["group", "vessel", "injected", "strength", "gusts", "seed"]
 SCOPES = ("vessel", "gusts", "strength", "injected", "base", "records")
 FOUND = ("alone", "tie")
-LATER = (
-    *("regime_true", "regime_named", "regime_f1", "healthy_bias"),
-    *("names", "false_names", "described", "right_variable"),
-)
-"""Columns that old stores do not have."""
 WORSE = 1.05
 """Ratio of errors that an extended model may not exceed."""
 CLOSE = 1.3
@@ -54,10 +49,7 @@ class Rate:
 
 
 def facts_of(cases: Frame) -> Frame:
-    """What each case is, and what was said of it: truth values (N,) by name.
-
-    Stores from before bases were drawn, further names counted or the true ship run hold no such columns.
-    """
+    """What each case is, and what was said of it: truth values (N,) by name."""
     import pandas as pd
 
     def within(column: str, *values: Any) -> Frame:
@@ -79,13 +71,13 @@ def facts_of(cases: Frame) -> Frame:
         "wrong": within("confident_wrong", True),
         "told": within("verdict", "named", "tied"),
         "stated": ~within("names", 0),
-        "further": cases.get("extra_names", cases["tie_size"] * 0).fillna(0) > 0,
+        "further": cases["extra_names"].fillna(0) > 0,
         "described": cases["described"].fillna("") != "",
         "oracle_names": within("outcome_oracle", *FOUND),
         "oracle_known": cases["gain_worst"].notna(),
         "close": cases["gain_worst"] <= CLOSE,
         "worse": _above_the_base(cases, "after"),
-        "predictable": _has_truth(cases) & ~_above_the_base(cases, "truth"),
+        "predictable": cases["rmse_truth_heading_rad"].notna() & ~_above_the_base(cases, "truth"),
         "halved": _squared(cases, "after") <= 0.25 * _squared(cases, "before"),
         "variable_known": cases["right_variable"].notna(),
         "right_variable": within("right_variable", True),
@@ -99,23 +91,16 @@ def facts_of(cases: Frame) -> Frame:
     return pd.DataFrame(facts)
 
 
-def _has_truth(cases: Frame) -> Frame:
-    """Cases with the errors of the true ship, without gusts."""
-    return cases["rmse_truth_heading_rad"].notna() if "rmse_truth_heading_rad" in cases else cases["seed"].isna()
-
-
 def _above_the_base(cases: Frame, which: str) -> Frame:
     """Cases whose held-out error is more than WORSE times the base model's in some channel."""
-    known = [channel for channel in GAIN_CHANNELS if f"rmse_{which}_{channel}" in cases]
-    ratios = [cases[f"rmse_{which}_{channel}"] / cases[f"rmse_before_{channel}"] for channel in known]
-    return np.logical_or.reduce([ratio > WORSE for ratio in ratios], initial=False)
+    ratios = [cases[f"rmse_{which}_{channel}"] / cases[f"rmse_before_{channel}"] for channel in GAIN_CHANNELS]
+    return np.logical_or.reduce([ratio > WORSE for ratio in ratios])
 
 
 @np.errstate(over="ignore")
 def _squared(cases: Frame, which: str) -> Frame:
     """Squared held-out error, in units of the true ship's, which is the noise of the sensors; the sum over channels."""
-    known = [c for c in GAIN_CHANNELS if f"rmse_truth_{c}" in cases]
-    ratios = [cases[f"rmse_{which}_{c}"].astype(float) / cases[f"rmse_truth_{c}"].astype(float) for c in known]
+    ratios = [cases[f"rmse_{which}_{c}"].astype(float) / cases[f"rmse_truth_{c}"].astype(float) for c in GAIN_CHANNELS]
     return np.nansum(np.square(ratios), axis=0)
 
 
@@ -210,7 +195,6 @@ def with_gain(cases: Frame) -> Frame:
     outcome_oracle : its outcome.  gain_ratio, gain_worst : held-out error after over the oracle's, geometric mean and
     largest of the channels.
     """
-    cases = cases.reindex(columns=[*cases, *(name for name in LATER if name not in cases)])
     told = cases["method"] == ORACLE
     after = [f"rmse_after_{channel}" for channel in GAIN_CHANNELS]
     oracle = cases[told & (cases["status"] == "ok")][[*CASE, "outcome", *after]]
@@ -237,7 +221,7 @@ def rate_table(cases: Frame) -> Frame:
             chosen = _holds(facts, rate.cases)
             hits = _holds(facts, rate.hit)[chosen]
             rows.append(_rate_row(method, "all", "all", rate, hits))
-            for scope in (scope for scope in SCOPES if scope in own):
+            for scope in SCOPES:
                 parts = hits.groupby(own.loc[chosen, scope], sort=True)
                 rows += [_rate_row(method, scope, group, rate, part) for group, part in parts]
     return pd.DataFrame([row for row in rows if row["n"]], columns=RATE_COLUMNS)

@@ -17,7 +17,7 @@ from ..diagnosis.words import in_line, size
 from ..numbers import SHORT, interval, interval_digits, is_missing, number, r_squared
 from ..page import BAD, FAIR, GOOD, Drawing, Items, Note, Overlays, Section, Verdict, items, overlays, result_page
 from ..plots import COLOURS, SOFT, svg
-from ..runs import MARGINS, WIDTH, of_validation
+from ..runs import WIDTH, of_validation
 from ..tables import Column, Table, field, make_table, numeric
 from ..validation.page import free_table, horizon_table, left_out_table, trusted_lines
 from .comparison import comparison_note, comparison_table
@@ -340,7 +340,7 @@ def correlation_chart(found: dict[str, Correlation]) -> str:
         axes.set(xlabel="lag, s", ylabel="correlation", ylim=_limits(found))
         axes.legend(loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=len(found))
 
-    return svg(draw, (WIDTH, HEIGHT), {**MARGINS, "bottom": 0.17, "top": 0.92})
+    return svg(draw, (WIDTH, HEIGHT))
 
 
 def _limits(found: dict[str, Correlation]) -> tuple[float, float]:

@@ -53,10 +53,10 @@ class Changes:
         columns = [
             field("method"),
             field("figure"),
-            numeric("problems", "problems", str),
-            numeric("unchanged", "unchanged", str),
             Column("second / first [95 %]", lambda row: interval(row["ratio"], row["low"], row["high"]), RATIO),
             numeric("p", "p", p_value),
+            numeric("problems", "problems", str),
+            numeric("unchanged", "unchanged", str),
         ]
         return make_table(columns, self.rows, "Ratios of medians over shared problems")
 

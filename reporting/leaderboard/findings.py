@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from ..numbers import duration, number, p_value, percent
-from .answer import headlines, two_digits
+from ..numbers import number, p_value
+from .answer import two_digits
 from .board import Leaderboard
 from .contest import Contest
 from .equivalence import LEVEL, log_ratios, signed_rank
-from .standings import CELL, Frame, Series, matched, median, of_own_models
+from .standings import CELL, Frame, Series, median, of_own_models
 
 # ---- Does the best grey box beat the best black box in free runs? A paired test over problems.
 
@@ -87,8 +87,6 @@ def grey_against_black(board: Contest) -> dict[str, Any] | None:
 
 OUTLIERS, SLOW = "low,outliers=10%", 16
 """Levels that findings compare with the plain ones."""
-MEDIAN_OF_NORMAL = 0.6745
-"""Median of |z|, z standard normal."""
 Finding = tuple[str, str]
 """A sentence with its figures, and the command that makes the runs."""
 
@@ -102,8 +100,7 @@ def findings(main: Leaderboard, every: Leaderboard | None = None) -> list[Findin
     every : all suites, for what is said of conditions; None: the main one.
     """
     every = every or main
-    named = [f"Which method, {case}: {text}" for case, text in headlines(main.contest) if _first(main.contest)]
-    of_main = [*named, grey_black_sentence(main.contest), *_other_models(main), _bound(main), _speed(main.contest)]
+    of_main = [grey_black_sentence(main.contest), *_other_models(main)]
     wind = next((level for level in every.contest.problems["disturbance"].unique() if level.startswith("wind")), None)
     conditions = [
         ("noise", _levels(every, "noise", "low", "high", ("low noise", "high noise"))),
@@ -112,8 +109,7 @@ def findings(main: Leaderboard, every: Leaderboard | None = None) -> list[Findin
         ("sampling", _levels(every, "thinning", 1, SLOW, ("all samples", f"every {SLOW}th sample"))),
         ("excitation", _excitation(every.contest)),
     ]
-    last = [_failures(main.contest), _hardest(main)]
-    made = [("default", text) for text in of_main] + conditions + [("default", text) for text in last]
+    made = [("default", text) for text in of_main] + conditions
     return [(text, command(suite)) for suite, text in made if text]
 
 
@@ -155,56 +151,6 @@ def _other_models(of: Leaderboard) -> list[str | None]:
     return [boxes, cost]
 
 
-def _bound(of: Leaderboard) -> str | None:
-    """How near the best method comes to the Cramer-Rao bound at low noise."""
-    errors, floor = low_noise(of.cells, of.estimates)
-    if not errors or not floor > 0.0:
-        return None
-    near = min(errors, key=lambda method: errors[method])
-    return (
-        f"At low noise {near} comes nearest to the Cramer-Rao floor: its median parameter error is "
-        f"{number(errors[near] / floor)} times the floor ({percent(floor, 2)}); unbiased methods reach about 1."
-    )
-
-
-def low_noise(cells: Frame, estimates: Frame) -> tuple[dict[str, float], float]:
-    """Median parameter error of methods at low noise, and the Cramer-Rao bound as a floor under them (nan: none).
-
-    Only vessels that were run, calm and whole, at every level of noise.  The floor is the median error of an estimate
-    that reaches the bound: `MEDIAN_OF_NORMAL` times the bound over the parameter's size, over identifiable parameters.
-    """
-    plain = cells[(cells["disturbance"] == "none") & (cells["thinning"] == 1) & (cells["length"] == 1.0)]
-    rows = matched(plain[plain["rel_error"].notna()], "noise")
-    rows = rows[rows["noise"] == "low"]
-    own = estimates[(estimates["true_kind"] == "given") & estimates["identifiable"]]
-    own = own[[*CELL, "crb_sd", "true"]].merge(rows[CELL].drop_duplicates(), on=CELL)
-    with np.errstate(all="ignore"):
-        bound = (own["crb_sd"] / own["true"].abs()).replace(np.inf, np.nan)
-    cell = own.assign(bound=bound).dropna(subset="bound").groupby(CELL, observed=True)["bound"].median()
-    errors = rows.groupby("label", observed=True)["rel_error"].median()
-    return {str(name): float(error) for name, error in errors.items()}, MEDIAN_OF_NORMAL * median(cell)
-
-
-def _speed(board: Contest) -> str | None:
-    errors, times = ([median(row) for row in table.T] for table in (board.errors, board.times))
-    full = {place.index for place in board.order() if not place.partial}
-    front = [i for i in pareto(errors, times) if i in full]
-    named = ", ".join(f"{board.methods[i]} ({number(errors[i])}, {duration(times[i])})" for i in front)
-    return f"No other method is both faster and more accurate than: {named}." if len(front) > 1 else None
-
-
-def pareto(errors: Sequence[float], times: Sequence[float]) -> list[int]:
-    """Indices of the methods that none beats in both error and time, fastest first; none that is not finite."""
-    rows = [(t, e, i) for i, (e, t) in enumerate(zip(errors, times, strict=True)) if np.isfinite(e) and np.isfinite(t)]
-    found: list[int] = []
-    least = np.inf
-    for _, error, i in sorted(rows):
-        if error < least:
-            found.append(i)
-            least = error
-    return found
-
-
 def _excitation(board: Contest) -> str | None:
     """The manoeuvre from which most is learned, where several are compared on the same held-out records."""
     problems = board.problems
@@ -220,34 +166,6 @@ def _excitation(board: Contest) -> str | None:
     return (
         f"Of single manoeuvres, {order[0]} teaches most (median prediction error {number(levels[order[0]])} over all "
         f"methods), {order[-1]} least ({number(levels[order[-1]])})."
-    )
-
-
-def _failures(board: Contest) -> str | None:
-    lost = {place.method: place.imputed / place.problems for place in board.order()}
-    worst = max(lost, key=lambda method: lost[method], default="")
-    if not lost or not lost[worst] > 0.0:
-        return None
-    never = sum(share == 0.0 for share in lost.values())
-    return (
-        f"{worst} gives no finite prediction in {percent(lost[worst])} of its problems, the largest share; "
-        f"{never} of {len(lost)} methods always give one."
-    )
-
-
-def _hardest(of: Leaderboard) -> str | None:
-    board, first = of.contest, _first(of.contest)
-    if first is None:
-        return None
-    own = of_own_models(board.problems, of.estimates)
-    every = _medians_by(board.problems["vessel"][own], board.errors[own, first[1]])
-    known = {vessel: error for vessel, error in every.items() if not np.isnan(error)}
-    if len(known) < 2:
-        return None
-    hard = max(known, key=lambda vessel: known[vessel])
-    return (
-        f"With the ships' own equations {first[0]} has its largest median prediction error on {hard} "
-        f"({number(known[hard])})."
     )
 
 

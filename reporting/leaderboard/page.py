@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...bench.store import TIMING, read_manifest
+from ...bench.store import read_manifest
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
@@ -28,9 +28,7 @@ from .tables import (
     failure_table,
     matrices,
     overall_table,
-    read_timing,
     record_table,
-    timing_table,
     uncertainty_table,
 )
 from .tuners import budgets, tuner_table
@@ -105,12 +103,8 @@ READING = (
 )
 
 
-def write_report(directory: str | Path, timing: str | Path | None = None) -> Report:
+def write_report(directory: str | Path) -> Report:
     """Aggregate the stored runs of a directory and write the three files beside them.
-
-    Parameters
-    ----------
-    timing : output of `pytest --benchmark-json`; default `timing.json` in the directory, where there is one.
 
     Raises
     ------
@@ -123,9 +117,8 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
         raise BadInput("no run is finished yet", file=directory, hint="continue with helmbench run --resume")
     board = build(results, parameters)
     del parameters  # some gigabytes where there are millions
-    timings = read_timing(Path(timing) if timing else directory / TIMING, required=timing is not None)
     data = as_script(page_data(board, read_traces(directory)))
-    shown = shown_of(manifest, results, board, timings)
+    shown = shown_of(manifest, results, board)
     texts = {
         "leaderboard.md": markdown(shown, board),
         "leaderboard.csv": tables.csv(tables.from_frame(board.table())),
@@ -136,9 +129,7 @@ def write_report(directory: str | Path, timing: str | Path | None = None) -> Rep
     return Report(texts["leaderboard.md"], told, paths, shown["complete"], tuple(board.overall.to_dict("records")))
 
 
-def shown_of(
-    manifest: Mapping[str, Any], results: Frame, board: Leaderboard, timings: Sequence[dict] = ()
-) -> dict[str, Any]:
+def shown_of(manifest: Mapping[str, Any], results: Frame, board: Leaderboard) -> dict[str, Any]:
     """What the report says, by the names that the page has for it."""
     return {
         "suite": manifest["suite"],
@@ -153,7 +144,6 @@ def shown_of(
         "matrices": matrices(board.overall, board.by),
         "uncertainty": uncertainty_table(results),
         "failures": failure_table(board.failures),
-        "timings": timing_table(timings),
         "reading": READING,
         "environment": environment_rows(manifest),
     }
@@ -164,7 +154,7 @@ def markdown(shown: Mapping[str, Any], board: Leaderboard) -> str:
     parts = [f"# Leaderboard: suite {tables.in_markdown(shown['suite'])}", shown["headline"]]
     parts += [f"**{tables.in_markdown(line)}**" for line in answer(board.contest).splitlines()]
     parts += map(tables.in_markdown, shown["statements"])
-    first, rest = ("overall", "tuners", "ahead"), ("uncertainty", "failures", "timings")
+    first, rest = ("overall", "tuners", "ahead"), ("uncertainty", "failures")
     every = [*(shown[name] for name in first), *shown["matrices"], *(shown[name] for name in rest)]
     parts += [part for table in every for part in tables.section(table)]
     made_with = tables.listed(shown["environment"])

@@ -13,8 +13,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from ...bench.kinds import IDENTIFICATION
 from ...bench.kinds.identification.columns import PARAMETERS, RESULTS
 from ...bench.store import MANIFEST, read_manifest, read_tables
@@ -31,7 +29,7 @@ from .contest import Contest
 from .findings import Finding, beyond, command, findings
 from .page import headline, html, shown_of
 from .page_data import MEASURED, as_script, page_data
-from .standings import CASES, CELL, STATUSES, Frame
+from .standings import CELL, STATUSES, Frame
 from .tables import overall_table, uncertainty_finding, uncertainty_table
 from .tuners import tuner_table
 
@@ -43,6 +41,7 @@ DIGITS = "%.4g"
 SLOW = "minutes"
 """Folder, in that of the leaderboard, of the suite whose methods may take minutes: its problems are those of the first
 suite, and on one board some of them would be won by methods that others were not run with."""
+SLOW_BOARD = "is a board of its own: it has other methods and fewer problems, so that places cannot be compared."
 DATA = '<script type="application/json" id="data">'
 SHOWN = (
     "method",
@@ -105,30 +104,6 @@ def _tested(folder: Path) -> str:
     return (folder / ADVICE).read_text(encoding="utf-8").split("\n\n")[1]
 
 
-def slow_line(folder: Path, main: Contest) -> str:
-    """The headlines of the board in the folder's `SLOW`, how its problems differ from the main board's, and whom that
-    ranks first on those of both; empty without such a board."""
-    import pandas as pd
-
-    page, table = folder / SLOW / README, folder / SLOW / RESULTS
-    if not (page.is_file() and table.is_file()):
-        return ""
-    lines = page.read_text(encoding="utf-8").splitlines()
-    text = " ".join(line.strip("*") for line in lines if line.startswith("**"))
-    problems = pd.read_parquet(table, columns=CELL).drop_duplicates()
-    own, theirs = (pd.MultiIndex.from_frame(frame[CELL].astype(str)) for frame in (main.problems, problems))
-    both = np.asarray(own.isin(theirs))
-    if both.all() and len(own) == len(theirs):
-        return text
-    text = f"{text} It has {len(theirs)} problems, this board {len(own)}; both have {both.sum()} of them"
-    named = [
-        f"{case} {places[0].method}"
-        for case in CASES
-        if (places := [place for place in main.kept(both).where({"case": case}).order() if not place.partial])
-    ]
-    return f"{text}, on which this board ranks first: {', '.join(named)}." if named else f"{text}."
-
-
 def pages(
     folder: Path,
     manifest: Mapping[str, Any],
@@ -154,7 +129,7 @@ def pages(
         shown["runs"] = old["runs"]
     advice = _tested(folder)
     return {
-        README: readme(manifest, results, main, every, tuning, advice, slow_line(folder, main.contest)),
+        README: readme(manifest, results, main, every, tuning, advice, (folder / SLOW / README).is_file()),
         PAGE: html(shown_of(manifest, results, main), as_script(shown), first if several else "", advice),
         PICTURE: main.picture(),
         TABLE: problem_table(every.cells),
@@ -208,7 +183,7 @@ def readme(
     every: Leaderboard,
     tuning: Contest | None,
     advice: str,
-    slow: str,
+    slow: bool,
 ) -> str:
     """The headline as GitHub renders it: answer, picture, ranking, findings with their commands."""
     suites = every.runs["suite"]
@@ -226,7 +201,7 @@ def readme(
             "# Leaderboard",
             *(f"**{tables.in_markdown(line)}**" for line in headline_lines(board.contest, every.contest)),
             *([f"{advice} See [{ADVICE}]({ADVICE})."] if advice else []),
-            *([f"[Where a fit may take minutes]({SLOW}/{README}): {slow}"] if slow else []),
+            *([f"[Where a fit may take minutes]({SLOW}/{README}) {SLOW_BOARD}"] if slow else []),
             f"Suites {manifest['suite']}. {headline(manifest, results)}",
             f"`{PAGE}` chooses by vessel, excitation, noise, disturbance, channels and time, and shows every run; the "
             f"runs are in `{RESULTS}` and `{PARAMETERS}`. These files are in the archive `helmbench-reports` of a "
@@ -239,8 +214,7 @@ def readme(
             *tables.section(uncertainty_table(results[results["suite"] == main]), where),
             "## Suites",
             tables.markdown(_suites(manifest, results)),
-            "## Findings",
-            "\n".join(listed),
+            *(["## Findings", "\n".join(listed)] if listed else []),
             *(tables.section(tuner_table(tuning)) if tuning else []),
             "## Statistics",
             *map(tables.in_markdown, stability_sentences(board.contest)),

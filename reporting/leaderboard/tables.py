@@ -1,20 +1,16 @@
-"""Tables of the leaderboard and their columns: standings, methods by conditions, failures, errors by record, timings,
-how far ahead to trust methods, and what stated uncertainties are worth."""
+"""Tables of the leaderboard and their columns: standings, methods by conditions, failures, errors by record, how far
+ahead to trust methods, and what stated uncertainties are worth."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...bench.scores.errors_ahead import LENGTHS, PREFIXES
-from ...models.data_file import load
-from ...models.errors import BadInput
-from ...models.folders import check_regular
 from ..numbers import DEG, MISSING, duration, interval, is_missing, number, percent, r_squared
 from ..tables import Column, Table, field, make_table, numeric, with_least_marked
 from .standings import Frame, labels, median
@@ -160,39 +156,6 @@ def _record_errors(row: Row) -> str:
 def _mean_error(row: Row) -> float | None:
     errors = list(json.loads(row["nrmse_by_record"]).values())
     return None if None in errors else sum(errors) / len(errors)
-
-
-# ---- Timings of the benchmark tests, shown beside a leaderboard.
-
-TIMING_COLUMNS = (
-    field("name", "what"),
-    numeric("median", "median", duration),
-    Column("quartiles", lambda row: f"{duration(row['q1'])} .. {duration(row['q3'])}", lambda row: row["q3"]),
-    numeric("rounds", "rounds", str),
-)
-
-
-def timing_table(timings: Sequence[dict]) -> Table:
-    """Median and quartiles of every timing."""
-    return make_table(TIMING_COLUMNS, timings, "Timings", "Wall time, measured apart from this run.")
-
-
-def read_timing(path: Path, required: bool = False) -> list[dict[str, Any]]:
-    """Name, median, quartiles (s) and rounds from a benchmark JSON file; empty where there is none.
-
-    Raises
-    ------
-    BadInput : the file is no benchmark JSON file, or it is required and missing.
-    """
-    if not required and not check_regular(path):
-        return []
-    try:
-        found = load(path)["benchmarks"]
-        pick = ("median", "q1", "q3", "rounds")
-        rows = [{"name": entry["name"]} | {key: entry["stats"][key] for key in pick} for entry in found]
-        return sorted(rows, key=lambda row: row["name"])
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise BadInput(f"is not a benchmark JSON file ({type(error).__name__}: {error})", file=path) from None
 
 
 # ---- How far ahead methods can be trusted on measured records, beside two predictions without a model.

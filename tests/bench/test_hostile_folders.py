@@ -110,7 +110,7 @@ def test_a_report_replaces_a_link_and_not_what_it_names(folder, victim, name):
     assert victim.read_bytes() == CONTENT and not (folder / name).is_symlink()
 
 
-@pytest.mark.parametrize("name", [RUNS, RESULTS, MANIFEST, "timing.json"])
+@pytest.mark.parametrize("name", [RUNS, RESULTS, MANIFEST])
 @pytest.mark.parametrize("how", ["link", "pipe"])
 def test_a_report_reads_no_link_and_no_pipe(folder, victim, name, how):
     start(folder, resume=True)

@@ -1,6 +1,5 @@
 """Plots: well-formed SVG, equal bytes, what cannot be drawn is left out."""
 
-import math
 import re
 from xml.etree import ElementTree
 
@@ -8,38 +7,21 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
-from helmbench.reporting.charts import bars, rate_curves, spectra
-from helmbench.reporting.plots import Sheet, embedded, svg
-from helmbench.reporting.runs import AFTER, DrawnCurve, channel_chart, error_range, track_chart, value_range
+from helmbench.reporting.diagnosis_suite.page import rate_curves
+from helmbench.reporting.plots import embedded, svg
+from helmbench.reporting.runs import RecordRuns, charts_of, error_range, value_range
 
 
 def test_rates_are_drawn_with_their_names():
-    drawn = rate_curves({"one": [(1.0, 0.2, 0.1, 0.5), (10.0, 0.9, 0.8, 1.0)], "two": [(3.0, 0.5, 0.4, 0.6)]}, "power")
+    drawn = rate_curves({"one": [(1.0, 0.2, 0.1, 0.5), (10.0, 0.9, 0.8, 1.0)], "two": [(3.0, 0.5, 0.4, 0.6)]})
     assert ">one</text>" in drawn and ">two</text>" in drawn and ">100%</text>" in drawn
-    assert rate_curves({}, "power") == "" and rate_curves({"one": []}, "power") == ""
+    assert rate_curves({}) == "" and rate_curves({"one": []}) == ""
 
 
 def test_the_same_drawing_has_the_same_bytes_and_leaves_no_figure_open():
     first = svg(lambda figure: figure.subplots().plot([1, 2], [3, 4], "o"))
     assert first == svg(lambda figure: figure.subplots().plot([1, 2], [3, 4], "o"))
     assert plt.get_fignums() == [] and "<metadata>" not in first
-
-
-def test_a_chart_does_not_show_what_was_drawn_before_it(rng):
-    def curves(scale, n):
-        values = scale * np.cumsum(rng.normal(size=(2, n)), axis=1)
-        return lambda axes: (
-            axes.plot(np.arange(n), values[0]),
-            axes.plot(np.arange(n), values[1], "--"),
-            axes.set(xlim=(0, n), ylabel=f"{scale} m"),
-        )
-
-    def sheet():
-        return Sheet(lambda figure: figure.subplots(), (4.0, 3.0), {"left": 0.15, "bottom": 0.15})
-
-    drawn, used = [curves(1.0, 50), curves(300.0, 20), curves(0.1, 80)], sheet()
-    alone = [sheet().chart(draw, "one") for draw in drawn]
-    assert [used.chart(draw, "one") for draw in (*drawn, drawn[0])] == [*alone, alone[0]]
 
 
 def test_an_embedded_drawing_has_a_title_and_no_names_of_groups():
@@ -61,19 +43,13 @@ def test_ranges_follow_the_measured_values():
 
 def test_what_is_not_finite_is_not_drawn():
     nothing = np.full(5, np.nan)
-    curve = DrawnCurve("a", nothing, AFTER)
-    assert channel_chart(np.arange(5.0), [curve], [curve], "x", "m", 1.0) == ""
-    assert track_chart([(nothing, nothing, curve)], "track") == ""
-    assert spectra(np.array([0.1, 0.2]), [DrawnCurve("a", np.zeros(2), AFTER)], "m") == ""
-    assert bars({"one": {"before": math.nan}}, {"before": AFTER}, "m") == ""
+    some = {"yaw_rate_rad_s": np.ones(5), "surge_m_s": nothing, "north_m": nothing, "east_m": nothing}
+    ((_, drawn),) = charts_of(RecordRuns("one", "", np.arange(5.0), np.zeros(5), some, {"model": some}))
+    assert "yaw rate" in drawn and "surge" not in drawn
 
 
 def test_a_long_series_does_not_make_a_long_file(rng):
     time = np.arange(60_000.0)
-    curves = [DrawnCurve("a", rng.normal(size=time.size), AFTER)]
-    assert len(channel_chart(time, curves, curves, "x", "m", 5.0)) < 300_000
-
-
-def test_bars_carry_their_values():
-    drawn = bars({"run 1": {"before": 0.5, "after": 0.123456}}, {"before": AFTER, "after": AFTER}, "deg/s")
-    assert ">0.5</text>" in drawn and ">0.123</text>" in drawn and ">run 1</text>" in drawn
+    measured, run = ({"surge_m_s": rng.normal(size=time.size)} for _ in range(2))
+    ((_, drawn),) = charts_of(RecordRuns("one", "", time, np.zeros(time.size), measured, {"model": run}))
+    assert len(drawn) < 400_000

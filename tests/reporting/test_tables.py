@@ -70,10 +70,10 @@ def test_the_terminal_leaves_out_empty_titles():
     assert tables.console(found) == "a    bb\naaa  b"
 
 
-def test_ready_made_forms_are_taken_as_they_are():
-    column = Column("x", lambda row: row, html=lambda row: f"<i>{row}</i>", markdown=lambda row: f"[{row}]({row}.md)")
+def test_ready_made_markdown_is_taken_as_it_is():
+    column = Column("x", lambda row: row, markdown=lambda row: f"[{row}]({row}.md)")
     found = make_table([column], ["page"])
-    assert "<i>page</i>" in tables.html(found) and "[page](page.md)" in tables.markdown(found)
+    assert ">page<" in tables.html(found) and "[page](page.md)" in tables.markdown(found)
     assert tables.csv(found) == "x\npage\n"
 
 

@@ -12,7 +12,7 @@ from helmbench.estimation.validation.horizons import STRAIGHT
 from helmbench.estimation.validation.validate import label
 from helmbench.reporting import media
 from helmbench.reporting.craft import page
-from helmbench.reporting.diagnosis.measured import CRAFT
+from helmbench.reporting.diagnosis.measured import PUBLISHED
 from helmbench.reporting.diagnosis.rivals import compared
 from helmbench.reporting.validation.page import explained_lines
 
@@ -20,7 +20,7 @@ from helmbench.reporting.validation.page import explained_lines
 @pytest.fixture(scope="module", params=["craft-rov", "craft-expedition"])
 def outcome(request, once):
     """(name, training records, held-out records, diagnosis) of a measured set."""
-    report = CRAFT[request.param]
+    report = PUBLISHED[request.param]
     if not (measured.data_dir() / report.dataset).is_dir():
         pytest.skip(f"no measured data in {measured.data_dir()}: set HELMBENCH_DATA")
     train, held_out = report.records()

@@ -1,5 +1,7 @@
 """Options of commands are those of the API: each parameter that a command takes has its type, default and help."""
 
+from __future__ import annotations
+
 import click
 import pytest
 
@@ -33,12 +35,16 @@ def test_the_section_of_parameters_is_read():
 
 def test_an_option_has_default_flag_and_help_of_its_parameter(monkeypatch):
     monkeypatch.setattr("helmbench.documented", documented, raising=False)
-    first, count, names, quick = options_of("documented", {
-        "first": click.STRING, "count": WholeRange(min=0), "names": several(click.STRING, "-n --name"),
-        "quick": click.BOOL,
-    })  # fmt: skip
+    own = {"names": several(click.STRING, "-n --name")}
+    first, count, names, quick = options_of("documented", ["first", "count", "names", "quick"], own)
     assert first.required and first.help == "What stands on two lines.  [default: nothing]"
-    assert count.default == 3 and count.help == "'both' of them." and count.opts == ["--count"]
+    assert (
+        isinstance(count.type, WholeRange)
+        and first.type is click.STRING
+        and count.default == 3
+        and count.help == "'both' of them."
+        and count.opts == ["--count"]
+    )
     assert names.opts == ["-n", "--name"] and names.multiple and quick.is_flag
     command = click.Command("one", params=[first, count, names, quick], callback=lambda **given: given)
     assert command.main(["--first", "a"], standalone_mode=False) == {

@@ -3,7 +3,6 @@
 import csv
 import html
 import html.parser
-import json
 import math
 import re
 
@@ -151,19 +150,6 @@ def test_nothing_is_reported_where_nothing_is(tmp_path, manifest):
     with pytest.raises(BadInput, match="no run is finished yet"):
         report.write_report(tmp_path / "out")
     assert not list(tmp_path.rglob("leaderboard*"))
-
-
-def test_timings_are_shown_where_they_are_stored(finished):
-    stats = {"median": 0.0123, "q1": 0.012, "q3": 0.013, "rounds": 7}
-    (finished / "timing.json").write_text(json.dumps({"benchmarks": [{"name": "test_fit[ls]", "stats": stats}]}))
-    text = report.write_report(finished).markdown
-    assert "## Timings" in text and "test_fit[ls]" in text and "12.3 ms" in text
-    elsewhere = finished.parent / "elsewhere.json"
-    with pytest.raises(BadInput, match=r"elsewhere\.json"):
-        report.write_report(finished, elsewhere)
-    elsewhere.write_text("{}")
-    with pytest.raises(BadInput, match="not a benchmark JSON file"):
-        report.write_report(finished, elsewhere)
 
 
 def test_every_value_on_the_page_is_that_of_the_stored_results(reported):

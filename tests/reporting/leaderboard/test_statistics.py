@@ -12,7 +12,6 @@ from helmbench.bench.store import frames
 from helmbench.reporting.leaderboard import contest, equivalence
 from helmbench.reporting.leaderboard.answer import answer, stability
 from helmbench.reporting.leaderboard.board import build
-from helmbench.reporting.leaderboard.findings import low_noise, pareto
 
 
 @pytest.fixture
@@ -69,21 +68,6 @@ def test_infinite_errors_are_the_largest_and_equal_among_each_other():
 def test_holm_steps_down():
     assert equivalence.holm([0.01, 0.04, 0.03]).tolist() == pytest.approx([0.03, 0.06, 0.06])
     assert equivalence.holm([0.9, 0.8]).max() == 1.0
-
-
-def test_the_front_has_what_nothing_beats_in_error_and_time():
-    assert pareto([1.0, 2.0, 0.5, np.inf, 0.6], [2.0, 1.0, 9.0, 0.1, 9.5]) == [1, 0, 2]
-
-
-def test_the_floor_is_the_median_error_at_the_bound(run_of, parameter_of):
-    runs = [
-        run_of(error=e, noise=n, method=m, parameters=[parameter_of("K", 2.0, 2.0 * (1 + e), sd)])
-        for n, e, sd in (("low", 0.02, 0.1), ("high", 0.1, 0.4))
-        for m in "ab"
-    ]
-    board = leaderboard_of(runs)
-    errors, floor = low_noise(board.cells, board.estimates)
-    assert errors == pytest.approx({"a": 0.02, "b": 0.02}) and floor == pytest.approx(0.6745 * 0.05)
 
 
 TRUTHS = [(1.0, equivalence.EQUAL), (1.1, equivalence.EQUAL), (2.0, equivalence.WORSE), (440.0, equivalence.WORSE)]

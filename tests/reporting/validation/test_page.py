@@ -75,11 +75,11 @@ def test_the_figures_of_the_page_are_those_of_the_json(found):
     assert checked > 80
 
 
-def test_the_page_is_one_file_with_a_chart_a_channel(found):
+def test_the_page_is_one_file_with_the_runs_and_the_track_of_each_record(found):
     page = html(found)
     assert not re.findall(r"""(?:src|href)\s*=\s*"(?!#)|url\((?!#)|@import""", page)
     drawings = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
-    assert len(drawings) == 2 + 2 * 6
+    assert len(drawings) == 2 + 2 * 2
     for drawing in drawings:
         ElementTree.fromstring(drawing)
     assert not any("nan" in path for path in re.findall(r' d="(.*?)"', page))

@@ -1,4 +1,4 @@
-"""The published timings: rows, verdicts, drawings; and the study worked out from a row."""
+"""The published timings: rows, verdicts, drawings."""
 
 import json
 import subprocess
@@ -9,18 +9,12 @@ from xml.etree import ElementTree
 import pytest
 
 from helmbench.models.errors import BadInput
-from helmbench.reporting.timing.page import publish, verdict
-from helmbench.reporting.timing.rows import read_rows
-from helmbench.reporting.timing.study_page import demands, page, study
+from helmbench.reporting.timing import publish, read_rows, verdict
 
-PUBLISHED = Path(__file__).parents[3] / "reports" / "timing" / "rows.jsonl"
+PUBLISHED = Path(__file__).parents[2] / "reports" / "timing" / "rows.jsonl"
 MACHINE = {"cpu": "a processor", "cpus": 2, "python": "3.11"}
 PAIR = {"what": "ours, theirs", "unit": "rows/s", "ours": 400.0, "other": 100.0, "ratio": 4.0, "low": 3.5, "high": 4.5}
 GROWING = {"what": "cost against samples: ls", "unit": "slope", "ours": 1.0, "axis": "samples"}
-RUN = {
-    **{"cpu_s": 0.01, "parent_cpu_s": 0.002, "start_cpu_s": 2.0},
-    **{"stored_bytes": 1000.0, "parent_bytes": 4000.0, "fixed_bytes": 0.0},
-}
 
 
 def written(folder, *rows):
@@ -79,43 +73,10 @@ def test_a_file_that_holds_no_rows_is_refused(tmp_path, text):
 
 
 def test_the_command_refuses_such_a_file_in_one_line(tmp_path):
-    command = [sys.executable, "-m", "helmbench.reporting.timing.page", tmp_path / "none.jsonl", tmp_path / "out"]
+    command = [sys.executable, "-m", "helmbench.reporting.timing", tmp_path / "none.jsonl", tmp_path / "out"]
     done = subprocess.run(command, capture_output=True, text=True)
     assert done.returncode == 2 and len(done.stderr.splitlines()) == 1
     assert not (tmp_path / "out").exists()
-
-
-def test_a_study_is_the_product_of_its_parts():
-    found = study(RUN, 1e6, 100)
-    assert found["hours"] == pytest.approx(1e6 * 0.008 / 100 / 3600.0)
-    assert found["cores_fed"] == pytest.approx(4.0)
-    assert found["parent_hours"] == pytest.approx(2000.0 / 3600.0)
-    assert found["calls_per_s"] * found["runs_together"] * 0.008 == pytest.approx(100.0)
-    assert found["part_hours"] > found["hours"]
-    assert found["runs_a_part"] * 0.01 * 0.01 == pytest.approx(2.0)
-
-
-def test_what_breaks_first_is_what_is_scarcest():
-    found = study(RUN, 1e6, 100)
-    assert demands(found, 100, 1e12, 1e12)[0][0] == "the process that hands out and stores"
-    assert demands(found, 100, 1e6, 1e12)[0] == ("its memory", pytest.approx(4000.0))
-
-
-def test_the_page_of_a_study_has_its_figures(tmp_path):
-    tiny = {"what": "a tiny run of a suite", "unit": "CPU s", "ours": 0.01, "run": RUN, "remark": "made up"}
-    growing = {**GROWING, "points": [[1e3, 0.002], [1e4, 0.02]]}
-    paths = publish(written(tmp_path, tiny, growing), tmp_path / "out", MACHINE)
-    text = {path.name: path for path in paths}["study.md"].read_text()
-    assert "| CPU time in a worker | 8 ms |" in text
-    assert "| results on disk | 100 GB |" in text
-    assert "| the process that hands out and stores | 250 |" in text
-    assert f"| `ls` | 2 ms | {1e8 * 0.002 / 1000 / 3600:.3g} h | 1 |" in text
-
-
-def test_the_published_study_is_that_of_the_published_rows():
-    rows = read_rows(PUBLISHED)
-    (tiny,) = (row for row in rows if row.run)
-    assert page(tiny, rows) == (PUBLISHED.parent / "study.md").read_text()
 
 
 def test_every_published_target_that_is_missed_says_why():

@@ -1,7 +1,7 @@
 """The published timings: the rows that `tests/timing` measure, one JSON object a line, as a table of targets, costs
 over size, and a drawing of each.
 
-`python -m helmbench.reporting.timing.page ROWS FOLDER`, which `make timing` calls, writes them.
+`python -m helmbench.reporting.timing ROWS FOLDER`, which `make timing` calls, writes them.
 """
 
 from __future__ import annotations
@@ -9,20 +9,19 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...bench.environment import environment
-from ...methods.registry import methods
-from ...models.errors import BadInput
-from ...models.folders import make_folder
-from ..numbers import MISSING, fixed, is_missing, number
-from ..plots import legend_beside, svg
-from ..report import write_files
-from ..tables import Column, Table, make_table, markdown
-from . import study_page
-from .rows import Row, read_rows
+from ..bench.environment import environment
+from ..methods.registry import methods
+from ..models.data_file import json_of
+from ..models.errors import BadInput
+from ..models.folders import make_folder
+from .numbers import MISSING, fixed, is_missing, number
+from .plots import legend_beside, svg
+from .report import write_files
+from .tables import Column, Table, make_table, markdown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -32,6 +31,68 @@ AXES = ("samples", "parameters", "records")
 IDLE = 0.5
 """Load average for each processor up to which a machine counts as idle."""
 SIZE = (8.5, 6.0)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A measured pair, value or growing cost.
+
+    what, unit : what is compared, in which unit.
+    ours, other : medians of this package and of the other side, None where there is none.
+    ratio, low, high, repeats : median, least and largest ratio of the repeats, and how many there were.
+    target, reached : the target as text, and whether it is reached; None where nothing could be judged.
+    remark, limit : what else is to be known; what keeps the figure from its target.
+    axis, points : of a growing cost: 'samples', 'parameters' or 'records', and pairs (size, CPU s).
+    run : of a tiny run of a suite: cpu_s, parent_cpu_s, start_cpu_s, stored_bytes, parent_bytes, fixed_bytes.
+    code, load : version of the code, and the load average of the machine while it was measured.
+    """
+
+    what: str
+    unit: str
+    ours: float | None = None
+    other: float | None = None
+    ratio: float | None = None
+    low: float | None = None
+    high: float | None = None
+    repeats: int = 0
+    target: str = ""
+    reached: bool | None = None
+    remark: str = ""
+    limit: str = ""
+    axis: str = ""
+    points: Sequence[Sequence[float]] = ()
+    run: Mapping[str, float] | None = None
+    code: str = ""
+    load: float | None = None
+
+
+NAMES = frozenset(entry.name for entry in fields(Row))
+
+
+def read_rows(path: Path) -> list[Row]:
+    """The rows of a file; of rows with the same `what` the last one counts.
+
+    Raises
+    ------
+    BadInput : there is no such file, or a line is not a row.
+    """
+    try:
+        lines = path.read_bytes().splitlines()
+    except OSError as error:
+        raise BadInput("cannot be read", file=path, hint="`make timing` writes it") from error
+    found = {}
+    for place, line in enumerate(lines, 1):
+        row = _row(json_of(line, path, place), path, place)
+        found[row.what] = row
+    if not found:
+        raise BadInput("holds no rows", file=path)
+    return list(found.values())
+
+
+def _row(facts: Any, path: Path, place: int) -> Row:
+    if not isinstance(facts, dict) or not {"what", "unit"} <= facts.keys():
+        raise BadInput("is not a row of timings", file=path, row=place)
+    return Row(**{name: value for name, value in facts.items() if name in NAMES})
 
 
 def verdict(row: Row) -> str:
@@ -153,11 +214,11 @@ def drawing(rows: Sequence[Row], axis: str) -> str:
     return svg(draw, (SIZE[0], max(4.0, 0.17 * len(rows) + 1.0)))
 
 
-README, ROWS, STUDY = "README.md", "rows.jsonl", "study.md"
+README, ROWS = "README.md", "rows.jsonl"
 
 
 def publish(source: Path, folder: Path, machine: Mapping[str, Any]) -> tuple[Path, ...]:
-    """Write README, rows, drawings and the study of very many runs into a folder; the paths.
+    """Write README, rows and drawings into a folder; the paths.
 
     Raises
     ------
@@ -165,8 +226,6 @@ def publish(source: Path, folder: Path, machine: Mapping[str, Any]) -> tuple[Pat
     """
     rows = sorted(read_rows(source), key=lambda row: row.what)
     texts = {README: readme(rows, machine), ROWS: "".join(json.dumps(asdict(row)) + "\n" for row in rows)}
-    for tiny in (row for row in rows if row.run):
-        texts[STUDY] = study_page.page(tiny, rows)
     for axis in AXES:
         if own := [row for row in rows if row.axis == axis]:
             texts[f"{axis}.svg"] = drawing(own, axis)
@@ -176,7 +235,7 @@ def publish(source: Path, folder: Path, machine: Mapping[str, Any]) -> tuple[Pat
 
 if __name__ == "__main__":
     if len(sys.argv) != 3:
-        sys.exit("usage: python -m helmbench.reporting.timing.page ROWS FOLDER")
+        sys.exit("usage: python -m helmbench.reporting.timing ROWS FOLDER")
     try:
         for path in publish(Path(sys.argv[1]), Path(sys.argv[2]), environment()):
             print(f"wrote {path}")

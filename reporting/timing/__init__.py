@@ -1,1 +1,0 @@
-"""Speed and memory compared with other implementations and with the targets."""
