@@ -82,8 +82,8 @@ def chains(only: Collection[str] | None = None) -> tuple[Chain, ...]:
     """
     errors = [c for c in sensor_errors() if only is None or c.id in only]
     turns, others, curves = (
-        tuple(Option(c, effects) for c in errors if (effects := getattr(c, name)))
-        for name in ("turn", "turn_instead", "together")
+        tuple(Option(c, effects) for c in errors if (effects := effects_of(c)))
+        for effects_of in (lambda c: c.turn, lambda c: c.turn_instead, lambda c: c.together)
     )
     tracks, logs = (tuple(Option(c, (e,)) for c in errors for e in getattr(c, name)) for name in ("track", "log"))
     speeds, log = (HEADING, *VELOCITIES), (HEADING, "surge_m_s")
