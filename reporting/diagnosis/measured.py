@@ -58,7 +58,7 @@ class PublishedDiagnosis:
     def records(self) -> tuple[list[Record], list[Record]]:
         """Training and held-out records."""
         from ...datasets.io import read_record
-        from ...datasets.measured import data_dir, load
+        from ...datasets.measured import data_dir, load, stems
 
         folder = data_dir() / self.dataset
         if not self.train:
@@ -67,7 +67,8 @@ class PublishedDiagnosis:
             )
             return train, held_out
         away = [(MARIN, stem) for stem in self.elsewhere]
-        sides = [(self.dataset, stem) for stem in self.train], [*((self.dataset, s) for s in self.held_out), *away]
+        train = stems(self.dataset) if self.train == "all" else self.train
+        sides = [(self.dataset, stem) for stem in train], [*((self.dataset, s) for s in self.held_out), *away]
         train, held_out = ([load(*run).thinned(EVERY.get(run[0], 1)) for run in side] for side in sides)
         return train, held_out
 

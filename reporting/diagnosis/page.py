@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..numbers import p_value, percent
+from ..numbers import number, p_value, percent
 from ..page import (
     BAD,
     FAIR,
@@ -24,10 +24,19 @@ from ..page import (
     sides,
 )
 from ..plots import SOFT, svg
-from ..runs import AFTER, WIDTH, of_trace
+from ..runs import AFTER, BEFORE, CHANNELS, WIDTH, of_trace, rms
 from ..validation.page import explained_lines, horizon_table
 from . import words
-from .tables import bank_table, error_table, gain_table, instrument_rows, not_testable_table, numbers_table, where_table
+from .tables import (
+    bank_table,
+    error_table,
+    gain_table,
+    instrument_rows,
+    not_testable_table,
+    numbers_table,
+    residual,
+    where_table,
+)
 
 if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Finding, RemainingForce
@@ -55,7 +64,7 @@ def page(diagnosis: Diagnosis) -> Page:
             Section("The causes that were tested", (bank_table(diagnosis),)),
             Section("Causes that cannot be tested with this model and these records", (not_testable_table(diagnosis),)),
             Section("Where the errors of the base model arise", (where_table(diagnosis),)),
-            Section("Errors of every record", (error_table(diagnosis),)),
+            Section("Errors of every record", (error_table(diagnosis), error_drawing(diagnosis))),
             *_ahead(diagnosis),
             each,
             Section("Made with", (Pairs(tuple(words.facts(diagnosis))),)),
@@ -125,6 +134,11 @@ def _ahead(diagnosis: Diagnosis) -> list[Section]:
     return [Section("How far ahead", (basis, horizon_table(diagnosis.ahead), note))]
 
 
+def error_drawing(diagnosis: Diagnosis) -> Drawing:
+    """Errors by record."""
+    return Drawing("errors", "Root mean square errors of the free runs", partial(error_bars, diagnosis))
+
+
 def force_drawings(diagnosis: Diagnosis) -> list[Drawing]:
     """A curve of each force that remains."""
     caption = "The force with its 90 % band, where the records hold data"
@@ -133,6 +147,36 @@ def force_drawings(diagnosis: Diagnosis) -> list[Drawing]:
         for place, force in enumerate(diagnosis.remaining, 1)
         if force.curve is not None
     ]
+
+
+def error_bars(diagnosis: Diagnosis) -> str:
+    """An SVG file of the root mean square errors of the first channel that was measured: a line a record, a bar a run;
+    empty where no error is finite."""
+    name = next((c for c in CHANNELS if any(c in trace.measured for trace in diagnosis.traces)), None)
+    traces = [trace for trace in diagnosis.traces if name in trace.measured]
+    runs = ("before", "after")[: 1 + diagnosis.extends]
+    word, unit, factor = words.channel(name or "")
+    sizes = {run: factor * np.array([rms(residual(trace, str(name), run)) for trace in traces]) for run in runs}
+    known = np.concatenate([own[np.isfinite(own)] for own in sizes.values()])
+    if not known.size or known.max() <= 0.0:
+        return ""
+    thick = 0.8 / len(runs)
+
+    def draw(figure) -> None:
+        axes = figure.subplots()
+        for k, (run, own) in enumerate(sizes.items()):
+            places = np.arange(len(traces)) + thick * (k - (len(runs) - 1) / 2.0)
+            shown = np.where(np.isfinite(own), own, np.nan)
+            drawn = axes.barh(places, shown, thick, color=(BEFORE, AFTER)[k], label=run)
+            axes.bar_label(drawn, [number(size) for size in shown], padding=3)
+        axes.set_yticks(range(len(traces)), [f"{trace.record} ({trace.role.replace('_', ' ')})" for trace in traces])
+        axes.set(
+            xlabel=f"RMS error of the {word}, {unit}", ylim=(len(traces) - 0.5, -0.5), xlim=(0.0, 1.12 * known.max())
+        )
+        axes.grid(visible=False, axis="y")
+        axes.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=len(runs))
+
+    return svg(draw, (WIDTH, 0.9 + 0.2 * len(traces) * (len(runs) + 1)))
 
 
 def curve_chart(force: RemainingForce) -> str:

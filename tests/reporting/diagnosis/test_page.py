@@ -117,9 +117,13 @@ def test_errors_are_those_of_the_records(found):
 
 
 def test_markdown_carries_statistics_and_no_series(found, tmp_path):
-    (path,) = media.write_markdown(page_of(found), tmp_path, "made-up", "Made up")
-    text = path.read_text()
-    assert "| RMSE before" in text and "$$" in text and "![" not in text and len(text) < 20_000
+    paths = media.write_markdown(page_of(found), tmp_path, "made-up", "Made up")
+    assert [path.name for path in paths] == ["made-up.md", "made-up-errors.svg"]
+    text, drawn = (path.read_text() for path in paths)
+    assert "| RMSE before" in text and "$$" in text and "![" in text and len(text) < 20_000
+    shortest = min(trace.time.size for trace in found.traces)
+    assert max(len(re.findall(r"[ML]", d)) for d in re.findall(r' d="([^"]*)"', drawn)) < shortest / 5
+    assert all(f">{trace.record} ({trace.role.replace('_', ' ')})</text>" in drawn for trace in found.traces)
 
 
 def test_the_curve_of_a_force_that_remains_is_published(found, tmp_path):
@@ -127,9 +131,9 @@ def test_the_curve_of_a_force_that_remains_is_published(found, tmp_path):
     said = ("a yaw moment that grows with the drift", None, {}, (), False, "a hull of another form", "turns")
     force = RemainingForce("N", ("drift",), *said, curve=curve)
     paths = media.write_markdown(page_of(replace(found, remaining=(force,))), tmp_path, "made-up", "Made up")
-    assert [path.name for path in paths] == ["made-up.md", "made-up-remaining-1.svg"]
+    (drawn,) = (path for path in paths if path.name == "made-up-remaining-1.svg")
     assert "![The force with its 90 % band" in paths[0].read_text()
-    ElementTree.parse(paths[1])
+    ElementTree.parse(drawn)
 
 
 def test_markdown_removes_figures_of_an_earlier_diagnosis(found, tmp_path):
