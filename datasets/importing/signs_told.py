@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from . import units_told
 from .evidence import as_of_one_clock, body, cosine, follows, rate_ratio, sense, slope, together
 from .finding import ColumnFinding, ask_sign
 from .log import RawLog
@@ -34,7 +35,7 @@ def by_channel(log: RawLog, found: ColumnFinding) -> ColumnFinding:
     """The finding with the sign that another channel tells; unchanged where none does."""
     if found.signed or found.quantity is None or found.unit is None:
         return found
-    ways = {"heading": _heading, "yaw_rate": _yaw_rate, "sway": _along, "surge": _along, "roll_rate": _roll_rate}
+    ways = {"heading": _heading, "yaw_rate": _rate, "sway": _along, "surge": _along, "roll_rate": _rate}
     way = ways.get(found.quantity)
     return way(log, found) if way is not None else found
 
@@ -79,25 +80,13 @@ def _with_sense(found: ColumnFinding, told: tuple[str, float], why: str) -> Colu
     return found
 
 
-def _yaw_rate(log: RawLog, found: ColumnFinding) -> ColumnFinding:
+def _rate(log: RawLog, found: ColumnFinding) -> ColumnFinding:
+    """The sign of a rate by the angle of which it is the rate, of the turning of the ship also by a track."""
     series = log.series(found)
-    if series is None:
-        return found
-    turns = [(f"column {f.column.name}", s) for f, s in log.all("heading", "heading_magnetic")]
-    turns += [(f"the turning of {name}", s) for name, s in log.turns()]
-    for name, angle in sorted(turns, key=lambda turn: turn[1].clock != series.clock):
-        ratio = rate_ratio(angle, series)
+    ratios = units_told.ratios(log, found, series, signed=True) if series is not None else ()
+    for name, ratio in ratios:
         if ratio is not None:
             return _as_ratio(found, ratio, f"{'' if ratio > 0.0 else 'turned round: '}agrees with {name}")
-    return found
-
-
-def _roll_rate(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    series = log.series(found)
-    for other, roll in log.all("roll"):
-        ratio = rate_ratio(roll, series) if series is not None else None
-        if ratio is not None:
-            return _as_ratio(found, ratio, f"agrees with column {other.column.name}")
     return found
 
 

@@ -131,15 +131,21 @@ def copy_factor(one: ClockSeries, other: ClockSeries) -> float | None:
 
 def sizes(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> Iterator[tuple[str, float]]:
     """(name of another channel, SI units for one of the column's numbers)."""
-    return ((name, abs(size)) for name, size in _ratios(log, found, raw) if size)
+    return ((name, abs(size)) for name, size in ratios(log, found, raw) if size)
 
 
-def _ratios(log: RawLog, found: ColumnFinding, raw: ClockSeries) -> Iterator[tuple[str, float | None]]:
-    """(name of another channel, its ratio to the column's numbers); None where they do not go together."""
+def ratios(
+    log: RawLog, found: ColumnFinding, raw: ClockSeries, signed: bool = False
+) -> Iterator[tuple[str, float | None]]:
+    """(name of another channel, its ratio to the column's numbers); None where they do not go together.
+
+    signed : of channels whose sign is known.  Those on the clock of the column come first.
+    """
     quantity = str(found.quantity)
 
     def columns(*wanted: str) -> Iterator[tuple[str, ClockSeries]]:
-        return ((f"column {f.column.name}", series) for f, series in log.all(*wanted, signed=False))
+        others = sorted(log.all(*wanted, signed=signed), key=lambda pair: pair[1].clock != raw.clock)
+        return ((f"column {f.column.name}", series) for f, series in others)
 
     if quantity == "yaw_rate":
         yield from ((name, rate_ratio(angle, raw)) for name, angle in columns("heading", "heading_magnetic"))
