@@ -139,15 +139,21 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     predicted.sort(key=lambda p: float(np.sum(runs.beyond(mean_squares(runs, p.left_out)))))
     own += [p.candidate for p in predicted[:SINGLES] if p.candidate not in own]
     final, most = choice.selection.final, list[tuple[Selection, float]]()
-    whole, gross = _taken(runs, before, final), any(abs(final.value(n)) > FAR * sd for n, sd in sds.items())
+    whole, gross = _taken(runs, before, final), _is_gross(choice)
     for candidate in own:
         fitted = _fitted_beside(choice, (*faults, candidate))
-        needed = MOST if gross or not {*candidate.names} & sds.keys() else NEARLY_ALL
+        is_slip = candidate.of in first and not {*candidate.names} & sds.keys()
+        needed = MOST if gross or is_slip else NEARLY_ALL
         if (share := _taken(runs, before, fitted) / whole) > needed:
             one = Entered(candidate, fall_between(runs, before, fitted))
             most.append((Selection(before, (one,), fitted), share))
     most.sort(key=lambda pair: (len(pair[0].candidates[0].numbers), _is_at_bound(pair[0]), -pair[1]))
     return most[0] if most else None
+
+
+def _is_gross(choice: Choice) -> bool:
+    """Whether some of the model's own numbers moves far for its prior in the joint fit."""
+    return any(abs(choice.selection.final.value(n.name)) > FAR * n.sd for n in choice.bank.own)
 
 
 def _is_at_bound(selection: Selection) -> bool:
@@ -221,7 +227,8 @@ def _sparse(choice: Choice) -> Choice:
     sided = bool(named) and all(_has_side(runs.places[n]) for one in named for n in one.candidate.names)
     if sided and len(named) < len(few.entered):
         few = with_only(runs, few, named)
-    needed = HALF if sided else MOST if len(few.entered) == 1 else np.inf
+    alone = MOST if _is_gross(choice) else NEARLY_ALL
+    needed = HALF if sided else alone if len(few.entered) == 1 else np.inf
     return Choice(runs, few) if _taken(runs, few.base, few.final) > needed * _taken(runs, few.base, final) else choice
 
 
