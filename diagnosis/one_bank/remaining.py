@@ -46,8 +46,8 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     CannotFit : the records lack what free runs need.
     FitFailed : the arithmetic fails.
     """
-    of_records = {*diagnosis.model.instruments, *records.instruments}
-    instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in of_records}
+    before = {*diagnosis.model.instruments, *records.instruments}
+    instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in before}
     angles = {s.record: s.value for f in diagnosis.causes if f.cause == RudderOffset.id for s in f.sizes if s.record}
     own = {name: {RudderOffset.id: x} for name, x in angles.items()}
     train = [corrected(record, instruments | own.get(record.name, {})) for record in records.train]
@@ -63,7 +63,8 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
         return diagnosis
     little = not wide and now.runs.worst(now.plain) <= LARGE
     beside_base = now if model is base else Beside.of(base, train, options, flows)
-    bases = [(_without_named(diagnosis, now.runs.bank, flows), beside_base)]
+    of_records = flows | {RudderOffset.id} if own else flows
+    bases = [(_without_named(diagnosis, now.runs.bank, of_records), beside_base)]
     if steering := {*instruments} & {*RUDDER}:
         rest_of = {name: x for name, x in instruments.items() if name not in steering}
         bare = Beside.of(base, [corrected(record, rest_of) for record in records.train], options, flows)
