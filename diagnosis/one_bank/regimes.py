@@ -16,6 +16,7 @@ from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.number import Candidate, Number
 from ...estimation.selection.score import fall
 from ...estimation.selection.selection import (
+    CLEAR,
     Entered,
     Rules,
     Selection,
@@ -111,11 +112,13 @@ def in_regime(
     bank: Sequence[Candidate],
     rules: Rules,
     clear: float,
+    promising: float,
 ) -> tuple[FreeRuns, Selection, InRegime] | None:
     """The runs, selection and number where a number in a regime, in the place of all that entered, predicts left-out
     pieces clearly better with what enters beside it; None where none does.
 
     bank, rules : what may enter beside it.  clear : level from which pieces are predicted clearly better.
+    promising : share of what the choice takes off the score that a number in a regime must be predicted to take off.
     Eqs. 11, 12 of docs/mathematics/pieces.md.
     """
     base = selection.base
@@ -124,10 +127,7 @@ def in_regime(
     if not columns:
         return None
     runs = runs.with_numbers(_places(runs.bank.model, columns), {})
-    few = len(selection.entered) <= 1
-    best = _best(
-        runs, base, columns, values, PROMISING * fall_between(runs, base, selection.final).gain if few else 0.0
-    )
+    best = _best(runs, base, columns, values, promising * fall_between(runs, base, selection.final).gain)
     if best is None:
         return None
     runs, column, fitted, low, high = best
@@ -139,7 +139,7 @@ def in_regime(
     others = [c for c in bank if not names & {*c.names}]
     rest = select(runs, others, rules, fitted, own)
     between, fewer = fall_between(runs, selection.final, rest.final), 1 + len(rest.entered) < len(selection.entered)
-    if between.gain <= (0.0 if fewer else max(rules.least, quantile(runs, clear) * between.error)):
+    if between.gain <= max(rules.least, (CLEAR if fewer else quantile(runs, clear)) * between.error):
         return None
     entered = Entered(column.candidate, alone)
     whole = Selection(selection.base, (entered, *rest.entered), rest.final)

@@ -37,7 +37,7 @@ from ..causes.base_coefficients import BaseCoefficients
 from ..causes.registry import causes
 from ..free_runs.units import REFERENCE_S
 from .catalogue import DELAY, FLOWS, FORCE, HULL, INPUT, OFFSET
-from .regimes import in_regime
+from .regimes import PROMISING, in_regime
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -302,9 +302,9 @@ def _chosen(runs: FreeRuns, options: Options) -> Choice:
     if several and not as_well and _left_to_explain(runs, choice.selection):
         choice = _without_first(choice, rules)
     faint = not choice.selection.entered and runs.worst(base) <= FAINT
-    if not runs.bank.own or faint or not (several or _left_to_explain(runs, choice.selection)):
+    if not runs.bank.own or faint or not (as_well or _left_to_explain(runs, choice.selection)):
         return choice
-    local = _with_regime(choice, rules)
+    local = _with_regime(choice, rules, 0.0 if as_well else PROMISING)
     if as_well if local.local is None else _predicts_as_well(local, whole()):
         return _of_own_numbers(choice, whole())
     if not _left_to_explain(local.runs, local.selection):
@@ -361,10 +361,10 @@ def _of_own_numbers(choice: Choice, whole: Fitted) -> Choice:
     return Choice(choice.runs, alone, beside=True, few=choice.selection)
 
 
-def _with_regime(choice: Choice, rules: Rules) -> Choice:
+def _with_regime(choice: Choice, rules: Rules, promising: float) -> Choice:
     """The choice with a number that is wrong in a regime only in the place of numbers that are wrong everywhere, where
-    that predicts left-out pieces clearly better."""
-    local = in_regime(choice.runs, choice.selection, choice.bank.candidates, rules, CLEAR)
+    that predicts left-out pieces clearly better; promising : as of `regimes.in_regime`."""
+    local = in_regime(choice.runs, choice.selection, choice.bank.candidates, rules, CLEAR, promising)
     if local is None or len(local[1].entered) > FEW:
         return choice
     runs, selection, where = local

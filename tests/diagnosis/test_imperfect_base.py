@@ -94,6 +94,7 @@ def test_numbers_that_are_all_off_by_one_or_two_percent_are_no_other_cause(vesse
     assert {name for f in found.causes for name in (f.cause, *f.tied_with)} <= {BaseCoefficients.id}
 
 
+@pytest.mark.nightly
 def test_a_current_that_positions_show_against_the_log_is_told_beside_a_base_that_is_off(rng):
     """The log measures through the water, and no sway is measured: free runs of pieces do not see the current."""
     case, ship = inject(FaultCase("mariner", ()), rng), resolve("mariner")

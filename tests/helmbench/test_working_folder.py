@@ -103,6 +103,8 @@ def test_a_package_that_lies_in_the_working_folder_is_run(tmp_path):
     """A checkout that is not installed."""
     (tmp_path / "helmbench").mkdir()
     (tmp_path / "helmbench" / "__main__.py").write_text("import sys; print(sys.path[0])")
-    (tmp_path / "helmbench" / "__init__.py").write_text(Path(helmbench.__file__).read_text("utf-8"), "utf-8")
+    for name in ("__init__.py", "__init__.pyi"):
+        text = Path(helmbench.__file__).with_name(name).read_text("utf-8")
+        (tmp_path / "helmbench" / name).write_text(text, "utf-8")
     done = subprocess.run([sys.executable, "-m", "helmbench"], cwd=tmp_path, capture_output=True, text=True, check=True)
     assert done.stdout.split() == [str(tmp_path)]

@@ -17,6 +17,7 @@ def records(rng, *effects):
     return inject(FaultCase("kvlcc2-l7", effects=effects), rng)
 
 
+@pytest.mark.nightly
 def test_a_record_of_another_loading_is_told_apart(rng):
     own, heavy = records(rng), records(rng, HEAVIER)
     train = [*own.train, replace(heavy.train[0], name="loaded")]
