@@ -66,7 +66,7 @@ LOCAL = 0.1
 number above some speed took 2 % off."""
 LATE = 0.1
 """Delay of the rudder, as a share of a piece, from which it matters what acted before a record's begin."""
-MOST, NEARLY_ALL, SINGLES, FAR = 0.75, 0.95, 4, 2.0
+MOST, NEARLY_ALL, SINGLES, FAR = 0.7, 0.95, 4, 2.0
 """Shares of what all of the model's own numbers take off the squared error, from which one of them is told that takes
 it off alone: where some are far off, and where none is; single numbers that are tried beside those of the choice; prior
 standard deviations that are far."""
@@ -130,9 +130,11 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     sds = {n.name: n.sd for n in choice.bank.own}
     everywhere = [e.candidate for e in few.entered if {*e.candidate.names} <= runs.places.keys()]
     of_hull = [c for c in everywhere if choice.bank.cause_of(c) == BaseCoefficients.id]
-    first = {c.of for c in few.candidates[:1]}  # explains most, as a slip does
+    first = {c.of for c in of_hull[:1]}  # explains most, as a slip does
     own = [c for c in of_hull if c.of in first or {*c.names} <= sds.keys()]
     faults = choice.selection.candidates
+    sided = (c for c in few.candidates if c.rank == INPUT and all(_has_side(runs.places[n]) for n in c.names))
+    faults = (*faults, *(c for c in sided if not has_entered(c, faults)))
     before = _fitted_beside(choice, faults) if faults else few.base
     singles = [c for c in choice.bank.candidates if len(c.names) == 1 and c.rank == HULL and not c.extends]
     predicted = predictions(runs, singles, before)
