@@ -61,6 +61,12 @@ class CheckFinding:
     biases: bool = False
 
 
+def sentence_of(finding: CheckFinding) -> str:
+    """The evidence behind the names of its records; of several records merged it holds their names."""
+    has_names = finding.evidence.startswith(f"{finding.records[0]}: ")
+    return finding.evidence if has_names else f"{', '.join(finding.records)}: {finding.evidence}"
+
+
 def merged(findings: Sequence[CheckFinding]) -> list[CheckFinding]:
     """Findings of the same cause in the same columns of several records as one, those that matter first."""
     groups: dict[tuple, list[CheckFinding]] = {}

@@ -17,6 +17,7 @@ from ...checks.check import check
 from ...checks.columns import RudderSign
 from ...checks.files.repeats import FrozenSamples
 from ...checks.files.rudder_response import fitted, means_of
+from ...checks.result import sentence_of
 from ...checks.sensors import CompassDeviation
 from ...datasets.columns import RUDDERS
 from ..causes.registry import causes
@@ -59,11 +60,11 @@ def behind_sensors(train: Sequence[Record], held_out: Sequence[Record]) -> Senso
 
     own, others = ([*map(to_the_side, side)] for side in (train, held_out))
     notes = [f"{name}: the rudder or command has the other sign than in the other records." for name in sorted(names)]
-    bare, checked = Prepared(own, others), [f for f in check([*own, *others]).findings if f.material]
-    notes += [f"{f.evidence[:1].upper()}{f.evidence[1:]}." for f in checked if f.cause in TOLD]
+    bare, faults = Prepared(own, others), [f for f in check([*own, *others]).findings if f.material]
+    notes += [f"{sentence_of(f)}." for f in faults if f.cause in TOLD]
     every = bare.compared().findings
     if CompassDeviation.id not in {f.cause for f in every}:
-        every += tuple(of_sensor(f, causes()) for f in checked if f.cause == CompassDeviation.id)
+        every += tuple(of_sensor(f, causes()) for f in faults if f.cause == CompassDeviation.id)
     wrong = {f.cause for f in every} & {*CORRECTED}
     done = bare.compared([causes()[name] for name in wrong]) if wrong else bare
     return Sensors(done.train, done.held_out, every, done.removed, notes)

@@ -96,7 +96,9 @@ def admit(records: Sequence[Record], model: Model) -> tuple[str, ...]:
 
 def doubts_of(findings: Sequence[CheckFinding], model: Model) -> tuple[str, ...]:
     """What checks of the files found that makes a model of the records doubtful, one sentence each."""
-    return tuple(f"{', '.join(f.records)}: {f.evidence}" for f in findings if f.standing or _biases(f, model))
+    from ..checks.result import sentence_of
+
+    return tuple(sentence_of(f) for f in findings if f.standing or _biases(f, model))
 
 
 def _biases(finding: CheckFinding, model: Model) -> bool:
