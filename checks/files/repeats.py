@@ -71,8 +71,9 @@ class FrozenSamples(ChannelCheck):
     def of_channel(self, record: Record, name: str) -> Iterator[Fault]:
         values, time = record.column(name), record.time_s
         runs, rows = frozen_runs(values), held_rows(values)
-        stuck = stuck_runs(record.column(RATE)) if record.has(RATE) and rows == 1 else []
-        inside = [r for r in runs_of(values) if any(r.start <= s.start + 1 and r.stop >= s.stop - 1 for s in stuck)]
+        equal = runs_of(values) if record.has(RATE) and rows == 1 else []
+        stuck = stuck_runs(record.column(RATE)) if equal else []
+        inside = [r for r in equal if any(r.start <= s.start + 1 and r.stop >= s.stop - 1 for s in stuck)]
         runs = sorted({r.start: r for r in (*inside, *runs)}.values())
         if runs:
             worst = max(runs, key=lambda r: time[r.stop - 1] - time[r.start])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -68,7 +69,7 @@ def stuck_runs(rate: np.ndarray) -> list[Run]:
     known = rate[np.isfinite(rate)]
     turning = STEADY * float(np.sqrt(np.mean(known**2))) if known.size else 0.0
     long = (r for r in runs_of(rate) if r.stop - r.start >= SHORTEST and abs(rate[r.start]) > turning)
-    return [r for r in long if known.size * _share_at_rest(rate, r) ** (r.stop - r.start - 1) < RARE]
+    return [r for r in long if _is_rare(_steps(_beside(rate, r)), r, known.size)]
 
 
 def _beside(values: np.ndarray, run: Run) -> tuple[np.ndarray, np.ndarray]:
@@ -77,30 +78,33 @@ def _beside(values: np.ndarray, run: Run) -> tuple[np.ndarray, np.ndarray]:
     return values[max(run.start - reach, 0) : run.start + 1], values[run.stop - 1 : run.stop + reach]
 
 
-def _steps_beside(values: np.ndarray, run: Run) -> np.ndarray:
-    """Sizes of the known steps beside a run."""
-    steps = np.abs(np.concatenate([np.diff(side) for side in _beside(values, run)]))
+def _steps(sides: Iterable[np.ndarray]) -> np.ndarray:
+    """Sizes of the known steps within stretches of samples."""
+    steps = np.abs(np.concatenate([np.diff(side) for side in sides]))
     return steps[np.isfinite(steps)]
 
 
-def _share_at_rest(values: np.ndarray, run: Run) -> float:
-    """Share of the steps beside a run in which the channel does not change, at least 1e-3."""
-    steps = _steps_beside(values, run)
+def _is_rare(steps: np.ndarray, run: Run, samples: int) -> bool:
+    """Whether the steps beside a run make it improbable among so many samples."""
+    return samples * _share_at_rest(steps) ** (run.stop - run.start - 1) < RARE
+
+
+def _share_at_rest(steps: np.ndarray) -> float:
+    """Share of steps in which a channel does not change, at least 1e-3."""
     return max(float(np.mean(steps == 0.0)), 1e-3) if steps.size else 1.0
 
 
 def _jump_if_frozen(values: np.ndarray, run: Run, samples: int) -> float:
     """Jump out of a run in usual steps beside it, where these make the run improbable; else 0."""
     before, after = _beside(values, run)
-    steps, share = _steps_beside(values, run), _share_at_rest(values, run)
+    steps = _steps((before, after))
     moving = steps[steps > 0.0]
     if moving.size < SHORTEST:
         return 0.0
     jump = _jump(values, run) / float(np.median(moving))
-    rare = samples * share ** (run.stop - run.start - 1) < RARE
     sides = [side for side in (before, after) if np.isfinite(side).sum() > SHORTEST + 1]  # none at the record's ends
-    least = COARSE if share > 0.1 else 0.0 if sides and all(map(_noisy, sides)) else JUMP
-    return jump if rare and jump > least else 0.0
+    least = COARSE if _share_at_rest(steps) > 0.1 else 0.0 if sides and all(map(_noisy, sides)) else JUMP
+    return jump if jump > least and _is_rare(steps, run, samples) else 0.0
 
 
 def _noisy(values: np.ndarray) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ from .base import DEGREE, Cause, NotTestable, Number, StageCause
 if TYPE_CHECKING:
     from ...estimation.filters.innovations.estimator import Estimator
     from ..innovations.state import Candidate, State, Variant
+    from ..result import Finding
 
 LIMITS = (1.5, 1.2, 1.0, 0.9985, 0.995, 0.985, 0.97, 0.9, 0.8, 0.6, 0.4, 0.2)
 """Limits that are tried first, as shares of the command's largest value: just below it a little changes much."""
@@ -31,6 +32,12 @@ class RudderOffset(Cause):
     smallest = power_size = 0.1 * DEGREE
     prior = Prior(2.0 * DEGREE)
     separate_by = "straight runs at two speeds: what an offset does grows with the speed squared"
+
+
+def own_neutral_angles(findings: Iterable[Finding]) -> dict[str, float]:
+    """Record -> its own neutral rudder angle, rad, where records are found to have different ones."""
+    angles = (size for f in findings if f.cause == RudderOffset.id for size in f.sizes)
+    return {size.record: size.value for size in angles if size.record is not None}
 
 
 class RudderDelay(Cause):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...datasets.columns import POSITIONS
-from ..causes.steering_gear import RudderOffset
+from ..causes.steering_gear import own_neutral_angles
 from ..free_runs.units import FLOOR
 
 if TYPE_CHECKING:
@@ -57,7 +57,7 @@ def worsens(said: Diagnosis, outweighed: bool = False) -> bool:
     """
     own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
     blind, training = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}, training_errors(said)
-    if any(f.cause == RudderOffset.id and any(size.record for size in f.sizes) for f in said.causes):
+    if own_neutral_angles(said.causes):
         blind, training = own, {}
     if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training)):
         return True

@@ -15,7 +15,7 @@ import numpy as np
 from ...datasets.instruments import corrected
 from ...estimation.selection.selection import CLEAR, is_enough, quantile
 from ...models.instruments import RUDDER
-from ..causes.steering_gear import RudderOffset
+from ..causes.steering_gear import RudderOffset, own_neutral_angles
 from ..report.bank import BY_FREE_RUNS, without_causes
 from .catalogue import FLOWS
 from .events import events
@@ -48,8 +48,7 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     """
     before = {*diagnosis.model.instruments, *records.instruments}
     instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in before}
-    angles = {s.record: s.value for f in diagnosis.causes if f.cause == RudderOffset.id for s in f.sizes if s.record}
-    own = {name: {RudderOffset.id: x} for name, x in angles.items()}
+    own = {name: {RudderOffset.id: x} for name, x in own_neutral_angles(diagnosis.causes).items()}
     train = [corrected(record, instruments | own.get(record.name, {})) for record in records.train]
     base, model = (replace(m, instruments={}) for m in (diagnosis.model, diagnosis.extended))
     if diagnosis.verdict not in ("named", "tied", "partly_named"):
@@ -63,8 +62,8 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
         return diagnosis
     little = not wide and now.runs.worst(now.plain) <= LARGE
     beside_base = now if model is base else Beside.of(base, train, options, flows)
-    of_records = flows | {RudderOffset.id} if own else flows
-    bases = [(_without_named(diagnosis, now.runs.bank, of_records), beside_base)]
+    of_single_records = flows | {RudderOffset.id} if own else flows
+    bases = [(_without_named(diagnosis, now.runs.bank, of_single_records), beside_base)]
     if steering := {*instruments} & {*RUDDER}:
         rest_of = {name: x for name, x in instruments.items() if name not in steering}
         bare = Beside.of(base, [corrected(record, rest_of) for record in records.train], options, flows)
@@ -101,7 +100,8 @@ def _explanations(
     now, ((rival, base), few) = own[1], _fewest(bases, wide)
     simple = few is not None and len(few.selection.entered) == 1 and not base.leaves(few.fitted)
     rest = None if simple else forces_beside_numbers(now)
-    rest = None if rest is not None and little and len(rest.selection.entered) > 1 else rest
+    if rest is not None and little and len(rest.selection.entered) > 1:
+        rest = None
     same_alone = same_forces_alone(base, rest) if rest is not None and few is None else None
     for one in (one for one in (few, same_alone) if one is not None):
         if _takes_the_place(base, one, None if wide else now.plain) and not (rest and _preferred(rest, one)):

@@ -127,14 +127,13 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     few, runs = choice.few, choice.runs
     if few is None:
         return None
-    sds = {n.name: n.sd for n in choice.bank.own}
+    of_model = {n.name for n in choice.bank.own}
     everywhere = [e.candidate for e in few.entered if {*e.candidate.names} <= runs.places.keys()]
     of_hull = [c for c in everywhere if choice.bank.cause_of(c) == BaseCoefficients.id]
     first = {c.of for c in of_hull[:1]}  # explains most, as a slip does
-    own = [c for c in of_hull if c.of in first or {*c.names} <= sds.keys()]
+    own = [c for c in of_hull if c.of in first or {*c.names} <= of_model]
     faults = choice.selection.candidates
-    sided = (c for c in few.candidates if c.rank == INPUT and all(_has_side(runs.places[n]) for n in c.names))
-    faults = (*faults, *(c for c in sided if not has_entered(c, faults)))
+    faults += tuple(c for c in few.candidates if _is_sided(runs, c) and not has_entered(c, faults))
     before = _fitted_beside(choice, faults) if faults else few.base
     singles = [c for c in choice.bank.candidates if len(c.names) == 1 and c.rank == HULL and not c.extends]
     predicted = predictions(runs, singles, before)
@@ -144,13 +143,12 @@ def main_number(choice: Choice) -> tuple[Selection, float] | None:
     whole, gross = _taken(runs, before, final), _is_gross(choice)
     for candidate in own:
         fitted = _fitted_beside(choice, (*faults, candidate))
-        is_slip = candidate.of in first and not {*candidate.names} & sds.keys()
+        is_slip = candidate.of in first and not {*candidate.names} & of_model
         needed = MOST if gross or is_slip else NEARLY_ALL
         if (share := _taken(runs, before, fitted) / whole) > needed:
             one = Entered(candidate, fall_between(runs, before, fitted))
             most.append((Selection(before, (one,), fitted), share))
-    most.sort(key=lambda pair: (len(pair[0].candidates[0].numbers), _is_at_bound(pair[0]), -pair[1]))
-    return most[0] if most else None
+    return min(most, key=_order) if most else None
 
 
 def _is_gross(choice: Choice) -> bool:
@@ -158,9 +156,11 @@ def _is_gross(choice: Choice) -> bool:
     return any(abs(choice.selection.final.value(n.name)) > FAR * n.sd for n in choice.bank.own)
 
 
-def _is_at_bound(selection: Selection) -> bool:
-    """Whether some number of what entered first ended at its bound."""
-    return at_bound(selection.final, selection.candidates[0])
+def _order(main: tuple[Selection, float]) -> tuple[int, bool, float]:
+    """What is preferred among selections of one candidate with its share."""
+    selection, share = main
+    (one,) = selection.candidates
+    return len(one.numbers), at_bound(selection.final, one), -share
 
 
 def _fitted_beside(choice: Choice, candidates: Sequence[Candidate]) -> Fitted:
@@ -226,7 +226,7 @@ def _sparse(choice: Choice) -> Choice:
         little = runs.worst(few.base) <= LARGE and runs.share_taken(few.base, final) < MOST
         return Choice(runs, few) if little else choice
     named = [one for one in few.entered if one.candidate.rank != FORCE]
-    sided = bool(named) and all(_has_side(runs.places[n]) for one in named for n in one.candidate.names)
+    sided = bool(named) and all(_is_sided(runs, one.candidate) for one in named)
     if sided and len(named) < len(few.entered):
         few = with_only(runs, few, named)
     alone = MOST if _is_gross(choice) else NEARLY_ALL
@@ -246,6 +246,11 @@ def _has_side(place: Place) -> bool:
     return place.entries == (OFFSET,) or (place.kind == "sensor" and all(n.endswith("_bias") for n in place.entries))
 
 
+def _is_sided(runs: FreeRuns, candidate: Candidate) -> bool:
+    """Whether all numbers of a candidate tell port from starboard."""
+    return all(n in runs.places and _has_side(runs.places[n]) for n in candidate.names)
+
+
 def interval_factor(runs: FreeRuns) -> float:
     """Standard deviations that half of a 90 % interval has."""
     return quantile(runs, INTERVAL)
@@ -257,8 +262,8 @@ def _may_be_none(choice: Choice, one: Entered) -> bool:
     of_records = len({choice.bank.places[n].record for n in one.candidate.names}) > 1
     if not choice.beside and (not of_records or choice.bank.cause_of(one.candidate) in FLOWS):
         return False
-    sided = all(_has_side(choice.runs.places[n]) for n in one.candidate.names)
-    if sided and choice.few is not None and has_entered(one.candidate, choice.few.candidates):
+    few = choice.few
+    if few is not None and _is_sided(choice.runs, one.candidate) and has_entered(one.candidate, few.candidates):
         return False
     final = choice.selection.final
     halves = half_intervals(choice.runs, final, choice.beside)
@@ -329,9 +334,9 @@ def _beside_neutral_angle(choice: Choice, rules: Rules) -> Choice:
         return choice
     rest = select(runs, [c for c in choice.bank.candidates if c.of != OFFSET], rules, fitted, angle.numbers)
     other = Selection(selection.base, (Entered(angle, fall), *rest.entered), rest.final)
-    between, fewer = fall_between(runs, selection.final, other.final), _count(selection) - _count(other)
-    needed = -fewer * least_gain(runs, rules)
-    return Choice(runs, other) if between.gain > (needed if fewer < 0 else min(needed, -between.error)) else choice
+    between, more = fall_between(runs, selection.final, other.final), _count(other) - _count(selection)
+    needed = more * least_gain(runs, rules)
+    return Choice(runs, other) if between.gain > (needed if more > 0 else min(needed, -between.error)) else choice
 
 
 def _count(selection: Selection) -> int:
