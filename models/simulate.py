@@ -6,7 +6,7 @@ RK4 with a fixed step of at most `model.max_step_s`.  A diverging run gives non-
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from math import ceil
@@ -214,26 +214,36 @@ def step_map(
 
 
 def slopes_along(
-    model: Model, theta: ArrayLike, states: ArrayLike, inputs: ArrayLike, dt: float, steps: Mapping[int, float]
-) -> tuple[NDArray[np.float64], list[NDArray[np.float64]]]:
-    """Slopes of the state one sample ahead along a run: by the state (N, n, n), and for each of some inputs that acts
-    on both ends of the sample, (N, n).
+    model: Model, theta: ArrayLike, states: ArrayLike, inputs: ArrayLike, dt: float
+) -> NDArray[np.float64]:
+    """Slopes (N, n, n) of the state one sample ahead by the state along a run.
 
     theta (p + c,) : numbers of the model.  states (N+1, n), inputs (N+1, nu) : as in `simulate`.
-    steps : column of an input -> its step, over which the slope is a difference.
     """
-    here, u = _array(states, 2)[:-1], _array(inputs, 2)
-    base, by_state = step_map(model, here, u, dt, theta), []
+    here, slopes = _array(states, 2)[:-1], []
+    base = step_map(model, here, inputs, dt, theta)
     for i, step in enumerate((DIFFERENCE * (1.0 + np.max(np.abs(here), axis=0))).tolist()):
         other = here.copy()
         other[:, i] += step
-        by_state.append((step_map(model, other, u, dt, theta) - base) / step)
-    by_input = []
-    for column, step in steps.items():
-        force = u.copy()
-        force[:, column] += step
-        by_input.append((step_map(model, here, force, dt, theta) - base) / step)
-    return np.stack(by_state, axis=2), by_input
+        slopes.append((step_map(model, other, inputs, dt, theta) - base) / step)
+    return np.stack(slopes, axis=2)
+
+
+def changes_along(
+    model: Model,
+    theta: ArrayLike,
+    states: ArrayLike,
+    inputs: ArrayLike,
+    dt: float,
+    changes: Sequence[tuple[NDArray[np.float64], NDArray[np.float64]]],
+) -> list[NDArray[np.float64]]:
+    """Changes (N, n) of the state one sample ahead along a run, by changes that each act on the whole sample.
+
+    theta, states, inputs : as of `slopes_along`.  changes : of the inputs (nu,), and of the numbers (p + c,).
+    """
+    here, u, numbers = _array(states, 2)[:-1], _array(inputs, 2), _array(theta, 1)
+    base = step_map(model, here, u, dt, numbers)
+    return [step_map(model, here, u + of_inputs, dt, numbers + own) - base for of_inputs, own in changes]
 
 
 def regression(

@@ -29,14 +29,15 @@ STEPS = 3
 """Steps of the means by which the motion must come before its order."""
 FAINT, NONE = 5.0, 0.25
 """Standard deviations, and share of the yaw acceleration, below which the rudder does nothing at any lag."""
-FOLLOWED = 0.22
-"""Correlation of the yaw rate with an earlier rudder from which it follows it, whatever waves do to its rate."""
+FOLLOWED, CLOSE, STEADY = 0.22, 0.7, 0.95
+"""Correlation of the yaw rate with an earlier rudder from which it follows it, whatever waves do to its rate: of
+samples, and of few means; and of means that are not taken about theirs from which it is in proportion to it."""
 SMALL = float(np.deg2rad(1.2))
 """Rudder angle, rad, that makes no manoeuvre."""
 TURN = 20.0
 """Times the rudder's angle by which the heading swings, from which the rudder cannot have been so small."""
-MEANS = 200
-"""Means over equal stretches of a record, of which slopes are taken."""
+MEANS, COARSER = 200, (100, 50)
+"""Means over equal stretches of a record, of which slopes are taken; and fewer, over which waves cancel."""
 FEWEST = 20
 """Samples with yaw rate and rudder below which a record is not used."""
 SHOWN = 3.0
@@ -92,23 +93,41 @@ class RudderResponse(FileCheck):
             )
         if said:
             return [Fault(said, (name, "yaw_rate_rad_s"), (exact("lag", answer.lag_s, "s"),), standing=True)]
-        if abs(answer.z_best) < FAINT and answer.share_best < NONE and not _followed(record):
+        faint = abs(answer.z_best) < FAINT and answer.share_best < NONE
+        if faint and not (_followed(record) or any(_shown_by(record, count) for count in COARSER)):
             share = answer.share_best
             said = f"{name} explains {100.0 * share:.1f} % of the yaw acceleration: it is not what turns the ship"
             return [Fault(said, (name,), (exact("share", share, "1"),), standing=True)]
         return []
 
 
+def _shown_by(record: Record, count: int) -> bool:
+    """Whether so many means show clearly that the yaw rate answers the rudder, goes with it, or is in proportion to it,
+    as in a steady turn."""
+    means = means_of(record, count)
+    if means is None:
+        return False
+    if abs(response(means).z_best) > FAINT or _goes_with(means.rudder, means.rate) > CLOSE:
+        return True
+    sizes = float(np.linalg.norm(means.rudder) * np.linalg.norm(means.rate))
+    return abs(float(means.rudder @ means.rate)) > STEADY * sizes > 0.0
+
+
 def _followed(record: Record) -> bool:
-    """Whether the yaw rate goes with the rudder some time before, by up to a quarter of the record."""
+    """Whether the yaw rate goes with the rudder some time before."""
     if not record.has("yaw_rate_rad_s"):
         return False
     x, y = record.rudder(), record.column("yaw_rate_rad_s")
     known = np.isfinite(x) & np.isfinite(y)
-    x, y = x[known] - np.mean(x[known]), y[known] - np.mean(y[known])
+    return _goes_with(x[known], y[known]) > FOLLOWED
+
+
+def _goes_with(rudder: np.ndarray, rate: np.ndarray) -> float:
+    """Largest correlation of a yaw rate (N,) with the rudder (N,) by up to a quarter of the record before."""
+    x, y = rudder - np.mean(rudder), rate - np.mean(rate)
     lags = range(0, max(x.size // 4, 1), max(x.size // 200, 1))
     size = max(float(np.std(x) * np.std(y)) * x.size, 1e-300)
-    return any(abs(float(x[: x.size - k] @ y[k:])) > FOLLOWED * size for k in lags)
+    return max(abs(float(x[: x.size - k] @ y[k:])) for k in lags) / size
 
 
 # ---- the answer
@@ -144,9 +163,9 @@ def response(means: Means) -> Response:
     return Response(z, share, best * means.step_s, *tried[best], means.step_s)
 
 
-def means_of(record: Record) -> Means | None:
-    """Means of yaw rate (or of the heading's slope) and rudder over stretches of a two-hundredth of the record; None of
-    one that has too few samples with both."""
+def means_of(record: Record, most: int = MEANS) -> Means | None:
+    """Means of yaw rate (or of the heading's slope) and rudder over at most so many equal stretches of the record; None
+    of one that has too few samples with both."""
     time = record.time_s
     if record.has("yaw_rate_rad_s"):
         rate = record.column("yaw_rate_rad_s")
@@ -158,7 +177,7 @@ def means_of(record: Record) -> Means | None:
     known = np.isfinite(rate) & np.isfinite(rudder)
     if known.sum() < FEWEST:
         return None
-    count = min(MEANS, int(known.sum()) // 2)
+    count = min(most, int(known.sum()) // 2)
     rate = np.interp(time, time[known], median_of_three(rate[known]))
     rudder = np.interp(time, time[known], rudder[known])
     even = np.linspace(time[0], time[-1], count * max(record.n // count, 1) + 1)[:-1]

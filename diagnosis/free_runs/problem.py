@@ -26,6 +26,7 @@ from ...models.instruments import SENSORS, bent, similar, straightened
 from ...models.lanes import open_loops
 from ...models.model import CHANNELS
 from ...models.outputs import thrust_of
+from ...models.regimes import values_of
 from ...models.simulate import DIFFERENCE
 from .linearisation import Linearisation
 from .motion import motion_of
@@ -44,6 +45,7 @@ from .units import (
     started_states,
     without_begin,
 )
+from .waves import waves_along
 
 if TYPE_CHECKING:
     from ...estimation.selection.minimiser import Fitted, Point
@@ -54,6 +56,7 @@ if TYPE_CHECKING:
     from .bank import Bank, Place
     from .motion import Motion, Series
     from .units import Unit
+    from .waves import Waves
 
 LIMIT = 3e3
 """Error, in floors, beyond which a run counts as lost; larger ones count as this."""
@@ -68,6 +71,8 @@ INPUTS, SHOWN = ("steering", "flow", "term", "window"), ("sensor", "drift")
 """Kinds of numbers that change the inputs of a run, and what instruments show of it."""
 LAGGED, LAG = "lead_state", "lead_T2"
 """State of a rudder behind a lag, and the time of the lag: it starts where the record before the piece leads it."""
+ABOUT = 3
+"""Linearisations that are kept, those that were used last: many fits begin at one point."""
 ALL: slice = slice(None)
 """All units."""
 OUTSIDE, PUSH = 7, 1
@@ -158,8 +163,10 @@ class FreeRuns:
             for span, n in zip(spans, self.counts.max(axis=1), strict=True)
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
+        self.waves: tuple[Waves, ...] = ()
         self._terms: dict[tuple[int, str], np.ndarray] = {}
-        self._about: Linearisation | None = None
+        self._series: dict[tuple[int, str], np.ndarray] = {}
+        self._about: list[Linearisation] = []
 
     @property
     def channels(self) -> list[str]:
@@ -195,7 +202,10 @@ class FreeRuns:
         """The same runs with further numbers: what they move, and forces along a motion."""
         runs = copy(self)
         runs.bank = replace(self.bank, places={**self.places, **places}, series={**self.bank.series, **series})
-        runs.places, runs._terms = runs.bank.places, {}
+        runs.places = runs.bank.places
+        runs._terms, runs._series = (
+            {key: x for key, x in known.items() if key[1] not in places} for known in (self._terms, self._series)
+        )
         return runs
 
     def sharper(self, share: float) -> FreeRuns:
@@ -203,6 +213,25 @@ class FreeRuns:
         runs = copy(self)
         runs.floor = self.floor * np.where(self.known, 1.0, share)
         return runs
+
+    def in_waves(self) -> FreeRuns:
+        """The same runs with the motion in waves that they show, which their starts are uncertain by."""
+        lanes = [Lane(k, {}, own) for k, own in enumerate(self.no_own)]
+        waves = waves_along(self, [errors[:, 0] for errors in self.errors(lanes)])
+        return self._in(waves) if waves else self
+
+    def _in(self, waves: tuple[Waves, ...]) -> FreeRuns:
+        runs, whole = FreeRuns(self.bank, self.units, self.length_s, self.whole), waves[0]
+        runs.waves = waves
+        sizes = {"psi": whole.heading_rad.value, "r": whole.heading_rad.value * whole.frequency_rad_s.value}
+        more = [sizes.get(s, 0.0) for s in started_states(self.bank.model)]
+        runs.own_sd = np.hypot(self.own_sd, [*([0.0] if self.whole else []), *more])
+        return runs
+
+    @property
+    def smooth_s(self) -> float:
+        """Time that motion is smoothed over, s: quicker is what a hull does not do by itself, as in waves."""
+        return max(SMOOTH * self.length_s, *(w.period_s for w in self.waves), 0.0)
 
     def without(self, ids: Collection[str]) -> FreeRuns:
         """The same runs without candidates (`Candidate.of`) of the bank."""
@@ -217,7 +246,8 @@ class FreeRuns:
 
     def along(self, units: Sequence[Unit]) -> FreeRuns:
         """The free runs of other units."""
-        return FreeRuns(self.bank, units, self.length_s, self.whole)
+        runs = FreeRuns(self.bank, units, self.length_s, self.whole)
+        return runs._in(self.waves) if self.waves else runs
 
     @property
     def known(self) -> np.ndarray:
@@ -243,7 +273,7 @@ class FreeRuns:
         sums = np.zeros_like(self.counts)
         for k, errors in enumerate(self.errors(lanes)):
             known, error = self._by_channel[k][1][:, 0], errors[:, 0]
-            width = max(1, int(SMOOTH * self.length_s / self.units[k].stretch.series.dt) | 1)
+            width = max(1, int(self.smooth_s / self.units[k].stretch.series.dt) | 1)
             share = np.maximum(uniform_filter1d(known, width, axis=1, mode="constant"), 1e-9)
             slow = uniform_filter1d(error, width, axis=1, mode="constant") / share
             sums[k] = np.sum(error**2 - known * slow**2, axis=1) * ~self.known
@@ -310,9 +340,9 @@ class FreeRuns:
 
     def quadratic(self, values: Mapping[str, float], own: np.ndarray, numbers: Sequence[Number]) -> Quadratic:
         """Linearisation about a point, eq. 1 of docs/mathematics/pieces.md."""
-        if self._about is None or not self._about.is_at(values, own):
-            self._about = Linearisation(self, values, own)
-        return self._about.quadratic(self, numbers)
+        about = next((one for one in self._about if one.is_at(values, own)), None) or Linearisation(self, values, own)
+        self._about[:] = [about, *(one for one in self._about if one is not about)][:ABOUT]
+        return about.quadratic(self, numbers)
 
     # ---- runs
     def errors(self, lanes: Sequence[Lane]) -> list[np.ndarray]:
@@ -500,7 +530,17 @@ class FreeRuns:
     @cached_property
     def motions(self) -> dict[int, Motion]:
         """Number of a record -> its measured motion."""
-        return {n: motion_of(self.model, r.record, SMOOTH * self.length_s) for n, r in self.rudders.items()}
+        return {n: motion_of(self.model, r.record, self.smooth_s) for n, r in self.rudders.items()}
+
+    def share_along(self, k: int, name: str, run: Driven) -> np.ndarray:
+        """What a number of one has of its influence (M + 1,) along a run of a unit: a force, or the indicator of a
+        regime."""
+        where = self.places[name].regime
+        if where is None:
+            return self.force_along(k, name)
+        unit, own = self.units[k], dict(zip(self.model.states, run.states[0].T, strict=True))
+        values = values_of(own, run.inputs[0, :, 0], unit.grid_s - unit.record.time_s[0])
+        return where.inside(values[where.variable])
 
     def force_along(self, k: int, name: str) -> np.ndarray:
         """Force (M + 1,) on the grid of a unit for a number of one."""
@@ -515,7 +555,9 @@ class FreeRuns:
             share = (unit.grid_s - unit.grid_s[0]) / (unit.grid_s[-1] - unit.grid_s[0])
             return (np.minimum(share * count, count - 1).astype(int) == number).astype(float)
         motion = self.motions[unit.number]
-        return np.interp(unit.grid_s, motion.time_s, self.bank.series[name](motion))
+        if (unit.number, name) not in self._series:
+            self._series[unit.number, name] = self.bank.series[name](motion)
+        return np.interp(unit.grid_s, motion.time_s, self._series[unit.number, name])
 
     def _errors(self, lanes: Sequence[_Run], driven: Driven) -> np.ndarray:
         """Errors (C, B, N) of the lanes of one unit."""

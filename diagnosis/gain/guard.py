@@ -48,7 +48,8 @@ def worsens(said: Diagnosis, outweighed: bool = False) -> bool:
     with it and no better without; or the motion of these or of whole training records clearly worse without it, in the
     mean over channels.
 
-    Where each record has a neutral angle of its own, which a further one does not tell, only errors with it count.
+    Where each record has a neutral angle of its own, which a further one does not tell, only errors with it count,
+    unless those without are much larger than the base model's: then other numbers hold the opposite of it.
     Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and they sum up what
     the speed and the heading show.
 
@@ -58,6 +59,8 @@ def worsens(said: Diagnosis, outweighed: bool = False) -> bool:
     own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
     blind, training = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}, training_errors(said)
     if own_neutral_angles(said.causes):
+        if _motion_fall(blind) < -np.log(MUCH_WORSE):
+            return True
         blind, training = own, {}
     if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training)):
         return True
@@ -87,6 +90,12 @@ def _place_floor(said: Diagnosis) -> float:
     known = [[track[np.isfinite(track)] for track in tracks] for tracks in runs]
     ways = [np.hypot.reduce([np.ptp(track) for track in tracks if track.size]) for tracks in known]
     return FLOOR["u"] * float(np.mean(ways)) if ways else 0.0
+
+
+def blind_fall(said: Diagnosis) -> float:
+    """Fall of the logarithm of the errors of held-out records without their own trim, in the mean over channels but
+    positions."""
+    return _motion_fall({c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()})
 
 
 def _motion_fall(errors: Mapping[str, tuple[float, float]]) -> float:

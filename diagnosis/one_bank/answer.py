@@ -20,6 +20,7 @@ from ...models.instruments import combined
 from ..causes.base import Cause
 from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import MissingTerm
+from ..causes.noise import WaveMotion
 from ..causes.registry import causes
 from ..causes.surroundings import PairCause, Wind
 from ..report.bank import BY_FREE_RUNS, lines, of_channels
@@ -128,6 +129,20 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     separate = getattr(causes().get(cause), "separate_by", None) if rival_causes or hull else None
     return Finding(cause, tuple(sorted(rival_causes)), BY_FREE_RUNS, strength, p, sizes, details=details, evidence=said,
                    separate_by=separate)  # fmt: skip
+
+
+def waves_of(runs: FreeRuns) -> list[Finding]:
+    """The motion in waves that free runs show; its sizes by record where there are several."""
+    if not runs.waves:
+        return []
+    sizes, alone = list[Size](), len(runs.record_names) == 1
+    for own in runs.waves[:1] if alone else runs.waves:
+        for name, one, unit in (("omega", own.frequency_rad_s, "rad/s"), ("rms", own.heading_rad, "rad")):
+            sizes.append(Size(name, one.value, max(one.value - one.half, 0.0), one.value + one.half, unit, own.record))
+    said = (
+        f"errors of free runs have a sharp peak at a period of {runs.waves[0].period_s:.3g} s that the rudder has not"
+    )
+    return [Finding(WaveMotion.id, (), BY_FREE_RUNS, 0.0, 0.0, tuple(sizes), evidence=said)]
 
 
 def _title(choice: Choice, of: str) -> str:
@@ -248,7 +263,9 @@ def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[s
         unexplained = f"{said}, and nothing in the bank explains it"
         return ("unexplained", unexplained) if worst > LARGE else ("adequate", unexplained if worst > SMALL else said)
     if not choice.selection.entered and not choice.beside:
-        return "unexplained" if worst > LARGE else "named", f"with what is corrected, {said}"
+        only_waves = all(f.cause == WaveMotion.id for f in findings)
+        aside = "apart from the motion in waves" if only_waves else "with what is corrected"
+        return "unexplained" if worst > LARGE else "named", f"{aside}, {said}"
     share = runs.share_taken(before, after)
     said = f"what is named takes {100.0 * share:.0f} % off the squared error of free runs"
     if not exact and worst > LARGE and share < NAMED:

@@ -20,7 +20,7 @@ from ...models.model import CHANNELS
 from ..causes.base_coefficients import BaseCoefficients
 from ..free_runs.problem import FreeRuns
 from ..free_runs.units import length_s, units_of, whole_unit
-from ..gain.guard import worsens
+from ..gain.guard import blind_fall, worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of
@@ -35,6 +35,7 @@ from .answer import (
     is_apart,
     model_values,
     verdict,
+    waves_of,
 )
 from .catalogue import FLOWS, Facts, bank_of
 from .search import SMALL, Choice, alone, chosen, with_own_numbers, withdrawn
@@ -51,6 +52,9 @@ if TYPE_CHECKING:
 TRIED, MOST = 3, 6
 """Records that are left out in turn, where no cause explains the errors in all of them, and the most that there may be:
 each takes a diagnosis of its own."""
+LITTLE = 0.02
+"""Rise of the logarithm of held-out errors without trim from which few candidates do not stand alone for all numbers of
+the model: an angle whose size is wrong, as a delay is not named, does worse than none."""
 BARRED = 2
 """Candidates that are barred at most, as whole records are predicted worse with them."""
 
@@ -211,6 +215,9 @@ def _choice_and_diagnosis(
     runs, without_gain, nearly, before = runs_with(likely), set[str](), None, None
     choice = chosen(runs, options)
     diagnosis = diagnosed(choice)
+    if choice.wide is not None and blind_fall(diagnosis) < -LITTLE:
+        choice = choice.wide
+        diagnosis = diagnosed(choice)
     while worsens(diagnosis):
         nearly = diagnosis if nearly is None and not worsens(diagnosis, outweighed=True) else nearly
         last = {one.candidate.of for one in choice.selection.entered[-1:]} - without_gain
@@ -249,7 +256,7 @@ def runs_of(model: Model, records: Sequence[Record], options: Options, decided: 
     bank = bank_of(model, facts, length, options.only)
     runs = FreeRuns(bank, units_of(bank.model, records, length), length)
     runs.require_turns()
-    return runs
+    return runs.in_waves()
 
 
 def _concluded(model: Model, slips: Sequence[Slip], records: Prepared, choice: Choice, options: Options) -> Diagnosis:
@@ -260,7 +267,7 @@ def _concluded(model: Model, slips: Sequence[Slip], records: Prepared, choice: C
     by_runs = with_findings(findings(choice, options.base_parameters == "identify"), slips, model_values(choice))
     known = {f.cause for f in records.findings}
     of_faults = [of_fault(*fault) for fault in records.faults.items()]
-    every = [*of_faults, *records.findings, *(f for f in by_runs if f.cause not in known)]
+    every = [*of_faults, *records.findings, *waves_of(choice.runs), *(f for f in by_runs if f.cause not in known)]
     if records.current is not None and not {f.cause for f in every} & {*FLOWS}:
         every = [records.current, *every]
     extended = replace(model, instruments=combined(model.instruments, records.instruments))

@@ -127,7 +127,9 @@ def _errs_more(before: Diagnosis, after: Diagnosis, in_time: bool) -> bool:
     """
     if not any(force.extended for force in after.remaining):
         return False
-    of_held_out = {c: (g.own_after, g.rmse_after) for c, g in before.gain.items()}
+    instead = len(after.causes) < len(before.causes)
+    gain = before.calibrated_gain if instead and before.calibrated_gain else before.gain
+    of_held_out = {c: (g.own_after, g.rmse_after) for c, g in gain.items()}
     of_training = {c: error for c, (_, error) in training_errors(before).items()}
     old = {c: of_held_out.get(c, (g.own_before, g.rmse_before)) for c, g in after.gain.items()}
     held_out = log_fall(*_motion({c: (old[c][0], g.own_after) for c, g in after.gain.items()}))
@@ -135,7 +137,9 @@ def _errs_more(before: Diagnosis, after: Diagnosis, in_time: bool) -> bool:
     train = _motion({c: (of_training.get(c, old), new) for c, (old, new) in training_errors(after).items()})
     if worsens(after) or log_fall(*train) <= 0.0 or (held_out < 0.0 and blind < CLEARLY):
         return True
-    by_force = _held_out_fall(after) if len(after.causes) < len(before.causes) else held_out
+    if instead and blind < -CLEARLY:
+        return True
+    by_force = _held_out_fall(after) if instead else held_out
     return in_time and by_force < CLEARLY
 
 

@@ -47,6 +47,9 @@ ONE_SIDED = (OFFSET, RUDDER_FORCE)
 """What may differ between turns to port and to starboard: a hull is alike to both sides."""
 PROMISING = 0.6
 """Share of what the choice without a regime takes off the score that a number in one must be predicted to take off."""
+AS_MUCH = 0.9
+"""Share of what the choice without a regime takes off the score that a number in one has to take off alone, but for one
+that differs between the sides: it was 1.1 to 2.8 of 28 true ones, .2 to .8 where nothing was wrong in a regime."""
 LITTLE = 0.05
 """Fall of the score that is no matter between two thresholds."""
 INSIDE, OUTSIDE = 0.05, 0.2
@@ -127,7 +130,7 @@ def in_regime(
     if not columns:
         return None
     runs = runs.with_numbers(_places(runs.bank.model, columns), {})
-    best = _best(runs, base, columns, values, promising * fall_between(runs, base, selection.final).gain)
+    best = _best(runs, base, columns, values, fall_between(runs, base, selection.final).gain, promising)
     if best is None:
         return None
     runs, column, fitted, low, high = best
@@ -206,12 +209,16 @@ def _best(
     base: Fitted,
     columns: Sequence[_Column],
     values: Mapping[str, np.ndarray],
-    least: float,
+    without: float,
+    promising: float,
 ) -> tuple[FreeRuns, _Column, Fitted, float, float] | None:
     """The column whose fit predicts left-out pieces best, its threshold refined, with an interval of that; None where
-    no fall of the score above `least` is predicted."""
+    none promises enough or takes off as much as the choice.
+
+    without : fall of the score by the choice without a regime.
+    """
     first = _screened_columns(runs, base, columns)
-    if not first or fall(base.left_out, first[0][1], floor_squares(runs)).gain <= least:
+    if not first or fall(base.left_out, first[0][1], floor_squares(runs)).gain <= promising * without:
         return None
     leaders = _first_of_each(first)[:LEADERS]
     fine = [_column(c.number, where) for c in leaders for where in _between(c.regime, values[c.regime.variable])]
@@ -220,7 +227,9 @@ def _best(
     trials = [(c, fit) for c in _first_of_each(refined)[:FITTED] if (fit := _fitted(runs, base, c)) is not None]
     if not trials:
         return None
-    column, _ = max(trials, key=lambda t: fall_between(runs, base, t[1]).gain)
+    column, fitted = max(trials, key=lambda t: fall_between(runs, base, t[1]).gain)
+    if column.regime.variable != "side" and fall_between(runs, base, fitted).gain < AS_MUCH * without:
+        return None
     return _best_threshold(runs, base, [c for c, _ in refined if c.kind == column.kind], column)
 
 

@@ -6,7 +6,7 @@ Section 8 of docs/mathematics/pieces.md.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -49,25 +49,29 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     before = {*diagnosis.model.instruments, *records.instruments}
     instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in before}
     own = {name: {RudderOffset.id: x} for name, x in own_neutral_angles(diagnosis.causes).items()}
-    train = [corrected(record, instruments | own.get(record.name, {})) for record in records.train]
     base, model = (replace(m, instruments={}) for m in (diagnosis.model, diagnosis.extended))
     if diagnosis.verdict not in ("named", "tied", "partly_named"):
         model = base
     flows = {f.cause for f in diagnosis.causes if f.cause in FLOWS and any(s.record for s in f.sizes)}
+
+    def beside(start: Model, corrections: Mapping[str, float], angles: Mapping[str, Mapping[str, float]]) -> Beside:
+        train = [corrected(record, {**corrections, **angles.get(record.name, {})}) for record in records.train]
+        return Beside.of(start, train, options, flows)
+
     wide = _moved(base, model) > FEW
     if wide:  # the numbers that took up what remains start anew
         model = base
-    now = Beside.of(model, train, options, flows)
+    now = beside(model, instruments, own)
     if is_enough(now.runs, now.plain, np.sqrt(now.runs.no_matter())):  # the sensors' noise is all that is left
         return diagnosis
     little = not wide and now.runs.worst(now.plain) <= LARGE
-    beside_base = now if model is base else Beside.of(base, train, options, flows)
-    of_single_records = flows | {RudderOffset.id} if own else flows
-    bases = [(_without_named(diagnosis, now.runs.bank, of_single_records), beside_base)]
+    beside_base, bank = now if model is base else beside(base, instruments, own), now.runs.bank
+    bases = [(_without_named(diagnosis, bank, flows | {RudderOffset.id} if own else flows), beside_base)]
+    if own:
+        bases = [(_without_named(diagnosis, bank, flows), beside(base, instruments, {})), *bases]
     if steering := {*instruments} & {*RUDDER}:
         rest_of = {name: x for name, x in instruments.items() if name not in steering}
-        bare = Beside.of(base, [corrected(record, rest_of) for record in records.train], options, flows)
-        bases = [(_without_named(diagnosis, now.runs.bank, flows, steering), bare), *bases]
+        bases = [(_without_named(diagnosis, bank, flows, steering), beside(base, rest_of, {})), *bases]
     answer = diagnosis
     for rival, rest in _explanations((diagnosis, now), bases, wide, little):
         start = model if rival is diagnosis else base

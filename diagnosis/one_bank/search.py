@@ -88,7 +88,8 @@ ENOUGH = 0.01
 class Choice:
     """What was selected, whether it is beside the model's own numbers, and a number that is wrong in a regime only.
 
-    few : where it is beside these numbers, what was selected without them.
+    few : where it is beside these numbers, what was selected without them.  wide : where few candidates stand in the
+    place of these numbers, the choice with all of them.
     """
 
     runs: FreeRuns
@@ -96,6 +97,7 @@ class Choice:
     beside: bool = False
     local: InRegime | None = None
     few: Selection | None = None
+    wide: Choice | None = None
 
     @property
     def bank(self) -> Bank:
@@ -212,7 +214,25 @@ def chosen(runs: FreeRuns, options: Options) -> Choice:
         choice = _chosen(runs.without_begin(late_s), options)
     while small := [e for e in choice.selection.entered if not _matters(choice, e) or _may_be_none(choice, e)]:
         choice = _without(choice, small[-1])
-    return _sparse(choice)
+    return _sparse(_of_all_records(choice))
+
+
+def _of_all_records(choice: Choice) -> Choice:
+    """The choice with one number of the rudder for all records in the place of one of each, where left-out pieces are
+    not surely worse with it, by what matters: only that one tells what a further record has."""
+    runs, selection = choice.runs, choice.selection
+    for place, one in enumerate(selection.entered):
+        owners = {choice.bank.places[n].record for n in one.candidate.names}
+        own = (c for c in choice.bank.candidates if c.of == one.candidate.of and len(c.numbers) == 1)
+        common = next((c for c in own if choice.bank.places[c.names[0]].record is None), None)
+        if None in owners or common is None or choice.bank.places[common.names[0]].kind != "steering":
+            continue
+        entered = [*selection.entered[:place], replace(one, candidate=common), *selection.entered[place + 1 :]]
+        other = with_only(runs, selection, entered, choice.bank.own if choice.beside else ())
+        between = fall_between(runs, other.final, selection.final)
+        if between.gain <= max(quantile(runs, CLEAR) * between.error, least_gain(runs, Rules(*MATTERS))):
+            return replace(choice, selection=other)
+    return choice
 
 
 def _sparse(choice: Choice) -> Choice:
@@ -231,7 +251,8 @@ def _sparse(choice: Choice) -> Choice:
         few = with_only(runs, few, named)
     alone = MOST if _is_gross(choice) else NEARLY_ALL
     needed = HALF if sided else alone if len(few.entered) == 1 else np.inf
-    return Choice(runs, few) if _taken(runs, few.base, few.final) > needed * _taken(runs, few.base, final) else choice
+    enough = _taken(runs, few.base, few.final) > needed * _taken(runs, few.base, final)
+    return Choice(runs, few, wide=choice) if enough else choice
 
 
 def half_intervals(runs: FreeRuns, fitted: Fitted, beside: bool = False) -> dict[str, float]:

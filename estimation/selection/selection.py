@@ -34,13 +34,13 @@ AT_BOUND = 1e-3
 """Prior standard deviations from a bound within which a number is at it."""
 MANY = 3
 """Numbers of a candidate from which others are tried in its place at the end."""
-COARSE = 0.04
+COARSE = 0.12
 """Fall of the cost for each independent value that ends the fit of a candidate, as a share of the fall of the score
 that matters."""
 HOPELESS = 0.15
 """Share of the largest predicted fall of the score below which a candidate is not refitted: in 16 cases of four suites
 none of a smaller share entered or tied."""
-COLUMNS = 96
+COLUMNS = 48
 """Numbers of candidates that are linearised together, about: the work goes with the square of it."""
 IN_BOUNDS = 1.5
 """A predicted fit goes so far at most beyond the trial value that it was linearised at, as a factor on that."""

@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from helmbench.checks.result import Size
 from helmbench.diagnosis.gain.guard import worsens
-from helmbench.diagnosis.result import Gain, Trace
+from helmbench.diagnosis.result import Finding, Gain, Trace
 
 WAY_M = 2000.0
 
@@ -45,3 +46,13 @@ def test_a_channel_that_is_a_little_worse_is_outweighed_by_motion_that_is_clearl
 ):
     said = of_errors(diagnosis_of, heading_rad=(0.1, 0.02), yaw_rate_rad_s=(0.01, 0.006), surge_m_s=(0.1, after_m_s))
     assert worsens(said) and worsens(said, outweighed=True) == worse
+
+
+@pytest.mark.parametrize(("blind", "worse"), [(0.12, False), (0.2, True)])
+def test_neutral_angles_of_single_records_may_leave_others_as_they_are_but_not_far_worse(diagnosis_of, blind, worse):
+    """Where numbers of the hull hold the opposite of the angles, a record without one goes astray."""
+    sizes = tuple(Size("delta0", x, x - 0.005, x + 0.005, "rad", name) for name, x in (("a", 0.03), ("b", 0.04)))
+    said = of_errors(diagnosis_of, heading_rad=(0.1, blind))
+    own = {"heading_rad": replace(said.gain["heading_rad"], own_after=0.05)}
+    angles = Finding("rudder_offset", (), "free runs", 3.0, 0.01, sizes)
+    assert worsens(replace(said, gain=own, causes=(angles,))) == worse

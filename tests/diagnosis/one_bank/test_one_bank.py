@@ -18,13 +18,17 @@ from helmbench.diagnosis.free_runs.units import Lane, length_s, units_of
 from helmbench.diagnosis.one_bank.catalogue import Facts, bank_of
 from helmbench.diagnosis.one_bank.diagnose import runs_of
 from helmbench.diagnosis.one_bank.forces import forces_along
+from helmbench.diagnosis.one_bank.regimes import place_in
 from helmbench.diagnosis.options import Options
 from helmbench.estimation.run.run import run_along
+from helmbench.estimation.selection.number import Number
+from helmbench.models.coefficient_groups import local_numbers
 from helmbench.models.errors import CannotFit
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import extension_of
 from helmbench.models.instruments import INSTRUMENTS
 from helmbench.models.model import resolve
+from helmbench.models.regimes import regime
 from helmbench.models.simulate import simulate
 
 RATE = np.deg2rad(2.0)
@@ -276,6 +280,26 @@ def test_columns_of_many_forces_are_those_of_runs_with_each(mariner):
         change = runs.squares([values] * len(runs.units), runs.no_own) - at_rest
         by_algebra = quadratic.squares(np.full((len(runs.units), 1), step), runs.no_own, [place]) - at_rest
         assert np.allclose(by_algebra, change, rtol=0.01, atol=0.01 * np.abs(change).max(axis=0))
+
+
+def test_columns_of_numbers_in_regimes_are_differences_of_runs(rng):
+    """Beside a number of the model that is not at rest."""
+    ship, case = resolve("kvlcc2-l7"), inject(FaultCase("kvlcc2-l7", train=("zigzag:20/20",)), rng)
+    bare = runs_of(ship, case.train, Options())
+    regimes = [regime("rudder", "above", 0.2), regime("drift", "above", 0.05), regime("time", "above", 60.0)]
+    model = bare.bank.model
+    local = [(number, where) for number in local_numbers(model)[:8] for where in regimes]
+    numbers = [Number(f"{own.name} {where.variable}", own.sd) for own, where in local]
+    places = {n.name: place_in(model, *pair) for n, pair in zip(numbers, local, strict=True)}
+    runs, point = bare.with_numbers(places, {}), {"N_r": 0.005}
+    quadratic = runs.quadratic(point, runs.no_own, numbers)
+    assert len(numbers) > FEW
+    at_rest = runs.squares([point] * len(runs.units), runs.no_own)
+    for place, number in enumerate(numbers):
+        step = 1e-4 * number.sd
+        change = runs.squares([point | {number.name: step}] * len(runs.units), runs.no_own) - at_rest
+        by_algebra = quadratic.squares(np.full((len(runs.units), 1), step), runs.no_own, [place]) - at_rest
+        assert np.allclose(by_algebra, change, rtol=0.02, atol=0.02 * np.abs(change).max(axis=0))
 
 
 def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):

@@ -353,3 +353,13 @@ def test_a_sway_force_along_a_bank_is_told_with_its_place(diagnosis_of, rng):
     assert found.remaining[0].axis == "Y" and found.remaining[0].depends_on[0] == "place to the east"
     gain = found.gain["heading_rad"]
     assert gain.rmse_after < 0.5 * gain.rmse_before
+
+
+@pytest.mark.nightly
+def test_a_bank_is_no_neutral_angle_of_each_record(rng):
+    """Each record is more or less near to it, and the angles explain their records; a further one they do not."""
+    for _ in range(3):
+        case = inject(FaultCase("kvlcc2-l7", causes=("bank",), strength="largest"), rng)
+        said = diagnose(resolve("kvlcc2-l7"), case.train, case.held_out)
+        assert "rudder_offset" not in [f.cause for f in said.causes] and (said.causes or said.remaining)
+        assert said.gain["heading_rad"].rmse_after < said.gain["heading_rad"].rmse_before
