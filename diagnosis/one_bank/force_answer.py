@@ -20,6 +20,7 @@ from ...models.extend import extended
 from ...models.instruments import combined
 from ..causes.base import Cause
 from ..causes.registry import causes
+from ..causes.steering_gear import own_neutral_angles
 from ..gain.guard import CLEARLY, log_fall, training_errors, worsens
 from ..gain.runs import with_runs
 from ..report.bank import without_causes
@@ -137,7 +138,8 @@ def _errs_more(before: Diagnosis, after: Diagnosis, in_time: bool) -> bool:
     train = _motion({c: (of_training.get(c, old), new) for c, (old, new) in training_errors(after).items()})
     if worsens(after) or log_fall(*train) <= 0.0 or (held_out < 0.0 and blind < CLEARLY):
         return True
-    if instead and blind < -CLEARLY:
+    least = CLEARLY if own_neutral_angles(before.causes) else -CLEARLY
+    if instead and blind < least:
         return True
     by_force = _held_out_fall(after) if instead else held_out
     return in_time and by_force < CLEARLY

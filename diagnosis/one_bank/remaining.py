@@ -73,7 +73,8 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
         rest_of = {name: x for name, x in instruments.items() if name not in steering}
         bases = [(_without_named(diagnosis, bank, flows, steering), beside(base, rest_of, {})), *bases]
     answer = diagnosis
-    for rival, rest in _explanations((diagnosis, now), bases, wide, little):
+    sure = CLEAR if own and held_out else None
+    for rival, rest in _explanations((diagnosis, now), bases, wide, little, sure):
         start = model if rival is diagnosis else base
         answer = with_forces(diagnosis, rival, start, rest, records, held_out, options)
         if answer is not diagnosis:
@@ -93,13 +94,18 @@ def _moved(base: Model, model: Model) -> int:
 
 
 def _explanations(
-    own: tuple[Diagnosis, Beside], bases: Sequence[tuple[Diagnosis, Beside]], wide: bool, little: bool
+    own: tuple[Diagnosis, Beside],
+    bases: Sequence[tuple[Diagnosis, Beside]],
+    wide: bool,
+    little: bool,
+    sure: float | None,
 ) -> Iterator[tuple[Diagnosis, Remainder]]:
     """What is told beside forces, and these, the preferred first: few forces beside the base alone, where they take the
     place of what is named of the hull and the rudder; forces beside the model's own numbers.
 
     own : the diagnosis, and free runs of its extended model.  bases : the base model's, the fewest names
     first.  little : whether the errors that are left are small: then several forces beside numbers are not told.
+    sure : standard errors by which forces have to be better than what is named; None: those of SURE.
     """
     now, ((rival, base), few) = own[1], _fewest(bases, wide)
     simple = few is not None and len(few.selection.entered) == 1 and not base.leaves(few.fitted)
@@ -108,7 +114,7 @@ def _explanations(
         rest = None
     same_alone = same_forces_alone(base, rest) if rest is not None and few is None else None
     for one in (one for one in (few, same_alone) if one is not None):
-        if _takes_the_place(base, one, None if wide else now.plain) and not (rest and _preferred(rest, one)):
+        if _takes_the_place(base, one, None if wide else now.plain, sure) and not (rest and _preferred(rest, one)):
             yield rival, one
     if rest is not None:
         yield own[0], rest
@@ -134,15 +140,16 @@ def _preferred(rest: Remainder, alone: Remainder) -> bool:
     return surely_worse(rest.runs, alone.fitted, rest.selection.final, CLEAR)
 
 
-def _takes_the_place(base: Beside, one: Remainder, by_names: Fitted | None) -> bool:
+def _takes_the_place(base: Beside, one: Remainder, by_names: Fitted | None, sure: float | None) -> bool:
     """Whether forces beside the base alone predict left-out pieces better than what is named.
 
-    Than few numbers they have to do so surely, and no worse than all numbers of the base model together; than these
+    Than few numbers they have to do so surely (clearly, than neutral angles of single records: these tell nothing of a
+    further one, and held-out records decide), and no worse than all numbers of the base model together; than these
     (by_names None: which hardly err where they were fitted) clearly, as forces are fewer.
     """
     if by_names is None:
         return surely_worse(base.runs, base.whole, one.fitted, CLEAR)
-    surely = surely_worse(base.runs, by_names, one.fitted, quantile(base.runs, SURE))
+    surely = surely_worse(base.runs, by_names, one.fitted, sure or quantile(base.runs, SURE))
     return surely and not surely_worse(base.runs, one.fitted, base.whole, CLEAR)
 
 
