@@ -80,6 +80,9 @@ def _diagnosed(
     diagnosis, nearly = _named(model, records, held, options, watch)
     alike = replace(records, train=[r for r in records.train if r.name not in diagnosis.apart])
     diagnosis = _described(diagnosis, alike if diagnosis.apart else records, held, options, watch)
+    if diagnosis.apart:
+        own = replace(records, train=[r for r in records.train if r.name in diagnosis.apart])
+        diagnosis = _with_forces_apart(diagnosis, _described(replace(diagnosis, remaining=()), own, (), options, watch))
     if diagnosis.verdict == "unexplained" and options.only is None and options.coefficient_sd != 0.0:
         leave_out = partial(without_one, diagnosis, diagnosis.model, records, held, options)
         said = "records were not left out in turn"
@@ -148,6 +151,13 @@ def _described(
 
         return _as_far_as_possible(drift, diagnosis, UNDESCRIBED)
     return diagnosis
+
+
+def _with_forces_apart(diagnosis: Diagnosis, of_apart: Diagnosis) -> Diagnosis:
+    """The diagnosis with forces in time that act in records which it is made without, of a diagnosis of these."""
+    in_time = (force for force in of_apart.remaining if not force.extended and "time" in force.depends_on)
+    named = (f if f.span else replace(f, text=f"in {', '.join(diagnosis.apart)}, {f.text}") for f in in_time)
+    return replace(diagnosis, remaining=(*diagnosis.remaining, *named))
 
 
 def _as_far_as_possible(step: Callable[[], Diagnosis], before: Diagnosis, what: str) -> Diagnosis:

@@ -214,7 +214,34 @@ def chosen(runs: FreeRuns, options: Options) -> Choice:
         choice = _chosen(runs.without_begin(late_s), options)
     while small := [e for e in choice.selection.entered if not _matters(choice, e) or _may_be_none(choice, e)]:
         choice = _without(choice, small[-1])
-    return _sparse(_of_all_records(choice))
+    return _sparse(_of_fewer_numbers(_of_all_records(choice)))
+
+
+def _of_fewer_numbers(choice: Choice) -> Choice:
+    """The choice without numbers of groups of the hull that left-out pieces are not predicted clearly worse without: of
+    a group that two numbers are wrong of, the others take up noise and bias these."""
+    runs, whole = choice.runs, choice.selection
+    for place in range(0 if choice.beside else len(whole.entered)):
+        while (fewer := _with_one_less(runs, choice.selection, place)) is not None:
+            if clearly_worse(runs, fewer.final, whole.final, MATTERS[0]):
+                break
+            choice = replace(choice, selection=fewer)
+    return choice
+
+
+def _with_one_less(runs: FreeRuns, selection: Selection, place: int) -> Selection | None:
+    """The selection without the number of a group of the hull that left-out pieces miss least; None where the group has
+    no more than two."""
+    one = selection.entered[place]
+    if one.candidate.rank != HULL or len(one.candidate.numbers) <= 2:
+        return None
+    trials = list[Selection]()
+    for number in one.candidate.numbers:
+        rest = tuple(n for n in one.candidate.numbers if n is not number)
+        fewer = replace(one, candidate=replace(one.candidate, numbers=rest))
+        entered = [fewer if other is one else other for other in selection.entered]
+        trials.append(with_only(runs, selection, entered))
+    return min(trials, key=lambda t: fall_between(runs, t.final, selection.final).gain)
 
 
 def _of_all_records(choice: Choice) -> Choice:

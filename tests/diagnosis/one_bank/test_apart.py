@@ -43,3 +43,16 @@ def test_a_record_is_told_apart_though_others_err_as_well(rng):
     assert found.apart == ("loaded",)
     (rudder,) = found.causes
     assert rudder.cause == "base_coefficients" and "rudder" in rudder.details["groups"][0]
+
+
+@pytest.mark.nightly
+def test_a_push_in_a_record_that_is_apart_is_described_with_its_time(rng):
+    push = Effect("pulse", {"constants": (1.0, 50.0, 2.0, 15.0, 0.0, 0.0), "size": 0.5})
+    own, pushed = records(rng), records(rng, push)
+    train = [*own.train, replace(pushed.train[0], name="pushed")]
+    found = diagnose(resolve("kvlcc2-l7"), train, own.held_out)
+    print(found.verdict, found.remaining, found.doubts)
+    assert (found.apart, found.verdict, found.causes) == (("pushed",), "adequate", ())
+    (force,) = found.remaining
+    assert (force.axis, force.depends_on, force.extended) == ("N", ("time",), False)
+    assert "pushed" in force.text and "50" in force.text

@@ -22,7 +22,7 @@ from helmbench.diagnosis.one_bank.regimes import place_in
 from helmbench.diagnosis.options import Options
 from helmbench.estimation.run.run import run_along
 from helmbench.estimation.selection.number import Number
-from helmbench.models.coefficient_groups import local_numbers
+from helmbench.models.coefficient_groups import local_numbers, values_of, with_values
 from helmbench.models.errors import CannotFit
 from helmbench.models.extend import extended
 from helmbench.models.families.extensions import extension_of
@@ -300,6 +300,16 @@ def test_columns_of_numbers_in_regimes_are_differences_of_runs(rng):
         change = runs.squares([point | {number.name: step}] * len(runs.units), runs.no_own) - at_rest
         by_algebra = quadratic.squares(np.full((len(runs.units), 1), step), runs.no_own, [place]) - at_rest
         assert np.allclose(by_algebra, change, rtol=0.02, atol=0.02 * np.abs(change).max(axis=0))
+
+
+def test_a_group_of_which_two_numbers_are_wrong_is_named_by_these(rng):
+    """The other numbers of the group would take up noise, and bias them."""
+    ship, case = resolve("kvlcc2-l7"), inject(FaultCase("kvlcc2-l7"), rng)
+    right = {name: values_of(ship)[name] for name in ("gamma_R_plus", "gamma_R_minus")}
+    said = diagnose(with_values(ship, dict.fromkeys(right, 1.0)), case.train, case.held_out)
+    (finding,) = said.causes
+    assert {s.parameter: s.value for s in finding.sizes} == pytest.approx(right, rel=0.03)
+    assert all(s.low < right[s.parameter] < s.high for s in finding.sizes)
 
 
 def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):
