@@ -3,7 +3,7 @@
 A column is the difference of two runs over the step of its number; all perturbed runs are lanes of one simulation
 (`models.lanes`).  Forces along the motion, and numbers of the model that change in regimes, are many times a few
 influences, each with a share along the run: their columns follow from how the state a sample ahead answers the state
-and these influences.  Columns of other numbers, which many fits about one point share, are kept.
+and these influences.  Columns of the model's own numbers, which many fits about one point share, are kept.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class Linearisation:
         sharing = sharing if len(sharing) > FEW else []
         ready = {*self._kept, *map(self._key, sharing)}
         others = [n for n, key in zip(numbers, keys, strict=True) if key not in ready]
-        to_keep = {self._key(n): list[np.ndarray]() for n in others if runs.places[n.name].kind not in SHARED}
+        to_keep = {self._key(n): list[np.ndarray]() for n in others if runs.places[n.name].kind == "model"}
         grams, count = list[np.ndarray](), max(1, LANES // (len(others) + 1))
         for part in (range(len(self.own))[i : i + count] for i in range(0, len(self.own), count)):
             for k, columns in zip(part, self._simulated(part, others), strict=True):

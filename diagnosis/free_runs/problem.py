@@ -359,9 +359,10 @@ class FreeRuns:
         out: dict[int, np.ndarray] = {}
         for units_ in by_step.values():
             driven, first = self._driven([lane for k in units_ for lane in by_unit[k]]), 0
+            channels = self._channels_of(driven)
             for k in units_:
                 last = first + len(by_unit[k])
-                out[k] = self._errors(by_unit[k], Driven(*(part[first:last] for part in driven)))
+                out[k] = self._errors(by_unit[k], channels[:, first:last])
                 first = last
         return [out[k] for k in by_unit]
 
@@ -559,13 +560,20 @@ class FreeRuns:
             self._series[unit.number, name] = self.bank.series[name](motion)
         return np.interp(unit.grid_s, motion.time_s, self._series[unit.number, name])
 
-    def _errors(self, lanes: Sequence[_Run], driven: Driven) -> np.ndarray:
-        """Errors (C, B, N) of the lanes of one unit."""
+    def _channels_of(self, driven: Driven) -> np.ndarray:
+        """Channels (C, B, M + 1) of lanes, as ideal sensors show them."""
+        states = driven.states.transpose(2, 0, 1)[self._columns]
+        if self.thrust is None:
+            return states
+        inputs = driven.inputs[:, :, : len(self.model.inputs)]
+        with np.errstate(all="ignore"):
+            return np.concatenate([states, self.thrust(driven.states, inputs, driven.theta[:, None])[None]])
+
+    def _errors(self, lanes: Sequence[_Run], channels: np.ndarray) -> np.ndarray:
+        """Errors (C, B, N) of the lanes of one unit; channels (C, B, M + 1) : of ideal sensors."""
         k = lanes[0].unit
         series = self.units[k].stretch.series
-        channels = driven.states.transpose(2, 0, 1)[self._columns, :, : len(series.inputs)]
-        if self.thrust is not None:
-            channels = np.concatenate([channels, self._thrust(driven, len(series.inputs))[None]])
+        channels = channels[:, :, : len(series.inputs)]
         alike: dict[tuple[tuple[str, float], ...], list[int]] = {}
         for place, lane in enumerate(lanes):
             alike.setdefault(lane.numbers.items(SHOWN), []).append(place)
@@ -592,13 +600,6 @@ class FreeRuns:
         steps = DIFFERENCE * np.diag(1.0 + np.max(np.abs(states), axis=0))
         moved = [self.thrust(states + step, inputs, theta[None]) for step in steps]
         return (np.column_stack(moved) - self.thrust(states, inputs, theta[None])[:, None]) / np.diag(steps)
-
-    def _thrust(self, driven: Driven, points: int) -> np.ndarray:
-        """Thrust (B, M) of lanes, N."""
-        assert self.thrust is not None
-        inputs = driven.inputs[:, :points, : len(self.model.inputs)]
-        with np.errstate(all="ignore"):
-            return self.thrust(driven.states[:, :points], inputs, driven.theta[:, None])
 
     @cached_property
     def _by_channel(self) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -108,7 +108,7 @@ class Quadratic:
         places = [*chosen, *range(self.n_numbers, self.gram.shape[2])]
         whole = np.concatenate([step, own, np.ones((len(own), 1))], axis=1)
         picked = self.gram[:, :, np.array(places)[:, None], places]
-        return np.maximum(np.einsum("ki,kcij,kj->kc", whole, picked, whole), 0.0)
+        return np.maximum(np.sum((picked @ whole[:, None, :, None])[..., 0] * whole[:, None], axis=2), 0.0)
 
     def left_out(self, normal: Normal, chosen: Sequence[int], prior: Prior) -> np.ndarray:
         """Sums of squared errors (K, C) of each unit by the fit of the chosen numbers to all other units.
@@ -122,7 +122,7 @@ class Quadratic:
 
 def own_step(normal: Normal, steps: np.ndarray) -> np.ndarray:
     """Steps (K, m) of the own effects that follow from steps (K, k) of the numbers."""
-    return normal.back[:, :, -1] - np.einsum("kmi,ki->km", normal.back[:, :, :-1], steps)
+    return normal.back[:, :, -1] - (normal.back[:, :, :-1] @ steps[:, :, None])[:, :, 0]
 
 
 def joint(normal: Normal, prior: Prior) -> tuple[np.ndarray, np.ndarray]:
