@@ -16,7 +16,7 @@ from .cell_texts import Texts
 from .gps_time import EPOCH_S, WEEK_S
 from .moments import days_since_1970, even_stamps, moment
 from .names import words
-from .quantities import time_forms
+from .quantities import names_in, vocabulary
 from .raw import RawColumn
 
 Form: TypeAlias = str
@@ -34,7 +34,10 @@ class TimeForm:
     meaning: str = ""
 
 
-FORMS = {form: TimeForm(**facts) for form, facts in time_forms().items()}
+FORMS: dict[Form, TimeForm] = {
+    form: TimeForm(**facts | {"units": names_in(facts.get("units", ""))})
+    for form, facts in vocabulary()["time_forms"].items()
+}
 DATED, OF_WEEK, OF_DAY = (
     tuple(form for form, facts in FORMS.items() if facts.counts == origin) for origin in ("date", "week", "midnight")
 )

@@ -14,7 +14,7 @@ from .draft import NOT_USED, Answer, Question
 from .evidence import ClockSeries, rate_ratio
 from .mapping import Mapping
 from .names import is_time, named, words
-from .quantities import quantities, scale_marks, word_list
+from .quantities import quantities, vocabulary, word_list
 from .raw import RawColumn, RawTable
 from .times import find_time
 from .units import unit_of
@@ -67,7 +67,8 @@ def of_one_scale(
 
 
 def _by_marks(table: RawTable) -> TwoScales | None:
-    return next((found for marks in scale_marks() if (found := _by_names(table, *marks)) is not None), None)
+    marks = ((frozenset(m["model"].split()), frozenset(m["ship"].split())) for m in vocabulary()["scales"])
+    return next((found for own in marks if (found := _by_names(table, *own)) is not None), None)
 
 
 def _by_names(table: RawTable, model: frozenset[str], ship: frozenset[str]) -> TwoScales | None:

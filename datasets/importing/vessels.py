@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping as Dict
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from .draft import Answer, Question
 from .headers import read_header
 from .mapping import Mapping, scalar
 from .names import joined, named, words
-from .quantities import identifiers, quantities
+from .quantities import names_in, quantities, vocabulary
 from .raw import RawColumn, RawTable
 from .times import find_time
 
@@ -54,11 +55,16 @@ def of_one_vessel(
     return [_without_unknown(table) for table in used if table.n], question
 
 
+@cache
+def _identifiers() -> list[frozenset[str]]:
+    """Names of columns that say whose a row is, without what separates their words, the most certain first."""
+    return [frozenset(map(joined, names_in(text))) for text in vocabulary()["identifiers"]]
+
+
 def _groups(table: RawTable) -> _Groups | None:
     """The rows of each vessel; None where nothing says whose they are."""
-    for rank, names in enumerate(identifiers()):
-        known = {joined(name) for name in names}
-        for column in (c for c in table.columns if "".join(words(c.name)) in known):
+    for rank, known in enumerate(_identifiers()):
+        for column in (c for c in table.columns if joined(c.name) in known):
             rows = _rows_of(column)
             if (rows and rank < SURE) or (len(rows) > 1 and _tells(table, rows)):
                 enough = {name: own for name, own in rows.items() if own.size >= MIN_SAMPLES}
@@ -141,10 +147,9 @@ def _known_cells(table: RawTable, groups: _Groups, name: str) -> int:
 
 def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -> str:
     """The name of a vessel beside its identifier."""
-    known = {joined(text) for text in identifiers()[3]}
     for table in tables:
         rows = groups[table.label].rows.get(name) if table.label in groups else None
-        column = next((c for c in table.columns if "".join(words(c.name)) in known), None)
+        column = next((c for c in table.columns if joined(c.name) in _identifiers()[3]), None)
         if rows is not None and column is not None and column is not groups[table.label].column:
             return f" ({column.text(int(rows[0]))})" if column.text(int(rows[0])) else ""
     return ""
