@@ -14,7 +14,7 @@ import numpy as np
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
 from .cell_texts import Texts
 from .gps_time import EPOCH_S, WEEK_S
-from .moments import days_since_1970, even_stamps, moment
+from .moments import days_since_1970, moment
 from .names import words
 from .quantities import names_in, vocabulary
 from .raw import RawColumn
@@ -337,7 +337,7 @@ def _parsed(column: RawColumn, form: Form) -> np.ndarray:
 
 def _moments(texts: Texts, form: Form) -> np.ndarray:
     """Dates with times as seconds since 1970 (N,); nan where a text is none."""
-    even = even_stamps(texts) if form == "iso" else None
+    even = texts.moments() if form == "iso" and texts.arrow is not None else None
     return texts.mapped(partial(moment, month_first=form == "month first")) if even is None else even
 
 
