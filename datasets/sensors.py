@@ -46,19 +46,11 @@ import numpy as np
 
 from ..models.errors import BadInput
 from ..models.number_texts import whole_of
-from .columns import CANONICAL, QUANTITIES
-from .grammar import ANGLE, DEGREE, KNOT, SHARE, TIME, positive, quantity, share
+from .columns import CANONICAL, QUANTITIES, UNITS
+from .grammar import DEGREE, SHARE, TIME, positive, quantity, share
 from .randomness import gauss_markov, key_of, stream
 from .record import Record, RecordMeta, beside
 
-#: unit of a column -> units that its quantities may have, each with its size
-QUANTITY_UNITS: dict[str, Mapping[str, float]] = {
-    "rad": ANGLE,
-    "rad/s": {"deg_s": DEGREE, "rad_s": 1.0},
-    "m/s": {"m_s": 1.0, "kn": KNOT},
-    "m": {"m": 1.0},
-    "1/s": {"rps": 1.0, "rpm": 1.0 / 60.0},
-}
 #: channel -> unit of the numbers behind it in that of the record's column, standard deviations at the levels
 _SD: dict[str, tuple[float, ...]] = {
     "rudder": (DEGREE, 0.02, 0.05, 0.2, 1.0),
@@ -76,7 +68,7 @@ _SD: dict[str, tuple[float, ...]] = {
 }
 #: short channel name -> (column of the record, units that its quantities may have)
 CHANNELS: dict[str, tuple[str, Mapping[str, float]]] = {
-    name: (column, QUANTITY_UNITS[CANONICAL[column]])
+    name: (column, UNITS[CANONICAL[column]])
     for name, spellings in QUANTITIES.items()
     for column in (next(iter(spellings)),)
     if name in _SD or name == "rudder_command"

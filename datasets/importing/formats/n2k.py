@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ....models.extras import extras_told
+from ..moments import moment
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
 from .fields import stated_fields
 from .object_tables import number_of
@@ -93,7 +94,9 @@ def _from_json(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, 
             continue
         try:
             content = json.loads(line.strip().rstrip(","))
-            stamp = _moment(str(content["timestamp"]))
+            stamp = moment(str(content["timestamp"]))
+            if stamp != stamp:
+                raise ValueError(content["timestamp"])
             fields = {re.sub(r"[^a-z]", "", str(key).lower()): _bare(one) for key, one in content["fields"].items()}
             out.append((number, int(content["pgn"]), int(content.get("src", 0)), stamp, fields))
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError, ArithmeticError):
@@ -110,12 +113,6 @@ def _instance(fields: dict[str, Any]) -> str:
     """The number of the rudder or engine that a message is of; '' where it states none."""
     found = [value for name, value in fields.items() if name.endswith("instance") and value is not None]
     return str(found[0]) if found else ""
-
-
-def _moment(text: str) -> float:
-    text = re.sub(r"^(\d{4}-\d\d-\d\d)-", r"\1T", text).replace("Z", "+00:00")
-    moment = datetime.datetime.fromisoformat(text)
-    return (moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)).timestamp()
 
 
 def _table(path: Path, key: tuple[int, int, str], own: list, degrees: bool, dated: bool) -> RawTable | None:
