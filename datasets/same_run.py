@@ -10,7 +10,7 @@ it: simulations of one seed share their noise in different manoeuvres.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -70,11 +70,8 @@ class _Correlated(NamedTuple):
         return float(np.max(sign * self.values[np.arange(k - 2 * NEAR, k + 2 * NEAR + 1) % self.values.size]))
 
 
-class _Grid(NamedTuple):
-    """Even steps, s, on which two records are compared, and the size of their spectra."""
-
-    step: float
-    size: int
+_Grid: TypeAlias = tuple[float, int]
+"""Even steps, s, on which two records are compared, and the size of their spectra."""
 
 
 def same_run(records: Sequence[Record], others: Sequence[Record] | None = None) -> tuple[Record, Record, Same] | None:
@@ -123,7 +120,7 @@ def _pairs(records: Sequence[Record], split: int | None) -> Iterator[tuple[_Grid
             powers = np.ceil(np.log2(2.0 * np.where(mask, longest, 0.0) + 2.0)).astype(int)
             for power in np.unique(powers[mask]).tolist():
                 i, j = np.nonzero(mask & (powers == power))
-                yield _Grid(step, 1 << power), np.sort(np.column_stack([places[a[i]], places[b[j]]]), axis=1)
+                yield (step, 1 << power), np.sort(np.column_stack([places[a[i]], places[b[j]]]), axis=1)
 
 
 def _with_peak(records: Sequence[Record], pairs: np.ndarray, name: str, grid: _Grid) -> Iterator[tuple[int, int]]:
@@ -142,11 +139,11 @@ def _with_peak(records: Sequence[Record], pairs: np.ndarray, name: str, grid: _G
     noisy = np.array([c.noisy for c in channels.values()])
     pairs = pairs[(row[pairs] >= 0).all(axis=1)]
     pairs = pairs[noisy[row[pairs]].any(axis=1)]
-    block = max(1, MOST_NUMBERS // (2 * grid.size))
+    block = max(1, MOST_NUMBERS // (2 * grid[1]))
     for start in range(0, len(pairs), block):
         own = pairs[start : start + block]
         one, other = row[own].T
-        values = 2.0 * np.fft.irfft(spectra[one] * np.conj(spectra[other]), 2 * grid.size)
+        values = 2.0 * np.fft.irfft(spectra[one] * np.conj(spectra[other]), 2 * grid[1])
         largest = np.maximum(values.max(axis=1), -values.min(axis=1))
         alike = own[largest > SURE * _least(np.minimum(sizes[one], sizes[other]))]
         yield from ((i, j) for i, j in alike.tolist())
@@ -159,8 +156,8 @@ def _compared(first: Record, second: Record, grid: _Grid) -> Same | None:
         one, other = (_sampled(r, name, grid) for r in (first, second))
         if one is not None and other is not None and (one.noisy or other.noisy):
             channels[name] = (one, other)
-    correlated = {name: _correlated(*pair, grid.size) for name, pair in channels.items()}
-    return _judged(correlated, grid.step, lambda name, lag: _motion(*channels[name], lag))
+    correlated = {name: _correlated(*pair, grid[1]) for name, pair in channels.items()}
+    return _judged(correlated, grid[0], lambda name, lag: _motion(*channels[name], lag))
 
 
 def _motion(one: _Sampled, other: _Sampled, lag: float) -> float:
@@ -179,11 +176,11 @@ def _sampled(record: Record, name: str, grid: _Grid, precision: type = np.comple
     if known.sum() < SHORTEST:
         return None
     time = record.time_s
-    even = np.interp(np.arange(time[0], time[-1], grid.step), time[known], values[known])
+    even = np.interp(np.arange(time[0], time[-1], grid[0]), time[known], values[known])
     rough = np.diff(even, 3)
     limit = CLIP * 1.4826 * float(np.median(np.abs(rough)))
     rough = np.clip(rough, -limit, limit)
-    spectrum = np.fft.rfft(rough - np.mean(rough), grid.size)
+    spectrum = np.fft.rfft(rough - np.mean(rough), grid[1])
     length = np.abs(spectrum)
     if not (np.isfinite(length).all() and length.any()):
         return None

@@ -11,7 +11,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -20,6 +20,7 @@ from ..signals import integral
 from ..yaw_response import YawResponse, yaw_response
 from . import roles
 from .evidence import ClockSeries
+from .times import TableTime
 from .units import UNITS
 
 GRID, COARSE = 1500, 400
@@ -432,10 +433,11 @@ def _nearest(scale: float, units: Sequence[str]) -> tuple[str, float]:
 
 @dataclass(frozen=True)
 class Assignment:
-    """What open columns are, and what that is worth in all."""
+    """What open columns are, what that is worth in all, and the time of the table under which it is so."""
 
     meanings: Mapping[str, Meaning]
     worth: float
+    time: TableTime = field(default_factory=TableTime)
 
     @property
     def main(self) -> frozenset[tuple[str, str, str]]:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 
@@ -33,13 +34,8 @@ class ManoeuvreSegment:
     stop: int
 
 
-@dataclass(frozen=True)
-class _Stretch:
-    """Samples start:stop with the rudder to one side (1, -1) or amidships (0)."""
-
-    side: int
-    start: int
-    stop: int
+Stretch: TypeAlias = tuple[int, int, int]
+"""The side of the rudder (1, -1, or 0 amidships), and the samples start:stop of a stretch."""
 
 
 def cut(record: Record) -> list[tuple[ManoeuvreSegment, Record]]:
@@ -86,45 +82,44 @@ def _shortest_straight(record: Record, rudder: np.ndarray, least: float) -> int:
     return max(FEWEST, math.ceil(CROSSINGS * crossing / record.dt))
 
 
-def _stretches(rudder: np.ndarray, least: float, shortest: int) -> list[_Stretch]:
+def _stretches(rudder: np.ndarray, least: float, shortest: int) -> list[Stretch]:
     """Stretches of one side; short ones amidships belong to the side after them."""
     side = np.where(np.abs(rudder) > least, np.sign(rudder), 0.0).astype(int)
     edges = [0, *(np.flatnonzero(np.diff(side)) + 1).tolist(), side.size]
-    raw = [_Stretch(int(side[a]), a, b) for a, b in pairwise(edges)]
-    out: list[_Stretch] = []
+    raw = [(int(side[a]), a, b) for a, b in pairwise(edges)]
+    out: list[Stretch] = []
     start = 0
-    for stretch in raw:
-        short = stretch.stop - stretch.start < (shortest if stretch.side == 0 else max(3, shortest // 8))
-        last = stretch is raw[-1]
+    for own, first, stop in raw:
+        short, last = stop - first < (shortest if own == 0 else max(3, shortest // 8)), stop == side.size
         if short and not last:
             continue
-        if out and (out[-1].side == stretch.side or (short and last)):
-            out[-1] = replace(out[-1], stop=stretch.stop)
+        if out and (out[-1][0] == own or (short and last)):
+            out[-1] = (*out[-1][:2], stop)
         else:
-            out.append(_Stretch(stretch.side, start, stretch.stop))
-        start = stretch.stop
+            out.append((own, start, stop))
+        start = stop
     return out
 
 
-def _between_straights(stretches: Sequence[_Stretch]) -> list[list[_Stretch]]:
+def _between_straights(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
     """Stretches grouped: a straight run alone, all between two straight runs together."""
-    groups: list[list[_Stretch]] = []
+    groups: list[list[Stretch]] = []
     for stretch in stretches:
-        if stretch.side == 0 or not groups or groups[-1][-1].side == 0:
+        if stretch[0] == 0 or not groups or groups[-1][-1][0] == 0:
             groups.append([stretch])
         else:
             groups[-1].append(stretch)
     return groups
 
 
-def _named(record: Record, group: Sequence[_Stretch]) -> ManoeuvreSegment:
+def _named(record: Record, group: Sequence[Stretch]) -> ManoeuvreSegment:
     """The manoeuvre of some stretches, with a short run before it; a zigzag without a heading has no text."""
-    start, stop = group[0].start, group[-1].stop
-    if group[0].side == 0:
+    (side, start, _), (*_, stop) = group[0], group[-1]
+    if side == 0:
         return ManoeuvreSegment("straight", "straight", start, stop)
     lead = int(np.searchsorted(record.time_s, record.time_s[start] - LEAD_S))
     found = performed(_with_heading(record.slice(lead, stop)))
-    first = group[0].side * (-1 if record.meta.positive_rudder == "port" else 1)
+    first = side * (-1 if record.meta.positive_rudder == "port" else 1)
     text = f"{found.title.replace(' ', ':')}{':port' if first < 0 else ''}" if found.kind else ""
     return ManoeuvreSegment(found.kind or "other", text, lead, stop)
 
