@@ -17,7 +17,7 @@ from ..models.display import html_table
 from ..models.errors import BadInput
 from ..models.extras import extras_told
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
-from .display import LabelledLine, channel_row, continuous, time_figure
+from .display import channel_row, continuous, time_figure
 from .geometry import unwrapped
 from .time_faults import refuse_time_fault
 
@@ -167,7 +167,7 @@ class Record:
         names = in_order(self.channels) if channels is None else list(channels)
         if not names:
             raise BadInput("no channel to draw", file=self.name, hint=f"it has {', '.join(self.channels) or 'none'}")
-        panels = {name: [LabelledLine("", self.time_s, continuous(name, self.column(name)))] for name in names}
+        panels = {name: [("", self.time_s, continuous(name, self.column(name)))] for name in names}
         return time_figure(panels, self.name)
 
     def __repr__(self) -> str:
