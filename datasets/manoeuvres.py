@@ -1,9 +1,9 @@
 """Manoeuvres: a short text such as ``zigzag:20/20`` becomes the closed loop that steers a model.
 
 In the text angles count positive to starboard; `Manoeuvre.control` turns them into the vessel's own
-rudder sign (``model.positive_rudder``). ``KINDS`` holds one entry per kind: its form, a description, how
-its text is read and how its control is built. Every text may end in ``@euler``: the run is then advanced
-by one explicit Euler step per sample, which makes a record of the model's own difference equation.
+rudder sign (``model.positive_rudder``). ``KINDS`` holds one entry per kind: its form and a description, from
+`manoeuvres.yaml`, how its text is read and how its control is built. Every text may end in ``@euler``: the run is
+then advanced by one explicit Euler step per sample, which makes a record of the model's own difference equation.
 
 Manoeuvres with an execute (zigzag, turn, pullout) steer a straight course first, for the vessel suite's
 ``execute_s`` or else the smaller of 10 s and 5 % of the duration; the others start at time zero.
@@ -15,10 +15,12 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
+from pathlib import Path
 from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..models.data_file import load
 from ..models.errors import BadInput
 from ..models.model import Model, RudderGear
 from ..models.simulate import ClosedLoop
@@ -184,10 +186,10 @@ class ManoeuvreKind:
     ``random`` says that the control draws from the generator.
     """
 
-    form: str
-    description: str
     read: Reader
     build: Callable[[Manoeuvre, Setting], ClosedLoop]
+    form: str
+    description: str
     sided: bool = True
     random: bool = False
 
@@ -368,61 +370,19 @@ def shift_register(order: int, bits: int, rng: np.random.Generator) -> np.ndarra
     return out
 
 
+CONTROLS: dict[str, tuple[Reader, Callable[[Manoeuvre, Setting], ClosedLoop]]] = {
+    "zigzag": (_numbers(_degrees, _degrees, least=2), _zigzag),
+    "turn": (_numbers(_degrees, least=1), _turn),
+    "pullout": (_numbers(_degrees, _seconds, least=1), _pullout),
+    "spiral": (_read_spiral, _spiral),
+    "sine": (_read_tones, _sine),
+    "prbs": (_clocked, _prbs),
+    "steps": (_clocked, _random_steps),
+    "straight": (_numbers(least=0), _straight),
+    "heading": (_read_tones, _heading),
+    "series": (_numbers(least=1), _series),
+}
+"""Kind -> how its text is read, and its control built."""
 KINDS: dict[str, ManoeuvreKind] = {
-    "zigzag": ManoeuvreKind(
-        "zigzag:RUDDER/HEADING[:port] in degrees, e.g. zigzag:20/20",
-        "rudder ordered to the other side whenever the heading is HEADING off the initial course",
-        _numbers(_degrees, _degrees, least=2),
-        _zigzag,
-    ),
-    "turn": ManoeuvreKind(
-        "turn:RUDDER[:port] in degrees, e.g. turn:35",
-        "turning circle with constant rudder",
-        _numbers(_degrees, least=1),
-        _turn,
-    ),
-    "pullout": ManoeuvreKind(
-        "pullout:RUDDER[/HOLDs][:port], e.g. pullout:20 or pullout:20/300s",
-        "turn with constant rudder (for HOLD, by default half of the duration), then rudder midships",
-        _numbers(_degrees, _seconds, least=1),
-        _pullout,
-    ),
-    "spiral": ManoeuvreKind(
-        "spiral:RUDDER[/STEP][:port] in degrees, e.g. spiral:25 or spiral:25/5",
-        "Dieudonne spiral: rudder in steps of STEP (by default RUDDER/5) from one side to the other and back",
-        _read_spiral,
-        _spiral,
-    ),
-    "sine": ManoeuvreKind(
-        "sine:AMPLITUDEdeg/PERIODs[+...][:port], e.g. sine:20deg/120s+10deg/0.2rad_s",
-        "sum of rudder sines of zero phase",
-        _read_tones,
-        _sine,
-    ),
-    "prbs": ManoeuvreKind(
-        "prbs:AMPLITUDEdeg/CLOCKs, e.g. prbs:20deg/15s",
-        "maximum-length binary sequence between +AMPLITUDE and -AMPLITUDE",
-        _clocked,
-        _prbs,
-        sided=False,
-        random=True,
-    ),
-    "steps": ManoeuvreKind(
-        "steps:AMPLITUDEdeg/HOLDs, e.g. steps:30deg/20s",
-        "random rudder angles, uniform within AMPLITUDE, each held for HOLD",
-        _clocked,
-        _random_steps,
-        sided=False,
-        random=True,
-    ),
-    "straight": ManoeuvreKind("straight", "rudder midships", _numbers(least=0), _straight, sided=False),
-    "heading": ManoeuvreKind(
-        "heading:AMPLITUDEdeg/PERIODs[+...][:port], e.g. heading:20deg/600s",
-        "heading reference made of sines, followed by the vessel's own controller",
-        _read_tones,
-        _heading,
-    ),
-    "series": ManoeuvreKind(
-        "from_series(record or array)", "any rudder series (from Python only)", _numbers(least=1), _series, False
-    ),
+    name: ManoeuvreKind(*CONTROLS[name], **facts) for name, facts in load(Path(__file__).with_suffix(".yaml")).items()
 }

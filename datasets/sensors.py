@@ -41,9 +41,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
+from ..models.data_file import load
 from ..models.errors import BadInput
 from ..models.number_texts import whole_of
 from .columns import CANONICAL, QUANTITIES, UNITS
@@ -51,21 +53,7 @@ from .grammar import DEGREE, SHARE, TIME, positive, quantity, share
 from .randomness import gauss_markov, key_of, stream
 from .record import Record, RecordMeta, beside
 
-#: channel -> unit of the numbers behind it in that of the record's column, standard deviations at the levels
-_SD: dict[str, tuple[float, ...]] = {
-    "rudder": (DEGREE, 0.02, 0.05, 0.2, 1.0),
-    "propeller": (1.0, 0.001, 0.005, 0.02, 0.1),
-    "heading": (DEGREE, 0.02, 0.1, 0.5, 2.0),
-    "yaw_rate": (DEGREE, 0.01, 0.05, 0.2, 1.0),
-    "surge": (1.0, 0.005, 0.02, 0.1, 0.5),
-    "sway": (1.0, 0.005, 0.02, 0.1, 0.5),
-    "north": (1.0, 0.1, 0.5, 2.0, 10.0),
-    "east": (1.0, 0.1, 0.5, 2.0, 10.0),
-    "roll": (DEGREE, 0.02, 0.1, 0.5, 2.0),
-    "roll_rate": (DEGREE, 0.01, 0.05, 0.2, 1.0),
-    "wind_speed": (1.0, 0.2, 0.5, 1.0, 3.0),
-    "wind_direction": (DEGREE, 1.0, 3.0, 10.0, 30.0),
-}
+_SD = load(Path(__file__).with_name("noise.yaml"))
 #: short channel name -> (column of the record, units that its quantities may have)
 CHANNELS: dict[str, tuple[str, Mapping[str, float]]] = {
     name: (column, UNITS[CANONICAL[column]])
@@ -80,8 +68,8 @@ SELECTIONS = ("only", "without")
 
 #: standard deviation per level and channel, in the units of the record's columns
 NOISE: dict[str, dict[str, float]] = {"none": {}} | {
-    level: {channel: unit * sds[place] for channel, (unit, *sds) in _SD.items()}
-    for place, level in enumerate(("low", "medium", "high", "gross"))
+    level: {channel: (DEGREE if sd["unit"] == "deg" else 1.0) * sd[level] for channel, sd in _SD.items()}
+    for level in ("low", "medium", "high", "gross")
 }
 
 OUTLIER_SDS = 10.0

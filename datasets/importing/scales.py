@@ -22,15 +22,7 @@ from .units import unit_of
 SCALE = "scale"
 """Id of the question which scale is wanted."""
 MODEL, SHIP = "model", "ship"
-EXPONENTS = {
-    "speed": 0.5,
-    "angular rate": -0.5,
-    "length": 1.0,
-    "rotation": -0.5,
-    "force": 3.0,
-    "time": 0.5,
-    "angle": 0.0,
-}
+EXPONENTS = {name: facts["froude"] for name, facts in vocabulary()["dimensions"].items()}
 """Dimension -> the power of the scale by which the ship's values are larger (Froude)."""
 LEAST, LARGEST = 1.5, 2000.0
 """Range of scales."""

@@ -50,17 +50,6 @@ def unit_of(text: str, dimension: str | None = None) -> LogUnit | None:
     return next((unit for unit in able if dimension in (None, unit.dimension)), None)
 
 
-CANDIDATES = {
-    "angle": ("deg", "rad"),
-    "angular rate": ("deg/s", "deg/min", "rad/s"),
-    "speed": ("kn", "m/s", "km/h"),
-    "length": ("m", "km", "ft", "mm"),
-    "rotation": ("rpm", "rps"),
-    "force": ("N", "kN"),
-}
-"""Dimension -> units that a column without a unit may be in, the likeliest first."""
-
-
 def candidates(dimension: str) -> tuple[LogUnit, ...]:
-    """The units of a dimension that a column without a unit may be in."""
-    return tuple(UNITS[name] for name in CANDIDATES[dimension])
+    """The units of a dimension that a column without a unit may be in, the likeliest first."""
+    return tuple(UNITS[name] for name in vocabulary()["dimensions"][dimension]["units"])
