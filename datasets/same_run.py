@@ -58,18 +58,6 @@ class _Sampled(NamedTuple):
     noisy: bool
 
 
-class _Correlated(NamedTuple):
-    """Correlations of a channel's noise (2 M,) by lag in half samples, negative lags from the end, and the least one
-    that is not by chance."""
-
-    values: np.ndarray
-    least: float
-
-    def near(self, k: int, sign: float) -> float:
-        """The largest correlation of a sign near half lag k."""
-        return float(np.max(sign * self.values[np.arange(k - 2 * NEAR, k + 2 * NEAR + 1) % self.values.size]))
-
-
 _Grid: TypeAlias = tuple[float, int]
 """Even steps, s, on which two records are compared, and the size of their spectra."""
 
@@ -156,8 +144,10 @@ def _compared(first: Record, second: Record, grid: _Grid) -> Same | None:
         one, other = (_sampled(r, name, grid) for r in (first, second))
         if one is not None and other is not None and (one.noisy or other.noisy):
             channels[name] = (one, other)
-    correlated = {name: _correlated(*pair, grid[1]) for name, pair in channels.items()}
-    return _judged(correlated, grid[0], lambda name, lag: _motion(*channels[name], lag))
+    # half a sample apart: between two samples a peak is shared by both and low in each
+    noise = {n: 2.0 * np.fft.irfft(a.spectrum * np.conj(b.spectrum), 2 * grid[1]) for n, (a, b) in channels.items()}
+    least = {n: float(_least(min(a.values.size, b.values.size))) for n, (a, b) in channels.items()}
+    return _judged(noise, least, grid[0], lambda name, lag: _motion(*channels[name], lag))
 
 
 def _motion(one: _Sampled, other: _Sampled, lag: float) -> float:
@@ -188,34 +178,35 @@ def _sampled(record: Record, name: str, grid: _Grid, precision: type = np.comple
     return _Sampled(even, spectrum, white_noise(values) > 0.0)
 
 
-def _correlated(one: _Sampled, other: _Sampled, size: int) -> _Correlated:
-    """Correlations at all lags, half a sample apart: between two samples a peak is shared by both and low in each."""
-    values = 2.0 * np.fft.irfft(one.spectrum * np.conj(other.spectrum), 2 * size)
-    return _Correlated(values, float(_least(min(one.values.size, other.values.size))))
-
-
 def _least(size: ArrayLike) -> np.ndarray:
     """The least correlation, at its peak, that noise of so many samples does not have by chance."""
     return np.maximum(PEAK, CHANCE / np.sqrt(size))
 
 
-def _judged(found: dict[str, _Correlated], step: float, motion: Callable[[str, float], float]) -> Same | None:
+def _judged(
+    noise: dict[str, np.ndarray], least: dict[str, float], step: float, motion: Callable[[str, float], float]
+) -> Same | None:
     """One run, where two channels agree in their lags, or one alone has noise, and the motion goes along.
 
     The sign of a channel is that of its motion: beside its peak the noise of interpolated samples has others of the
     opposite sign.
     """
-    for leading in found.values():
-        k = int(np.argmax(np.abs(leading.values)))
-        if abs(leading.values[k]) <= leading.least:
+    for leading, values in noise.items():
+        k = int(np.argmax(np.abs(values)))
+        if abs(values[k]) <= least[leading]:
             continue
-        lag = (k if 2 * k < leading.values.size else k - leading.values.size) / 2.0
-        moved = {name: motion(name, lag) for name in found}
-        near = {name: c.near(k, np.sign(moved[name])) for name, c in found.items()}
-        agree = [name for name, value in near.items() if value > found[name].least]
-        enough = len(agree) > 1 or (len(found) == 1 and all(near[name] > ALONE for name in agree))
+        lag = (k if 2 * k < values.size else k - values.size) / 2.0
+        moved = {name: motion(name, lag) for name in noise}
+        near = {name: _near(own, k, np.sign(moved[name])) for name, own in noise.items()}
+        agree = [name for name, value in near.items() if value > least[name]]
+        enough = len(agree) > 1 or (len(noise) == 1 and all(near[name] > ALONE for name in agree))
         motions = [abs(moved[name]) for name in agree]
         if agree and enough and max(motions) > MOTION and min(motions) > NOISY:
             mirrored = any(moved[name] < 0.0 for name in agree)
             return Same(tuple(agree), min(near[name] for name in agree), mirrored, lag * step)
     return None
+
+
+def _near(values: np.ndarray, k: int, sign: float) -> float:
+    """The largest correlation (2 M,) of a sign near half lag k; negative lags stand at the end."""
+    return float(np.max(sign * values[np.arange(k - 2 * NEAR, k + 2 * NEAR + 1) % values.size]))
