@@ -95,14 +95,6 @@ class SentenceGroup:
     stamps: list[str] = field(default_factory=list)
     numbers: list[array[float]] = field(default_factory=list)
 
-    def add(self, line: int, place: int, stamp: str, message: Any) -> None:
-        """Keep the numbers of a sentence; `message` None: its data are void."""
-        self.lines.append(line)
-        self.places.append(place)
-        self.stamps.append(stamp)
-        for numbers, (_, read) in zip(self.numbers, sentence_kinds()[self.kind][1], strict=True):
-            numbers.append(_number(read, message) if message is not None else np.nan)
-
 
 @dataclass
 class Sentences:
@@ -127,10 +119,14 @@ class Sentences:
             name += f" {message.source}{message.engineshaftnum}"
         if name not in self.groups:
             self.groups[name] = SentenceGroup(kind, talker, numbers=[array("d") for _ in fields])
-        void = _is_void(message)
+        void, group = _is_void(message), self.groups[name]
         self.others[f"{kind} with status V or mode N"] += void
         self.stamped += bool(stamp)
-        self.groups[name].add(line, len(self.clocks), stamp, None if void else message)
+        group.lines.append(line)
+        group.places.append(len(self.clocks))
+        group.stamps.append(stamp)
+        for numbers, (_, read) in zip(group.numbers, fields, strict=True):
+            numbers.append(np.nan if void else _number(read, message))
         self.clocks.append(_clock(kind, message))
         self.days.append(_day(kind, message))
 
