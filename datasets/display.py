@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -21,13 +20,8 @@ COLOURS = ("#222222", "#d1495b", "#1b6ca8", "#2e8b57")
 WIDTH_IN, PANEL_IN = 8.0, 1.7
 
 
-@dataclass(frozen=True)
-class LabelledLine:
-    """A labelled line: time_s (N,) s and values (N,) in the SI unit of its panel's channel."""
-
-    label: str
-    time_s: np.ndarray
-    values: np.ndarray
+LabelledLine: TypeAlias = tuple[str, np.ndarray, np.ndarray]
+"""A label, '' for none, times (N,), s, and values (N,) in the SI unit of the panel's channel."""
 
 
 def shown_unit(channel: str) -> tuple[str, float]:
@@ -53,8 +47,8 @@ def time_figure(panels: Mapping[str, Iterable[LabelledLine]], title: str) -> Fig
     axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0]
     for (channel, curves), panel in zip(panels.items(), axes, strict=True):
         unit, factor = shown_unit(channel)
-        for colour, curve in zip(COLOURS, curves, strict=False):
-            panel.plot(curve.time_s, factor * curve.values, color=colour, linewidth=1.0, label=curve.label or None)
+        for colour, (label, time_s, values) in zip(COLOURS, curves, strict=False):
+            panel.plot(time_s, factor * values, color=colour, linewidth=1.0, label=label or None)
         panel.set_ylabel(f"{shown_name(channel)}\n[{unit}]")
         panel.grid(True, linewidth=0.3)
     handles, labels = axes[0].get_legend_handles_labels()

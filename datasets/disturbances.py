@@ -38,7 +38,7 @@ import numpy as np
 
 from ..models.errors import BadInput
 from ..models.model import Model
-from .grammar import DEGREE, pair, plain, positive, quantity
+from .grammar import ANGLE, DEGREE, pair, plain, positive, quantity
 from .randomness import gauss_markov, key_of, stream
 from .record import Record
 
@@ -50,7 +50,6 @@ COMPONENTS = 48
 BAND = (0.6, 2.8)
 DRAUGHT_OVER_LENGTH = 0.04
 TRACK = ("north_m", "east_m", "surge_m_s", "sway_m_s")
-DIRECTION = {"deg": DEGREE, "rad": 1.0}
 
 
 class MeanWind(NamedTuple):
@@ -336,7 +335,7 @@ def _directed(rest: str) -> tuple[str, float, str]:
     what, at, direction = rest.partition("@")
     if not at:
         raise ValueError("no direction (@DEGREES)")
-    angle = quantity(direction, DIRECTION, "deg")
+    angle = quantity(direction, ANGLE, "deg")
     return what, angle, plain(angle / DEGREE)
 
 

@@ -42,7 +42,7 @@ from ..models.memory import bounded_memory, require_memory
 from ..models.model import is_model_id
 from .arrow_csv import FEWEST_BYTES, FEWEST_ROWS, columns_of_numbers, numbers_of_arrow, short_text, write_csv
 from .columns import ACCEPTED, CANONICAL, NUMBER, RUDDERS, SURROUNDINGS, TWIN, check_header, in_order, to_canonical
-from .record import LEFT_OUT, Record, is_side
+from .record import LEFT_OUT, Record, RecordMeta, is_side
 from .sidecar import read_sidecar, refuse_to_replace, sidecar_path, sidecar_text
 from .time_faults import refuse_time_fault, time_fault
 
@@ -94,17 +94,22 @@ def read_record(path: str | os.PathLike[str], positive_rudder: str | None = None
         constant channels alone.
     """
     path = Path(path)
-    if positive_rudder is not None and not is_side(positive_rudder):
-        raise BadInput(f"positive rudder {positive_rudder!r}", file=path, hint="give 'port' or 'starboard'")
-    table = _read(path)
-    meta, constant = read_sidecar(sidecar_path(path))
+    table, meta, constant = _opened(path, positive_rudder)
     _check_samples(table, path)
     channels = to_canonical(table.columns)
     dead = _dead_channels(channels, constant, table, path)
     channels = {name: values for name, values in channels.items() if name not in dead}
-    extra = {**meta.extra, LEFT_OUT: dead} if dead else meta.extra
-    meta = replace(meta, positive_rudder=positive_rudder or meta.positive_rudder, extra=extra)
+    meta = replace(meta, extra={**meta.extra, LEFT_OUT: dead} if dead else meta.extra)
     return Record(channels.pop("time_s"), channels, name=path.stem, meta=meta)
+
+
+def _opened(path: Path, positive_rudder: str | None) -> tuple[_Table, RecordMeta, frozenset[str]]:
+    """The table of a record file, unchecked but for the header, its metadata, and the channels declared constant."""
+    if positive_rudder is not None and not is_side(positive_rudder):
+        raise BadInput(f"positive rudder {positive_rudder!r}", file=path, hint="give 'port' or 'starboard'")
+    table = _read(path)
+    meta, constant = read_sidecar(sidecar_path(path))
+    return table, replace(meta, positive_rudder=positive_rudder or meta.positive_rudder), constant
 
 
 def read_table(path: Path) -> dict[str, np.ndarray]:
@@ -379,10 +384,8 @@ def read_leniently(path: str | os.PathLike[str], positive_rudder: str | None = N
         cannot be those of one run (milliseconds as seconds, a clock that was set).
     """
     path = Path(path)
-    if positive_rudder is not None and not is_side(positive_rudder):
-        raise BadInput(f"positive rudder {positive_rudder!r}", file=path, hint="give 'port' or 'starboard'")
-    columns = to_canonical(read_table(path))
-    meta, _ = read_sidecar(sidecar_path(path))
+    table, meta, _ = _opened(path, positive_rudder)
+    columns = to_canonical(table.columns)
     time = columns.pop("time_s")
     own = np.flatnonzero(np.isfinite(time))
     steps = np.diff(time[own])
@@ -394,7 +397,6 @@ def read_leniently(path: str | os.PathLike[str], positive_rudder: str | None = N
     refuse_time_fault(time[kept], path)
     channels = {name: np.where(np.isinf(v), np.nan, v)[kept] for name, v in columns.items()}
     repairs = Repairs(time.size, time.size - own.size, ordered.size - kept.size, int(np.sum(steps < 0.0)), infinite)
-    meta = replace(meta, positive_rudder=positive_rudder or meta.positive_rudder)
     return Record(time[kept], channels, name=path.stem, meta=meta), repairs
 
 

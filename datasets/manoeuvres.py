@@ -1,9 +1,9 @@
 """Manoeuvres: a short text such as ``zigzag:20/20`` becomes the closed loop that steers a model.
 
 In the text angles count positive to starboard; `Manoeuvre.control` turns them into the vessel's own
-rudder sign (``model.positive_rudder``). ``KINDS`` holds one entry per kind: its form, a description, how
-its text is read and how its control is built. Every text may end in ``@euler``: the run is then advanced
-by one explicit Euler step per sample, which makes a record of the model's own difference equation.
+rudder sign (``model.positive_rudder``). ``KINDS`` holds one entry per kind: its form and a description, from
+`manoeuvres.yaml`, how its text is read and how its control is built. Every text may end in ``@euler``: the run is
+then advanced by one explicit Euler step per sample, which makes a record of the model's own difference equation.
 
 Manoeuvres with an execute (zigzag, turn, pullout) steer a straight course first, for the vessel suite's
 ``execute_s`` or else the smaller of 10 s and 5 % of the duration; the others start at time zero.
@@ -14,19 +14,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
+from functools import partial
+from pathlib import Path
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
+from ..models.data_file import load
 from ..models.errors import BadInput
 from ..models.model import Model, RudderGear
 from ..models.simulate import ClosedLoop
 from ..models.suggestions import suggestion
-from .grammar import ANGLE, DEGREE, TIME, pair, plain, positive
+from .grammar import ANGLE, DEGREE, TIME, plain, positive
 from .record import Record
 
 PERIOD = {"s": 1.0, "rad_s": 1.0}
 RUDDER_MAX = 90.0 * DEGREE
+Reader: TypeAlias = Callable[[str], tuple[tuple[float, ...], str]]
+"""Reads what stands behind the colon: its numbers in SI units and radians, and the canonical text."""
 
 
 def read_side(rest: str) -> tuple[int, str]:
@@ -44,75 +49,53 @@ def _angle(text: str, default: str | None = "deg") -> float:
     return value
 
 
-def read_nothing(rest: str) -> tuple[tuple[float, ...], str]:
-    """Nothing: a manoeuvre without numbers."""
-    if rest:
-        raise ValueError(f"nothing may follow, found {rest!r}")
-    return (), ""
+def _degrees(text: str, default: str | None = "deg") -> tuple[float, str]:
+    """An angle in rad, and its text in degrees: without the unit where it need not stand there."""
+    value = _angle(text, default)
+    return value, f"{plain(value / DEGREE)}{'' if default else 'deg'}"
 
 
-def read_pair(rest: str) -> tuple[tuple[float, ...], str]:
-    """`RUDDER/HEADING` in degrees."""
-    rudder, heading = pair(rest)
-    values = _angle(rudder), _angle(heading)
-    return values, "/".join(_degrees(v) for v in values)
+def _seconds(text: str) -> tuple[float, str]:
+    value = positive(text, TIME)
+    return value, f"{plain(value)}s"
 
 
-def read_angle(rest: str) -> tuple[tuple[float, ...], str]:
-    """`RUDDER` in degrees."""
-    value = _angle(rest)
-    return (value,), _degrees(value)
+def _frequency(text: str) -> tuple[float, str]:
+    """A frequency in rad/s of a period, or of one with the unit rad_s."""
+    number, unit = positive(text, PERIOD), "rad_s" if text.endswith("rad_s") else "s"
+    return number if unit == "rad_s" else 2.0 * math.pi / number, f"{plain(number)}{unit}"
 
 
-def read_pullout(rest: str) -> tuple[tuple[float, ...], str]:
-    """`RUDDER[/HOLDs]`."""
-    angle, _, hold = rest.partition("/")
-    value = _angle(angle)
-    if "/" not in rest:
-        return (value,), _degrees(value)
-    held = positive(hold, TIME)
-    return (value, held), f"{_degrees(value)}/{plain(held)}s"
+def _numbers(*parts: Callable[[str], tuple[float, str]], least: int) -> Reader:
+    """A reader of numbers between slashes, each by its part; those behind the first `least` may be left out."""
+
+    def read(rest: str) -> tuple[tuple[float, ...], str]:
+        cells = rest.split("/") if rest else []
+        if not least <= len(cells) <= len(parts):
+            raise ValueError(f"{rest!r} is not of this form" if parts else f"nothing may follow, found {rest!r}")
+        found = [part(cell) for part, cell in zip(parts, cells, strict=False)]
+        return tuple(value for value, _ in found), "/".join(text for _, text in found)
+
+    return read
 
 
-def read_spiral(rest: str) -> tuple[tuple[float, ...], str]:
+_stated_degrees = partial(_degrees, default=None)
+_clocked, _tone = _numbers(_stated_degrees, _seconds, least=2), _numbers(_stated_degrees, _frequency, least=2)
+
+
+def _read_spiral(rest: str) -> tuple[tuple[float, ...], str]:
     """`RUDDER[/STEP]` in degrees; STEP is a fifth of RUDDER by default and divides it."""
-    angle, _, step = rest.partition("/")
-    top = _angle(angle)
-    if "/" not in rest:
-        return (top, top / 5.0), _degrees(top)
-    by = _angle(step)
+    (top, *step), text = _numbers(_degrees, _degrees, least=1)(rest)
+    by = step[0] if step else top / 5.0
     if abs(top / by - round(top / by)) > 1e-9:
-        raise ValueError(f"the step {step!r} does not divide {angle!r}")
-    return (top, by), f"{_degrees(top)}/{_degrees(by)}"
+        raise ValueError(f"the step does not divide the angle in {rest!r}")
+    return (top, by), text
 
 
-def read_tones(rest: str) -> tuple[tuple[float, ...], str]:
-    """`AMPLITUDEdeg/PERIODs`, or a frequency with unit rad_s, joined by +: amplitude and rad/s of each sine."""
-    values: list[float] = []
-    texts = []
-    for tone in rest.split("+"):
-        amplitude, period = pair(tone)
-        size, number = _angle(amplitude, None), positive(period, PERIOD)
-        frequency = period.endswith("rad_s")
-        values += [size, number if frequency else 2.0 * math.pi / number]
-        texts.append(f"{_degrees(size)}deg/{plain(number)}{'rad_s' if frequency else 's'}")
-    return tuple(values), "+".join(texts)
-
-
-def read_clocked(rest: str) -> tuple[tuple[float, ...], str]:
-    """`AMPLITUDEdeg/CLOCKs`."""
-    angle, period = pair(rest)
-    size, clock = _angle(angle, None), positive(period, TIME)
-    return (size, clock), f"{_degrees(size)}deg/{plain(clock)}s"
-
-
-def read_series(rest: str) -> tuple[tuple[float, ...], str]:
-    """A rudder series, which has no text."""
-    raise ValueError("a free series has no text form, make it with from_series()")
-
-
-def _degrees(value: float) -> str:
-    return plain(value / DEGREE)
+def _read_tones(rest: str) -> tuple[tuple[float, ...], str]:
+    """Amplitude, rad, and frequency, rad/s, of each sine; the sines are joined by +."""
+    tones = [_tone(text) for text in rest.split("+")]
+    return tuple(number for own, _ in tones for number in own), "+".join(text for _, text in tones)
 
 
 EULER = "@euler"
@@ -203,10 +186,10 @@ class ManoeuvreKind:
     ``random`` says that the control draws from the generator.
     """
 
+    read: Reader
+    build: Callable[[Manoeuvre, Setting], ClosedLoop]
     form: str
     description: str
-    read: Callable[[str], tuple[tuple[float, ...], str]]
-    build: Callable[[Manoeuvre, Setting], ClosedLoop]
     sided: bool = True
     random: bool = False
 
@@ -387,58 +370,19 @@ def shift_register(order: int, bits: int, rng: np.random.Generator) -> np.ndarra
     return out
 
 
+CONTROLS: dict[str, tuple[Reader, Callable[[Manoeuvre, Setting], ClosedLoop]]] = {
+    "zigzag": (_numbers(_degrees, _degrees, least=2), _zigzag),
+    "turn": (_numbers(_degrees, least=1), _turn),
+    "pullout": (_numbers(_degrees, _seconds, least=1), _pullout),
+    "spiral": (_read_spiral, _spiral),
+    "sine": (_read_tones, _sine),
+    "prbs": (_clocked, _prbs),
+    "steps": (_clocked, _random_steps),
+    "straight": (_numbers(least=0), _straight),
+    "heading": (_read_tones, _heading),
+    "series": (_numbers(least=1), _series),
+}
+"""Kind -> how its text is read, and its control built."""
 KINDS: dict[str, ManoeuvreKind] = {
-    "zigzag": ManoeuvreKind(
-        "zigzag:RUDDER/HEADING[:port] in degrees, e.g. zigzag:20/20",
-        "rudder ordered to the other side whenever the heading is HEADING off the initial course",
-        read_pair,
-        _zigzag,
-    ),
-    "turn": ManoeuvreKind(
-        "turn:RUDDER[:port] in degrees, e.g. turn:35", "turning circle with constant rudder", read_angle, _turn
-    ),
-    "pullout": ManoeuvreKind(
-        "pullout:RUDDER[/HOLDs][:port], e.g. pullout:20 or pullout:20/300s",
-        "turn with constant rudder (for HOLD, by default half of the duration), then rudder midships",
-        read_pullout,
-        _pullout,
-    ),
-    "spiral": ManoeuvreKind(
-        "spiral:RUDDER[/STEP][:port] in degrees, e.g. spiral:25 or spiral:25/5",
-        "Dieudonne spiral: rudder in steps of STEP (by default RUDDER/5) from one side to the other and back",
-        read_spiral,
-        _spiral,
-    ),
-    "sine": ManoeuvreKind(
-        "sine:AMPLITUDEdeg/PERIODs[+...][:port], e.g. sine:20deg/120s+10deg/0.2rad_s",
-        "sum of rudder sines of zero phase",
-        read_tones,
-        _sine,
-    ),
-    "prbs": ManoeuvreKind(
-        "prbs:AMPLITUDEdeg/CLOCKs, e.g. prbs:20deg/15s",
-        "maximum-length binary sequence between +AMPLITUDE and -AMPLITUDE",
-        read_clocked,
-        _prbs,
-        sided=False,
-        random=True,
-    ),
-    "steps": ManoeuvreKind(
-        "steps:AMPLITUDEdeg/HOLDs, e.g. steps:30deg/20s",
-        "random rudder angles, uniform within AMPLITUDE, each held for HOLD",
-        read_clocked,
-        _random_steps,
-        sided=False,
-        random=True,
-    ),
-    "straight": ManoeuvreKind("straight", "rudder midships", read_nothing, _straight, sided=False),
-    "heading": ManoeuvreKind(
-        "heading:AMPLITUDEdeg/PERIODs[+...][:port], e.g. heading:20deg/600s",
-        "heading reference made of sines, followed by the vessel's own controller",
-        read_tones,
-        _heading,
-    ),
-    "series": ManoeuvreKind(
-        "from_series(record or array)", "any rudder series (from Python only)", read_series, _series, False
-    ),
+    name: ManoeuvreKind(*CONTROLS[name], **facts) for name, facts in load(Path(__file__).with_suffix(".yaml")).items()
 }

@@ -8,10 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..models.data_file import load
 from ..models.errors import BadInput
 from .axes import ACROSS, goes_astern, lever_arm, track_of
 from .columns import HEADING, POSITIONS, RUDDERS, TRACK, TURN, TWIN
@@ -40,30 +43,6 @@ OTHER_LENGTH = 0.05
 SCALE_SPEED, SCALE_TURN, SCALE_FROUDE = 2.5, 2.5, 0.7
 """Ratio of speeds from which on scales are compared; yaw rate times the model's length over speed, and Froude number
 with the model's length, that no ship reaches."""
-TURN_UNITS = {
-    "degrees in heading_rad? then call the column heading_deg": ("heading_rad", 1.0 / DEGREE),
-    "degrees per second? then call the column yaw_rate_deg_s": ("yaw_rate_rad_s", DEGREE),
-    "degrees per minute in yaw_rate_rad_s": ("yaw_rate_rad_s", DEGREE / 60.0),
-    "per minute in yaw_rate_rad_s": ("yaw_rate_rad_s", 1.0 / 60.0),
-    "milliseconds in time_s": ("time_s", 1e-3),
-    "microseconds in time_s": ("time_s", 1e-6),
-    "minutes in time_s": ("time_s", 60.0),
-}
-"""Unit -> the column, and how many times as much the heading then changes as yaw rate and time say."""
-WAY_UNITS = {
-    "knots in speed columns": ("surge_m_s", 1852.0 / 3600.0),
-    "metres per second in speed columns that are named knots": ("surge_m_s", 3600.0 / 1852.0),
-    "km/h in speed columns": ("surge_m_s", 1.0 / 3.6),
-    "centimetres per second in speed columns": ("surge_m_s", 0.01),
-    "milliseconds in time_s": ("time_s", 1e-3),
-    "kilometres in position columns": ("north_m", 1e-3),
-    "centimetres in position columns": ("north_m", 100.0),
-    "millimetres in position columns": ("north_m", 1000.0),
-    "feet in position columns": ("north_m", 1.0 / 0.3048),
-    "nautical miles in position columns": ("north_m", 1.0 / 1852.0),
-    "minutes in time_s": ("time_s", 60.0),
-}
-"""The same for positions against speeds."""
 SLIPPING = 1.7
 """Factor on the revolutions that a model turns at a speed, from which recorded ones are doubtful."""
 
@@ -268,7 +247,7 @@ def _turned(record: Record) -> Iterator[Doubt]:
     if ratio is None and record.has(*TURN) and _exchanged_ratio(record):
         message = "changes as the integral of heading_rad does"
         yield Doubt(record.name, message, "exchange the names of the two columns", "yaw_rate_rad_s")
-    yield from _ratio(record, ratio, TURN_UNITS, ("headings", "heading, yaw rate and time"), TURN)
+    yield from _ratio(record, ratio, _wrong_units()["turn"], ("headings", "heading, yaw rate and time"), TURN)
 
 
 def _exchanged_ratio(record: Record) -> bool:
@@ -302,8 +281,14 @@ def _way(record: Record) -> Iterator[Doubt]:
         ratio = median_ratio(way, path) if ratio is None else ratio
         turn = _turn_ratio(record)
         timed = turn is not None and abs(turn - 1.0) < NEAR
-        units = {unit: place for unit, place in WAY_UNITS.items() if not (timed and place[0] == "time_s")}
+        units = {unit: place for unit, place in _wrong_units()["way"].items() if not (timed and place[0] == "time_s")}
         yield from _ratio(record, ratio, units, ("positions", "positions, speeds and time"), TRACK)
+
+
+@cache
+def _wrong_units() -> dict[str, dict[str, tuple[str, float]]]:
+    """Kind of changes -> unit -> the column, and how many times as much it then changes as the others say."""
+    return load(Path(__file__).with_name("wrong_units.yaml"))
 
 
 def _ratio(

@@ -17,7 +17,7 @@ from ..models.display import html_table
 from ..models.errors import BadInput
 from ..models.extras import extras_told
 from .columns import CANONICAL, RUDDERS, TWIN, check_header, in_order, to_canonical
-from .display import LabelledLine, channel_row, continuous, time_figure
+from .display import channel_row, continuous, time_figure
 from .geometry import unwrapped
 from .time_faults import refuse_time_fault
 
@@ -61,23 +61,6 @@ class RecordMeta:
     def __post_init__(self) -> None:
         if self.positive_rudder is not None and not is_side(self.positive_rudder):
             raise BadInput(f"positive_rudder is {self.positive_rudder!r}", hint="give 'port' or 'starboard'")
-
-
-class _Steps:
-    """What is asked again and again of the steps of times (N,), computed at first use; records share it."""
-
-    def __init__(self, time_s: np.ndarray) -> None:
-        self.time_s = time_s
-
-    @cached_property
-    def median(self) -> float:
-        """Median step, s; nan for a single sample."""
-        return float(np.median(np.diff(self.time_s))) if self.time_s.size > 1 else float("nan")
-
-    @cached_property
-    def unevenness(self) -> float:
-        """Largest difference of a step from the median one, s; for two samples or more."""
-        return float(np.abs(np.diff(self.time_s) - self.median).max())
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -167,7 +150,7 @@ class Record:
         names = in_order(self.channels) if channels is None else list(channels)
         if not names:
             raise BadInput("no channel to draw", file=self.name, hint=f"it has {', '.join(self.channels) or 'none'}")
-        panels = {name: [LabelledLine("", self.time_s, continuous(name, self.column(name)))] for name in names}
+        panels = {name: [("", self.time_s, continuous(name, self.column(name)))] for name in names}
         return time_figure(panels, self.name)
 
     def __repr__(self) -> str:
@@ -204,17 +187,18 @@ class Record:
         return self.time_s.size
 
     @cached_property
-    def _steps(self) -> _Steps:
-        return _Steps(self.time_s)
-
-    @property
     def dt(self) -> float:
         """Median time step, s (nan for a single sample)."""
-        return self._steps.median
+        return float(np.median(np.diff(self.time_s))) if self.n > 1 else float("nan")
+
+    @cached_property
+    def _unevenness(self) -> float:
+        """Largest difference of a step from the median one, s; for two samples or more."""
+        return float(np.abs(np.diff(self.time_s) - self.dt).max())
 
     def uniform(self, tolerance: float = 1e-3) -> bool:
         """Whether every time step is the median step to within `tolerance` of it."""
-        return self.n < 2 or self._steps.unevenness <= tolerance * self.dt
+        return self.n < 2 or self._unevenness <= tolerance * self.dt
 
     def has(self, *names: str) -> bool:
         """Whether the record holds all the columns named (`time_s` counts)."""
@@ -314,7 +298,8 @@ def beside(record: Record, **changed: Any) -> Record:
     """A record at the same times with other `channels`, `meta` or `name`: what is known of the times is not computed
     again."""
     other = replace(record, **changed)
-    vars(other)["_steps"] = record._steps
+    known = {"dt": record.dt, **vars(record)}
+    vars(other).update({name: known[name] for name in ("dt", "_unevenness") if name in known})
     return other
 
 

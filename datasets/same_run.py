@@ -10,7 +10,7 @@ it: simulations of one seed share their noise in different manoeuvres.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -58,23 +58,8 @@ class _Sampled(NamedTuple):
     noisy: bool
 
 
-class _Correlated(NamedTuple):
-    """Correlations of a channel's noise (2 M,) by lag in half samples, negative lags from the end, and the least one
-    that is not by chance."""
-
-    values: np.ndarray
-    least: float
-
-    def near(self, k: int, sign: float) -> float:
-        """The largest correlation of a sign near half lag k."""
-        return float(np.max(sign * self.values[np.arange(k - 2 * NEAR, k + 2 * NEAR + 1) % self.values.size]))
-
-
-class _Grid(NamedTuple):
-    """Even steps, s, on which two records are compared, and the size of their spectra."""
-
-    step: float
-    size: int
+_Grid: TypeAlias = tuple[float, int]
+"""Even steps, s, on which two records are compared, and the size of their spectra."""
 
 
 def same_run(records: Sequence[Record], others: Sequence[Record] | None = None) -> tuple[Record, Record, Same] | None:
@@ -123,7 +108,7 @@ def _pairs(records: Sequence[Record], split: int | None) -> Iterator[tuple[_Grid
             powers = np.ceil(np.log2(2.0 * np.where(mask, longest, 0.0) + 2.0)).astype(int)
             for power in np.unique(powers[mask]).tolist():
                 i, j = np.nonzero(mask & (powers == power))
-                yield _Grid(step, 1 << power), np.sort(np.column_stack([places[a[i]], places[b[j]]]), axis=1)
+                yield (step, 1 << power), np.sort(np.column_stack([places[a[i]], places[b[j]]]), axis=1)
 
 
 def _with_peak(records: Sequence[Record], pairs: np.ndarray, name: str, grid: _Grid) -> Iterator[tuple[int, int]]:
@@ -142,11 +127,11 @@ def _with_peak(records: Sequence[Record], pairs: np.ndarray, name: str, grid: _G
     noisy = np.array([c.noisy for c in channels.values()])
     pairs = pairs[(row[pairs] >= 0).all(axis=1)]
     pairs = pairs[noisy[row[pairs]].any(axis=1)]
-    block = max(1, MOST_NUMBERS // (2 * grid.size))
+    block = max(1, MOST_NUMBERS // (2 * grid[1]))
     for start in range(0, len(pairs), block):
         own = pairs[start : start + block]
         one, other = row[own].T
-        values = 2.0 * np.fft.irfft(spectra[one] * np.conj(spectra[other]), 2 * grid.size)
+        values = 2.0 * np.fft.irfft(spectra[one] * np.conj(spectra[other]), 2 * grid[1])
         largest = np.maximum(values.max(axis=1), -values.min(axis=1))
         alike = own[largest > SURE * _least(np.minimum(sizes[one], sizes[other]))]
         yield from ((i, j) for i, j in alike.tolist())
@@ -159,8 +144,10 @@ def _compared(first: Record, second: Record, grid: _Grid) -> Same | None:
         one, other = (_sampled(r, name, grid) for r in (first, second))
         if one is not None and other is not None and (one.noisy or other.noisy):
             channels[name] = (one, other)
-    correlated = {name: _correlated(*pair, grid.size) for name, pair in channels.items()}
-    return _judged(correlated, grid.step, lambda name, lag: _motion(*channels[name], lag))
+    # half a sample apart: between two samples a peak is shared by both and low in each
+    noise = {n: 2.0 * np.fft.irfft(a.spectrum * np.conj(b.spectrum), 2 * grid[1]) for n, (a, b) in channels.items()}
+    least = {n: float(_least(min(a.values.size, b.values.size))) for n, (a, b) in channels.items()}
+    return _judged(noise, least, grid[0], lambda name, lag: _motion(*channels[name], lag))
 
 
 def _motion(one: _Sampled, other: _Sampled, lag: float) -> float:
@@ -179,11 +166,11 @@ def _sampled(record: Record, name: str, grid: _Grid, precision: type = np.comple
     if known.sum() < SHORTEST:
         return None
     time = record.time_s
-    even = np.interp(np.arange(time[0], time[-1], grid.step), time[known], values[known])
+    even = np.interp(np.arange(time[0], time[-1], grid[0]), time[known], values[known])
     rough = np.diff(even, 3)
     limit = CLIP * 1.4826 * float(np.median(np.abs(rough)))
     rough = np.clip(rough, -limit, limit)
-    spectrum = np.fft.rfft(rough - np.mean(rough), grid.size)
+    spectrum = np.fft.rfft(rough - np.mean(rough), grid[1])
     length = np.abs(spectrum)
     if not (np.isfinite(length).all() and length.any()):
         return None
@@ -191,34 +178,35 @@ def _sampled(record: Record, name: str, grid: _Grid, precision: type = np.comple
     return _Sampled(even, spectrum, white_noise(values) > 0.0)
 
 
-def _correlated(one: _Sampled, other: _Sampled, size: int) -> _Correlated:
-    """Correlations at all lags, half a sample apart: between two samples a peak is shared by both and low in each."""
-    values = 2.0 * np.fft.irfft(one.spectrum * np.conj(other.spectrum), 2 * size)
-    return _Correlated(values, float(_least(min(one.values.size, other.values.size))))
-
-
 def _least(size: ArrayLike) -> np.ndarray:
     """The least correlation, at its peak, that noise of so many samples does not have by chance."""
     return np.maximum(PEAK, CHANCE / np.sqrt(size))
 
 
-def _judged(found: dict[str, _Correlated], step: float, motion: Callable[[str, float], float]) -> Same | None:
+def _judged(
+    noise: dict[str, np.ndarray], least: dict[str, float], step: float, motion: Callable[[str, float], float]
+) -> Same | None:
     """One run, where two channels agree in their lags, or one alone has noise, and the motion goes along.
 
     The sign of a channel is that of its motion: beside its peak the noise of interpolated samples has others of the
     opposite sign.
     """
-    for leading in found.values():
-        k = int(np.argmax(np.abs(leading.values)))
-        if abs(leading.values[k]) <= leading.least:
+    for leading, values in noise.items():
+        k = int(np.argmax(np.abs(values)))
+        if abs(values[k]) <= least[leading]:
             continue
-        lag = (k if 2 * k < leading.values.size else k - leading.values.size) / 2.0
-        moved = {name: motion(name, lag) for name in found}
-        near = {name: c.near(k, np.sign(moved[name])) for name, c in found.items()}
-        agree = [name for name, value in near.items() if value > found[name].least]
-        enough = len(agree) > 1 or (len(found) == 1 and all(near[name] > ALONE for name in agree))
+        lag = (k if 2 * k < values.size else k - values.size) / 2.0
+        moved = {name: motion(name, lag) for name in noise}
+        near = {name: _near(own, k, np.sign(moved[name])) for name, own in noise.items()}
+        agree = [name for name, value in near.items() if value > least[name]]
+        enough = len(agree) > 1 or (len(noise) == 1 and all(near[name] > ALONE for name in agree))
         motions = [abs(moved[name]) for name in agree]
         if agree and enough and max(motions) > MOTION and min(motions) > NOISY:
             mirrored = any(moved[name] < 0.0 for name in agree)
             return Same(tuple(agree), min(near[name] for name in agree), mirrored, lag * step)
     return None
+
+
+def _near(values: np.ndarray, k: int, sign: float) -> float:
+    """The largest correlation (2 M,) of a sign near half lag k; negative lags stand at the end."""
+    return float(np.max(sign * values[np.arange(k - 2 * NEAR, k + 2 * NEAR + 1) % values.size]))

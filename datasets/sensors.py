@@ -41,42 +41,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 
 import numpy as np
 
+from ..models.data_file import load
 from ..models.errors import BadInput
 from ..models.number_texts import whole_of
-from .columns import CANONICAL, QUANTITIES
-from .grammar import ANGLE, DEGREE, KNOT, SHARE, TIME, positive, quantity, share
+from .columns import CANONICAL, QUANTITIES, UNITS
+from .grammar import DEGREE, SHARE, TIME, positive, quantity, share
 from .randomness import gauss_markov, key_of, stream
 from .record import Record, RecordMeta, beside
 
-#: unit of a column -> units that its quantities may have, each with its size
-QUANTITY_UNITS: dict[str, Mapping[str, float]] = {
-    "rad": ANGLE,
-    "rad/s": {"deg_s": DEGREE, "rad_s": 1.0},
-    "m/s": {"m_s": 1.0, "kn": KNOT},
-    "m": {"m": 1.0},
-    "1/s": {"rps": 1.0, "rpm": 1.0 / 60.0},
-}
-#: channel -> unit of the numbers behind it in that of the record's column, standard deviations at the levels
-_SD: dict[str, tuple[float, ...]] = {
-    "rudder": (DEGREE, 0.02, 0.05, 0.2, 1.0),
-    "propeller": (1.0, 0.001, 0.005, 0.02, 0.1),
-    "heading": (DEGREE, 0.02, 0.1, 0.5, 2.0),
-    "yaw_rate": (DEGREE, 0.01, 0.05, 0.2, 1.0),
-    "surge": (1.0, 0.005, 0.02, 0.1, 0.5),
-    "sway": (1.0, 0.005, 0.02, 0.1, 0.5),
-    "north": (1.0, 0.1, 0.5, 2.0, 10.0),
-    "east": (1.0, 0.1, 0.5, 2.0, 10.0),
-    "roll": (DEGREE, 0.02, 0.1, 0.5, 2.0),
-    "roll_rate": (DEGREE, 0.01, 0.05, 0.2, 1.0),
-    "wind_speed": (1.0, 0.2, 0.5, 1.0, 3.0),
-    "wind_direction": (DEGREE, 1.0, 3.0, 10.0, 30.0),
-}
+_SD = load(Path(__file__).with_name("noise.yaml"))
 #: short channel name -> (column of the record, units that its quantities may have)
 CHANNELS: dict[str, tuple[str, Mapping[str, float]]] = {
-    name: (column, QUANTITY_UNITS[CANONICAL[column]])
+    name: (column, UNITS[CANONICAL[column]])
     for name, spellings in QUANTITIES.items()
     for column in (next(iter(spellings)),)
     if name in _SD or name == "rudder_command"
@@ -88,8 +68,8 @@ SELECTIONS = ("only", "without")
 
 #: standard deviation per level and channel, in the units of the record's columns
 NOISE: dict[str, dict[str, float]] = {"none": {}} | {
-    level: {channel: unit * sds[place] for channel, (unit, *sds) in _SD.items()}
-    for place, level in enumerate(("low", "medium", "high", "gross"))
+    level: {channel: (DEGREE if sd["unit"] == "deg" else 1.0) * sd[level] for channel, sd in _SD.items()}
+    for level in ("low", "medium", "high", "gross")
 }
 
 OUTLIER_SDS = 10.0
@@ -296,7 +276,7 @@ def _item(sensors: dict[str, ChannelSensor], item: str) -> dict[str, ChannelSens
     if option not in OPTIONS:
         raise ValueError(f"unknown channel or option {option!r} (options: {', '.join(OPTIONS)})")
     targets = [channel] if dot else _targets(sensors, option, value)
-    return sensors | {t: replace(sensors[t], **OPTIONS[option](value, t, sensors[t].sd)) for t in targets}
+    return sensors | {t: replace(sensors[t], **_option(option, value, t, sensors[t].sd)) for t in targets}
 
 
 def _targets(sensors: dict[str, ChannelSensor], option: str, value: str) -> list[str]:
@@ -310,66 +290,62 @@ def _targets(sensors: dict[str, ChannelSensor], option: str, value: str) -> list
     return noisy
 
 
-def _size(text: str, channel: str, sd: float) -> float:
-    """A size in the channel's own unit or in ``sd``; not negative."""
-    value = _signed(text, channel, sd)
-    if value < 0.0:
-        raise ValueError(f"{text!r} must not be negative")
-    return value
-
-
 def _signed(text: str, channel: str, sd: float) -> float:
+    """A size in the channel's own unit or in ``sd``."""
     if text.endswith("sd") and sd == 0.0:
         raise ValueError(f"{text!r} counts in sd, but {channel} has no noise")
     return quantity(text, {**CHANNELS[channel][1], "sd": sd})
 
 
-def _outliers(text: str, channel: str, sd: float) -> dict[str, float]:
-    part, _, size = text.partition("/")
-    return {"outliers": share(part), "outlier_size": _size(size or f"{OUTLIER_SDS:g}sd", channel, sd)}
+def _not_negative(text: str, value: float) -> float:
+    if value < 0.0:
+        raise ValueError(f"{text!r} must not be negative")
+    return value
 
 
-def _bursts(text: str, channel: str, sd: float) -> dict[str, float]:
-    part, samples, size = ([*text.split("/"), "", ""])[:3]
-    if text.count("/") > 2:
-        raise ValueError(f"{text!r} has too many '/'")
-    return {
-        "bursts": share(part),
-        "burst_samples": _whole(samples),
-        "burst_size": _size(size or f"{OUTLIER_SDS:g}sd", channel, sd),
-    }
+def _size(text: str, channel: str, sd: float) -> float:
+    return _not_negative(text, _signed(text, channel, sd))
 
 
-def _gaps(text: str, channel: str, sd: float) -> dict[str, float]:
-    part, _, samples = text.partition("/")
-    return {"gaps": share(part), "gap_samples": _whole(samples)}
+def _share(text: str, channel: str, sd: float) -> float:
+    return share(text)
 
 
-def _whole(text: str) -> int:
-    if not text:
-        return RUN_SAMPLES
+def _time(text: str, channel: str, sd: float) -> float:
+    return positive(text, TIME)
+
+
+def _samples(text: str, channel: str, sd: float) -> int:
     count = whole_of(text)
     if count < 1:
         raise ValueError(f"{text!r} is not a number of samples")
     return count
 
 
-def _delay(text: str, channel: str, sd: float) -> dict[str, float]:
-    value = quantity(text, TIME)
-    if value < 0.0:
-        raise ValueError(f"{text!r} must not be negative")
-    return {"delay_s": value}
-
-
-OPTIONS: dict[str, Callable[[str, str, float], dict[str, float]]] = {
-    "colour": lambda text, channel, sd: {"correlation_s": positive(text, TIME)},
-    "bias": lambda text, channel, sd: {"bias": _signed(text, channel, sd)},
-    "scale": lambda text, channel, sd: {"scale": quantity(text, SHARE)},
-    "delay": _delay,
-    "outliers": _outliers,
-    "bursts": _bursts,
-    "quantum": lambda text, channel, sd: {"quantum": positive(text, CHANNELS[channel][1])},
-    "dropout": lambda text, channel, sd: {"dropout": share(text)},
-    "gaps": _gaps,
-    "period": lambda text, channel, sd: {"period_s": positive(text, TIME)},
+_ERROR, _RUN = (_size, f"{OUTLIER_SDS:g}sd"), (_samples, f"{RUN_SAMPLES}")
+OPTIONS: dict[str, dict[str, tuple[Callable[[str, str, float], float], str]]] = {
+    "colour": {"correlation_s": (_time, "")},
+    "bias": {"bias": (_signed, "")},
+    "scale": {"scale": (lambda text, channel, sd: quantity(text, SHARE), "")},
+    "delay": {"delay_s": (lambda text, channel, sd: _not_negative(text, quantity(text, TIME)), "")},
+    "outliers": {"outliers": (_share, ""), "outlier_size": _ERROR},
+    "bursts": {"bursts": (_share, ""), "burst_samples": _RUN, "burst_size": _ERROR},
+    "quantum": {"quantum": (lambda text, channel, sd: positive(text, CHANNELS[channel][1]), "")},
+    "dropout": {"dropout": (_share, "")},
+    "gaps": {"gaps": (_share, ""), "gap_samples": _RUN},
+    "period": {"period_s": (_time, "")},
 }
+"""Option -> number of a `ChannelSensor` -> the reader of its text, with channel and sd, and the text where none stands;
+the texts of several numbers stand between slashes."""
+
+
+def _option(option: str, text: str, channel: str, sd: float) -> dict[str, float]:
+    """The numbers of a `ChannelSensor` that an option sets."""
+    numbers, texts = OPTIONS[option], text.split("/")
+    if len(texts) > len(numbers):
+        raise ValueError(f"{text!r} has too many '/'")
+    given = [*texts, *[""] * len(numbers)]
+    return {
+        name: read(own or usual, channel, sd)
+        for own, (name, (read, usual)) in zip(given, numbers.items(), strict=False)
+    }

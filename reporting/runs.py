@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..datasets.display import LabelledLine, continuous, shown_name, shown_unit, time_figure
+from ..datasets.display import continuous, shown_name, shown_unit, time_figure
 from ..models.errors import BadInput
 from .numbers import DEG, number
 from .plots import COLOURS, INK, SOFT, chart
@@ -151,9 +151,7 @@ def figure_of(records: Sequence[RecordRuns], name: str | None, what: str) -> Fig
     every = {"measured": record.measured, **record.runs}
     panels = {
         channel: [
-            LabelledLine(label, record.time, continuous(channel, run[channel]))
-            for label, run in every.items()
-            if channel in run
+            (label, record.time, continuous(channel, run[channel])) for label, run in every.items() if channel in run
         ]
         for channel in record.measured
     }

@@ -291,30 +291,24 @@ def read_parquet(data: bytes, path: Path) -> list[RawTable]:
 
 
 def _of_field(field: Any, values: Any) -> RawColumn:
+    """A field as numbers, moments as texts; one of another kind is not used."""
     import pyarrow as pa
 
-    metadata = field.metadata or {}
+    metadata, kind = field.metadata or {}, field.type
     unit = next((metadata[key].decode("utf-8", "replace") for key in (b"unit", b"units") if key in metadata), "")
-    kind = field.type
-    if pa.types.is_timestamp(kind):
-        moments = values.cast(pa.timestamp("ns", tz=kind.tz), safe=False).to_numpy(zero_copy_only=False)
-        texts = tuple(
-            "" if np.isnat(m) else f"{np.datetime_as_string(m)}{'Z' if kind.tz else ''}"
-            for m in moments.astype("datetime64[ns]")
-        )
-        return RawColumn(str(field.name), unit, texts)
     if pa.types.is_dictionary(kind):
         return _of_field(field.with_type(kind.value_type), values.cast(kind.value_type))
+    if pa.types.is_timestamp(kind):
+        values = values.cast(pa.timestamp("ns", "UTC" if kind.tz else None), safe=False).cast(pa.string())
     if pa.types.is_duration(kind):
-        spans = values.cast(pa.duration("ns"), safe=False).cast(pa.int64()).cast(pa.float64(), safe=False)
-        return RawColumn(str(field.name), "s", 1e-9 * np.asarray(spans.to_numpy(zero_copy_only=False), dtype=float))
-    if any(
-        is_kind(kind)
-        for is_kind in (pa.types.is_integer, pa.types.is_floating, pa.types.is_boolean, pa.types.is_decimal)
-    ):
-        numbers = values.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False)
-        return RawColumn(str(field.name), unit, np.asarray(numbers, dtype=float))
-    if pa.types.is_string(kind) or pa.types.is_large_string(kind):
+        unit, values = "s", values.cast(pa.duration("ns"), safe=False).cast(pa.int64())
+    if pa.types.is_string(values.type) or pa.types.is_large_string(values.type):
         return RawColumn(str(field.name), unit, tuple("" if v is None else v for v in values.to_pylist()))
-    empty = np.full(len(values), np.nan)
-    return RawColumn(str(field.name), unit, empty, "not used", f"a Parquet column of type {kind}, which is not read")
+    try:
+        numbers = np.asarray(values.cast(pa.float64(), safe=False).to_numpy(zero_copy_only=False), dtype=float)
+    except pa.ArrowException:
+        numbers = np.full(len(values), np.nan)
+        return RawColumn(
+            str(field.name), unit, numbers, "not used", f"a Parquet column of type {kind}, which is not read"
+        )
+    return RawColumn(str(field.name), unit, 1e-9 * numbers if pa.types.is_duration(kind) else numbers)

@@ -12,6 +12,7 @@ import itertools
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 
@@ -19,6 +20,7 @@ from ..signals import integral
 from ..yaw_response import YawResponse, yaw_response
 from . import roles
 from .evidence import ClockSeries
+from .times import TableTime
 from .units import UNITS
 
 GRID, COARSE = 1500, 400
@@ -79,38 +81,11 @@ class Meaning:
     """In the unit, added to the number with its sign."""
 
 
-@dataclass(frozen=True)
-class EvenColumns:
-    """Columns of one table on an even grid.
-
-    time : (n,) s.  values : name -> (n,), angles without their jumps.  turns : name -> period of a column that jumps by
-    a full turn.  known : name -> what a column is for certain.
-    """
-
-    time: np.ndarray
-    values: Mapping[str, np.ndarray]
-    turns: Mapping[str, float] = field(default_factory=dict)
-    known: Mapping[str, Meaning] = field(default_factory=dict)
-
-    @property
-    def step(self) -> float:
-        """Step of the grid, s."""
-        return float(self.time[1] - self.time[0])
-
-    def open(self) -> list[str]:
-        """Columns of which nothing is known."""
-        return [name for name in self.values if name not in self.known]
-
-    def of(self, quantity: str) -> list[tuple[str, Meaning]]:
-        """Columns that are known to be of a quantity."""
-        return [(name, meaning) for name, meaning in self.known.items() if meaning.quantity == quantity]
-
-    def si(self, name: str, meaning: Meaning) -> np.ndarray:
-        """The values of a column in SI units and radians, with the record's sign."""
-        return meaning.sign * UNITS[meaning.unit].factor * self.values[name]
+Track: TypeAlias = tuple[np.ndarray, dict[str, Meaning]]
+"""Velocities north + i east (n,), m/s, of two columns, and what these are."""
 
 
-def motion_of(time: np.ndarray, columns: Mapping[str, np.ndarray], known: Mapping[str, Meaning]) -> EvenColumns | None:
+def motion_of(time: np.ndarray, columns: Mapping[str, np.ndarray], known: Mapping[str, Meaning]) -> ColumnMotion | None:
     """Columns (N,) over rising times (N,), s, on an even grid; those that never change are left out."""
     fresh = np.isfinite(time)
     fresh[fresh] = np.concatenate([[True], np.diff(np.maximum.accumulate(time[fresh])) > 0.0])
@@ -129,7 +104,7 @@ def motion_of(time: np.ndarray, columns: Mapping[str, np.ndarray], known: Mappin
         straight, period = _without_jumps(own[sound])
         turns |= {name: period} if period else {}
         values[name] = np.interp(grid, at[sound], smooth(straight, width))
-    return EvenColumns(grid - grid[0], values, turns, {n: m for n, m in known.items() if n in values})
+    return ColumnMotion(grid - grid[0], values, turns, {n: m for n, m in known.items() if n in values})
 
 
 def _without_jumps(values: np.ndarray) -> tuple[np.ndarray, float]:
@@ -167,18 +142,6 @@ def straight(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     return centred - t * float(t @ centred) / float(t @ t)
 
 
-def rate_fit(motion: EvenColumns, whole: str, rate: str) -> tuple[float, float]:
-    """(share of a column beyond a straight line that k times the integral of another one explains, k)."""
-    summed = integral(motion.values[rate], motion.time)
-    y, z = straight(motion.time, motion.values[whole]), straight(motion.time, summed)
-    power, other = float(z @ z), float(y @ y)
-    if not (power > 0.0 and other > 0.0):
-        return 0.0, 0.0
-    k = float(y @ z) / power
-    left = y - k * z
-    return 1.0 - float(left @ left) / other, k
-
-
 def agreement(wanted: np.ndarray, values: np.ndarray) -> float:
     """Share of the square of a wanted series that values have, mean and all."""
     power = float(wanted @ wanted)
@@ -193,55 +156,81 @@ def likeness(wanted: np.ndarray, values: np.ndarray) -> float:
     return min(own, agreement(wanted, values))
 
 
-@dataclass(frozen=True)
-class VelocityColumns:
-    """Velocities to north and east, m/s, of two columns, and what these are."""
+class ColumnMotion:
+    """Columns of one table on an even grid, and the relations between them.
 
-    north: np.ndarray
-    east: np.ndarray
-    meanings: Mapping[str, Meaning]
+    time : (n,) s.  values : name -> (n,), angles without their jumps.  turns : name -> period of a column that jumps by
+    a full turn.  known : name -> what a column is for certain.
+    """
 
-
-class Relations:
-    """The relations between the columns of a table."""
-
-    def __init__(self, motion: EvenColumns) -> None:
-        self.motion = motion
-        n = motion.time.size
-        self.width = max(3, n // 60)
-        self.coarse = slice(None, None, max(1, n // COARSE))
-        self.speeds = {c: np.gradient(smooth(x, self.width), motion.step) for c, x in motion.values.items()}
-        self.smoothed = {c: smooth(x, self.width) for c, x in motion.values.items()}
-        pairs = itertools.permutations(motion.values, 2)
-        fits = {pair: rate_fit(motion, *pair) for pair in pairs}
+    def __init__(
+        self,
+        time: np.ndarray,
+        values: Mapping[str, np.ndarray],
+        turns: Mapping[str, float],
+        known: Mapping[str, Meaning],
+    ) -> None:
+        self.time, self.values, self.turns, self.known = time, values, turns, known
+        self.step = float(time[1] - time[0])
+        self.width, self.coarse = max(3, time.size // 60), slice(None, None, max(1, time.size // COARSE))
+        self.smoothed = {name: smooth(x, self.width) for name, x in values.items()}
+        self.speeds = {name: np.gradient(x, self.step) for name, x in self.smoothed.items()}
+        fits = {pair: self._rate_fit(*pair) for pair in itertools.permutations(values, 2)}
         self.rates = {pair: fit for pair, fit in fits.items() if fit[0] > RATE_FIT}
         self.responses = dict[tuple[str, str], YawResponse | None]()
+
+    def open(self) -> list[str]:
+        """Columns of which nothing is known."""
+        return [name for name in self.values if name not in self.known]
+
+    def of(self, quantity: str) -> list[tuple[str, Meaning]]:
+        """Columns that are known to be of a quantity."""
+        return [(name, meaning) for name, meaning in self.known.items() if meaning.quantity == quantity]
+
+    def si(self, name: str, meaning: Meaning) -> np.ndarray:
+        """The values of a column in SI units and radians, with the record's sign."""
+        return meaning.sign * UNITS[meaning.unit].factor * self.values[name]
+
+    def series(self, name: str) -> ClockSeries:
+        """A column over time."""
+        return ClockSeries(self.time, self.values[name], "", False)
+
+    def _rate_fit(self, whole: str, rate: str) -> tuple[float, float]:
+        """(share of a column beyond a straight line that k times the integral of another one explains, k)."""
+        summed = integral(self.values[rate], self.time)
+        y, z = straight(self.time, self.values[whole]), straight(self.time, summed)
+        power, other = float(z @ z), float(y @ y)
+        if not (power > 0.0 and other > 0.0):
+            return 0.0, 0.0
+        k = float(y @ z) / power
+        left = y - k * z
+        return 1.0 - float(left @ left) / other, k
 
     # ---- heading and yaw rate
 
     def headings(self) -> Iterator[tuple[str, Meaning]]:
         """Columns that may be the heading, in degrees or radians."""
-        known = self.motion.of("heading")
+        known = self.of("heading")
         yield from known
-        for name in self.motion.open() if not known else ():
+        for name in self.open() if not known else ():
             for unit in self._angle_units(name):
-                turn = float(np.ptp(self.motion.values[name])) * UNITS[unit].factor
+                turn = float(np.ptp(self.values[name])) * UNITS[unit].factor
                 if LEAST_TURN < turn < MOST_TURN:
                     yield name, Meaning("heading", unit, 1, "", -_beyond(turn, USUAL_TURN))
 
     def _angle_units(self, name: str) -> Sequence[str]:
-        period = self.motion.turns.get(name)
+        period = self.turns.get(name)
         return ANGLES if not period else ("deg",) if period > 100.0 else ("rad",)
 
     def yaw_rates(self, heading: str, of: Meaning) -> Iterator[tuple[str, Meaning]]:
         """Columns whose integral is a heading."""
-        known = dict(self.motion.of("yaw_rate"))
+        known = dict(self.of("yaw_rate"))
         for (whole, rate), (share, k) in self.rates.items():
             if whole != heading or (known and rate not in known):
                 continue
             if rate in known:
                 yield rate, replace(known[rate], worth=worth(share))
-            elif rate not in self.motion.known:
+            elif rate not in self.known:
                 scale = k * UNITS[of.unit].factor * of.sign
                 unit, apart = _nearest(abs(scale), RATES)
                 if apart < SCALE:
@@ -252,18 +241,18 @@ class Relations:
 
     # ---- tracks
 
-    def tracks(self, heading: str, of: Meaning) -> Iterator[VelocityColumns]:
+    def tracks(self, heading: str, of: Meaning) -> Iterator[Track]:
         """Pairs of positions whose course goes with a heading."""
-        psi = smooth(self.motion.si(heading, of), self.width)[self.coarse]
+        psi = smooth(self.si(heading, of), self.width)[self.coarse]
         tracks = (self._track(psi, meanings) for meanings in self._pairs(heading))
         yield from (track for track in tracks if track is not None)
 
     def _pairs(self, heading: str) -> Iterator[dict[str, Meaning]]:
-        norths, easts = self.motion.of("north"), self.motion.of("east")
+        norths, easts = self.of("north"), self.of("east")
         if norths and easts:
             yield {norths[0][0]: norths[0][1], easts[0][0]: easts[0][1]}
             return
-        able = [name for name in self.motion.open() if name != heading and self._is_steady(name)]
+        able = [name for name in self.open() if name != heading and self._is_steady(name)]
         for first, second in itertools.permutations(able, 2):
             if self._in_degrees(first, 90.0) and self._in_degrees(second, 180.0):
                 yield {first: Meaning("latitude", "deg", 1, ""), second: Meaning("longitude", "deg", 1, "")}
@@ -272,24 +261,24 @@ class Relations:
 
     def _in_degrees(self, name: str, most: float) -> bool:
         """Whether a column may be a latitude or longitude: it hardly changes, far from zero for that."""
-        values = self.motion.values[name]
+        values = self.values[name]
         return 1e-5 < float(np.ptp(values)) < 1.0 and float(np.ptp(values)) < 0.2 * abs(float(values.mean())) <= most
 
     def _is_steady(self, name: str) -> bool:
         """Whether a column changes steadily, as a position does."""
-        rough = float(np.std(np.diff(self.motion.values[name], 2)))
-        steady = float(np.std(np.diff(self.motion.values[name])) + abs(np.diff(self.motion.values[name]).mean()))
+        rough = float(np.std(np.diff(self.values[name], 2)))
+        steady = float(np.std(np.diff(self.values[name])) + abs(np.diff(self.values[name]).mean()))
         return rough < 1.5 * steady
 
-    def _track(self, psi: np.ndarray, meanings: dict[str, Meaning]) -> VelocityColumns | None:
+    def _track(self, psi: np.ndarray, meanings: dict[str, Meaning]) -> Track | None:
         """The track of two columns with the sign of the second that goes with a heading; None where neither does."""
         (first, one), (second, other) = meanings.items()
-        north, east = self._over_ground(meanings)
-        speed = np.hypot(north, east)
-        if not SPEEDS[0] < float(speed.mean()) < SPEEDS[1]:
+        velocity = self._over_ground(meanings)
+        if not SPEEDS[0] < float(np.abs(velocity).mean()) < SPEEDS[1]:
             return None
-        signs = (1,) if second in self.motion.known or one.quantity == "latitude" else (1, -1)
-        fits = {sign: _course_fit(north[self.coarse], sign * east[self.coarse], psi) for sign in signs}
+        signs = (1,) if second in self.known or one.quantity == "latitude" else (1, -1)
+        tried = {sign: velocity if sign > 0 else velocity.conj() for sign in signs}
+        fits = {sign: _course_fit(own[self.coarse], psi) for sign, own in tried.items()}
         sign, (share, offset) = max(fits.items(), key=lambda entry: entry[1][0] - entry[1][1])
         if share < TURN_FIT or offset > BIAS:
             return None
@@ -297,32 +286,31 @@ class Relations:
         value = worth(share) - offset / BIAS
         said = {"why": why, "worth": value / 2.0}
         told = {first: replace(one, **said), second: replace(other, sign=other.sign * sign, **said)}
-        return VelocityColumns(north, sign * east, told)
+        return tried[sign], told
 
-    def _over_ground(self, meanings: Mapping[str, Meaning]) -> tuple[np.ndarray, np.ndarray]:
-        """Velocities (n,) to north and east, m/s, of two columns of positions."""
+    def _over_ground(self, meanings: Mapping[str, Meaning]) -> np.ndarray:
+        """Velocities north + i east (n,), m/s, of two columns of positions."""
         (first, one), (second, other) = meanings.items()
         north, east = one.sign * self.speeds[first], other.sign * self.speeds[second]
         if one.quantity != "latitude":
-            return north, east
-        parallel = math.cos(math.radians(float(self.motion.values[first].mean())))
-        return MERIDIAN * north, MERIDIAN * parallel * east
+            return north + 1j * east
+        parallel = math.cos(math.radians(float(self.values[first].mean())))
+        return MERIDIAN * north + 1j * MERIDIAN * parallel * east
 
     # ---- what follows from heading and track
 
-    def velocities(self, track: VelocityColumns, psi: np.ndarray, taken: set[str]) -> Iterator[tuple[str, Meaning]]:
+    def velocities(self, track: Track, psi: np.ndarray, taken: set[str]) -> Iterator[tuple[str, Meaning]]:
         """Columns that are a velocity over ground, forward or to starboard, the speed or the course of a track."""
-        psi = smooth(psi, self.width)
-        c, s = np.cos(psi), np.sin(psi)
-        forward, side = track.north * c + track.east * s, -track.north * s + track.east * c
+        velocity, meanings = track
+        body = velocity * np.exp(-1j * smooth(psi, self.width))
         wanted = {
-            "velocity_north": track.north, "velocity_east": track.east, "surge": forward, "sway": side,
-            "speed_over_ground": np.hypot(track.north, track.east),
+            "velocity_north": velocity.real, "velocity_east": velocity.imag, "surge": body.real, "sway": body.imag,
+            "speed_over_ground": np.abs(velocity),
         }  # fmt: skip
-        course = np.unwrap(np.arctan2(track.east, track.north))
-        free = [name for name in self.motion.open() if name not in taken]
+        course = np.unwrap(np.angle(velocity))
+        free = [name for name in self.open() if name not in taken]
         able = {name: [*self._as_velocity(name, wanted), *self._as_course(name, course)] for name in free}
-        kinds = {m.quantity for own in [*able.values(), track.meanings.values()] for m in own}
+        kinds = {m.quantity for own in [*able.values(), meanings.values()] for m in own}
         of_receiver = bool(kinds & {"course_over_ground", "latitude"})
         for name, own in able.items():
             if own:
@@ -353,7 +341,7 @@ class Relations:
 
     def rudders(self, turning: str, rate: np.ndarray, taken: set[str], unit: str) -> list[tuple[str, Meaning]]:
         """Columns that the yaw rate, of a column, answers: the one that is ahead of the others, or none."""
-        able = [n for n in self.motion.open() if n not in taken and any(self._may_steer(n, u) for u in ANGLES)]
+        able = [n for n in self.open() if n not in taken and any(self._may_steer(n, u) for u in ANGLES)]
         tried = [(self._response(turning, rate, name), name) for name in able]
         answers = sorted(((r, name) for r, name in tried if r is not None), key=lambda entry: -entry[0].beyond)
         if not answers:
@@ -371,7 +359,7 @@ class Relations:
     def _response(self, turning: str, rate: np.ndarray, name: str) -> YawResponse | None:
         """The response of a yaw rate, of a column or the rate of one, in any unit of it."""
         if (turning, name) not in self.responses:
-            self.responses[turning, name] = yaw_response(self.motion.time, rate, self.motion.values[name])
+            self.responses[turning, name] = yaw_response(self.time, rate, self.values[name])
         return self.responses[turning, name]
 
     def _helm(self, name: str, share: float, unit: str, rivals: int) -> Meaning:
@@ -381,7 +369,7 @@ class Relations:
         return Meaning("rudder", units[0], 1, why, value)
 
     def _may_steer(self, name: str, unit: str) -> bool:
-        largest = float(np.abs(self.motion.values[name]).max()) * UNITS[unit].factor
+        largest = float(np.abs(self.values[name]).max()) * UNITS[unit].factor
         return LEAST_RUDDER < largest < MOST_RUDDER
 
 
@@ -407,15 +395,15 @@ def _is_ahead(one: YawResponse, other: YawResponse) -> bool:
     return both - float(wanted @ second) ** 2 >= AHEAD * (both - alone)
 
 
-def _course_fit(north: np.ndarray, east: np.ndarray, psi: np.ndarray) -> tuple[float, float]:
-    """(share of a heading (n,), rad, that the course of velocities explains, their mean difference, rad).
+def _course_fit(velocity: np.ndarray, psi: np.ndarray) -> tuple[float, float]:
+    """(share of a heading (n,), rad, that the course of velocities (n,) explains, their mean difference, rad).
 
     What of the drift goes with the yaw rate is left out: that of a ship does.
     """
-    speed = np.hypot(north, east)
+    speed = np.abs(velocity)
     moving = speed > 0.25 * np.quantile(speed, 0.9)
     rate = np.gradient(psi)[moving]
-    apart = np.exp(1j * (np.arctan2(east, north) - psi))[moving]
+    apart = np.exp(1j * (np.angle(velocity) - psi))[moving]
     mean = complex(apart.mean())
     drift = np.angle(apart * np.conj(mean))
     if float(np.mean(drift**2)) < ANY_DIRECTION / 4.0:
@@ -445,10 +433,11 @@ def _nearest(scale: float, units: Sequence[str]) -> tuple[str, float]:
 
 @dataclass(frozen=True)
 class Assignment:
-    """What open columns are, and what that is worth in all."""
+    """What open columns are, what that is worth in all, and the time of the table under which it is so."""
 
     meanings: Mapping[str, Meaning]
     worth: float
+    time: TableTime = field(default_factory=TableTime)
 
     @property
     def main(self) -> frozenset[tuple[str, str, str]]:
@@ -488,22 +477,22 @@ def _mirror(meaning: Meaning, from_east: bool) -> Meaning:
     return replace(meaning, sign=-meaning.sign, offset=round(quarter, 9))
 
 
-def assignments(motion: EvenColumns) -> list[Assignment]:
+def assignments(motion: ColumnMotion) -> list[Assignment]:
     """What the open columns may be: the choice of heading, yaw rate, track and rudder that explains most, and those
     near it that contradict it; without any where nothing tells."""
-    relations, best = Relations(motion), dict[frozenset, Assignment]()
-    for heading in relations.headings():
-        rates, tracks = relations.yaw_rates(*heading), relations.tracks(*heading)
+    best = dict[frozenset, Assignment]()
+    for heading in motion.headings():
+        rates, tracks = motion.yaw_rates(*heading), motion.tracks(*heading)
         for rate, track in itertools.product([*rates, None], [*tracks, None]):
             alone = not (rate or track)
-            for told in _completed(relations, heading, rate, track):
+            for told in _completed(motion, heading, rate, track):
                 if alone and not any(m.quantity == "rudder" and m.worth > LEAST_WORTH for m in told.values()):
                     continue
                 made = Assignment(told, sum(meaning.worth for meaning in told.values()))
                 if made.main not in best or made.worth > best[made.main].worth:
                     best[made.main] = made
     if not best and not motion.known:
-        return _without_heading(relations)
+        return _without_heading(motion)
     ranked = sorted(best.values(), key=lambda made: -made.worth)
     if not ranked or ranked[0].worth < LEAST_WORTH:
         return []
@@ -515,13 +504,13 @@ def assignments(motion: EvenColumns) -> list[Assignment]:
     return [replace(m, meanings={n: x for n, x in m.meanings.items() if n not in motion.known}) for m in (first, *near)]
 
 
-def _without_heading(relations: Relations) -> list[Assignment]:
+def _without_heading(motion: ColumnMotion) -> list[Assignment]:
     """Of columns without a heading those that are a yaw rate, in each unit of a usual size, and the rudder that it
     answers, in one that is not answered itself."""
-    motion, found = relations.motion, list[Assignment]()
+    found = list[Assignment]()
     for name in motion.open():
-        for helm in relations.rudders(name, motion.values[name], {name}, ""):
-            largest = float(np.abs(relations.smoothed[name]).max())
+        for helm in motion.rudders(name, motion.values[name], {name}, ""):
+            largest = float(np.abs(motion.smoothed[name]).max())
             units = ("deg/s", "deg/min") if helm[1].unit == "deg" else ("rad/s",)
             able = [unit for unit in units if USUAL_RATE[1] > largest * UNITS[unit].factor > LEAST_RATE]
             for unit in able if helm[1].worth > LEAST_WORTH else ():
@@ -531,44 +520,40 @@ def _without_heading(relations: Relations) -> list[Assignment]:
 
 
 def _completed(
-    relations: Relations, heading: tuple[str, Meaning], rate: tuple[str, Meaning] | None, track: VelocityColumns | None
+    motion: ColumnMotion, heading: tuple[str, Meaning], rate: tuple[str, Meaning] | None, track: Track | None
 ) -> Iterator[dict[str, Meaning]]:
     """All columns that follow from a choice of heading, yaw rate and track: for each that may be the rudder."""
-    motion, (name, of) = relations.motion, heading
-    if track is not None and rate is not None and rate[0] in track.meanings:
+    name, of = heading
+    if track is not None and rate is not None and rate[0] in track[1]:
         return
     told = dict([heading, *([rate] if rate else [])])
     reason = f"the integral of {rate[0]}" if rate else "the course of the track goes with it"
     told[name] = replace(of, why=of.why or reason)
     psi = motion.si(name, of)
     if track is not None:
-        told |= track.meanings
-        told |= _body(_unique(relations.velocities(track, psi, set(told))))
-    turning = motion.si(*rate) if rate is not None else np.gradient(smooth(psi, relations.width), motion.step)
+        told |= track[1]
+        told |= _body(_unique(motion.velocities(track, psi, set(told))))
+    turning = motion.si(*rate) if rate is not None else np.gradient(smooth(psi, motion.width), motion.step)
     column = rate[0] if rate is not None else f"the rate of {name}"
     taken = set(told) | set(motion.known)
-    helms = relations.rudders(column, turning, taken, of.unit) if not motion.of("rudder") else []
+    helms = motion.rudders(column, turning, taken, of.unit) if not motion.of("rudder") else []
     for helm in helms or [None]:
         yield told | (_with_order(motion, *helm, taken) if helm else {})
 
 
-def _with_order(motion: EvenColumns, name: str, helm: Meaning, taken: set[str]) -> dict[str, Meaning]:
+def _with_order(motion: ColumnMotion, name: str, helm: Meaning, taken: set[str]) -> dict[str, Meaning]:
     """What steers, and its order or its answer, where another column moves alike and one is earlier."""
-    own = _series(motion, name)
+    own = motion.series(name)
     size = float(np.ptp(own.values))
     for other in motion.open():
         alike = ORDER_SIZE[0] < float(np.ptp(motion.values[other])) / size < ORDER_SIZE[1]
-        lead = roles.lead(_series(motion, other), own) if alike and other != name and other not in taken else 0
+        lead = roles.lead(motion.series(other), own) if alike and other != name and other not in taken else 0
         if lead:
             order, rudder = (other, name) if lead > 0 else (name, other)
             sign = 1 if float(np.corrcoef(motion.values[order], motion.values[rudder])[0, 1]) > 0.0 else -1
             why = f"{rudder} follows it"
             return {order: Meaning("rudder_command", helm.unit, sign, why), rudder: helm}
     return {name: helm}
-
-
-def _series(motion: EvenColumns, name: str) -> ClockSeries:
-    return ClockSeries(motion.time, motion.values[name], "", False)
 
 
 def _unique(meanings: Iterator[tuple[str, Meaning]]) -> dict[str, Meaning]:

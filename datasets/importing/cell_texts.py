@@ -4,6 +4,7 @@ of Arrow's where the file is plain (`plain_text`).  Both give the same; Arrow's 
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cached_property
@@ -96,14 +97,18 @@ class Texts(Sequence[str]):
         """Characters of the longest of Arrow's texts."""
         return compute().max(compute().binary_length(self._stored)).as_py() or 0
 
-    def characters(self, most: int) -> np.ndarray | None:
-        """The characters (N, k) of Arrow's texts as bytes, where all have the same number k of at most so many."""
-        _, ends, data = self.arrow.buffers()
-        places = np.frombuffer(ends, np.int32)[self.arrow.offset :][: len(self) + 1]
-        sizes = np.diff(places)
-        if not sizes.size or not 0 < sizes[0] <= most or (sizes != sizes[0]).any():
-            return None
-        return np.frombuffer(data, np.uint8)[places[0] : places[-1]].reshape(len(self), sizes[0])
+    def moments(self) -> np.ndarray | None:
+        """Seconds since 1970 (N,) of Arrow's texts of ISO 8601, in UTC where they state no zone; None where one is no
+        such moment, or some state a zone."""
+        import pyarrow
+
+        for zone in (None, "UTC"):
+            with contextlib.suppress(pyarrow.ArrowInvalid):
+                kind = pyarrow.timestamp("ns", zone)
+                self.arrow[:1].cast(kind)  # a refusal of all takes long
+                whole, rest = np.divmod(np.from_dlpack(self.arrow.cast(kind).cast(pyarrow.int64())), 10**9)
+                return whole + rest / 1e9
+        return None
 
     def replaced(self, old: str, new: str) -> Texts:
         """Arrow's texts with one sign replaced by another."""

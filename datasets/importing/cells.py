@@ -12,37 +12,13 @@ import numpy as np
 
 from ...models.number_texts import DECIMAL
 from .cell_texts import Texts
+from .quantities import word_groups, word_list
 from .units import TIME_WORDS, tidy, unit_of
 
 Style: TypeAlias = Literal["point", "comma", "open"]
 """The decimal sign of a table; open where nothing tells whether 612,345 has decimals or thousands."""
 
-GAPS = frozenset(
-    [
-        "nan",
-        "na",
-        "n/a",
-        "null",
-        "none",
-        "nil",
-        "-",
-        "--",
-        "---",
-        "#n/a",
-        "#nv",
-        "inv",
-        "invalid",
-        "?",
-        "*",
-        "#value!",
-        "#ref!",
-        "#div/0!",
-        "-.-",
-        "...",
-        "---.-",
-        "--.-",
-    ]
-) | {""}
+GAPS = word_list("gaps") | {""}
 """Texts, in lower case, that stand for a missing value."""
 NARROW = str.maketrans("", "", "\u00a0\u202f\u2009'\u2019`")
 MINUS = str.maketrans({"\u2212": "-", "\u2013": "-", "\ufe63": "-", "\uff0d": "-"})
@@ -63,18 +39,7 @@ ONE_COMMA = re.compile(r"[+-]?(\d*,(\d{1,2}|\d{4,})|(0|\d{4,}|[1-9]\d{0,2}),\d+)
 """Numbers with a decimal comma and no sign of thousands: some of what `COMMA_SURE` and `EITHER` take."""
 EITHER = re.compile(r"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 DECORATED = re.compile(r"(?P<before>[^\d+\-.,]*+)(?P<number>[+-]?[\d.,]++(?:[eE][+-]?\d++)?)(?P<after>[^\d]*+)")
-SIDES = {
-    letters: side
-    for side, known in (
-        ("port", "p port bb prt l left babord 左"),
-        ("starboard", "s stb stbd sb r right starboard tribord 右"),
-        ("north", "n north"),
-        ("south", "south"),
-        ("east", "e o east"),
-        ("west", "w west"),
-    )
-    for letters in known.split()
-}
+SIDES = {letters: side for side, known in word_groups("side_letters").items() for letters in known}
 """Letters at a number -> the side that they mean; of latitudes and longitudes s is south."""
 SENTINELS = frozenset(
     [float(f"{'9' * whole}.{'9' * digits}" if digits else "9" * whole) for whole in range(3, 8) for digits in range(4)]

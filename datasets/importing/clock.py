@@ -14,9 +14,9 @@ import numpy as np
 from ..time_faults import LONGEST_STEP_S, SHORTEST_STEP_S
 from .cell_texts import Texts
 from .gps_time import EPOCH_S, WEEK_S
-from .moments import days_since_1970, even_stamps, moment
+from .moments import days_since_1970, moment
 from .names import words
-from .quantities import time_forms
+from .quantities import names_in, vocabulary
 from .raw import RawColumn
 
 Form: TypeAlias = str
@@ -34,7 +34,10 @@ class TimeForm:
     meaning: str = ""
 
 
-FORMS = {form: TimeForm(**facts) for form, facts in time_forms().items()}
+FORMS: dict[Form, TimeForm] = {
+    form: TimeForm(**facts | {"units": names_in(facts.get("units", ""))})
+    for form, facts in vocabulary()["time_forms"].items()
+}
 DATED, OF_WEEK, OF_DAY = (
     tuple(form for form, facts in FORMS.items() if facts.counts == origin) for origin in ("date", "week", "midnight")
 )
@@ -334,7 +337,7 @@ def _parsed(column: RawColumn, form: Form) -> np.ndarray:
 
 def _moments(texts: Texts, form: Form) -> np.ndarray:
     """Dates with times as seconds since 1970 (N,); nan where a text is none."""
-    even = even_stamps(texts) if form == "iso" else None
+    even = texts.moments() if form == "iso" and texts.arrow is not None else None
     return texts.mapped(partial(moment, month_first=form == "month first")) if even is None else even
 
 

@@ -135,10 +135,16 @@ def follows(first: ClockSeries, second: ClockSeries, longest_s: float = 20.0) ->
     if count > 1:
         step *= count
         a, b = (x[: x.size // count * count].reshape(-1, count).mean(axis=1) for x in (a, b))
-    lags = range(int(min(a.size // 2, longest_s / step)) + 1)
-    found = [correlation(a[lag:], b[: b.size - lag]) for lag in lags]
-    best = max(found, key=abs)
+    _, best = best_lag(a, b, range(0, -int(min(a.size // 2, longest_s / step)) - 1, -1))
     return (1 if best > 0.0 else -1) if abs(best) > FOLLOWING else None
+
+
+def best_lag(a: np.ndarray, b: np.ndarray, lags: range) -> tuple[int, float]:
+    """(lag of the second of two series (N,), in samples, at which they correlate best; the correlation)."""
+    n = a.size
+    found = {lag: correlation(a[max(-lag, 0) : n - max(lag, 0)], b[max(lag, 0) : n - max(-lag, 0)]) for lag in lags}
+    lag = max(found, key=lambda k: abs(found[k]))
+    return lag, found[lag]
 
 
 def liveliest(

@@ -14,15 +14,15 @@ from ..io import MIN_SAMPLES
 from ..record import Side, is_side
 from . import meanings, roles, signs_told, steering, units_told
 from .draft import NOT_USED, for_equal_doubts, for_equal_headers
-from .evidence import nearest, rate_ratio, size_ratio
+from .evidence import nearest, rate_ratio
 from .finding import ColumnFinding, ask_quantity, ask_sign, ask_unit, identifier
-from .log import RawLog, speeds
+from .log import RawLog
 from .mapping import ColumnMap, Mapping, TableMap
 from .proposal import propose, propose_units
 from .quantities import is_unsigned, quantities
 from .raw import RawTable
 from .reading import stated
-from .times import TableTime, find_time
+from .times import find_time
 from .units import candidates, unit_of
 
 PASSES = 3
@@ -58,7 +58,6 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     _chosen(log)
     for _ in range(PASSES):
         log.each(meanings.settle)
-        _settle_times(log)  # by units that the file states, before channels tell others
         log.each(units_told.by_channel)
         log.each(units_told.by_physics)
         log.each(signs_told.by_channel)
@@ -258,39 +257,3 @@ def _ask_sign(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         return found
     told = _as_rudder(log, signs_told.by_channel(log, found))
     return told if told.signed else signs_told.ask(log, found)
-
-
-# ------------------------------------------------------------------------------------------------ times
-
-
-def _settle_times(log: RawLog) -> None:
-    """The forms of times that are open, where a rate and its angle, or a speed and its track, tell the time's unit."""
-    for label, time in log.times.items():
-        if time.form is not None or len(time.forms) < 2 or set(time.forms) & {"day first", "month first"}:
-            continue
-        fitting = [form for form in time.forms if _fits(log, label, replace(time, likely=form))]
-        log.times[label] = time
-        log.forget_times(label)
-        if len(fitting) == 1:
-            form = fitting[0]
-            why = f"{form}: rates and angles, or speeds and positions, agree so"
-            log.times[label] = replace(time, form=form, likely=form, sure="other channel", why=why, question=None)
-
-
-def _fits(log: RawLog, label: str, time: TableTime) -> bool:
-    """Whether channels of a table agree with each other under a form of its time."""
-    log.times[label] = time
-    log.forget_times(label)
-    own = [f for f in log.findings if f.table.label == label and f.unit is not None and f.sure == "stated"]
-    angle, rate = (next((f for f in own if f.quantity == name), None) for name in ("heading", "yaw_rate"))
-    if angle is not None and rate is not None:
-        one, two = log.series(angle), log.series(rate)
-        ratio = rate_ratio(one, two) if one and two else None
-        return ratio is not None and CONFLICT[0] < abs(ratio) < CONFLICT[1]
-    for name, track in speeds(list(log.tracks())):
-        for speed in (f for f in own if f.quantity in units_told.SPEEDS):
-            series = log.series(speed)
-            ratio = size_ratio(track, series) if series is not None and name else None
-            if ratio is not None:
-                return CONFLICT[0] < ratio < CONFLICT[1]
-    return False

@@ -266,17 +266,8 @@ def distinct(names: Sequence[str]) -> list[str]:
     return out
 
 
-@dataclass(frozen=True)
-class DataRows:
-    """The rows of data of a table: the texts of its columns, their line numbers (N,), what is left out, and what was
-    done."""
-
-    columns: list[Texts]
-    numbers: np.ndarray
-    faults: tuple[Rejected, ...]
-    done: tuple[str, ...] = ()
-
-
+DataRows: TypeAlias = tuple[list[Texts], np.ndarray, tuple[Rejected, ...], tuple[str, ...]]
+"""Rows of data: the texts of their columns, their line numbers (N,), what is left out, and what was done."""
 PlainRows: TypeAlias = Callable[[Layout, int], DataRows | None]
 """Reads the rows from a line number on at once; None where they need a closer look."""
 
@@ -298,7 +289,8 @@ def table_of(
         return None
     start = sample[layout.start].number
     rows = (plain(layout, start) if plain is not None else None) or _rows(lines, layout, start, file)
-    cells = _joined(rows.columns, layout.joined)
+    texts, numbers, faults, left_out = rows
+    cells = _joined(texts, layout.joined)
     style = table_style([texts[:STYLE_SAMPLE] for texts in cells])
     columns = [
         RawColumn(name, unit, texts, below=below, style=style)
@@ -307,8 +299,8 @@ def table_of(
     ]
     columns = with_minutes(with_places(list(map(with_plain_stamps, columns))))
     columns = with_halves(with_sides(with_notes(columns, layout.notes)))
-    said = (*done, *layout.done, *rows.done)
-    return RawTable(file, tuple(columns), rows.numbers, sheet, notes=layout.notes, done=said, faults=rows.faults)
+    said = (*done, *layout.done, *left_out)
+    return RawTable(file, tuple(columns), numbers, sheet, notes=layout.notes, done=said, faults=faults)
 
 
 def _rows(lines: Iterable[Line], layout: Layout, start: int, file: str) -> DataRows:
@@ -351,7 +343,7 @@ def _rows(lines: Iterable[Line], layout: Layout, start: int, file: str) -> DataR
         own = stored.pop(0)
         columns.append(Texts(np.concatenate(own) if own else []))
     done = tuple(f"{count} {what} left out" for what, count in sorted(left_out.items()))
-    return DataRows(columns, np.array(numbers, dtype=int), tuple(faults), done)
+    return columns, np.array(numbers, dtype=int), tuple(faults), done
 
 
 def _check_again(line: Line, layout: Layout, file: str) -> None:

@@ -27,7 +27,6 @@ from .evidence import (
 from .finding import WITH_SIDE, ColumnFinding, ask_quantity, identifier, line_of
 from .geodesy import on_plane
 from .log import RawLog, speeds
-from .names import words
 from .quantities import is_unsigned, quantities
 from .reading import frame_stated
 from .units import UNITS
@@ -36,8 +35,6 @@ ALIKE = {"angle": math.radians(2.0), "angular rate": math.radians(0.3), "speed":
 """How far two columns of a quantity may be from each other (root mean square) to be the same."""
 TRACKED = 0.15
 """How near the velocity of a track, which is a mean over some seconds, must be to a component of it, as a share."""
-LIKELY = 0.5
-"""Correlation of a velocity and that of a track which confirms what its name says."""
 OF_SHIP = "along the ship's axes: the direction goes with the yaw rate, not with the heading"
 """Why a velocity is one along an axis of the ship."""
 AHEAD, DRIFT = 0.7, 0.5
@@ -110,24 +107,7 @@ def _velocity(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         alike = [quantity for quantity, x in ratios.items() if x is not None and abs(x - 1.0) < TRACKED]
         if len(alike) == 1 and alike[0] in found.may_be:
             return _decided(found, alike[0], f"agrees with the velocity of {name}")
-    return _of_axis(log, found) or _of_ship(log, found)
-
-
-def _of_axis(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
-    """A velocity along an axis of which the position is known, beside another column that is the one along the ship's
-    own axis: vx beside x and u."""
-    body, place = ("surge", "x") if "surge" in found.may_be else ("sway", "y")
-    own = [f for f in log.findings if f.table is found.table]
-    axis = next((f for f in own if f.quantity in ("north", "east") and words(f.column.name)[:1] == (place,)), None)
-    series = log.series(found)
-    if axis is None or series is None or not any(f.quantity == body for f in own):
-        return None
-    quantity = f"velocity_{axis.quantity}"
-    for name, north, east in log.tracks():
-        shared = together(north if axis.quantity == "north" else east, series)
-        if quantity in found.may_be and shared is not None and correlation(*shared[1:]) > LIKELY:
-            return _decided(found, quantity, f"along the axis of column {axis.column.name}, and goes with {name}")
-    return None
+    return _of_ship(log, found)
 
 
 def _of_ship(log: RawLog, found: ColumnFinding) -> ColumnFinding:

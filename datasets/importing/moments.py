@@ -61,38 +61,6 @@ def _days(date: str, month_first: bool) -> float:
         return math.nan
 
 
-# ---- Dates with times of day that all have the same length, such as 2024-05-03T08:00:00.100Z, column by column.
-
-EVEN_STAMP = re.compile(rb"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d(?:\.(?P<decimals>\d{1,9}))?Z?")
-FULL_SECONDS, MOST_SIGNS = 19, 30
-
-
-def even_stamps(texts: Texts) -> np.ndarray | None:
-    """Seconds since 1970 (N,) of moments in UTC or without a zone; None where a text is of another form or no moment,
-    or the texts are not Arrow's."""
-    signs = texts.characters(MOST_SIGNS) if texts.arrow is not None else None
-    form = EVEN_STAMP.fullmatch(signs[0].tobytes()) if signs is not None else None
-    if signs is None or form is None:
-        return None
-    digit = (signs >= ord("0")) & (signs <= ord("9"))
-    if (digit != digit[0]).any() or (signs[:, ~digit[0]] != signs[0, ~digit[0]]).any():
-        return None
-    if (signs[:, :4] == ord("0")).all(axis=1).any():  # no year
-        return None
-    try:
-        seconds = _as_texts(signs[:, :FULL_SECONDS]).astype("datetime64[s]").astype(np.int64)
-    except ValueError:
-        return None
-    size = len(form["decimals"] or b"")
-    decimals = signs[:, FULL_SECONDS + 1 : FULL_SECONDS + 1 + size]
-    return seconds + (_as_texts(decimals).astype(np.int64) * 10 ** (9 - size) / 1e9 if size else 0.0)
-
-
-def _as_texts(signs: np.ndarray) -> np.ndarray:
-    """Texts (N,) of their characters (N, k)."""
-    return np.ascontiguousarray(signs).view(f"S{signs.shape[1]}").ravel()
-
-
 def days_since_1970(year: np.ndarray, month: np.ndarray, day: np.ndarray) -> np.ndarray:
     """Days (N,) since 1970 of whole numbers (N,)."""
     months = (12 * (year - 1970) + month - 1).astype(np.int64).astype("datetime64[M]")

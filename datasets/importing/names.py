@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import accumulate
 
-from .quantities import name_list, quantities, time_parts, vague_names, word_groups, word_list
+from .quantities import name_list, names_in, quantities, vague_names, vocabulary, word_groups, word_list
 
 LETTERS = str.maketrans(
     {"ä": "ae", "ö": "oe", "ü": "ue", "ß": "ss", "Ä": "Ae", "Ö": "Oe", "Ü": "Ue", "ø": "o", "Ø": "O", "æ": "ae",
@@ -191,7 +191,8 @@ def part_of_time(name: str) -> str:
     """The part of a time, year to second, that a column of this name holds; '' where it is none."""
     parts = words(name)
     own = "".join(parts[1:] if len(parts) > 1 and parts[0] in ZONES else parts)
-    return next((part for part, names in time_parts().items() if own in map(joined, names)), "")
+    parts_of_time = vocabulary()["time_parts"].items()
+    return next((part for part, names in parts_of_time if own in map(joined, names_in(names))), "")
 
 
 def _is_one(name: str, kind: str) -> bool:

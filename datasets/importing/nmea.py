@@ -35,30 +35,18 @@ DATED = 1e8
 """Seconds above which a time holds a date."""
 FIELD = re.compile(r"(?P<value>\w+)(?: - (?P<letter>\w) in (?P<side>\w+))?(?P<conditions>(?: if \w+ (?:is|in) \w+)*)")
 CONDITION = re.compile(r" if (\w+) (is|in) (\w+)")
-TRANSDUCER = "transducer "
+STANDARD, TRANSDUCER = "NMEA 0183", "transducer "
 
 Read: TypeAlias = Callable[[Any], Any]
 
 
-@dataclass(frozen=True)
-class SentenceKind:
-    """A sentence: who states what it holds, and its fields, each with the function that reads it from a message."""
-
-    program: str
-    fields: tuple[tuple[StatedField, Read], ...]
-
-    @property
-    def standard(self) -> bool:
-        """Whether it is one of NMEA 0183 itself, which several talkers send."""
-        return self.program == "NMEA 0183"
-
-
 @cache
-def sentence_kinds() -> dict[str, SentenceKind]:
-    """Address of a sentence without its talker, or name of a log of NovAtel -> what it holds."""
+def sentence_kinds() -> dict[str, tuple[str, tuple[tuple[StatedField, Read], ...]]]:
+    """Address of a sentence without its talker, or name of a log of NovAtel -> who states what it holds: NMEA 0183, of
+    which several talkers send the same, makers or NovAtel; and its fields, each with the function that reads it."""
     return {
-        kind: SentenceKind(program, tuple((field, _reader(rule)) for rule, field in fields.items()))
-        for program in ("NMEA 0183", "Makers", "NovAtel")
+        kind: (program, tuple((field, _reader(rule)) for rule, field in fields.items()))
+        for program in (STANDARD, "Makers", "NovAtel")
         for kind, fields in stated_fields(program).items()
     }
 
@@ -107,14 +95,6 @@ class SentenceGroup:
     stamps: list[str] = field(default_factory=list)
     numbers: list[array[float]] = field(default_factory=list)
 
-    def add(self, line: int, place: int, stamp: str, message: Any) -> None:
-        """Keep the numbers of a sentence; `message` None: its data are void."""
-        self.lines.append(line)
-        self.places.append(place)
-        self.stamps.append(stamp)
-        for numbers, (_, read) in zip(self.numbers, sentence_kinds()[self.kind].fields, strict=True):
-            numbers.append(_number(read, message) if message is not None else np.nan)
-
 
 @dataclass
 class Sentences:
@@ -133,16 +113,20 @@ class Sentences:
 
     def add(self, line: int, stamp: str, kind: str, talker: str, message: Any) -> None:
         """Keep a sentence."""
-        held = sentence_kinds()[kind]
-        name = talker + kind if held.standard and kind != "PASHR" else kind
+        program, fields = sentence_kinds()[kind]
+        name = talker + kind if program == STANDARD and kind != "PASHR" else kind
         if kind == "RPM":  # one table for every shaft and engine
             name += f" {message.source}{message.engineshaftnum}"
         if name not in self.groups:
-            self.groups[name] = SentenceGroup(kind, talker, numbers=[array("d") for _ in held.fields])
-        void = _is_void(message)
+            self.groups[name] = SentenceGroup(kind, talker, numbers=[array("d") for _ in fields])
+        void, group = _is_void(message), self.groups[name]
         self.others[f"{kind} with status V or mode N"] += void
         self.stamped += bool(stamp)
-        self.groups[name].add(line, len(self.clocks), stamp, None if void else message)
+        group.lines.append(line)
+        group.places.append(len(self.clocks))
+        group.stamps.append(stamp)
+        for numbers, (_, read) in zip(group.numbers, fields, strict=True):
+            numbers.append(np.nan if void else _number(read, message))
         self.clocks.append(_clock(kind, message))
         self.days.append(_day(kind, message))
 
@@ -189,7 +173,7 @@ def read_nmea(text: str, path: Path) -> list[RawTable] | None:
         return None
     found = _parsed(text)
     kinds = sentence_kinds()
-    if not any(kinds[group.kind].fields for group in found.groups.values()):
+    if not any(kinds[group.kind][1] for group in found.groups.values()):
         raise BadInput("no NMEA sentence that can be used", file=path, hint=f"read are {', '.join(kinds)}")
     stamped = found.stamped > 0.9 * len(found.clocks) and not _line_numbers(found)
     times = None if stamped else _times(found, path)
@@ -202,8 +186,8 @@ def read_nmea(text: str, path: Path) -> list[RawTable] | None:
         found.groups = {name: group for name, group in found.groups.items() if name not in few}
     others = +found.others
     skipped = ", ".join(f"{kind} ({n})" for kind, n in others.most_common())
-    notes = ("NMEA 0183", done, *((f"sentences not used: {skipped}",) if skipped else ()))
-    tables = [_table(path, name, group, times) for name, group in found.groups.items() if kinds[group.kind].fields]
+    notes = (STANDARD, done, *((f"sentences not used: {skipped}",) if skipped else ()))
+    tables = [_table(path, name, group, times) for name, group in found.groups.items() if kinds[group.kind][1]]
     tables[0] = replace(tables[0], done=(*tables[0].done, *notes))
     return with_faults(tables, found.faults, len(found.clocks) + len(found.faults) + others.total())
 
@@ -343,11 +327,11 @@ def _times(found: Sentences, path: Path) -> np.ndarray:
 
 def _table(path: Path, name: str, group: SentenceGroup, times: np.ndarray | None) -> RawTable:
     talker = "" if name == group.kind else f" of talker {group.talker}"
-    held = sentence_kinds()[group.kind]
-    by = f"{'NovAtel' if held.program == 'NovAtel' else 'NMEA 0183'} states it: {group.kind}{talker}"
+    program, fields = sentence_kinds()[group.kind]
+    by = f"{program if program == 'NovAtel' else STANDARD} states it: {group.kind}{talker}"
     values: Any = tuple(group.stamps) if times is None else times[np.array(group.places)]
     columns = [RawColumn("time", "", values, "" if times is None else "time", by)]
-    for ((called, quantity, unit), _), series in zip(held.fields, group.numbers, strict=True):
+    for ((called, quantity, unit), _), series in zip(fields, group.numbers, strict=True):
         numbers = np.array(series)
         if np.isfinite(numbers).any():
             side = "starboard" if quantity == "rudder" else ""

@@ -236,53 +236,35 @@ def offset_by_motion(first: Sequence[Stream], second: Sequence[Stream], near_s: 
 
     near_s : largest offset that is looked for; None: any that leaves enough in common.
     """
-    one, other = _LoggedAngles.of(first), _LoggedAngles.of(second)
-    course, yaw = "the course over ground drifts as the heading turns", "the yaw follows the rudder"
-    tried = (
-        (one.course, other.heading, 1.0, course),
-        (other.course, one.heading, -1.0, course),
-        (one.turn, other.rudder, 1.0, yaw),
-        (other.turn, one.rudder, -1.0, yaw),
+    (course, drifts, heading, rudder), (other_course, other_drifts, other_heading, other_rudder) = (
+        _angles(streams) for streams in (first, second)
     )
-    for led, leader, sign, told in tried:
+    by_course, by_rudder = "the course over ground drifts as the heading turns", "the yaw follows the rudder"
+    near_rudder = min(near_s or 0.0, MOST_BY_RUDDER_S)
+    tried = (
+        (course, other_heading, 1.0, drifts, COURSE_LEFT, near_s, by_course),
+        (other_course, heading, -1.0, other_drifts, COURSE_LEFT, near_s, by_course),
+        (heading or course, other_rudder, 1.0, _by_rudder, YAW_LEFT, near_rudder, by_rudder),
+        (other_heading or other_course, rudder, -1.0, _by_rudder, YAW_LEFT, near_rudder, by_rudder),
+    )
+    for led, leader, sign, left, most, near, told in tried:
         if led is None or leader is None or not np.ptp(led[1]) > LEAST_TURN_RAD:
             continue
-        near = near_s if told == course else min(near_s or 0.0, MOST_BY_RUDDER_S)
-        mover = one if sign > 0.0 else other
-        by_course = _by_course(mover.window_s, mover.speed)
-        left, most = (by_course, COURSE_LEFT) if told == course else (_by_rudder, YAW_LEFT)
         found = _searched(led, leader, left, most, near)
         if found is not None:
             low, high = sorted((sign * found[1], sign * found[2]))
-            return Lag(sign * found[0], low, high, told, told == course)
+            return Lag(sign * found[0], low, high, told, told == by_course)
     return None
 
 
-@dataclass(frozen=True)
-class _LoggedAngles:
-    """Course, heading and rudder, rad, of a logger, as far as it has them; turn: heading, or else course.
-
-    window_s : time over which the course is a mean.  speed : over ground, in any unit, beside the course.
-    """
-
-    course: Curve | None
-    speed: Curve | None
-    heading: Curve | None
-    rudder: Curve | None
-    window_s: float = 0.0
-
-    @property
-    def turn(self) -> Curve | None:
-        return self.heading or self.course
-
-    @classmethod
-    def of(cls, streams: Sequence[Stream]) -> _LoggedAngles:
-        track = next((made for s in streams if (made := _course(s))[0] is not None), (None, None, 0.0))
-        heading, rudder = (
-            next((c for s in streams if (c := made(s)) is not None and c[0].size >= LEAST_SAMPLES), None)
-            for made in (turning, _rudder)
-        )
-        return cls(*track[:2], heading, rudder, track[2])
+def _angles(streams: Sequence[Stream]) -> tuple[Curve | None, Left, Curve | None, Curve | None]:
+    """(course, what heading and drift leave of it, heading, rudder), rad, of a logger, as far as it has them."""
+    course, speed, window_s = next((made for s in streams if (made := _course(s))[0] is not None), (None, None, 0.0))
+    heading, rudder = (
+        next((c for s in streams if (c := made(s)) is not None and c[0].size >= LEAST_SAMPLES), None)
+        for made in (turning, _rudder)
+    )
+    return course, _by_course(window_s, speed), heading, rudder
 
 
 def _known(time: np.ndarray, values: np.ndarray) -> Curve | None:
@@ -374,10 +356,11 @@ def _shared(led: Curve, leader: Curve, offset: float) -> tuple[np.ndarray, np.nd
 
 def _by_course(window_s: float, speed: Curve | None) -> Left:
     """A function for the share of a course, a mean over a time, that heading and drift leave."""
-    from scipy.ndimage import uniform_filter1d
-    from scipy.optimize import nnls
 
     def left(course: Curve, heading: Curve, offset: float) -> float:
+        from scipy.ndimage import uniform_filter1d
+        from scipy.optimize import nnls
+
         shared = _shared(course, heading, offset)
         if shared is None:
             return math.nan

@@ -4,8 +4,7 @@ they move together, and units that the file does not state and no channel tells.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import replace
 
 import numpy as np
 
@@ -24,10 +23,6 @@ from .raw import RawTable
 from .times import TableTime
 from .units import UNITS, LogUnit
 
-if TYPE_CHECKING:
-    from .log import RawLog
-    from .raw import RawTable
-
 NONE, SEVERAL = "none", "several"
 """Keys of the answers that no proposal is right, and that more than one column is wrong."""
 MOST, MOST_COLUMNS = 3, 40
@@ -35,16 +30,6 @@ MOST, MOST_COLUMNS = 3, 40
 SI = {"angle": "rad", "angular rate": "rad/s", "speed": "m/s", "length": "m"}
 NEEDED = (("rudder", "rudder_command"), ("heading", "yaw_rate", "heading_magnetic"))
 """Quantities of which a record needs one each."""
-
-
-@dataclass(frozen=True)
-class ColumnAssignment:
-    """What some columns of a table are, and the column and form of its time."""
-
-    assignment: Assignment
-    time: TableTime
-
-
 TELL_SENSE = {"heading", "yaw_rate", "sway", "north", "east", "velocity_north", "velocity_east", "course_over_ground"}
 """Quantities of which one that is known tells to which side the others are positive."""
 
@@ -99,15 +84,15 @@ def key_of(question: Question, answers: Mapping[str, str]) -> str | None:
     return key
 
 
-def _take(log: RawLog, table: RawTable, able: Sequence[ColumnFinding], chosen: ColumnAssignment, sure: bool) -> None:
+def _take(log: RawLog, table: RawTable, able: Sequence[ColumnFinding], chosen: Assignment, sure: bool) -> None:
     """Put what a proposal says into the log: the time of the table, and what its open columns are."""
-    log.times[table.label] = chosen.time
+    log.times[table.label] = time = chosen.time
     log.forget_times(table.label)
-    meant = {f.column.name: _meant(f, chosen.assignment.meanings.get(f.column.name), sure) for f in able}
+    meant = {f.column.name: _meant(f, chosen.meanings.get(f.column.name), sure) for f in able}
     log.findings = [
         meant.get(f.column.name, f) if f.table is table else f
         for f in log.findings
-        if f.table is not table or f.column.name not in chosen.time.columns
+        if f.table is not table or f.column.name not in time.columns
     ]
 
 
@@ -135,9 +120,9 @@ def _meant(found: ColumnFinding, meaning: Meaning | None, sure: bool) -> ColumnF
 # ------------------------------------------------------------------------------------------------ proposals
 
 
-def _proposals(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> list[ColumnAssignment]:
+def _proposals(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> list[Assignment]:
     """What the columns may be, with the time that it needs: the likeliest first."""
-    made: list[ColumnAssignment] = []
+    made: list[Assignment] = []
     senses = set[str]()
     for time in _times(log, table, able):
         found = time.seconds(table)
@@ -148,11 +133,11 @@ def _proposals(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> l
         values |= {f.column.name: f.column.numbers for f in able if f.column.name not in time.columns}
         motion = motion_of(found[0], values, known)
         whole = assignments(motion) if motion is not None else []
-        made += [ColumnAssignment(one, time) for one in whole if len(one.meanings) > 1]
-    made.sort(key=lambda proposal: -proposal.assignment.worth)
+        made += [replace(one, time=time) for one in whole if len(one.meanings) > 1]
+    made.sort(key=lambda proposal: -proposal.worth)
     alike = [p for p in made if p.time == made[0].time][:MOST]
-    turned = made[0].assignment.mirrored if made and not senses else []
-    return [*alike, *(replace(made[0], assignment=assignment) for assignment in turned)]
+    turned = made[0].mirrored if made and not senses else []
+    return [*alike, *turned]
 
 
 def _times(log: RawLog, table: RawTable, able: Sequence[ColumnFinding]) -> Iterator[TableTime]:
@@ -202,24 +187,24 @@ def _known(log: RawLog, table: RawTable, time: np.ndarray) -> tuple[dict[str, np
 # ------------------------------------------------------------------------------------------------ question
 
 
-def _question(table: RawTable, able: Sequence[ColumnFinding], made: Sequence[ColumnAssignment]) -> Question:
+def _question(table: RawTable, able: Sequence[ColumnFinding], made: Sequence[Assignment]) -> Question:
     """The question which of the proposals is right."""
     first = made[0]
     clock = [f"{first.time.columns[0]} is the time ({first.time.form})"] if first.time.sure == "other channel" else []
-    told = ", ".join([*clock, *(f"{name} is {_said(m)}" for name, m in first.assignment.meanings.items())])
+    told = ", ".join([*clock, *(f"{name} is {_said(m)}" for name, m in first.meanings.items())])
     text = f"No name tells these columns. By how they move together {told}. Is this right?"
     answers = [
         Answer(str(i), "yes, all of it" if i == 1 else f"no, but {_difference(first, one)}", _lines(able, first, one))
         for i, one in enumerate(made, start=1)
     ]
     rest = Answer(NONE, "no", "change the lines of these columns")
-    at = next(iter(first.assignment.meanings))
+    at = next(iter(first.meanings))
     return Question(question_of(table.label), "columns", table.label, at, text, (*answers, rest))
 
 
-def _question_of_wrong(table: RawTable, first: ColumnAssignment) -> Question:
+def _question_of_wrong(table: RawTable, first: Assignment) -> Question:
     """The question which column of the proposal is not what it is proposed to be."""
-    meanings = first.assignment.meanings
+    meanings = first.meanings
     told = ", ".join(f"{name} is {_said(m)}" for name, m in meanings.items())
     columns = [Answer(name, f"{name} is not {_said(m)}", f"change the line of {name}") for name, m in meanings.items()]
     rest = Answer(SEVERAL, "several, or the time: ask for each column", "change the lines of these columns")
@@ -234,17 +219,17 @@ def _said(meaning: Meaning) -> str:
     return f"{meaning.quantity.replace('_', ' ')} [{meaning.unit}{sign}]"
 
 
-def _difference(first: ColumnAssignment, other: ColumnAssignment) -> str:
+def _difference(first: Assignment, other: Assignment) -> str:
     """What another proposal says otherwise."""
-    mine, its = first.assignment.meanings, other.assignment.meanings
+    mine, its = first.meanings, other.meanings
     changed = [f"{n} is {_said(m)}" for n, m in its.items() if n not in mine or _said(mine[n]) != _said(m)]
     dropped = [f"{n} is not used" for n in mine if n not in its]
     return ", ".join([*changed, *dropped])
 
 
-def _lines(able: Sequence[ColumnFinding], first: ColumnAssignment, made: ColumnAssignment) -> str:
+def _lines(able: Sequence[ColumnFinding], first: Assignment, made: Assignment) -> str:
     """The lines of the map that say what a proposal says otherwise than the first, which the draft holds."""
-    mine, its = first.assignment.meanings, made.assignment.meanings
+    mine, its = first.meanings, made.meanings
     changed = [f for f in able if mine.get(f.column.name) != its.get(f.column.name)]
     lines = [
         line_of(_meant(f, its.get(f.column.name), True), **({} if f.column.name in its else {"to": NOT_USED}))

@@ -32,19 +32,21 @@ class Quantity:
 
 
 @cache
-def _words() -> dict[str, Any]:
+def vocabulary() -> dict[str, Any]:
+    """What `words.yaml` holds; it explains itself."""
     return load(Path(__file__).with_name("words.yaml"))
 
 
-def _names(text: str) -> tuple[str, ...]:
+def names_in(text: str) -> tuple[str, ...]:
+    """The names of a list, separated by bars."""
     return tuple(name.strip() for name in text.split("|") if name.strip())
 
 
 def _quantity(entry: dict[str, Any]) -> Quantity:
     facts: dict[str, Any] = {
         **entry,
-        "names": tuple(name for text in entry["names"].values() for name in _names(text)),
-        "short": _names(entry.get("short", "")),
+        "names": tuple(name for text in entry["names"].values() for name in names_in(text)),
+        "short": names_in(entry.get("short", "")),
         "unknown_to_ais": tuple(entry.get("unknown_to_ais", ())),
     }
     return Quantity(**facts)
@@ -53,7 +55,7 @@ def _quantity(entry: dict[str, Any]) -> Quantity:
 @cache
 def quantities() -> dict[str, Quantity]:
     """Name of a quantity -> the quantity."""
-    return {name: _quantity(entry) for name, entry in _words()["quantities"].items()}
+    return {name: _quantity(entry) for name, entry in vocabulary()["quantities"].items()}
 
 
 def is_unsigned(quantity: str | None) -> bool:
@@ -64,44 +66,23 @@ def is_unsigned(quantity: str | None) -> bool:
 @cache
 def vague_names() -> dict[str, tuple[str, ...]]:
     """Names that stand for more than one quantity -> those, likeliest first."""
-    return {name: tuple(entry["may_be"]) for entry in _words()["vague"] for name in _names(entry["names"])}
+    return {name: tuple(entry["may_be"]) for entry in vocabulary()["vague"] for name in names_in(entry["names"])}
 
 
 def name_list(kind: str) -> tuple[str, ...]:
     """The names of a list: time, date, week (the number of a GPS week), other_motions, which are none of a record's,
     and those of columns that say of which instrument, device or kind a row is, its value and its unit."""
-    return _names(_words()[kind])
+    return names_in(vocabulary()[kind])
 
 
 @cache
 def word_list(kind: str) -> frozenset[str]:
     """The words of a list: command, not_measured, harmless, actuators, counters, positive, negative, time_units,
     no_unit, beside_scale, and mathematical, which are of a heading and do not state which way it counts."""
-    return frozenset(_words()[kind].split())
+    return frozenset(vocabulary()[kind].split())
 
 
 @cache
 def word_groups(kind: str) -> dict[str, frozenset[str]]:
-    """Name -> its words: of sides, and of units, which are spelled so."""
-    return {name: frozenset(text.split()) for name, text in _words()[kind].items()}
-
-
-@cache
-def time_parts() -> dict[str, tuple[str, ...]]:
-    """Part of a time, from the year to the second -> names of its column."""
-    return {part: _names(text) for part, text in _words()["time_parts"].items()}
-
-
-def time_forms() -> dict[str, dict[str, Any]]:
-    """Form of a time -> what is known of it."""
-    return {form: facts | {"units": _names(facts.get("units", ""))} for form, facts in _words()["time_forms"].items()}
-
-
-def identifiers() -> tuple[tuple[str, ...], ...]:
-    """Names of columns that say whose a row is, the most certain first."""
-    return tuple(map(_names, _words()["identifiers"]))
-
-
-def scale_marks() -> list[tuple[frozenset[str], frozenset[str]]]:
-    """Words of columns of the model, and of the ship: whole ones, and letters."""
-    return [(frozenset(one["model"].split()), frozenset(one["ship"].split())) for one in _words()["scales"]]
+    """Name -> its words: of sides, and of letters that mean them."""
+    return {name: frozenset(text.split()) for name, text in vocabulary()[kind].items()}

@@ -7,7 +7,7 @@ from itertools import combinations
 
 import numpy as np
 
-from .evidence import FEWEST, ClockSeries, correlation, cosine, known, liveliest, together
+from .evidence import FEWEST, ClockSeries, best_lag, cosine, known, liveliest, together
 from .finding import WITH_SIDE, ColumnFinding, ask_quantity
 from .log import RawLog
 from .names import words
@@ -107,26 +107,16 @@ def leads(first: ClockSeries, second: ClockSeries) -> int:
     time, a, b = liveliest(*shared, LONGEST_S)
     if not (np.ptp(a) > 0.0 and np.ptp(b) > 0.0):
         return 0
-    gain, lag = _best_gain(a, b, max(1, int(LONGEST_S / float(np.median(np.diff(time))))))
+    most = min(max(1, int(LONGEST_S / float(np.median(np.diff(time))))), a.size // 3)
+    lag, alike = best_lag(a, b, range(-most, most + 1))
+    gain = np.sign(alike) * np.std(b) / np.std(a)
     a, b = gain * (a - np.median(a)), b - np.median(b)
-    if not lag or float(np.std(a - b)) < APART * float(np.std(b)):
+    if not lag or abs(alike) <= ALIKE or float(np.std(a - b)) < APART * float(np.std(b)):
         return 0
     one, other = _servo(a, b), _servo(b, a)
     if max(one, other) < SERVO or abs(one - other) < CLEARER or (one > other) != (lag > 0):
         return 0
     return 1 if one > other else -1
-
-
-def _best_gain(a: np.ndarray, b: np.ndarray, most: int) -> tuple[float, int]:
-    """(gain of the second over the first, samples by which it is later) where they correlate best; (0, 0) where they do
-    not."""
-    most = min(most, a.size // 3)
-    found = {
-        lag: correlation(a[max(-lag, 0) : a.size - max(lag, 0)], b[max(lag, 0) : b.size - max(-lag, 0)])
-        for lag in range(-most, most + 1)
-    }
-    lag = max(found, key=lambda k: abs(found[k]))
-    return (float(np.sign(found[lag]) * np.std(b) / np.std(a)), lag) if abs(found[lag]) > ALIKE else (0.0, 0)
 
 
 def _servo(order: np.ndarray, rudder: np.ndarray) -> float:

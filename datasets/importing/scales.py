@@ -14,7 +14,7 @@ from .draft import NOT_USED, Answer, Question
 from .evidence import ClockSeries, rate_ratio
 from .mapping import Mapping
 from .names import is_time, named, words
-from .quantities import quantities, scale_marks, word_list
+from .quantities import quantities, vocabulary, word_list
 from .raw import RawColumn, RawTable
 from .times import find_time
 from .units import unit_of
@@ -22,15 +22,7 @@ from .units import unit_of
 SCALE = "scale"
 """Id of the question which scale is wanted."""
 MODEL, SHIP = "model", "ship"
-EXPONENTS = {
-    "speed": 0.5,
-    "angular rate": -0.5,
-    "length": 1.0,
-    "rotation": -0.5,
-    "force": 3.0,
-    "time": 0.5,
-    "angle": 0.0,
-}
+EXPONENTS = {name: facts["froude"] for name, facts in vocabulary()["dimensions"].items()}
 """Dimension -> the power of the scale by which the ship's values are larger (Froude)."""
 LEAST, LARGEST = 1.5, 2000.0
 """Range of scales."""
@@ -67,7 +59,8 @@ def of_one_scale(
 
 
 def _by_marks(table: RawTable) -> TwoScales | None:
-    return next((found for marks in scale_marks() if (found := _by_names(table, *marks)) is not None), None)
+    marks = ((frozenset(m["model"].split()), frozenset(m["ship"].split())) for m in vocabulary()["scales"])
+    return next((found for own in marks if (found := _by_names(table, *own)) is not None), None)
 
 
 def _by_names(table: RawTable, model: frozenset[str], ship: frozenset[str]) -> TwoScales | None:

@@ -6,12 +6,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from typing import TypeAlias
 
 import numpy as np
 
 from ..columns import RUDDERS
+from ..indices import performed
 from ..io import MIN_SAMPLES
 from ..record import Record
+from ..signals import integral_over_gaps
 
 LEAST_RAD, SHARE = math.radians(2.0), 0.15
 """Rudder angle above which the rudder is laid: this, or that share of the largest angle."""
@@ -19,12 +22,6 @@ CROSSINGS, FEWEST = 8.0, 10
 """A rudder amidships for longer than that many times its way through amidships, and samples, is a straight run."""
 LEAD_S = 10.0
 """Seconds of straight run that are kept before a manoeuvre."""
-ALIKE = 0.3
-"""Relative difference of the rudder angles of a zigzag."""
-LEAST_TURN_RAD = math.radians(90.0)
-REVERSALS = 2
-HELD, LEAVING = 0.8, 0.95
-"""Shares of the largest angle at which the rudder is held, and below which it has left for the other side."""
 
 
 @dataclass(frozen=True)
@@ -37,13 +34,8 @@ class ManoeuvreSegment:
     stop: int
 
 
-@dataclass(frozen=True)
-class _Stretch:
-    """Samples start:stop with the rudder to one side (1, -1) or amidships (0)."""
-
-    side: int
-    start: int
-    stop: int
+Stretch: TypeAlias = tuple[int, int, int]
+"""The side of the rudder (1, -1, or 0 amidships), and the samples start:stop of a stretch."""
 
 
 def cut(record: Record) -> list[tuple[ManoeuvreSegment, Record]]:
@@ -68,7 +60,7 @@ def find_segments(record: Record) -> list[ManoeuvreSegment]:
     least = max(LEAST_RAD, SHARE * float(np.quantile(np.abs(rudder), 0.99)))
     stretches = _stretches(rudder, least, _shortest_straight(record, rudder, least))
     groups = _between_straights(stretches)
-    found = [_named(record, rudder, group) for group in groups]
+    found = [_named(record, group) for group in groups]
     return [s for s in found if s.stop - s.start >= MIN_SAMPLES]
 
 
@@ -90,84 +82,50 @@ def _shortest_straight(record: Record, rudder: np.ndarray, least: float) -> int:
     return max(FEWEST, math.ceil(CROSSINGS * crossing / record.dt))
 
 
-def _stretches(rudder: np.ndarray, least: float, shortest: int) -> list[_Stretch]:
+def _stretches(rudder: np.ndarray, least: float, shortest: int) -> list[Stretch]:
     """Stretches of one side; short ones amidships belong to the side after them."""
     side = np.where(np.abs(rudder) > least, np.sign(rudder), 0.0).astype(int)
     edges = [0, *(np.flatnonzero(np.diff(side)) + 1).tolist(), side.size]
-    raw = [_Stretch(int(side[a]), a, b) for a, b in pairwise(edges)]
-    out: list[_Stretch] = []
+    raw = [(int(side[a]), a, b) for a, b in pairwise(edges)]
+    out: list[Stretch] = []
     start = 0
-    for stretch in raw:
-        short = stretch.stop - stretch.start < (shortest if stretch.side == 0 else max(3, shortest // 8))
-        last = stretch is raw[-1]
+    for own, first, stop in raw:
+        short, last = stop - first < (shortest if own == 0 else max(3, shortest // 8)), stop == side.size
         if short and not last:
             continue
-        if out and (out[-1].side == stretch.side or (short and last)):
-            out[-1] = replace(out[-1], stop=stretch.stop)
+        if out and (out[-1][0] == own or (short and last)):
+            out[-1] = (*out[-1][:2], stop)
         else:
-            out.append(_Stretch(stretch.side, start, stretch.stop))
-        start = stretch.stop
+            out.append((own, start, stop))
+        start = stop
     return out
 
 
-def _between_straights(stretches: Sequence[_Stretch]) -> list[list[_Stretch]]:
+def _between_straights(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
     """Stretches grouped: a straight run alone, all between two straight runs together."""
-    groups: list[list[_Stretch]] = []
+    groups: list[list[Stretch]] = []
     for stretch in stretches:
-        if stretch.side == 0 or not groups or groups[-1][-1].side == 0:
+        if stretch[0] == 0 or not groups or groups[-1][-1][0] == 0:
             groups.append([stretch])
         else:
             groups[-1].append(stretch)
     return groups
 
 
-def _named(record: Record, rudder: np.ndarray, group: Sequence[_Stretch]) -> ManoeuvreSegment:
-    start, stop = group[0].start, group[-1].stop
-    if group[0].side == 0:
+def _named(record: Record, group: Sequence[Stretch]) -> ManoeuvreSegment:
+    """The manoeuvre of some stretches, with a short run before it; a zigzag without a heading has no text."""
+    (side, start, _), (*_, stop) = group[0], group[-1]
+    if side == 0:
         return ManoeuvreSegment("straight", "straight", start, stop)
     lead = int(np.searchsorted(record.time_s, record.time_s[start] - LEAD_S))
-    angles = [float(np.median(np.abs(rudder[s.start : s.stop][_held(rudder[s.start : s.stop])]))) for s in group]
-    usual = float(np.median(angles))
-    inner = angles[:-1] if len(angles) > REVERSALS else angles
-    alike = all(abs(angle / usual - 1.0) < ALIKE for angle in inner)
-    first = group[0].side * (-1 if record.meta.positive_rudder == "port" else 1)
-    side = ":port" if first < 0 else ""
-    if len(group) > REVERSALS and alike:
-        reached = _heading_at_reversals(record, group)
-        text = f"zigzag:{round(math.degrees(usual))}/{reached}{side}" if reached else ""
-        return ManoeuvreSegment("zigzag", text, lead, stop)
-    if len(group) == 1 and _turned(record, group[0]) > LEAST_TURN_RAD:
-        return ManoeuvreSegment("turn", f"turn:{round(math.degrees(usual))}{side}", lead, stop)
-    return ManoeuvreSegment("other", "", lead, stop)
+    found = performed(_with_heading(record.slice(lead, stop)))
+    first = side * (-1 if record.meta.positive_rudder == "port" else 1)
+    text = f"{found.title.replace(' ', ':')}{':port' if first < 0 else ''}" if found.kind else ""
+    return ManoeuvreSegment(found.kind or "other", text, lead, stop)
 
 
-def _held(angle: np.ndarray, share: float = HELD) -> np.ndarray:
-    """Where the rudder has at least a share of its largest angle of a stretch."""
-    return np.abs(angle) > share * np.abs(angle).max()
-
-
-def _turned(record: Record, stretch: _Stretch) -> float:
-    """Change of heading, rad; of the integral of the yaw rate where no heading is recorded."""
-    part = record.slice(stretch.start, stretch.stop)
-    if part.has("heading_rad"):
-        heading = part.heading_unwrapped()
-        known = heading[np.isfinite(heading)]
-        return float(np.ptp(known)) if known.size else 0.0
-    if part.has("yaw_rate_rad_s"):
-        rate = np.nan_to_num(part.column("yaw_rate_rad_s"))
-        return abs(float(np.sum(rate[:-1] * np.diff(part.time_s))))
-    return 0.0
-
-
-def _heading_at_reversals(record: Record, group: Sequence[_Stretch]) -> int:
-    """Median change of heading, whole deg, at which the rudder leaves one side for the other; 0 without a heading."""
-    if not record.has("heading_rad"):
-        return 0
-    heading = record.heading_unwrapped()
-    before = heading[max(group[0].start - 5, 0) : group[0].start + 1]
-    rudder = _filled(record.rudder())
-    if rudder is None or not np.isfinite(before).any():
-        return 0
-    leaving = [s.start + int(np.flatnonzero(_held(rudder[s.start : s.stop], LEAVING))[-1]) for s in group[:-1]]
-    reached = np.abs(heading[leaving] - np.nanmean(before))
-    return round(math.degrees(float(np.nanmedian(reached)))) if np.isfinite(reached).any() else 0
+def _with_heading(record: Record) -> Record:
+    """The record, where it has no heading with the integral of its yaw rate."""
+    if record.has("heading_rad") or not record.has("yaw_rate_rad_s"):
+        return record
+    return record.with_channels(heading_rad=integral_over_gaps(record.column("yaw_rate_rad_s"), record.time_s))

@@ -161,8 +161,8 @@ def _as(found: ColumnFinding, quantity: str) -> Answer:
 
 PORT, STARBOARD = "thrust_port", "thrust_starboard"
 NEUTRAL_US = 1500.0
-MOST = 24
-"""Columns without a name of a side above which pairs are not tried."""
+MOST, MOST_WAYS = 24, 8
+"""Columns without a name of a side above which pairs are not tried, and answers that are shown."""
 
 
 @dataclass(frozen=True)
@@ -184,7 +184,8 @@ def settle_propellers(log: RawLog) -> None:
         return
     pairs = list(_pairs(log))
     if PROPELLERS in log.answers:
-        _as_answered(log, pairs, log.answers[PROPELLERS])
+        if way := _ways(log, pairs).get(log.answers[PROPELLERS]):
+            _use(log, way, "as answered")
         return
     if not pairs:
         return
@@ -195,7 +196,7 @@ def settle_propellers(log: RawLog) -> None:
     in_newtons = all(unit_of(f.column.unit, "force") or _named_force(f) for f in both)
     if best.sided and (agrees or (in_newtons and not against)):
         why = "the names state the side" + (", and the yaw rate answers their difference" if agrees else "")
-        _use(log, best.port, best.starboard, why)
+        _use(log, (best.port, best.starboard), why)
     else:
         found, question = log.findings[best.port], _question(log, pairs, against)
         why, questions = (*found.why, "a propeller?"), (*found.questions, question)
@@ -260,73 +261,60 @@ def _opposed(log: RawLog, one: int, other: int) -> bool:
 
 def _pair(log: RawLog, port: int, starboard: int, sided: bool) -> _Pair:
     one, two = (log.series(log.findings[i], raw=True) for i in (port, starboard))
-    if one is None or two is None:
-        return _Pair(port, starboard, sided, None, False)
-    shared = together(one, two)
-    if shared is None:
-        return _Pair(port, starboard, sided, None, False)
-    difference = ClockSeries(shared[0], shared[1] - shared[2], one.clock, one.dated)
-    for signed in (True, False):
-        for _, rate in log.all("yaw_rate", signed=signed):
-            share = response(difference, rate)
-            if share is not None:
-                return _Pair(port, starboard, sided, share, signed)
+    shared = together(one, two) if one is not None and two is not None else None
+    if shared is not None and one is not None:
+        difference = ClockSeries(shared[0], shared[1] - shared[2], one.clock, one.dated)
+        for signed in (True, False):
+            for _, rate in log.all("yaw_rate", signed=signed):
+                share = response(difference, rate)
+                if share is not None:
+                    return _Pair(port, starboard, sided, share, signed)
     return _Pair(port, starboard, sided, None, False)
 
 
-def _use(log: RawLog, port: int, starboard: int, why: str) -> None:
-    for place, quantity in ((port, PORT), (starboard, STARBOARD)):
+def _use(log: RawLog, places: tuple[int, int], why: str) -> None:
+    """Make two columns, by their places, the thrusts to port and starboard."""
+    for place, quantity in zip(places, (PORT, STARBOARD), strict=True):
         found = log.findings[place]
-        stated = unit_of(found.column.unit, "force") or (UNITS["kN"] if found.column.name.endswith("kN") else None)
-        newtons = stated is not None or _named_force(found)
+        unit = unit_of(found.column.unit, "force") or (UNITS["kN"] if found.column.name.endswith("kN") else None)
+        newtons = unit is not None or _named_force(found)
         told = why if newtons else f"{why}; in the file's own unit, one of it counts as 1 N"
-        log.findings[place] = replace(
-            found, may_be=(quantity,), unit=stated or UNITS["N"], factor=1.0, offset=_offset(found), sign=1,
-            signed=True, questions=(), sure="stated" if newtons else "guess", why=(told,),
-        )  # fmt: skip
+        made = _as_thrust(replace(found, may_be=(quantity,), unit=unit or UNITS["N"]))
+        sure = "stated" if newtons else "guess"
+        log.findings[place] = replace(made, signed=True, questions=(), sure=sure, why=(told,))
 
 
-def _offset(found: ColumnFinding) -> float:
-    """What is added to a servo's pulse, which is 1500 us at rest."""
+def _as_thrust(found: ColumnFinding) -> ColumnFinding:
+    """A column whose numbers are a thrust; those of a servo's pulse are 1500 us at rest."""
     known = found.column.finite
     pulse = PULSE_US[0] <= known.min() and known.max() <= PULSE_US[1] and known.max() > 1000.0
-    return -NEUTRAL_US if pulse else 0.0
+    return replace(found, factor=1.0, offset=-NEUTRAL_US if pulse else 0.0, sign=1)
 
 
-def _as_answered(log: RawLog, pairs: list[_Pair], key: str) -> None:
-    if key == NOT_USED:
-        return
-    for pair in pairs:
-        for port, starboard in ((pair.port, pair.starboard), (pair.starboard, pair.port)):
-            if key == _key(log, port, starboard):
-                _use(log, port, starboard, "as answered")
-                return
-
-
-def _key(log: RawLog, port: int, starboard: int) -> str:
-    return f"{log.findings[port].column.name}, {log.findings[starboard].column.name}"
-
-
-def _question(log: RawLog, pairs: list[_Pair], against: bool) -> Question:
-    ordered = sorted(pairs, key=lambda pair: (not pair.sided, -abs(pair.share or 0.0)))[:4]
-    answers = []
-    for pair in ordered:
+def _ways(log: RawLog, pairs: Sequence[_Pair]) -> dict[str, tuple[int, int]]:
+    """Key of an answer -> places of port and starboard, both ways round of every pair, the likeliest first."""
+    out: dict[str, tuple[int, int]] = {}
+    for pair in sorted(pairs, key=lambda pair: (not pair.sided, -abs(pair.share or 0.0))):
         ways = [(pair.port, pair.starboard), (pair.starboard, pair.port)]
         turned = pair.signed and pair.share is not None and pair.share < 0.0
-        answers += [_answer(log, *way) for way in (reversed(ways) if turned else ways)]
-    first = log.findings[ordered[0].port]
-    names = " and ".join(log.findings[i].column.name for i in (ordered[0].port, ordered[0].starboard))
+        for way in reversed(ways) if turned else ways:
+            out.setdefault(", ".join(log.findings[i].column.name for i in way), way)
+    return out
+
+
+def _question(log: RawLog, pairs: Sequence[_Pair], against: bool) -> Question:
+    answers = [_answer(log, key, way) for key, way in list(_ways(log, pairs).items())[:MOST_WAYS]]
+    best = max(pairs, key=lambda pair: (pair.sided, abs(pair.share or 0.0)))
+    first, second = log.findings[best.port], log.findings[best.starboard]
+    names = f"{first.column.name} and {second.column.name}"
     text = f"There is no rudder: do the two propellers {names} steer the craft, and which one is on the port side?"
     text += " The yaw rate answers them the other way round than their names say." if against else ""
     none = Answer(NOT_USED, "none of them is used", line_of(first, to=NOT_USED))
     return Question(PROPELLERS, "quantity", first.table.label, first.column.name, text, (*answers, none))
 
 
-def _answer(log: RawLog, port: int, starboard: int) -> Answer:
-    one, two = log.findings[port], log.findings[starboard]
+def _answer(log: RawLog, key: str, way: tuple[int, int]) -> Answer:
+    one, two = (log.findings[i] for i in way)
     text = f"{one.column.name} to port, {two.column.name} to starboard; their difference steers, their mean drives"
-    lines = [
-        line_of(replace(f, factor=1.0, offset=_offset(f), sign=1), to=quantity, unit="N")
-        for f, quantity in ((one, PORT), (two, STARBOARD))
-    ]
-    return Answer(_key(log, port, starboard), text, "\n".join(lines))
+    pairs = ((one, PORT), (two, STARBOARD))
+    return Answer(key, text, "\n".join(line_of(_as_thrust(f), to=quantity, unit="N") for f, quantity in pairs))

@@ -334,7 +334,7 @@ def _plain_rows(text: str, separator: str, trailing: int | None, layout: Layout,
     if any(len(cell) > LONGEST for line in odd for cell in line.cells) or not _all_are_data(cells, layout):
         return None
     numbers = np.arange(start, start + len(cells[0]) + len(odd))
-    return DataRows(cells, np.delete(numbers, [line.number - start for line in odd]), tuple(faults))
+    return cells, np.delete(numbers, [line.number - start for line in odd]), tuple(faults), ()
 
 
 def _from_line(text: str, number: int) -> bytes:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping as Dict
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cache
+from typing import TypeAlias
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from .draft import Answer, Question
 from .headers import read_header
 from .mapping import Mapping, scalar
 from .names import joined, named, words
-from .quantities import identifiers, quantities
+from .quantities import names_in, quantities, vocabulary
 from .raw import RawColumn, RawTable
 from .times import find_time
 
@@ -25,12 +27,8 @@ SURE = 2
 MOST_SHOWN = 12
 
 
-@dataclass(frozen=True)
-class _Groups:
-    """The column that says whose the rows of a table are, and the rows of each value with enough of them."""
-
-    column: RawColumn
-    rows: Dict[str, np.ndarray]
+Groups: TypeAlias = tuple[RawColumn, Dict[str, np.ndarray]]
+"""The column that says whose the rows of a table are, and the rows of each value with enough of them."""
 
 
 def of_one_vessel(
@@ -43,7 +41,7 @@ def of_one_vessel(
     BadInput : the answer is none of the vessels.
     """
     groups = {table.label: found for table in tables if (found := _groups(table)) is not None}
-    names = list(dict.fromkeys(name for found in groups.values() for name in found.rows))
+    names = list(dict.fromkeys(name for _, rows in groups.values() for name in rows))
     mapped = mapping.rows_of if mapping is not None else None
     wanted = answers.get(VESSEL) or (str(mapped) if mapped is not None else None)
     if wanted is not None and names and wanted not in names:
@@ -54,15 +52,20 @@ def of_one_vessel(
     return [_without_unknown(table) for table in used if table.n], question
 
 
-def _groups(table: RawTable) -> _Groups | None:
+@cache
+def _identifiers() -> list[frozenset[str]]:
+    """Names of columns that say whose a row is, without what separates their words, the most certain first."""
+    return [frozenset(map(joined, names_in(text))) for text in vocabulary()["identifiers"]]
+
+
+def _groups(table: RawTable) -> Groups | None:
     """The rows of each vessel; None where nothing says whose they are."""
-    for rank, names in enumerate(identifiers()):
-        known = {joined(name) for name in names}
-        for column in (c for c in table.columns if "".join(words(c.name)) in known):
+    for rank, known in enumerate(_identifiers()):
+        for column in (c for c in table.columns if joined(c.name) in known):
             rows = _rows_of(column)
             if (rows and rank < SURE) or (len(rows) > 1 and _tells(table, rows)):
                 enough = {name: own for name, own in rows.items() if own.size >= MIN_SAMPLES}
-                return _Groups(column, enough) if enough else None
+                return (column, enough) if enough else None
     return None
 
 
@@ -105,20 +108,21 @@ def _may_be(column: RawColumn) -> tuple[str, ...]:
     return (column.known,) if column.known else named(words(column.name)).may_be
 
 
-def _with_rows(table: RawTable, groups: _Groups | None, wanted: str | None) -> RawTable:
+def _with_rows(table: RawTable, groups: Groups | None, wanted: str | None) -> RawTable:
     """The table with the rows of the vessel that is wanted, none where it has none."""
     if groups is None:
         return table
-    name = wanted if wanted in groups.rows else ""
-    rows = groups.rows.get(name, np.zeros(0, dtype=int))
+    column, known = groups
+    name = wanted if wanted in known else ""
+    rows = known.get(name, np.zeros(0, dtype=int))
     if rows.size == table.n:
         return table
-    told = f"{rows.size} of {table.n} rows are of {groups.column.name} {name}; those of others are left out"
+    told = f"{rows.size} of {table.n} rows are of {column.name} {name}; those of others are left out"
     return table.at(rows, done=(*table.done, told))
 
 
-def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequence[str]) -> Question:
-    counts = {name: sum(g.rows[name].size for g in groups.values() if name in g.rows) for name in names}
+def _which(tables: Sequence[RawTable], groups: Dict[str, Groups], names: Sequence[str]) -> Question:
+    counts = {name: sum(rows[name].size for _, rows in groups.values() if name in rows) for name in names}
     known = {name: sum(_known_cells(t, groups[t.label], name) for t in tables if t.label in groups) for name in names}
     ordered = sorted(names, key=lambda name: (-counts[name], -known[name]))
     label = next(iter(groups))
@@ -126,26 +130,25 @@ def _which(tables: Sequence[RawTable], groups: Dict[str, _Groups], names: Sequen
         Answer(name, f"{name}{_called(tables, groups, name)}: {counts[name]} rows", f"rows_of: {scalar(name)}")
         for name in ordered[:MOST_SHOWN]
     )
-    column = groups[label].column
+    column, _ = groups[label]
     text = f"The rows are of {len(names)} vessels, by column {column.name!r}: which one is wanted?"
     number = f"{column.name} of another of them: rows_of: NUMBER" if len(names) > MOST_SHOWN else ""
     return Question(VESSEL, "file", label, column.name, text, answers, number)
 
 
-def _known_cells(table: RawTable, groups: _Groups, name: str) -> int:
+def _known_cells(table: RawTable, groups: Groups, name: str) -> int:
     """How many cells of a vessel's rows tell something of its motion."""
-    own = _without_unknown(table.at(groups.rows[name])) if name in groups.rows else None
+    own = _without_unknown(table.at(groups[1][name])) if name in groups[1] else None
     told = [c for c in own.columns if c.numeric and np.nanmax(c.numbers) > np.nanmin(c.numbers)] if own else []
     return sum(int(np.isfinite(column.numbers).sum()) for column in told)
 
 
-def _called(tables: Sequence[RawTable], groups: Dict[str, _Groups], name: str) -> str:
+def _called(tables: Sequence[RawTable], groups: Dict[str, Groups], name: str) -> str:
     """The name of a vessel beside its identifier."""
-    known = {joined(text) for text in identifiers()[3]}
     for table in tables:
-        rows = groups[table.label].rows.get(name) if table.label in groups else None
-        column = next((c for c in table.columns if "".join(words(c.name)) in known), None)
-        if rows is not None and column is not None and column is not groups[table.label].column:
+        rows = groups[table.label][1].get(name) if table.label in groups else None
+        column = next((c for c in table.columns if joined(c.name) in _identifiers()[3]), None)
+        if rows is not None and column is not None and column is not groups[table.label][0]:
             return f" ({column.text(int(rows[0]))})" if column.text(int(rows[0])) else ""
     return ""
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...datasets.display import LabelledLine, continuous, time_figure
+from ...datasets.display import continuous, time_figure
 from ...datasets.record import Record
 from ...models.display import html_table
 from ...models.errors import BadInput, FitFailed
@@ -175,9 +175,7 @@ class Estimate:
         free, one = self.simulate(record), self.predict(record)
         runs, panels = (("measured", measured), ("one step", one), ("free run", free)), {}
         for channel in (name for name in CHANNELS if free.has(name)):
-            panels[channel] = [
-                LabelledLine(told, run.time_s, continuous(channel, run.column(channel))) for told, run in runs
-            ]
+            panels[channel] = [(told, run.time_s, continuous(channel, run.column(channel))) for told, run in runs]
         return time_figure(panels, f"{self.model.family} by {self.method}: {record.name}")
 
     def assess(

@@ -34,8 +34,8 @@ RECEIVERS, ATTITUDE = ("vehicle_gps_position", "sensor_gps"), "vehicle_attitude"
 MOST = 5_000_000
 READS_A_BYTE = 10
 """A sound log needs less than one: two for a message, which has three bytes or more, in each of two passes."""
-FIX = 3.0
-"""Kind of a receiver's fix, in both logs, from which it has a position in the plane and its height."""
+FIX, FIX_FIELDS = 3.0, ("Status", "fix_type")
+"""Kind of a receiver's fix from which it has a position in the plane and its height, and its fields in both logs."""
 
 
 def read_ardupilot(data: bytes, path: Path) -> list[RawTable]:
@@ -129,8 +129,6 @@ def _ardupilot_table(path: Path, kind: str, own: Sequence[Mapping[str, float]]) 
     names = dict.fromkeys(name for row in own for name in row)  # a log may state a message anew
     values = {name: np.array([row.get(name, np.nan) for row in own]) for name in names}
     times = np.array([seconds(row) for row in own])
-    if kind.startswith("GPS"):
-        values = _with_fix(values, values.get("Status", np.full(times.size, FIX)))
     return _table(path, kind, times, values, ARDUPILOT, kind.split(" ")[0])
 
 
@@ -196,8 +194,6 @@ def _topic(path: Path, topic: Any) -> RawTable | None:
     times = values["timestamp"] * 1e-6
     if topic.name == ATTITUDE and all(f"q[{i}]" in values for i in range(4)):
         values = dict(zip(("yaw", "roll"), yaw_and_roll(*(values[f"q[{i}]"] for i in range(4))), strict=True))
-    if topic.name in RECEIVERS:
-        values = _with_fix(values, values.get("fix_type", np.full(times.size, FIX)))
     return _table(path, name, times, values, PX4, topic.name)
 
 
@@ -218,14 +214,12 @@ def with_px4(table: RawTable) -> RawTable:
     return table.told(told, f"PX4, topic {topic}")
 
 
-def _with_fix(values: dict[str, np.ndarray], fix: np.ndarray) -> dict[str, np.ndarray]:
-    """What a receiver gives while it has no fix is no measurement."""
-    return {name: np.where(fix < FIX, np.nan, own) for name, own in values.items()}
-
-
 def _table(
     path: Path, kind: str, times: np.ndarray, values: dict[str, np.ndarray], program: str, message: str
 ) -> RawTable | None:
+    """The table of a message; what a receiver gives while it has no fix is no measurement."""
+    fix = next((values[name] for name in FIX_FIELDS if name in values), np.full(times.size, FIX))
+    values = {name: np.where(fix < FIX, np.nan, own) for name, own in values.items()}
     time = RawColumn("time since boot", "s", times, "time", f"{program}'s log states it")
     return table_of_fields(
         path, stated_fields(program).get(message, {}), values, time, f"{times.size} messages {kind}", kind

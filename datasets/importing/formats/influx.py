@@ -6,8 +6,8 @@ import csv
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
+from typing import TypeAlias
 
 from ..cell_texts import Texts
 from ..instruments import UNITS
@@ -23,12 +23,8 @@ GENERIC = ("value", "values", "val", "data")
 """Names of a field that say nothing: that of the measurement does."""
 
 
-@dataclass
-class Block:
-    """The names of a block and its rows with their line numbers."""
-
-    names: list[str]
-    rows: list[tuple[int, list[str]]] = field(default_factory=list)
+Block: TypeAlias = tuple[list[str], list[tuple[int, list[str]]]]
+"""The names of a block, and its rows with their line numbers."""
 
 
 def read_influx(text: str, path: Path) -> list[RawTable] | None:
@@ -53,42 +49,43 @@ def _blocks(text: str, faults: list[Rejected]) -> list[Block]:
             continue
         cells = next(csv.reader([line[:20000]]), [])
         if waiting and (TIME in cells or not blocks):
-            blocks.append(Block([cell.strip() for cell in cells]))
-        elif blocks and len(cells) == len(blocks[-1].names):
-            blocks[-1].rows.append((number, cells))
+            blocks.append(([cell.strip() for cell in cells], []))
+        elif blocks and len(cells) == len(blocks[-1][0]):
+            blocks[-1][1].append((number, cells))
         else:
-            faults.append((number, f"{len(cells)} cells under {len(blocks[-1].names) if blocks else 0} columns", line))
+            faults.append((number, f"{len(cells)} cells under {len(blocks[-1][0]) if blocks else 0} columns", line))
         waiting = False
     return blocks
 
 
 def _tables(block: Block, path: Path) -> Iterator[RawTable]:
-    names = block.names
-    if TIME not in names or not block.rows:
+    names, rows = block
+    if TIME not in names or not rows:
         return
     if VALUE in names and FIELD in names:
         yield from _long(block, path)
         return
-    columns = [(name, [cells[i] for _, cells in block.rows]) for i, name in enumerate(names) if name not in OWN]
+    columns = [(name, [cells[i] for _, cells in rows]) for i, name in enumerate(names) if name not in OWN]
     made = [RawColumn(name, "", Texts(cells)) for name, cells in columns if any(cells)]
     if made:
-        times = _times([cells[names.index(TIME)] for _, cells in block.rows])
-        yield RawTable.of(path, (times, *made), "InfluxDB", rows=[number for number, _ in block.rows])
+        times = _times([cells[names.index(TIME)] for _, cells in rows])
+        yield RawTable.of(path, (times, *made), "InfluxDB", rows=[number for number, _ in rows])
 
 
 def _long(block: Block, path: Path) -> Iterator[RawTable]:
     """A table for every field of every measurement and set of tags."""
-    place = {name: i for i, name in enumerate(block.names)}
+    names, rows = block
+    place = {name: i for i, name in enumerate(names)}
     tags = [i for name, i in place.items() if name not in OWN]
     groups: dict[tuple[str, ...], list[tuple[int, list[str]]]] = defaultdict(list)
-    for number, cells in block.rows:
+    for number, cells in rows:
         measurement = cells[place[MEASUREMENT]] if MEASUREMENT in place else ""
         groups[measurement, cells[place[FIELD]], *(cells[i] for i in tags)].append((number, cells))
     several = [k for k, i in enumerate(tags) if len({key[2 + k] for key in groups}) > 1]
     for (measurement, name, *values), own in list(groups.items())[:MOST_SERIES]:
         if len(own) < FEWEST:
             continue
-        unit = next((v for v, i in zip(values, tags, strict=True) if joined(block.names[i]) in UNITS), "")
+        unit = next((v for v, i in zip(values, tags, strict=True) if joined(names[i]) in UNITS), "")
         called = measurement if name.lower() in GENERIC and measurement else name
         sheet = " ".join(dict.fromkeys(part for part in (measurement, name, *(values[k] for k in several)) if part))
         column = RawColumn(called, unit, Texts([cells[place[VALUE]] for _, cells in own]))

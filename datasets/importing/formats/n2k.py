@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from ....models.extras import extras_told
+from ..moments import moment
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
-from .fields import stated_fields
+from .fields import stated_fields, table_of_fields
 from .object_tables import number_of
 
 CANDUMP = re.compile(r"\s*\(\d+\.\d+\)\s+\S+\s+[0-9A-F]{8}(#|\s+\[\d\])")
@@ -22,14 +23,6 @@ SPACED = re.compile(r"\s*(\(\d+\.\d+\))\s+(\S+)\s+([0-9A-F]{8})\s+\[\d\]\s+((?:[
 YDVR = re.compile(r"\d\d:\d\d:\d\d\.\d{3}\s+[RT]\s+[0-9A-F]{8}(\s+[0-9A-F]{2})+", re.IGNORECASE)
 PLAIN = re.compile(r"\d{4}-\d\d-\d\d[T-]\d\d:\d\d:\d\d\.\d+Z?,\d+,\d{5,6},\d+,\d+,\d+(,[0-9a-f]{2})+", re.IGNORECASE)
 JSON_LINE = re.compile(r"\s*\{(?=.*\"fields\").*\"pgn\"\s*:\s*\"?\d+.*\}\s*,?\s*$")
-REFERRED = {
-    "heading": ("reference", {"true": ("true heading", "heading"), "magnetic": ("magnetic heading", "heading_magnetic"),
-                              "": ("heading", "")}),
-    "course over ground": ("cogreference", {"true": ("course over ground", "course_over_ground"),
-                                            "magnetic": ("magnetic course over ground", "not used"),
-                                            "": ("course over ground", "course_over_ground")}),
-}  # fmt: skip
-"""Direction -> the field that says from which north it counts, and by that its name and quantity."""
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 
 
@@ -93,7 +86,9 @@ def _from_json(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, 
             continue
         try:
             content = json.loads(line.strip().rstrip(","))
-            stamp = _moment(str(content["timestamp"]))
+            stamp = moment(str(content["timestamp"]))
+            if stamp != stamp:
+                raise ValueError(content["timestamp"])
             fields = {re.sub(r"[^a-z]", "", str(key).lower()): _bare(one) for key, one in content["fields"].items()}
             out.append((number, int(content["pgn"]), int(content.get("src", 0)), stamp, fields))
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError, ArithmeticError):
@@ -112,50 +107,31 @@ def _instance(fields: dict[str, Any]) -> str:
     return str(found[0]) if found else ""
 
 
-def _moment(text: str) -> float:
-    text = re.sub(r"^(\d{4}-\d\d-\d\d)-", r"\1T", text).replace("Z", "+00:00")
-    moment = datetime.datetime.fromisoformat(text)
-    return (moment if moment.tzinfo else moment.replace(tzinfo=datetime.UTC)).timestamp()
-
-
 def _table(path: Path, key: tuple[int, int, str], own: list, degrees: bool, dated: bool) -> RawTable | None:
     pgn, source, instance = key
-    stated = stated_fields("NMEA 2000").get(str(pgn))
-    if stated is None or len(own) < 3:
-        return None
+    stated = stated_fields("NMEA 2000").get(str(pgn), {}) if len(own) > 2 else {}
+    units = IN_DEGREES if degrees else {}
+    stated = {name: field._replace(unit=units.get(field.unit, field.unit)) for name, field in stated.items()}
     times = np.array([time for _, time, _ in own])
     by = f"NMEA 2000 states it: PGN {pgn} of source {source}"
-    times = times if dated else times % 86400.0
-    columns = [RawColumn("time", "s", times, "time", by)]
-    for field, (name, quantity, unit) in stated.items():
-        numbers = np.array([_number(fields.get(field)) for _, _, fields in own])
-        if np.isfinite(numbers).any():
-            unit = IN_DEGREES.get(unit, unit) if degrees else unit
-            columns += _columns(name, quantity, unit, numbers, [fields for *_, fields in own], by)
-    if len(columns) < 2:
-        return None
+    time = RawColumn("time", "s", times if dated else times % 86400.0, "time", by)
+    values = {name: np.array([_value(name, fields) for *_, fields in own]) for name in stated}
     sheet = f"{pgn} of {source}" + (f", instance {instance}" if instance else "")
-    return RawTable.of(path, columns, f"{len(own)} messages", sheet, [line for line, *_ in own])
+    return table_of_fields(path, stated, values, time, f"{len(own)} messages", sheet, [line for line, *_ in own])
 
 
-def _columns(name: str, quantity: str, unit: str, numbers: np.ndarray, fields: list, by: str) -> list[RawColumn]:
-    """A column; of a heading or course those from true and from magnetic north, and those that do not state it."""
-    if name not in REFERRED:
-        return [RawColumn(name, unit, numbers, quantity, by)]
-    field, kinds = REFERRED[name]
-    stated = np.array([_reference(one.get(field)) for one in fields])
-    made = []
-    for reference, (called, kind) in kinds.items():
-        own = (stated == reference) & np.isfinite(numbers)
-        if own.any():
-            made.append(RawColumn(called, unit, np.where(own, numbers, np.nan), kind, by))
-    return made
+def _value(name: str, fields: dict[str, Any]) -> float:
+    """The number of a field; of a direction, whose name says from which north, nan where it counts from another one."""
+    field, _, north = name.partition(" from ")
+    return _number(fields.get(field)) if not north or north == _north(fields) else np.nan
 
 
-def _reference(value: Any) -> str:
-    """Whether a direction counts from true or magnetic north; '' where that is not stated."""
-    text = str(value).lower()
-    return "true" if text.startswith("true") or text == "0" else "magnetic" if text[:3] == "mag" or text == "1" else ""
+def _north(fields: dict[str, Any]) -> str:
+    """From which north the direction of a message counts."""
+    text = str(fields.get("reference", fields.get("cogreference"))).lower()
+    if text.startswith("true") or text == "0":
+        return "true north"
+    return "magnetic north" if text[:3] == "mag" or text == "1" else "any north"
 
 
 def _number(value: Any) -> float:

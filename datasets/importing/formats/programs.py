@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-import datetime
+import math
 import re
 import xml.etree.ElementTree as Tree
 from collections import defaultdict
@@ -14,7 +14,7 @@ import numpy as np
 
 from ....models.errors import BadInput
 from ....models.number_texts import DECIMAL
-from ..moments import without_zone
+from ..moments import moment, without_zone
 from ..raw import RawColumn, RawTable, Rejected, usable, with_faults
 from .fields import StatedField, stated_fields, table_of_fields
 
@@ -111,9 +111,9 @@ def _device(
     name = devices.get(device, "")
     seconds = np.array([numbers[0] for _, numbers in own])
     seconds = seconds + DAY * np.cumsum(np.concatenate([[0.0], np.diff(seconds) < -DAY / 2.0]))
-    day = _day(begin)
+    day = moment("{year}-{month}-{day}".format_map(begin.groupdict())) if begin else math.nan
     source = f"{BY_HYPACK}: {kind} of device {device} {name}".strip()
-    time = RawColumn("time", "s", seconds) if day is None else RawColumn("time", "", without_zone(day + seconds))
+    time = RawColumn("time", "s", seconds) if day != day else RawColumn("time", "", without_zone(day + seconds))
     time, lines = replace(time, source=source), [line for line, _ in own]
     if kind in READINGS:
         columns = (time, RawColumn(name or kind, "", np.array([numbers[1] for _, numbers in own])))
@@ -121,17 +121,6 @@ def _device(
     fields = stated_fields("Hypack")[kind]
     values = {place: np.array([numbers[1 + int(place)] for _, numbers in own]) for place in fields}
     return table_of_fields(path, fields, values, time, f"{len(own)} records", f"{kind} {device}", lines)
-
-
-def _day(begin: re.Match | None) -> float | None:
-    """Seconds since 1970 of the day on which the file begins; None where the header states none."""
-    if begin is None:
-        return None
-    try:
-        date = datetime.datetime(int(begin["year"]), int(begin["month"]), int(begin["day"]), tzinfo=datetime.UTC)
-    except ValueError:
-        return None
-    return date.timestamp()
 
 
 # ---- Tracks as XML.

@@ -13,6 +13,7 @@ import numpy as np
 from ....models.errors import BadInput
 from ....models.extras import extras_told
 from ..raw import RawColumn, RawTable, usable
+from .fields import StatedField, stated_fields
 
 QUATERNION = re.compile(
     r"(?P<prefix>.*?(?:orientation|quaternion|quat|rotation|\bq))(?:[._]?(?P<part>[xyzw0-3])|\[(?P<index>[0-3])\])$",
@@ -25,18 +26,6 @@ DOWN, UP = (
     re.compile(r"(^|[_/])(ned|frd)($|[_/])", re.IGNORECASE),
     re.compile(r"(^|[_/])(enu|flu)($|[_/])", re.IGNORECASE),
 )
-FIELDS: tuple[tuple[str, str, str], ...] = (
-    (r"angular(_velocity)?[._]z$", "yaw rate", "rad/s"),
-    (r"angular(_velocity)?[._]x$", "roll rate", "rad/s"),
-    (r"angular(_velocity)?[._]y$", "pitch rate", "rad/s"),
-    (r"twist[._]linear[._]x$|^linear[._]x$", "velocity x", "m/s"),
-    (r"twist[._]linear[._]y$|^linear[._]y$", "velocity y", "m/s"),
-    (r"position[._]x$", "position x", "m"),
-    (r"position[._]y$", "position y", "m"),
-    (r"(^|[._])latitude$", "latitude", "deg"),
-    (r"(^|[._])longitude$", "longitude", "deg"),
-)
-"""Path of a field -> what it is called here, and the unit that its message states."""
 ABOUT_Z = ("yaw rate", "velocity y")
 MOST_FIELDS, MOST_MESSAGES, LONGEST_ARRAY = 120, 2_000_000, 32
 
@@ -56,7 +45,7 @@ def with_ros(table: RawTable) -> RawTable:
         return table
     fixed, frame = _frames(table.columns, paths)
     told = zip(table.columns, fields, strict=True)
-    columns = [_told(c, f, fixed if f and f[0].startswith("position") else frame, paths) for c, f in told]
+    columns = [_told(c, f, fixed if f and f.name.startswith("position") else frame, paths) for c, f in told]
     columns = _with_fix(columns, paths)
     for made in (stamped, turned):
         if made is not None:
@@ -89,8 +78,9 @@ def _with_joints(table: RawTable) -> RawTable:
     return replace(table, columns=columns) if names else table
 
 
-def _field(path: str) -> tuple[str, str] | None:
-    return next(((name, unit) for pattern, name, unit in FIELDS if re.search(pattern, path, re.IGNORECASE)), None)
+def _field(path: str) -> StatedField | None:
+    fields = stated_fields("ROS")["field"].items()
+    return next((field for pattern, field in fields if re.search(pattern, path, re.IGNORECASE)), None)
 
 
 def _frames(columns: Sequence[RawColumn], paths: Sequence[str]) -> tuple[str, str]:
@@ -122,10 +112,10 @@ def _axis(frame: str) -> str:
     return "down" if DOWN.search(frame) else "up" if UP.search(frame) else ""
 
 
-def _told(column: RawColumn, field: tuple[str, str] | None, frame: str, paths: Sequence[str]) -> RawColumn:
+def _told(column: RawColumn, field: StatedField | None, frame: str, paths: Sequence[str]) -> RawColumn:
     if field is None or column.unit:
         return column
-    name, unit = field
+    name, _, unit = field
     body = any(path.endswith("child_frame_id") for path in paths)
     if name.startswith("velocity") and body:
         name = "surge" if name.endswith("x") else "sway"

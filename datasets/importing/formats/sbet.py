@@ -7,7 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ..raw import RawColumn, RawTable
+from ..raw import RawColumn, RawTable, usable
+from .fields import stated_fields, table_of_fields
 
 FIELDS = 17
 TIME, LATITUDE, LONGITUDE, X_SPEED, Y_SPEED, ROLL, HEADING, WANDER, YAW_RATE = 0, 1, 2, 4, 5, 7, 9, 10, 16
@@ -41,22 +42,16 @@ def read_sbet(data: bytes, path: Path) -> list[RawTable]:
     The heading counts from the wander azimuth frame, which is turned by the wander angle from north.
     """
     rows = np.frombuffer(data, dtype=ROW)
+    values = {str(place): rows[:, place].copy() for place in range(FIELDS)}
     with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
-        heading = (rows[:, HEADING] - rows[:, WANDER]) % (2.0 * np.pi)
-        velocity = _velocity(rows, heading)
-    columns = [RawColumn("GPS seconds of week", "s", rows[:, TIME].copy(), "", BY)]
-    columns += [
-        RawColumn(name, unit, np.asarray(values).copy(), name.replace(" ", "_"), BY)
-        for name, unit, values in (
-            ("latitude", "rad", rows[:, LATITUDE]), ("longitude", "rad", rows[:, LONGITUDE]),
-            ("heading", "rad", heading), ("roll", "rad", rows[:, ROLL]), ("yaw rate", "rad/s", rows[:, YAW_RATE]),
-            *velocity,
-        )
-    ]  # fmt: skip
-    return [RawTable.of(path, columns, f"SBET, {len(rows)} rows")]
+        values[str(HEADING)] = (rows[:, HEADING] - rows[:, WANDER]) % (2.0 * np.pi)
+        values |= _velocity(rows, values[str(HEADING)])
+    fields = stated_fields("SBET")["row"] | stated_fields("SBET")["velocity"]
+    time = RawColumn("GPS seconds of week", "s", values[str(TIME)], "", BY)
+    return usable([table_of_fields(path, fields, values, time, f"SBET, {len(rows)} rows")], path, "no rows of numbers")
 
 
-def _velocity(rows: np.ndarray, heading: np.ndarray) -> list[tuple[str, str, np.ndarray]]:
+def _velocity(rows: np.ndarray, heading: np.ndarray) -> dict[str, np.ndarray]:
     """Velocities to north and east: of the axes that programs use the ones that agree with the positions, or none."""
     north, east = (RADIUS * np.gradient(rows[:, place], rows[:, TIME]) for place in (LATITUDE, LONGITUDE))
     track = np.stack([north, east * np.cos(rows[:, LATITUDE])])
@@ -64,9 +59,8 @@ def _velocity(rows: np.ndarray, heading: np.ndarray) -> list[tuple[str, str, np.
              for angle in (rows[:, WANDER], -rows[:, WANDER], heading)]  # fmt: skip
     misfits = [float(np.nanmedian(np.abs(own - track))) for own in tried]
     best = int(np.argmin(misfits))
-    if not misfits[best] < AGREES * float(np.nanmedian(np.hypot(*track))):
-        return []
-    return [("velocity north", "m/s", tried[best][0]), ("velocity east", "m/s", tried[best][1])]
+    agrees = misfits[best] < AGREES * float(np.nanmedian(np.hypot(*track)))
+    return dict(zip(("north", "east"), tried[best], strict=True)) if agrees else {}
 
 
 def _turned(x: np.ndarray, y: np.ndarray, angle: np.ndarray) -> np.ndarray:

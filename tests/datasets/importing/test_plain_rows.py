@@ -13,7 +13,6 @@ from helmbench.datasets.importing import clock
 from helmbench.datasets.importing import text as text_logs
 from helmbench.datasets.importing.cell_texts import Texts
 from helmbench.datasets.importing.cells import GAPS, decorated, numbers_of
-from helmbench.datasets.importing.moments import even_stamps
 from helmbench.datasets.importing.text import read_text
 from helmbench.models.errors import BadInput
 
@@ -140,11 +139,13 @@ def test_even_stamps_are_those_of_each_text(rng, mark, zone, decimals):
     moments = rng.integers(-8e9, 7e9, 200).astype("datetime64[s]")
     ends = ["." + "".join(map(str, rng.integers(0, 10, decimals))) if decimals else "" for _ in moments]
     texts = [str(moment).replace("T", mark) + end + zone for moment, end in zip(moments, ends, strict=True)]
-    found = even_stamps(Texts.of_arrow(arrow_texts(texts)))
+    found = Texts.of_arrow(arrow_texts(texts)).moments()
     assert found is not None
     assert found.tobytes() == clock._moments(Texts(texts), "iso").tobytes()
 
 
 @pytest.mark.parametrize("stamp", STAMPS)
-def test_other_stamps_are_read_text_by_text(stamp):
-    assert even_stamps(Texts.of_arrow(arrow_texts([stamp] * 3))) is None
+def test_other_stamps_are_the_same_by_arrow(stamp):
+    texts = [stamp] * 3
+    found, careful = (clock._moments(own, "iso") for own in (Texts.of_arrow(arrow_texts(texts)), Texts(texts)))
+    assert found.tobytes() == careful.tobytes()
