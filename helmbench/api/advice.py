@@ -138,11 +138,11 @@ def _by_particulars(folder: Path, situations: Sequence[Situation]) -> dict[Situa
 
 
 def _contest(folder: Path) -> Contest:
+    from ..bench.store import read_tables
     from ..reporting.leaderboard.board import build
-    from ..reporting.leaderboard.compact import read_compact
     from ..reporting.leaderboard.publish import ranked_and_tuning
 
-    results, parameters = read_compact(folder)
+    results, parameters = read_tables(folder)
     if results.empty:
         raise BadInput("no run is finished yet", file=folder)
     return build(ranked_and_tuning(results)[0], parameters).contest

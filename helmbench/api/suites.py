@@ -220,8 +220,8 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
     BadInput : no run is finished, or the suite ranks no identification methods.
     """
     from ..bench.kinds import IDENTIFICATION
+    from ..bench.store import read_tables
     from ..reporting.leaderboard.board import build
-    from ..reporting.leaderboard.compact import read_compact
 
     found = results if isinstance(results, SuiteResults) else load_results(results)
     if found.manifest.get("kind", IDENTIFICATION) != IDENTIFICATION:
@@ -229,7 +229,7 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
         raise BadInput(f"suite {found.suite} ranks no identification methods", file=found.directory, hint=hint)
     if not found.rows:
         raise BadInput("no run is finished yet", file=found.directory, hint="continue with run_suite(..., resume=True)")
-    return build(*read_compact(found.directory))
+    return build(*read_tables(found.directory))
 
 
 @typed

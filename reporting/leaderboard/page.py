@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...bench.store import read_manifest
+from ...bench.store import read_manifest, read_tables
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
@@ -17,7 +17,6 @@ from ..templating import render
 from . import standings
 from .answer import answer, stability_sentences
 from .board import Leaderboard, build
-from .compact import read_compact
 from .contest import RankedMethod
 from .findings import grey_black_sentence
 from .page_data import as_script, page_data
@@ -112,11 +111,10 @@ def write_report(directory: str | Path) -> Report:
     """
     directory = Path(directory)
     manifest = read_manifest(directory)
-    results, parameters = read_compact(directory)
+    results, parameters = read_tables(directory)
     if results.empty:
         raise BadInput("no run is finished yet", file=directory, hint="continue with helmbench run --resume")
     board = build(results, parameters)
-    del parameters  # some gigabytes where there are millions
     data = as_script(page_data(board, read_traces(directory)))
     shown = shown_of(manifest, results, board)
     texts = {

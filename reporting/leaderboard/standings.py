@@ -52,8 +52,6 @@ STATUSES = ("ok", "failed", "not_applicable")
 PREDICTED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 FLOOR, DIGITS = 1e-6, 5
 BOOTSTRAP_SEED, BOOTSTRAP_DRAWS, LEVEL = 20240, 2000, 0.95
-MOST_DRAWN_FROM = 200
-"""Values of which a median's interval is drawn; of more it is taken from their order statistics."""
 COVERAGE = 0.9
 """Methods compared in a smaller share of the problems than this stand below the others."""
 EFFICIENCY_SEEDS = 3
@@ -67,12 +65,13 @@ STANDING_COLUMNS = [
 ]
 
 
-def judged(results: Frame, estimates: Frame) -> Frame:
+def judged(results: Frame, parameters: Frame) -> Frame:
     """Runs with `label`, `case`, `parameter_error` and `prediction_error`; nan where a criterion does not apply."""
     runs = results.copy()
     runs["label"] = labels(runs)
-    has_truth = of_own_models(runs, estimates)
-    runs["case"] = _cases(runs, has_truth)
+    has_truth = of_own_models(runs, parameters)
+    measured = runs["measured"].eq(True).to_numpy(dtype=bool)
+    runs["case"] = np.array(CASES)[np.where(measured, 2, np.where(has_truth, 0, 1))]
     failed, absent = (runs["status"] == "failed").to_numpy(), (runs["status"] == "not_applicable").to_numpy()
     error = runs["rel_error_median"].to_numpy(dtype=float, na_value=np.nan)
     runs["parameter_error"] = np.where(has_truth & ~absent, np.where(failed, np.inf, error), np.nan)
@@ -95,24 +94,13 @@ def _worst_where(lost: np.ndarray, runs: Frame) -> dict[str, Series]:
     return found
 
 
-def _cases(runs: Frame, own: np.ndarray) -> Any:
-    """Case of `CASES` of every run (n,), as categories; runs that were stored without it are measured by their set."""
-    import pandas as pd
-
-    from ...datasets.measured_sets import DATASETS
-
-    told = runs["measured"].eq(True).to_numpy(dtype=bool) if "measured" in runs else np.zeros(len(runs), dtype=bool)
-    measured = told | runs["vessel"].isin(list(DATASETS)).to_numpy(dtype=bool)
-    return pd.Categorical.from_codes(np.where(measured, 2, np.where(own, 0, 1)), list(CASES))
-
-
-def of_own_models(rows: Frame, estimates: Frame) -> np.ndarray:
+def of_own_models(rows: Frame, parameters: Frame) -> np.ndarray:
     """Whether the `model` fitted in each row (n,) is the `vessel`'s own, its coefficients known and judged."""
     import pandas as pd
 
-    known = estimates[(estimates["true_kind"] == "given") & estimates["judged"]]
-    own = pd.MultiIndex.from_frame(known[["vessel", "model"]].drop_duplicates().astype(str))
-    return np.asarray(pd.MultiIndex.from_frame(rows[["vessel", "model"]].astype(str)).isin(own), dtype=bool)
+    known = parameters[(parameters["true_kind"] == "given") & parameters["rel_error"].notna()]
+    own, fitted = (pd.MultiIndex.from_frame(frame[["vessel", "model"]]) for frame in (known, rows))
+    return np.asarray(fitted.isin(own), dtype=bool)
 
 
 def normalised_error(runs: Frame) -> np.ndarray:
@@ -185,19 +173,21 @@ def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
     return table.sort_values(order, ignore_index=True).drop(columns=["_group", "_partial", "_rank", "_other"])
 
 
-def efficiency(estimates: Frame) -> Frame:
+def efficiency(parameters: Frame) -> Frame:
     """Efficiency of every method on every parameter of a calm cell, crb_sd^2 / mean squared error over seeds.
 
-    Only identifiable parameters with a given truth and at least `EFFICIENCY_SEEDS` seeds; 1 is the Cramer-Rao bound.
-    Columns `CELL`, label, parameter, seeds, efficiency.
+    Only parameters with a given truth that are identifiable in a run, of at least `EFFICIENCY_SEEDS` seeds; 1 is the
+    Cramer-Rao bound.  Columns `CELL`, label, parameter, seeds, efficiency.
     """
-    chosen = estimates[
-        (estimates["true_kind"] == "given")
-        & estimates["identifiable"]
-        & (estimates["disturbance"] == "none")
-        & (estimates["seeds"] >= EFFICIENCY_SEEDS)
-    ]
-    found = chosen.assign(efficiency=chosen["bound"] / chosen["square"].where(chosen["square"] > 0))
+    calm = (parameters["true_kind"] == "given") & (parameters["disturbance"] == "none")
+    own = parameters[calm & (parameters["crb_sd"] > 0.0) & parameters["estimate"].notna()]
+    error = own["estimate"] - own["true"]
+    own = own.assign(label=labels(own), bound=own["crb_sd"] ** 2, square=error**2, told=own["identifiable"].eq(True))
+    means = {name: (name, "mean") for name in ("bound", "square")}
+    groups = own.groupby([*CELL, "label", "parameter"], sort=True, observed=True)
+    found = groups.agg(**means, seeds=("seed", "size"), told=("told", "any")).reset_index()
+    found = found[found["told"] & (found["seeds"] >= EFFICIENCY_SEEDS)]
+    found = found.assign(efficiency=found["bound"] / found["square"].where(found["square"] > 0))
     return found[[*CELL, "label", "parameter", "seeds", "efficiency"]].reset_index(drop=True)
 
 
@@ -217,10 +207,6 @@ def bootstrap_interval(values: Sequence[float] | np.ndarray, draws: int = BOOTST
     values = np.asarray(values, dtype=float)
     if values.size == 0:
         return np.nan, np.nan
-    if values.size > MOST_DRAWN_FROM:  # the bootstrap's own limit: order statistics of the binomial distribution
-        half = 0.5 * 1.96 * np.sqrt(values.size)
-        ordered, middle = np.sort(values), 0.5 * (values.size - 1)
-        return float(ordered[int(np.floor(middle - half))]), float(ordered[int(np.ceil(middle + half))])
     picks = np.random.default_rng(BOOTSTRAP_SEED).integers(values.size, size=(draws, values.size))
     drawn = np.sort(medians(values[picks]))
     tail = (1.0 - LEVEL) / 2.0
@@ -258,15 +244,8 @@ def _grouped(frame: Frame, scope: str) -> Frame:
 
 
 def labels(frame: Frame) -> Series:
-    """The method, with its variant where that is not the corrected one, as categories in alphabetical order."""
-    import pandas as pd
-
-    method, variant = (frame[name].astype("category").cat for name in ("method", "variant"))
-    texts = [[m if v == "corrected" else f"{m} ({v})" for v in variant.categories] for m in method.categories]
-    every = sorted({text for row in texts for text in row})
-    places = np.array([every.index(text) for row in texts for text in row], dtype=np.int64)
-    codes = places[method.codes.to_numpy(np.int64) * len(variant.categories) + variant.codes.to_numpy()]
-    return pd.Series(pd.Categorical.from_codes(codes, every), index=frame.index)
+    """The method, with its variant where that is not the corrected one."""
+    return frame["method"].where(frame["variant"] == "corrected", frame["method"] + " (" + frame["variant"] + ")")
 
 
 def in_order(level: str) -> tuple[tuple[int, float, str], ...]:

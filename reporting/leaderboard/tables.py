@@ -73,8 +73,6 @@ FACTORS = {
 }
 """Titles of the factors of `standings.FACTORS`."""
 CRITERIA = {"rel_error": "Parameter error", "nrmse": "Held-out NRMSE"}
-MOST_FAILURES = 1000
-"""Rows of the table of failures beyond which it says no conditions."""
 
 
 def overall_table(overall: Frame) -> Table:
@@ -116,15 +114,8 @@ def _compared(level: str) -> Column:
 
 
 def failure_table(failures: Frame) -> Table:
-    """What failed, did not apply or did not converge, and why; the most frequent reasons where there are many."""
-    title = "Failed, not applicable, not converged"
-    if len(failures) <= MOST_FAILURES:
-        return make_table(FAILURE, _rows(failures), title)
-    reasons = failures.groupby(["status", "label", "error"], observed=True, sort=True)["runs"].sum().reset_index()
-    kept = reasons.sort_values("runs", ascending=False, kind="stable").head(MOST_FAILURES)
-    note = f"Put together over all conditions; the {len(kept)} most frequent of {len(reasons)} reasons."
-    columns = [column for column in FAILURE if column.title in ("status", "method", "reason", "runs")]
-    return make_table(columns, _rows(kept), title, note)
+    """What failed, did not apply or did not converge, and why."""
+    return make_table(FAILURE, _rows(failures), "Failed, not applicable, not converged")
 
 
 def _rows(frame: Frame) -> list[dict[str, Any]]:

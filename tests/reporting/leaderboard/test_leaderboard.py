@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -242,3 +243,8 @@ def test_normalised_error_is_the_mean_over_scored_channels(run_of):
     run["row"] |= {"r2_free_heading_rad": 0.75, "r2_free_yaw_rate_rad_s": 1.0, "r2_free_north_m": -8.0}
     results, _ = frames([run], kind_of(IDENTIFICATION).tables)
     assert leaderboard.normalised_error(results).tolist() == [0.25]
+
+
+def test_methods_of_other_variants_have_labels_of_their_own():
+    frame = pd.DataFrame({"method": ["rls", "ls", "rls"], "variant": ["corrected", "corrected", "as_printed"]})
+    assert leaderboard.labels(frame).tolist() == ["rls", "ls", "rls (as_printed)"]
