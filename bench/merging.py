@@ -20,7 +20,7 @@ from ..datasets import randomness
 from ..models.errors import BadInput
 from ..models.extras import INSTALL
 from ..models.folders import read_regular
-from .environment import code_version
+from .environment import code_version, environment
 from .execution import ENDED
 from .journal import RUNS, read_runs
 from .kinds import kind_of
@@ -146,9 +146,13 @@ def _check_manifests(theirs: Mapping[str, Any], ours: Mapping[str, Any], source:
         if theirs.get(name) != ours.get(name):
             told = f"its {name} is {theirs.get(name)!r}, that of the target {ours.get(name)!r}"
             raise BadInput(told, file=source, hint="results of the same suite are merged")
-    if theirs["version"] != code_version():
-        told = f"was made by version {theirs['version']}, this is {code_version()}"
-        raise BadInput(told, file=source, hint="run the suite with this version")
+    _check_version(theirs, source)
+
+
+def _check_version(manifest: Mapping[str, Any], folder: Path) -> None:
+    if manifest["version"] != code_version():
+        told = f"was made by version {manifest['version']}, this is {code_version()}"
+        raise BadInput(told, file=folder, hint="run the suite with this version")
 
 
 def _suite(manifest: Mapping[str, Any], folder: Path, trust: Trust) -> Suite:
@@ -248,14 +252,19 @@ def _marked(run: Run, spec: Any, kind: RunKind, recomputed: bool) -> dict[str, A
     return {"key": run["key"], "row": row, "parameters": rows, "content": content, "recomputed": recomputed}
 
 
-# ---- Stored results stand for runs with the same content, so that a new method or seed costs only its own runs.
+# ---- Stored results of the same code stand for runs with the same content, so that another method, of a file of the
+# user's own, or another seed costs only its own runs.
 
 
 def check_folders(folders: Sequence[Path], kind: Kind) -> None:
-    """Raise `BadInput` for a folder that holds no results, or those of another kind of suite."""
+    """Raise `BadInput` for a folder without results, or with those of another kind of suite, code or packages."""
     for folder in folders:
-        if stored_kind(read_manifest(folder)) is not kind:
+        manifest = read_manifest(folder)
+        if stored_kind(manifest) is not kind:
             raise BadInput("holds results of another kind of suite", file=folder)
+        _check_version(manifest, folder)
+        if manifest.get("packages") != environment()["packages"]:
+            raise BadInput("was made with other versions of packages", file=folder, hint="run the suite anew")
 
 
 def take(specs: Sequence[Spec], store: Store, folders: Sequence[Path]) -> int:

@@ -134,8 +134,8 @@ def run_suite(
     scheduler : 'tcp://host:port' of a dask cluster to run on.
     array : 'slurm' runs the suite as a job array of Slurm through submitit, 'local' as processes of this machine.
     array_options : submitit's parameters of its executor, such as timeout_min or slurm_partition.
-    reuse : directories with results of earlier runs; those with the same content (method, options, task, sources,
-        data and versions) are taken from there.
+    reuse : directories with results of earlier runs of the same code and packages; those of the same method, options
+        and task are taken from there.
     timeout_s : seconds after which a run is ended and kept as a failed one; compiling kernels does not count.
     memory_gib : memory that the process of a run may allocate, GiB; Linux only.
     resume : continue a run that was interrupted, or start it where nothing was started.
