@@ -34,7 +34,6 @@ TOLERANCE = 1e-3
 ERROR_FLOOR = 1e-9
 SHARE, LEAST = 0.05, 30
 """Share of the added runs that are computed again, and the least number of them; all where there are fewer."""
-CONFIDENCE = 0.95
 NAMING = ("method", "vessel", "model", "train", "noise", "disturbance", "seed")
 """Columns that name a run in a message."""
 Run = Mapping[str, Any]
@@ -45,8 +44,7 @@ class MergeCounts:
     """What was merged: runs added, runs that were there already, runs computed again and found equal.
 
     seed : it draws the same sample again.  not_computable : runs of the sample that cannot be computed here, with the
-    reason; others were drawn for them.  forged : had so many of the added runs been forged, the sample would have held
-    one with a probability of 95 %; None where it would not, whatever their number.
+    reason; others were drawn for them.
     """
 
     added: int
@@ -54,7 +52,6 @@ class MergeCounts:
     recomputed: int
     seed: int
     not_computable: tuple[str, ...]
-    forged: int | None
 
 
 def merge(
@@ -86,26 +83,15 @@ def merge(
     again, told = _sampled(kind, new, specs, sample_size(len(new)) if sample is None else sample, seed, source / RUNS)
     if new:
         _add(new, specs, again, {"seed": seed, "not_computable": told}, source, target)
-    forged = forged_number(len(new), len(again))
-    return MergeCounts(len(new), len(runs) - len(new), len(again), seed, tuple(told), forged)
+    return MergeCounts(len(new), len(runs) - len(new), len(again), seed, tuple(told))
 
 
 def sample_size(runs: int) -> int:
     """How many of so many added runs are computed again: 5 %, at least 30, all where there are fewer.
 
-    Of 30, one at least is forged with a probability of 95 % where 10 % of the runs are; see `detection`.
+    Of 30, one at least is forged with a probability of 95 % where 10 % of the runs are.
     """
     return min(runs, max(LEAST, math.ceil(SHARE * runs)))
-
-
-def detection(runs: int, sample: int, forged: int) -> float:
-    """Probability that a sample without replacement holds one of the forged runs at least (hypergeometric)."""
-    return 1.0 - math.comb(runs - forged, sample) / math.comb(runs, sample)
-
-
-def forged_number(runs: int, sample: int) -> int | None:
-    """Least number of forged runs of which the sample holds one with the probability `CONFIDENCE`."""
-    return next((n for n in range(1, runs + 1) if detection(runs, sample, n) >= CONFIDENCE), None)
 
 
 def _sampled(
