@@ -9,10 +9,13 @@ import csv as csv_format
 import io
 import math
 import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
+from itertools import accumulate
+from shutil import get_terminal_size
 from typing import Any
 
 from .numbers import MISSING, is_missing, number
@@ -176,13 +179,20 @@ def csv(table: Table) -> str:
     return buffer.getvalue()
 
 
-def console(table: Table, indent: str = "") -> str:
-    """The table as plain text in columns, numbers to the right; without titles where all are empty."""
+def console(table: Table, indent: str = "", fit: bool = False) -> str:
+    """The table as plain text in columns, numbers to the right; without titles where all are empty.
+
+    fit : on a terminal the last columns that it has no room for are left out, and named.
+    """
     rows = [[" ".join(cell.text.split()) for cell in row] for row in table.rows]
     rows = [list(table.columns), *rows] if any(table.columns) else rows
     right = table.numeric
     widths = [max((len(row[j]) for row in rows), default=0) for j in range(len(table.columns))]
-    return "\n".join(indent + "  ".join(_padded(row, widths, right)).rstrip() for row in rows)
+    room = get_terminal_size().columns if fit and sys.stdout.isatty() else math.inf
+    shown = max(1, sum(end <= room for end in accumulate(widths, lambda end, width: end + 2 + width)))
+    lines = [indent + "  ".join(_padded(row, widths, right)[:shown]).rstrip() for row in rows]
+    left_out = ", ".join(table.columns[shown:])
+    return "\n".join([*lines, *([f"Not shown: {left_out}."] if left_out else [])])
 
 
 def _padded(row: Sequence[str], widths: Sequence[int], right: Sequence[bool]) -> list[str]:

@@ -8,7 +8,6 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from shutil import get_terminal_size
 from typing import Any, ClassVar, ParamSpec, TypeVar
 
 import click
@@ -174,14 +173,13 @@ class Printer:
         plain: Callable[[], Any],
         text: Callable[[], str] | None = None,
         files: Iterable[Path] = (),
-        markdown: bool = False,
     ) -> None:
-        """Print the plain values, or the text and the files; `markdown`: tables are fitted to a terminal."""
+        """Print the plain values, or the text and the files."""
         if self.as_json:
             print_json(plain())
         elif not self.quiet:
             if text is not None:
-                show_text(text()) if markdown else echo(text())
+                echo(text())
             show_files(files)
 
 
@@ -210,13 +208,6 @@ def print_json(value: Any) -> None:
     from ..models.plain import json_text
 
     echo(json_text(value))
-
-
-def show_text(markdown: str) -> None:
-    """Print Markdown; on a terminal its tables are fitted to the width."""
-    from ..reporting.terminal import fitted
-
-    echo(fitted(markdown, get_terminal_size().columns) if sys.stdout.isatty() else markdown)
 
 
 def show_files(paths: Iterable[Path]) -> None:

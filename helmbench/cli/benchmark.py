@@ -95,7 +95,7 @@ def report(directory: Path, printer: Printer, **asked: Any) -> None:
     from .. import write_report
 
     written = write_report(directory, **asked)
-    printer.show(written.as_dict, lambda: written.overview, written.paths, markdown=True)
+    printer.show(written.as_dict, lambda: written.overview, written.paths)
 
 
 # ---- `helmbench compare A B`.
@@ -112,7 +112,7 @@ def compare(first: Path, second: Path, printer: Printer) -> None:
     from .. import compare_results
 
     found = compare_results(first, second)
-    printer.show(found.to_json, found.summary, markdown=True)
+    printer.show(found.to_json, found.summary)
 
 
 # ---- `helmbench merge SOURCE TARGET`.
@@ -150,7 +150,7 @@ def advice(board: Path, output: Path, printer: Printer, **asked: Any) -> None:
     from .. import check_advice
 
     found = check_advice(board, directory=output, **asked, progress=printer.progress)
-    printer.show(found.to_json, found.summary, found.paths, markdown=True)
+    printer.show(found.to_json, found.summary, found.paths)
 
 
 # ---- `helmbench exam make|answer|score`.
@@ -207,7 +207,7 @@ def score(folder: Path, submissions: tuple[Path, ...], key: Path, output: Path |
 
     found = score_exam(folder, submissions, key)
     paths = found.write(output) if output is not None else ()
-    printer.show(found.to_json, found.summary, markdown=True)
+    printer.show(found.to_json, found.summary)
     if not printer.quiet:
         show_files(paths)
 

@@ -73,7 +73,7 @@ def write_report(directory: str | Path) -> Report:
     paths = write_files(directory, texts)
     whole = board.table()
     standings = tuple(whole[whole["scope"] == "all"].drop(columns=["scope", "group"]).to_dict("records"))
-    told = f"Suite {manifest['suite']}, {headline(manifest, cases)}\n\n{tables.markdown(rate_table(board))}"
+    told = f"Suite {manifest['suite']}, {headline(manifest, cases)}\n\n{tables.console(rate_table(board), fit=True)}"
     return Report(texts["diagnosis.md"], told, paths, len(cases) >= manifest["planned"], standings)
 
 

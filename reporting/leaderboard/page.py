@@ -51,7 +51,7 @@ MEANING = (
 
 
 def overview(ended: str, board: Leaderboard) -> str:
-    """Plain text with one table, whose bars let a narrow terminal leave columns out.
+    """Plain text with one table, of which a narrow terminal leaves columns out.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def overview(ended: str, board: Leaderboard) -> str:
     ranking = make_table(RANKING, board.overall.to_dict("records"))
     places = board.contest.order()
     told = "\n".join([MEANING, *_coverage(places), *_lost(places)])
-    return "\n\n".join([ended, answer(board.contest), tables.markdown(ranking), told])
+    return "\n\n".join([ended, answer(board.contest), tables.console(ranking, fit=True), told])
 
 
 def _coverage(places: Sequence[RankedMethod]) -> list[str]:

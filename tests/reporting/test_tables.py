@@ -5,6 +5,8 @@ import html
 import io
 import math
 import re
+import sys
+import types
 
 import pandas as pd
 import pytest
@@ -138,3 +140,17 @@ def test_hostile_texts_are_one_cell_of_a_table():
             for t in ("x" * len(text), text)
         ]
         assert [re.split("[ >]", tag)[0] for tag in tags[0]] == [re.split("[ >]", tag)[0] for tag in tags[1]], text
+
+
+@pytest.mark.parametrize(
+    ("width", "kept", "left_out"), [(200, 3, ""), (20, 2, "Not shown: note."), (3, 1, "error, note")]
+)
+def test_a_terminal_shows_the_columns_that_it_has_room_for_and_names_the_others(
+    table, monkeypatch, width, kept, left_out
+):
+    monkeypatch.setenv("COLUMNS", str(width))
+    whole = tables.console(table, fit=True)
+    assert whole == tables.console(table)
+    monkeypatch.setattr(sys, "stdout", types.SimpleNamespace(isatty=lambda: True))
+    first, *lines = tables.console(table, fit=True).splitlines()
+    assert first.split() == ["name", "error", "note"][:kept] and left_out in lines[-1]

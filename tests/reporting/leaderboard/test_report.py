@@ -192,9 +192,9 @@ SHIPS = ("cargo", "patrol", "remus-kt", "response-1", "response-2")
 
 
 def rows_of(text):
-    """The table of a text: rows of cells, without the rule."""
-    lines = [line for line in text.splitlines() if line.startswith("|")]
-    return [[cell.strip() for cell in line.strip("|").split("|")] for line in (lines[0], *lines[2:])]
+    """The table of a text: rows of cells."""
+    (block,) = [part for part in text.split("\n\n") if part.startswith("method ")]
+    return [re.split(r"  +", line.strip()) for line in block.splitlines()]
 
 
 def overview_of(folder_of, run_of, errors, **facts):
@@ -208,7 +208,7 @@ def overview_of(folder_of, run_of, errors, **facts):
 
 def test_one_table_holds_every_method_best_first_with_its_errors(folder_of, run_of):
     told = overview_of(folder_of, run_of, {"worse": 0.25, "good": 0.01})
-    assert len(re.findall(r"^\|[ -]*-", told, re.MULTILINE)) == 1 and len(told.splitlines()) < 20
+    assert len(told.splitlines()) < 20
     assert rows_of(told) == [
         ["method", "rank", "parameters", "NRMSE", "RMSE", "R2", "time"],
         ["good", "1", "0.01", "0.1", "0.57", "0.990", "400 ms"],
