@@ -206,7 +206,7 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
 
     Returns
     -------
-    Tables: `overall`, `by` (factor -> standings at each level), `cells` (a row a cell and method), `failures`.
+    Tables: `overall`, `cells` (a row a cell and method), `failures`.
 
     Raises
     ------

@@ -19,13 +19,11 @@ from ..tables import html
 from .contest import Contest, contest
 from .standings import (
     CELL,
-    FACTORS,
     Frame,
     cell_table,
     efficiency,
     failures,
     judged,
-    matched,
     standings,
 )
 from .tables import CRITERIA, overall_table
@@ -56,34 +54,18 @@ class Leaderboard:
 
     @cached_property
     def overall(self) -> Frame:
-        """The standings over all cells, with `STANDING_COLUMNS`."""
-        return standings(self.cells, self._efficiencies, "overall")
-
-    @cached_property
-    def by(self) -> dict[str, Frame]:
-        """Factor -> standings at each of its levels, for factors with more than one."""
-        blocks = {factor: matched(self.cells, factor) for factor in FACTORS}
-        return {factor: standings(rows, self._efficiencies, factor) for factor, rows in blocks.items() if len(rows)}
+        """The standings over all cells, with `STANDING_COLUMNS`, as `leaderboard.csv` holds them."""
+        return standings(self.cells, efficiency(self.parameters).merge(self.cells[CELL].drop_duplicates(), on=CELL))
 
     @cached_property
     def failures(self) -> Frame:
         """One row per distinct reason."""
         return failures(self.runs)
 
-    @cached_property
-    def _efficiencies(self) -> Frame:
-        return efficiency(self.parameters)
-
     def in_problems_of(self, suite: str) -> Leaderboard:
         """The leaderboard of all runs in the problems of one suite."""
         own = self.runs.loc[self.runs["suite"] == suite, CELL].drop_duplicates()
         return Leaderboard(self.runs.merge(own, on=CELL), self.parameters)
-
-    def table(self) -> Frame:
-        """All standings in one table, as `leaderboard.csv` holds them."""
-        import pandas as pd
-
-        return pd.concat([self.overall, *self.by.values()], ignore_index=True)
 
     def plot(self) -> Any:
         """Draw the held-out prediction error of every method with its interval; a matplotlib figure, not of pyplot.

@@ -23,9 +23,7 @@ from .page_data import as_script, page_data
 from .standings import COVERAGE, Frame
 from .tables import (
     TIME,
-    ahead_table,
     failure_table,
-    matrices,
     overall_table,
     record_table,
     uncertainty_table,
@@ -96,9 +94,7 @@ READING = (
     f"seed {standings.BOOTSTRAP_SEED}. Efficiency: Cramer-Rao variance (rudder exactly known) over mean squared "
     f"error, from {standings.EFFICIENCY_SEEDS} seeds on. A failed run ranks last and counts as an infinite error, a "
     "diverged run as an infinite prediction error; runs that are not applicable are counted, not ranked. Time: CPU "
-    "time of a fit. Medians are over the cells in which methods are compared, or over all cells where there are none. "
-    "Levels of a factor are "
-    "compared over the same other conditions; the best value of a column is in bold type."
+    "time of a fit. Medians are over the cells in which methods are compared, or over all cells where there are none."
 )
 
 
@@ -119,7 +115,7 @@ def write_report(directory: str | Path) -> Report:
     shown = shown_of(manifest, results, board)
     texts = {
         "leaderboard.md": markdown(shown, board),
-        "leaderboard.csv": tables.csv(tables.from_frame(board.table())),
+        "leaderboard.csv": tables.csv(tables.from_frame(board.overall)),
         "leaderboard.html": html(shown, data),
     }
     paths = write_files(directory, texts)
@@ -137,9 +133,7 @@ def shown_of(manifest: Mapping[str, Any], results: Frame, board: Leaderboard) ->
         "statements": statements(board),
         "overall": overall_table(board.overall),
         "tuners": tuner_table(board.contest),
-        "ahead": ahead_table(results),
         "by_record": record_table(results),
-        "matrices": matrices(board.overall, board.by),
         "uncertainty": uncertainty_table(results),
         "failures": failure_table(board.failures),
         "reading": READING,
@@ -152,9 +146,8 @@ def markdown(shown: Mapping[str, Any], board: Leaderboard) -> str:
     parts = [f"# Leaderboard: suite {tables.in_markdown(shown['suite'])}", shown["headline"]]
     parts += [f"**{tables.in_markdown(line)}**" for line in answer(board.contest).splitlines()]
     parts += map(tables.in_markdown, shown["statements"])
-    first, rest = ("overall", "tuners", "ahead"), ("uncertainty", "failures")
-    every = [*(shown[name] for name in first), *shown["matrices"], *(shown[name] for name in rest)]
-    parts += [part for table in every for part in tables.section(table)]
+    every = ("overall", "tuners", "uncertainty", "failures")
+    parts += [part for name in every for part in tables.section(shown[name])]
     made_with = tables.listed(shown["environment"])
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with]) + "\n"
 

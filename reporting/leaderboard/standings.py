@@ -11,10 +11,6 @@ A failed run has an infinite error and so ranks last; a diverged one has an infi
 not applicable is not ranked but counted.  Errors that agree to `DIGITS` digits, or are below `FLOOR`, are equal:
 rounding decides no rank.  Medians are taken over seeds, then over cells; their intervals are percentile bootstraps
 over cells from a fixed seed.
-
-The levels of a factor (noise, wind, manoeuvres, ...) are compared over the same other conditions: only blocks of cells
-that were run at the most levels are taken, so that no level has large errors only because of the vessels that it was
-run with.
 """
 
 from __future__ import annotations
@@ -30,8 +26,6 @@ Series: TypeAlias = Any
 """pandas frames and series, which are imported only where they are made."""
 
 CELL = ["vessel", "model", "train", "held_out", "noise", "disturbance", "thinning", "length"]
-FACTORS = ("noise", "disturbance", "thinning", "length", "train", "held_out", "model", "vessel")
-"""Columns of `CELL` by whose values standings are given, in this order."""
 CASES = ("equations known", "equations unknown", "measured ships")
 """What is known of the ship: its own equations are fitted, others are, or its records are measured."""
 CRITERIA = {"rank_parameters": "rel_error", "rank_prediction": "nrmse"}
@@ -58,7 +52,7 @@ EFFICIENCY_SEEDS = 3
 """Least number of seeds from which an efficiency is estimated."""
 
 STANDING_COLUMNS = [
-    *("scope", "group", "method", "mean_rank", *CRITERIA, "cells"),
+    *("method", "mean_rank", *CRITERIA, "cells"),
     *(f"{name}{end}" for name in CRITERIA.values() for end in ("", "_low", "_high")),
     *("rmse_yaw_rate_rad_s", "r2_yaw_rate", "rmse_heading_rad", "r2_heading", "efficiency"),
     *("diverged", "failed", "not_applicable", "ok", "runs", "wall_s", "cpu_s", "peak_memory_mib"),
@@ -130,47 +124,24 @@ def cell_table(runs: Frame) -> Frame:
     return table
 
 
-def matched(cells: Frame, factor: str) -> Frame:
-    """The cells over which the levels of a factor are compared; none where it has a single level.
-
-    Vessels are their own blocks: their manoeuvres differ.
-    """
-    ranked = cells[cells["rank"].notna()]
-    if factor == "vessel":
-        return cells if ranked[factor].nunique() > 1 else cells[:0]
-    block = [name for name in CELL if name != factor]
-    levels = ranked.groupby(block, sort=False, observed=True)[factor].nunique()
-    if not len(levels) or levels.max() < 2:
-        return cells[:0]
-    kept = levels[levels == levels.max()].reset_index()[block]
-    return cells.merge(kept, on=block)
-
-
-def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
-    """One row per group and method, inside each group by the mean rank in prediction, equal ones by name, as
-    `contest.Contest.order` has them; without predictions by the mean rank.
+def standings(cells: Frame, efficiencies: Frame) -> Frame:
+    """One row a method by the mean rank in prediction, equal ones by name, as `contest.Contest.order` has them; without
+    predictions by the mean rank.
 
     Methods that were compared in less than `COVERAGE` of the cells stand below the others.
-
-    `scope` is `overall`, or a column of `CELL` whose values are the groups.
     """
     import pandas as pd
 
-    efficiencies = efficiencies.merge(cells[CELL].drop_duplicates(), on=CELL)
-    cells, efficiencies = (_grouped(frame, scope) for frame in (cells, efficiencies))
-    known = {key: own.to_numpy() for key, own in efficiencies.groupby(["group", "label"], observed=True)["efficiency"]}
-    rows = []
-    for (group, label), own in cells.groupby(["group", "label"], sort=True, observed=True):
-        efficient = known.get((group, label), [])
-        rows.append({"scope": scope, "group": group, "method": label} | _standing(own, efficient))
+    known = {label: own.to_numpy() for label, own in efficiencies.groupby("label", observed=True)["efficiency"]}
+    groups = cells.groupby("label", sort=True, observed=True)
+    rows = [{"method": label} | _standing(own, known.get(label, [])) for label, own in groups]
     table = pd.DataFrame(rows, columns=STANDING_COLUMNS)
-    table["_group"] = [in_order(group) for group in table["group"]]
-    most = table.groupby("group")["cells"].transform("max")
-    table["_partial"] = table["cells"].to_numpy() < COVERAGE * most.to_numpy()
-    table["_rank"] = table["rank_prediction"].round(9)
-    table["_other"] = table["mean_rank"].where(table["rank_prediction"].isna(), 0.0)
-    order = ["_group", "_partial", "_rank", "_other", "method"]
-    return table.sort_values(order, ignore_index=True).drop(columns=["_group", "_partial", "_rank", "_other"])
+    keys = {
+        "_partial": table["cells"] < COVERAGE * table["cells"].max(),
+        "_rank": table["rank_prediction"].round(9),
+        "_other": table["mean_rank"].where(table["rank_prediction"].isna(), 0.0),
+    }
+    return table.assign(**keys).sort_values([*keys, "method"], ignore_index=True).drop(columns=list(keys))
 
 
 def efficiency(parameters: Frame) -> Frame:
@@ -237,10 +208,6 @@ def significant(values: Any, digits: int = DIGITS) -> Any:
     with np.errstate(all="ignore"):
         unit: Any = 10.0 ** (np.floor(np.log10(values)) - digits + 1)
         return (values / unit).round() * unit
-
-
-def _grouped(frame: Frame, scope: str) -> Frame:
-    return frame.assign(group="all" if scope == "overall" else frame[scope].astype(str))
 
 
 def labels(frame: Frame) -> Series:

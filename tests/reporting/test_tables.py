@@ -13,7 +13,7 @@ import pytest
 
 from helmbench.reporting import tables
 from helmbench.reporting.numbers import number
-from helmbench.reporting.tables import Cell, Column, Table, field, make_table, with_least_marked
+from helmbench.reporting.tables import Cell, Column, Table, field, make_table
 
 from ..support.hostile_texts import HOSTILE
 
@@ -77,17 +77,6 @@ def test_ready_made_markdown_is_taken_as_it_is():
     found = make_table([column], ["page"])
     assert ">page<" in tables.html(found) and "[page](page.md)" in tables.markdown(found)
     assert tables.csv(found) == "x\npage\n"
-
-
-def test_the_least_value_of_a_column_is_set_off():
-    rows = [("a", 0.3, 1.0), ("b", 0.1, math.inf), ("c", math.nan, 0.5)]
-    columns = [
-        Column("name", lambda row: row[0]),
-        *(Column(f"c{k}", lambda row, k=k: number(row[k]), lambda row, k=k: row[k]) for k in (1, 2)),
-    ]
-    found = with_least_marked(make_table(columns, rows), lambda cell: cell.text != "0.5")
-    assert [(i, j) for i, row in enumerate(found.rows) for j, cell in enumerate(row) if cell.best] == [(0, 2), (1, 1)]
-    assert "**0.1**" in tables.markdown(found) and tables.html(found).count("best") == 2
 
 
 @pytest.mark.parametrize(

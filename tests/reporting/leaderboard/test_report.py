@@ -113,12 +113,9 @@ def test_every_line_of_a_markdown_table_has_the_same_columns(reported):
         assert len(counts) == 1, block
 
 
-def test_csv_holds_all_standings_with_fixed_columns(reported):
+def test_csv_holds_the_standings_with_fixed_columns(reported):
     rows = list(csv.DictReader((reported[0] / "leaderboard.csv").read_text().splitlines()))
-    assert list(rows[0]) == STANDING_COLUMNS
-    assert {(row["scope"], row["group"]) for row in rows} == {
-        ("overall", "all"), ("noise", "none"), ("noise", "low"), ("vessel", "cargo"), ("vessel", "s175"),
-    }  # fmt: skip
+    assert list(rows[0]) == STANDING_COLUMNS and [row["method"] for row in rows] == ["a", "b", "c"]
 
 
 def test_html_is_one_balanced_page_without_outside_links(reported):
@@ -182,7 +179,7 @@ def test_page_markdown_and_csv_show_the_same_standings(reported):
     told = [[html.unescape(cell.strip()) for cell in line.strip("|").split(" | ")] for line in [lines[0], *lines[2:]]]
     assert told == page.tables[0]
     stored = [row for row in csv.DictReader((folder / "leaderboard.csv").read_text().splitlines())]
-    ranks = {row["method"]: numbers.number(float(row["mean_rank"])) for row in stored if row["scope"] == "overall"}
+    ranks = {row["method"]: numbers.number(float(row["mean_rank"])) for row in stored}
     assert {row[0]: row[1] for row in told[1:]} == ranks
 
 
