@@ -15,7 +15,7 @@ from ...bench.store import read_manifest, read_tables
 from ...models.errors import BadInput
 from .. import media, tables
 from ..numbers import MISSING, interval, percent
-from ..page import FAIR, GOOD, Drawing, Note, Page, Pairs, Section, Verdict, result_page
+from ..page import FAIR, GOOD, Drawing, Note, Page, Section, Verdict, pairs, result_page
 from ..plots import legend_beside, svg
 from ..report import Report, environment_rows, reservations, write_files
 from ..runs import WIDTH
@@ -91,7 +91,7 @@ def page(manifest: Mapping[str, Any], cases: Frame, board: Board) -> Page:
             Section("Power by non-centrality", (power_table(board),)),
             Section("Failed, not applicable", (make_table(FAILED, board.failures.to_dict("records")),)),
             Section("How to read it", (READING,)),
-            Section("Made with", (Pairs(tuple(facts(manifest))),)),
+            Section("Made with", (pairs(facts(manifest)),)),
         ],
         titles=("Rates", "Power", "Confusion", "Sizes"),
     )

@@ -12,7 +12,7 @@ import numpy as np
 from ...datasets.columns import in_order
 from ...datasets.display import continuous, shown_name, shown_unit
 from ...datasets.geometry import unwrapped
-from ..page import EquationList, Items, Note, Overlays, Pairs, Section
+from ..page import EquationList, Items, Note, Overlays, Section
 from ..runs import POSITIONS, RecordRuns, lines_of, tracks_of
 from ..tables import Table
 
@@ -52,7 +52,7 @@ def _block(block: Block) -> Iterator[dict[str, Any]]:
         rows = [[{"text": cell.text, "key": cell.key} for cell in row] for row in block.rows]
         yield {"kind": "table", "title": block.title, "note": block.note, "columns": list(block.columns),
                "numeric": list(block.numeric), "rows": rows}  # fmt: skip
-    elif isinstance(block, Items | Pairs):
+    elif isinstance(block, Items):
         yield {"kind": "items", "rows": [list(row) for row in block.rows]}
     elif isinstance(block, EquationList):
         yield {"kind": "equations", "lines": [{"html": line.html, "new": line.new} for line in block.lines()]}
