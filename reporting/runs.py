@@ -221,7 +221,7 @@ def charts_of(record: RecordRuns) -> list[tuple[str, str]]:
         if limits is not None:
             errors = [(values, _style(record, label)) for label, values in lines.errors.items()]
             panels.append(_values(record, channel, lines, limits, 2.0))
-            panels.append(Panel("error", errors, error_range([*lines.errors.values()], reach)))
+            panels.append(Panel("error", errors, value_range([np.zeros(1), *lines.errors.values()], reach)))
     caption = "rudder, and each channel above its errors: measured − simulated"
     found = [(caption, _over_time(record, panels, WIDTH)), ("track", track_chart(record))]
     return [(caption, drawn) for caption, drawn in found if drawn]
@@ -307,25 +307,15 @@ def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tup
     if not any(a.size for a in known):
         return None
     values, first = np.concatenate(known), known[0]
-    if first.size and first.max() > first.min():
-        reach = 2.0 * (first.max() - first.min()) if limit is None else limit
+    if first.size:
+        reach = 2.0 * float(np.ptp(first)) or math.inf if limit is None else limit
         values = np.clip(values, first.min() - reach, first.max() + reach)
-    return _padded(float(values.min()), float(values.max()))
-
-
-def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, float]:
-    """Padded range of what is finite between +- `limit`, zero within it."""
-    values = np.append(np.concatenate([a[np.isfinite(a)] for a in arrays]), 0.0)
-    values = np.clip(values, -limit, limit)
-    return _padded(float(values.min()), float(values.max()))
+    low, high = float(values.min()), float(values.max())
+    pad = 0.06 * (high - low) or max(abs(low), 1.0) * 0.1
+    return low - pad, high + pad
 
 
 def _within(values: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
     """The values with nan where they lie outside the range of what is drawn."""
     low, high = value_range(arrays) or (-math.inf, math.inf)
     return np.where((values >= low) & (values <= high), values, np.nan)
-
-
-def _padded(low: float, high: float) -> tuple[float, float]:
-    pad = 0.06 * (high - low) or max(abs(low), 1.0) * 0.1
-    return low - pad, high + pad
