@@ -46,7 +46,7 @@ class Contest:
     errors : (P, M), medians over seeds.
     runs : (P, M, S), errors of single seeds, nan where there is none.
     times : (P, M), median CPU time of a fit, s: it depends less than wall time on what else the machine does.
-    failed, diverged, absent : (P, M), numbers of runs that failed, diverged and were not applicable.
+    counts : (P, M, 3), numbers of runs that failed, diverged and were not applicable.
     criterion : of `CRITERIA`.
     """
 
@@ -55,9 +55,7 @@ class Contest:
     errors: np.ndarray
     runs: np.ndarray
     times: np.ndarray
-    failed: np.ndarray
-    diverged: np.ndarray
-    absent: np.ndarray
+    counts: np.ndarray
     criterion: str
 
     def where(self, chosen: Mapping[str, str]) -> Contest:
@@ -69,8 +67,7 @@ class Contest:
 
     def kept(self, problems: np.ndarray) -> Contest:
         """The problems where the mask (P,) is true."""
-        names = ("errors", "runs", "times", "failed", "diverged", "absent")
-        arrays = {name: getattr(self, name)[problems] for name in names}
+        arrays = {name: getattr(self, name)[problems] for name in ("errors", "runs", "times", "counts")}
         return replace(self, problems=self.problems[problems].reset_index(drop=True), **arrays)
 
     def ranks(self) -> np.ndarray:
@@ -134,9 +131,7 @@ def contest(cells: Frame, runs: Frame, criterion: str = "prediction") -> Contest
         medians(singles),
         singles,
         filled(significant(cells["cpu_s"], 3), np.nan),
-        filled(cells["failed"], 0.0).astype(int),
-        filled(cells["diverged"], 0.0).astype(int),
-        filled(cells["not_applicable"], 0.0).astype(int),
+        np.stack([filled(cells[name], 0.0) for name in ("failed", "diverged", "not_applicable")], axis=2).astype(int),
         criterion,
     )
 

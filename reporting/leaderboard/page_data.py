@@ -42,9 +42,7 @@ def page_data(own: Leaderboard, traces: Sequence[Mapping[str, Any]], suite: str 
         "elsewhere": _elsewhere(board, suite),
         "errors": {name: errors(own) for name, own in boards.items() if np.isfinite(own.errors).any()},
         "times": [[_plain(value) for value in row] for row in board.times],
-        "counts": [
-            [int(own) for own in row] for row in board.failed + 1000 * board.diverged + 1_000_000 * board.absent
-        ],
+        "counts": (board.counts @ [1, 1000, 1_000_000]).tolist(),
         "budgets": _budgets(board),
         "runs": stored_runs(board, own.parameters, traces),
     }
