@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
 from pathlib import Path
@@ -28,10 +28,6 @@ from .suite import RunsEntry
 VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
 """Names of groups of vessels in a suite file -> whether they have three degrees of freedom."""
 
-ADDED: dict[str, Any] = {"held_out_noise": "none", "held_out_disturbance": "none", "held_out_speed": 1.0}
-ADDED |= {"held_out_dataset": None, "vessel_file": None, "own_records": False, "positive_rudder": None, "digest": None}
-ADDED |= {"constants": (), "terms": ()}
-"""Fields of a task that count in a run's key only where they are not these values: older runs keep their keys."""
 OF_ENTRIES = ("duration_s", "dt_s", "held_out_noise", "held_out_disturbance", "held_out_speed", "held_out_dataset")
 """Fields of a task that are those of its entry."""
 AS_MEASURED = "as measured"
@@ -65,10 +61,7 @@ class RunSpec:
 
     def text(self, **changed: str) -> str:
         """What is run, as JSON."""
-        own = {"suite": self.suite, "method": self.method, "variant": self.variant, "maker": self.maker}
-        task = {name: value for name, value in vars(self.task).items() if ADDED.get(name, ...) != value}
-        facts = own | {"task": task} | changed
-        return json.dumps(facts, sort_keys=True, separators=(",", ":"))
+        return json.dumps(asdict(self) | changed, sort_keys=True, separators=(",", ":"))
 
     def row_key(self) -> dict[str, Any]:
         """The key columns of the tables."""
