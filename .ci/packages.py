@@ -18,7 +18,7 @@ ROOT = Path(__file__).resolve().parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")
 EXTRAS = (
     *("pandas", "parquet", "bench", "bayes", "pdf", "identibench", "open", "readers"),
-    *("deep", "distributed", "slurm", "docs"),
+    *("deep", "distributed", "docs"),
 )
 COMMANDS = (
     "simulate kvlcc2-l7 --manoeuvre zigzag:20/20 --noise low --seed 1 -o one.csv",

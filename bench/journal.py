@@ -17,7 +17,7 @@ from typing import Any
 
 from ..models.data_file import json_of
 from ..models.errors import BadInput
-from ..models.folders import check_regular, open_to_append, read_regular
+from ..models.folders import open_to_append, read_regular
 from ..models.plain import EXACT_BELOW, plain
 from .kinds.base import Tables
 
@@ -76,26 +76,6 @@ def open_journal(path: Path, form: Tables) -> tuple[int, list[dict[str, Any]]]:
     return file, runs
 
 
-def new_runs(path: Path, begin: int, form: Tables) -> tuple[list[dict[str, Any]], int]:
-    """Runs that another process has stored behind the byte `begin`, and the byte behind the last whole line."""
-    found, _, whole = _whole_runs(read_regular(path, begin), path, form)
-    return list(found.values()), begin + whole
-
-
-def is_held(path: Path) -> bool:
-    """Whether a process is writing a journal."""
-    if not check_regular(path):
-        return False
-    file = open_to_append(path)
-    try:
-        lock(file, path)
-    except BadInput:
-        return True
-    finally:
-        os.close(file)
-    return False
-
-
 def lock(file: int, path: Path) -> None:
     """Take the lock of an open file or folder; BadInput where another process has it.  path : for the message."""
     try:
@@ -109,18 +89,7 @@ def lock(file: int, path: Path) -> None:
 
 
 def _used(data: bytes, path: Path, form: Tables | None) -> tuple[list[dict[str, Any]], int]:
-    """Runs, and the number of bytes that hold whole lines; a warning names the damaged lines."""
-    found, damaged, whole = _whole_runs(data, path, form)
-    if damaged:
-        rows = f"row{'s' if len(damaged) > 1 else ''} {', '.join(map(str, damaged[:5]))}"
-        more = f" and {len(damaged) - 5} others" if len(damaged) > 5 else ""
-        hint = "the other runs are used; --resume makes the lost ones again"
-        warnings.warn(f"{path}: {rows}{more}: not a stored run; {hint}", DamagedRunsWarning, stacklevel=3)
-    return list(found.values()), whole
-
-
-def _whole_runs(data: bytes, path: Path, form: Tables | None) -> tuple[dict[str, dict[str, Any]], list[int], int]:
-    """Runs by their keys, numbers of damaged lines, and the number of bytes that hold whole lines."""
+    """Runs, the last one of each key, and the number of bytes that hold whole lines; a warning names damaged lines."""
     whole = data.rfind(b"\n") + 1
     found: dict[str, dict[str, Any]] = {}
     damaged: list[int] = []
@@ -130,7 +99,12 @@ def _whole_runs(data: bytes, path: Path, form: Tables | None) -> tuple[dict[str,
             damaged.append(number)
         elif run:
             found[run["key"]] = run
-    return found, damaged, whole
+    if damaged:
+        rows = f"row{'s' if len(damaged) > 1 else ''} {', '.join(map(str, damaged[:5]))}"
+        more = f" and {len(damaged) - 5} others" if len(damaged) > 5 else ""
+        hint = "the other runs are used; --resume makes the lost ones again"
+        warnings.warn(f"{path}: {rows}{more}: not a stored run; {hint}", DamagedRunsWarning, stacklevel=3)
+    return list(found.values()), whole
 
 
 def _run(line: bytes, path: Path, number: int, form: Tables | None) -> dict[str, Any] | None:

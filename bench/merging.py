@@ -20,7 +20,7 @@ from ..datasets import randomness
 from ..models.errors import BadInput
 from ..models.extras import INSTALL
 from ..models.folders import read_regular
-from .environment import code_version
+from .environment import code_version, environment
 from .execution import ENDED
 from .journal import RUNS, read_runs
 from .kinds import kind_of
@@ -34,7 +34,6 @@ TOLERANCE = 1e-3
 ERROR_FLOOR = 1e-9
 SHARE, LEAST = 0.05, 30
 """Share of the added runs that are computed again, and the least number of them; all where there are fewer."""
-CONFIDENCE = 0.95
 NAMING = ("method", "vessel", "model", "train", "noise", "disturbance", "seed")
 """Columns that name a run in a message."""
 Run = Mapping[str, Any]
@@ -45,8 +44,7 @@ class MergeCounts:
     """What was merged: runs added, runs that were there already, runs computed again and found equal.
 
     seed : it draws the same sample again.  not_computable : runs of the sample that cannot be computed here, with the
-    reason; others were drawn for them.  forged : had so many of the added runs been forged, the sample would have held
-    one with a probability of 95 %; None where it would not, whatever their number.
+    reason; others were drawn for them.
     """
 
     added: int
@@ -54,7 +52,6 @@ class MergeCounts:
     recomputed: int
     seed: int
     not_computable: tuple[str, ...]
-    forged: int | None
 
 
 def merge(
@@ -86,26 +83,15 @@ def merge(
     again, told = _sampled(kind, new, specs, sample_size(len(new)) if sample is None else sample, seed, source / RUNS)
     if new:
         _add(new, specs, again, {"seed": seed, "not_computable": told}, source, target)
-    forged = forged_number(len(new), len(again))
-    return MergeCounts(len(new), len(runs) - len(new), len(again), seed, tuple(told), forged)
+    return MergeCounts(len(new), len(runs) - len(new), len(again), seed, tuple(told))
 
 
 def sample_size(runs: int) -> int:
     """How many of so many added runs are computed again: 5 %, at least 30, all where there are fewer.
 
-    Of 30, one at least is forged with a probability of 95 % where 10 % of the runs are; see `detection`.
+    Of 30, one at least is forged with a probability of 95 % where 10 % of the runs are.
     """
     return min(runs, max(LEAST, math.ceil(SHARE * runs)))
-
-
-def detection(runs: int, sample: int, forged: int) -> float:
-    """Probability that a sample without replacement holds one of the forged runs at least (hypergeometric)."""
-    return 1.0 - math.comb(runs - forged, sample) / math.comb(runs, sample)
-
-
-def forged_number(runs: int, sample: int) -> int | None:
-    """Least number of forged runs of which the sample holds one with the probability `CONFIDENCE`."""
-    return next((n for n in range(1, runs + 1) if detection(runs, sample, n) >= CONFIDENCE), None)
 
 
 def _sampled(
@@ -146,9 +132,13 @@ def _check_manifests(theirs: Mapping[str, Any], ours: Mapping[str, Any], source:
         if theirs.get(name) != ours.get(name):
             told = f"its {name} is {theirs.get(name)!r}, that of the target {ours.get(name)!r}"
             raise BadInput(told, file=source, hint="results of the same suite are merged")
-    if theirs["version"] != code_version():
-        told = f"was made by version {theirs['version']}, this is {code_version()}"
-        raise BadInput(told, file=source, hint="run the suite with this version")
+    _check_version(theirs, source)
+
+
+def _check_version(manifest: Mapping[str, Any], folder: Path) -> None:
+    if manifest["version"] != code_version():
+        told = f"was made by version {manifest['version']}, this is {code_version()}"
+        raise BadInput(told, file=folder, hint="run the suite with this version")
 
 
 def _suite(manifest: Mapping[str, Any], folder: Path, trust: Trust) -> Suite:
@@ -248,14 +238,19 @@ def _marked(run: Run, spec: Any, kind: RunKind, recomputed: bool) -> dict[str, A
     return {"key": run["key"], "row": row, "parameters": rows, "content": content, "recomputed": recomputed}
 
 
-# ---- Stored results stand for runs with the same content, so that a new method or seed costs only its own runs.
+# ---- Stored results of the same code stand for runs with the same content, so that another method, of a file of the
+# user's own, or another seed costs only its own runs.
 
 
 def check_folders(folders: Sequence[Path], kind: Kind) -> None:
-    """Raise `BadInput` for a folder that holds no results, or those of another kind of suite."""
+    """Raise `BadInput` for a folder without results, or with those of another kind of suite, code or packages."""
     for folder in folders:
-        if stored_kind(read_manifest(folder)) is not kind:
+        manifest = read_manifest(folder)
+        if stored_kind(manifest) is not kind:
             raise BadInput("holds results of another kind of suite", file=folder)
+        _check_version(manifest, folder)
+        if manifest.get("packages") != environment()["packages"]:
+            raise BadInput("was made with other versions of packages", file=folder, hint="run the suite anew")
 
 
 def take(specs: Sequence[Spec], store: Store, folders: Sequence[Path]) -> int:

@@ -7,13 +7,12 @@ against time: `{"time_s", "values": {parameter: [...]}}`; other methods have non
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, ValidationError, model_validator
 
 from ..datasets.record import Record
 from ..estimation.estimates.estimate import Estimate
@@ -21,54 +20,9 @@ from ..estimation.judgement.convergence import parameter_paths
 from ..estimation.run.run import run_along
 from .journal import RUNS, read_runs
 
-Content = TypeVar("Content")
 POINTS, LOGGED, DIGITS = 80, 40, 5
 """Most samples of a trace and of a recursion's log, and the significant digits of their values."""
-
-
-class _Content(BaseModel):
-    model_config = ConfigDict(strict=True)
-
-
-class _Curve(_Content):
-    measured: list[float | None]
-    predicted: list[float | None]
-
-
-class _Log(_Content):
-    time_s: list[float | None]
-    values: dict[str, list[float | None]]
-
-    @model_validator(mode="after")
-    def whole(self) -> _Log:
-        """Refuses paths that are longer or shorter than their times."""
-        return _whole(self, self.time_s, self.values.values())
-
-
-class _Trace(_Content):
-    """What a trace must hold to be drawn: a value, or a gap, at each of its times."""
-
-    record: str
-    time_s: list[float | None]
-    channels: dict[str, _Curve]
-    log: _Log | None = None
-
-    @model_validator(mode="after")
-    def whole(self) -> _Trace:
-        """Refuses curves that are longer or shorter than their times."""
-        curves = self.channels.values()
-        return _whole(self, self.time_s, [side for curve in curves for side in (curve.measured, curve.predicted)])
-
-
-def _whole(content: Content, time_s: Sequence[object], curves: Iterable[Sequence[object]]) -> Content:
-    if any(len(values) != len(time_s) for values in curves):
-        raise ValueError("needs a value at each time")
-    return content
-
-
-class _TracedRun(_Content):
-    row: dict[str, str | int | float | bool | None]
-    trace: _Trace
+LARGEST = 1e300
 
 
 def free_run_trace(estimate: Estimate, record: Record) -> dict[str, Any]:
@@ -103,12 +57,20 @@ def read_traces(directory: str | Path) -> list[dict[str, Any]]:
     return [run for run in read_runs(Path(directory) / RUNS) if _is_traced(run)]
 
 
-def _is_traced(run: dict[str, Any]) -> bool:
+def _is_traced(run: Mapping[str, Any]) -> bool:
+    """Whether a run has a trace that can be drawn: at each of its times a number, or a gap."""
     try:
-        _TracedRun.model_validate(run)
-    except ValidationError:
+        row, trace = run["row"], run["trace"]
+        curves = [curve[side] for curve in trace["channels"].values() for side in ("measured", "predicted")]
+        log: Any = trace.get("log") or {"time_s": [], "values": {}}
+        groups = [trace["time_s"], *curves], [log["time_s"], *log["values"].values()]
+        whole = all(isinstance(one, list) and len(one) == len(group[0]) for group in groups for one in group)
+        values = [value for group in groups for one in group for value in one]
+    except (AttributeError, KeyError, TypeError):
         return False
-    return True
+    known = whole and all(v is None or (type(v) in (int, float) and abs(v) < LARGEST) for v in values)
+    plain = all(value is None or isinstance(value, str | int | float) for value in row.values())
+    return known and plain and isinstance(trace.get("record"), str)
 
 
 def _numbers(values: np.ndarray) -> list[float | None]:

@@ -22,7 +22,7 @@ SIMPLE: dict[str, tuple[str, Fits]] = {
     "str": ("a text", lambda value: isinstance(value, str)),
     "bool": ("True or False", lambda value: isinstance(value, bool) or type(value).__name__ in ("bool", "bool_")),
     "int": ("a whole number", lambda value: isinstance(value, Integral) and not isinstance(value, bool)),
-    "float": ("a number", lambda value: isinstance(value, Real) and not isinstance(value, bool)),
+    "float": ("a number", lambda value: _is_number(value)),
     "Mapping": ("a mapping", lambda value: isinstance(value, Mapping)),
     **{name: ("a path", lambda value: isinstance(value, str | os.PathLike)) for name in PATHS},
 }
@@ -48,6 +48,17 @@ def typed(function: Callable[P, R]) -> Callable[P, R]:
             return function(*args, **kwargs)
 
     return checked
+
+
+def _is_number(value: object) -> bool:
+    """Whether a value is a number that fits into a float."""
+    if not isinstance(value, Real) or isinstance(value, bool):
+        return False
+    try:
+        float(value)
+    except OverflowError:  # a whole number of hundreds of digits
+        return False
+    return True
 
 
 def shown(value: object) -> str:

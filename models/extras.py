@@ -14,7 +14,6 @@ EXTRAS: Mapping[str, str] = {
     **dict.fromkeys(("cmaes", "joblib", "optuna", "sklearn"), "bench"),
     "jax": "deep",
     "distributed": "distributed",
-    "submitit": "slurm",
     "weasyprint": "pdf",
     "emcee": "bayes",
     **dict.fromkeys(("starlette", "uvicorn"), "open"),

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import errno
 import os
-import shutil
 import stat
 import sys
 from collections.abc import Generator, Iterable
@@ -107,9 +106,9 @@ def path_within(folder: Path, name: str, file: object, key: str = "") -> Path:
     return path
 
 
-def read_regular(path: Path, begin: int = 0, most: int = MOST_BYTES) -> bytes:
-    """The file from the byte `begin` on; empty where it is missing.  BadInput where it is no regular file, or is
-    larger than `most` bytes."""
+def read_regular(path: Path, most: int = MOST_BYTES) -> bytes:
+    """The content of a file; empty where it is missing.  BadInput where it is no regular file, or is larger than
+    `most` bytes."""
     if not check_regular(path):
         return b""
     with _told(path), os.fdopen(open_regular(path, os.O_RDONLY), "rb") as file:
@@ -117,8 +116,7 @@ def read_regular(path: Path, begin: int = 0, most: int = MOST_BYTES) -> bytes:
         if size > most:
             told = f"{most // 2**30} GiB" if most >= 2**30 else f"{most // 2**10} KiB"
             raise BadInput(f"is larger than {told}, the most that is read", file=path)
-        file.seek(begin)
-        return file.read(max(size - begin, 0))
+        return file.read(size)
 
 
 def open_to_append(path: Path) -> int:
@@ -144,12 +142,6 @@ def write_atomic(path: Path, data: bytes, mode: int = 0o644) -> None:
         with os.fdopen(_writable(temporary, os.O_WRONLY), "wb") as stream:
             stream.write(data)
         os.replace(temporary, path)
-
-
-def remove_folder(folder: Path) -> None:
-    """Remove a folder with all in it, as far as possible; BadInput where it is a link."""
-    make_folder(folder, within=folder.parent)
-    shutil.rmtree(folder, ignore_errors=True)
 
 
 def check_each(folder: Path, appended: Iterable[str], replaced: Iterable[str]) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from .equations import equations
 from .numbers import MISSING, SHORT, percent
-from .tables import Column, Table, csv, field, in_markdown, make_table, markdown, numeric
+from .tables import Column, Table, console, csv, field, in_markdown, make_table, markdown, numeric
 from .templating import FOLDER
 
 if TYPE_CHECKING:
@@ -93,11 +93,16 @@ def worlds(rows: Sequence[WorldScore]) -> Table:
     return make_table(columns, sorted(rows, key=lambda row: (row.world, row.entrant)), "Answers")
 
 
-def text(scores: Sequence[EntrantScore], rows: Sequence[WorldScore]) -> str:
-    """The scores as Markdown."""
-    tables = (overall(scores), by_kind(scores), worlds(rows))
-    parts = [f"## {table.title}\n\n{markdown(table)}" for table in tables]
+def page(scores: Sequence[EntrantScore], rows: Sequence[WorldScore]) -> str:
+    """The scores as Markdown, with what they mean."""
+    parts = [f"## {table.title}\n\n{markdown(table)}" for table in (overall(scores), by_kind(scores), worlds(rows))]
     return (FOLDER / "exam_scores.md").read_text("utf-8") + "\n\n".join(parts).rstrip() + "\n"
+
+
+def summary(scores: Sequence[EntrantScore], rows: Sequence[WorldScore]) -> str:
+    """The scores as plain text."""
+    tables = (overall(scores), by_kind(scores), worlds(rows))
+    return "\n\n".join(f"{table.title}\n{console(table, fit=True)}" for table in tables)
 
 
 def scores_csv(scores: Sequence[EntrantScore]) -> str:

@@ -1,20 +1,21 @@
-"""An import for the terminal and for notebooks: columns, steps, faults."""
+"""What an import says: columns, what was made of them, faults."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from html import escape
 from typing import TYPE_CHECKING
 
-from . import tables
+from ..datasets.importing.result import Import
 from .numbers import MISSING
+from .page import FAIR, GOOD, Block, Page, Verdict, items, result_page
 from .tables import Column, Table, field, make_table, numeric
 
 if TYPE_CHECKING:
     from ..datasets.importing.draft import DraftColumn, Question
-    from ..datasets.importing.result import ChannelSource, FileFault, ImportReport
-    from ..datasets.record import Record
+    from ..datasets.importing.importer import Drafted
+    from ..datasets.importing.result import ChannelSource, FileFault
 
+TITLES = ("Columns", "What was made of them", "To be looked at", "")
 LONGEST = 28
 """Characters of first values that are shown."""
 
@@ -61,38 +62,25 @@ def channel_table(channels: Sequence[ChannelSource]) -> Table:
     return make_table(shown, channels)
 
 
-def terminal(report: ImportReport, records: Sequence[Record]) -> str:
-    """Columns, what was done, faults, records."""
-    parts = [tables.console(column_table(report.columns)), "", tables.console(channel_table(report.channels)), ""]
-    parts += report.steps
-    if report.faults:
-        parts += ["", "to be looked at:", tables.console(fault_table(report.faults), indent="  ")]
-    return "\n".join([*parts, "", *(repr(record).strip("<>") for record in records)])
+def page(found: Import | Drafted) -> Page:
+    """The page of an import, or of its draft with the lines of a map that answer each question."""
+    if isinstance(found, Import):
+        columns, faults = found.report.columns, found.report.faults
+        verdict = Verdict(FAIR if faults else GOOD, f"{'; '.join(repr(one).strip('<>') for one in found.records)}.")
+        made: list[Block] = [channel_table(found.report.channels), items(found.report.steps)]
+    else:
+        columns, faults, asked = found.columns, found.faults, len(found.questions)
+        verdict = Verdict(
+            FAIR if asked or faults else GOOD, f"{asked} question{'s are' if asked != 1 else ' is'} open."
+        )
+        made = [items([_asked(question) for question in found.questions])]
+    seen, looked_at = [column_table(columns)], [fault_table(faults)]
+    return result_page("Import", "", verdict, seen=seen, changed=made, remains=looked_at, titles=TITLES)
 
 
-def draft_text(columns: Sequence[DraftColumn], questions: Sequence[Question], faults: Sequence[FileFault]) -> str:
-    """Columns, what is asked with the lines of a map that answer it, and faults."""
-    parts = [tables.console(column_table(columns)), ""] if columns else []
-    for question in questions:
-        parts += [question.text, *(f"    {answer.line}" for answer in question.answers)]
-        parts += [f"    or a number: {question.number}"] if question.number else []
-    return "\n".join([*parts, *([tables.console(fault_table(faults))] if faults else [])])
-
-
-def notebook(report: ImportReport, records: Sequence[Record]) -> str:
-    """The same as HTML."""
-    steps = "".join(f"<li>{escape(step)}</li>" for step in report.steps)
-    faults = tables.html(fault_table(report.faults)) if report.faults else ""
-    told = "".join(f"<p>{escape(repr(record))}</p>" for record in records)
-    made = tables.html(column_table(report.columns)) + tables.html(channel_table(report.channels))
-    return f"{made}<ul>{steps}</ul>{faults}{told}"
-
-
-def draft_notebook(columns: Sequence[DraftColumn], questions: Sequence[Question]) -> str:
-    """Columns and open questions as HTML."""
-    asked = [f"{question.text} ({', '.join(answer.key for answer in question.answers)})" for question in questions]
-    listed = "".join(f"<li>{escape(text)}</li>" for text in asked)
-    return f"{tables.html(column_table(columns))}<ul>{listed}</ul>"
+def _asked(question: Question) -> tuple[str, ...]:
+    number = [f"or a number: {question.number}"] if question.number else []
+    return (question.text, *(answer.line for answer in question.answers), *number)
 
 
 def _number(value: float) -> str:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from ..models.errors import BadInput
 from ..models.extras import extras_told
 from . import tables
-from .page import Drawing, EquationList, Items, Note, Overlays, Page, Pairs, Section, section
+from .page import Drawing, EquationList, Items, Note, Overlays, Page, Section, section
 from .plots import embedded
 from .runs import charts_of, error_line, key_of, together
 from .tables import Table, in_markdown
@@ -53,7 +53,7 @@ def _first(page: Page) -> str:
 def _open(page: Page) -> Iterator[Section]:
     """Parts that are not folded, with what a text shows of them."""
     for own in page.parts:
-        shown = tuple(block for block in own.blocks if isinstance(block, str | Table | Items | Pairs))
+        shown = tuple(block for block in own.blocks if isinstance(block, str | Table | Items))
         if shown and not own.folded:
             yield Section(own.title, shown)
 
@@ -68,8 +68,6 @@ def _in_terminal(block: Block) -> Iterator[str]:
         for title, *texts in block.rows:
             yield title
             yield from (f"  {text}" for text in texts)
-    elif isinstance(block, Pairs):
-        yield from (f"{name}: {text}" for name, text in block.rows)
 
 
 def notebook(page: Page) -> str:
@@ -126,8 +124,6 @@ def _in_markdown(block: Block, files: Mapping[str, str]) -> list[str]:
         return [in_markdown(block.title), tables.markdown(block), in_markdown(block.note)]
     if isinstance(block, Items):
         return [_bullets(block.rows)]
-    if isinstance(block, Pairs):
-        return [tables.listed(block.rows)]
     if isinstance(block, Drawing):
         return [f"![{block.caption}]({files[block.name]})", f"*{block.caption}.*"] if block.name in files else []
     if isinstance(block, EquationList):

@@ -5,7 +5,7 @@ A result gives a `Page` of blocks; `media` has one renderer for each medium: ter
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import TYPE_CHECKING
@@ -50,13 +50,6 @@ class Items:
 
 
 @dataclass(frozen=True)
-class Pairs:
-    """Pairs of name and text."""
-
-    rows: tuple[tuple[str, str], ...]
-
-
-@dataclass(frozen=True)
 class Drawing:
     """A figure of statistics: name of its file, caption, what draws it as an SVG file (empty: nothing to draw)."""
 
@@ -89,7 +82,7 @@ class Section:
     folded: bool = False
 
 
-Block = str | Note | Table | Items | Pairs | Drawing | Overlays | EquationList | Section
+Block = str | Note | Table | Items | Drawing | Overlays | EquationList | Section
 Blocks = Sequence["Block | None"]
 
 
@@ -153,7 +146,7 @@ def section(title: str, blocks: Blocks, folded: bool = False) -> Section:
 def _says_something(block: Block) -> bool:
     if isinstance(block, Section):
         return any(map(_says_something, block.blocks))
-    if isinstance(block, Table | Items | Pairs):
+    if isinstance(block, Table | Items):
         return bool(block.rows)
     return bool(block.records) if isinstance(block, Overlays) else bool(block)
 
@@ -161,6 +154,11 @@ def _says_something(block: Block) -> bool:
 def items(texts: Sequence[str | tuple[str, ...]]) -> Items:
     """A list of texts, or of titles with what belongs to them."""
     return Items(tuple((text,) if isinstance(text, str) else text for text in texts))
+
+
+def pairs(rows: Iterable[tuple[str, str]]) -> Items:
+    """A list of names with a text each."""
+    return items([f"{name}: {text}" for name, text in rows])
 
 
 def overlays(records: Sequence[RecordRuns]) -> tuple[Overlays, Section]:

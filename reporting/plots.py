@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Callable, Generator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any
 
@@ -43,42 +42,28 @@ def svg(
 
     margins : those of `Figure.subplots_adjust`; None fits them to the texts.
     """
-    with _styled():
-        figure = _empty(size, margins)
+
+    def make() -> Figure:
+        from ..models.figure import PlainFigure
+
+        figure = PlainFigure(figsize=size, layout="constrained" if margins is None else None)
+        if margins is not None:
+            figure.subplots_adjust(**margins)
         draw(figure)
-        return _written(figure)
+        return figure
+
+    return as_svg(make)
 
 
 def as_svg(make: Callable[[], Figure]) -> str:
-    """The figure that `make` draws in the style of all figures, as an SVG file."""
-    with _styled():
-        return _written(make())
-
-
-@contextmanager
-def _styled() -> Generator[None]:
-    """The style of all figures in the place of the user's."""
+    """The figure that `make` draws in the style of all figures, in the place of the user's, as an SVG file."""
     import matplotlib
     from matplotlib.rcsetup import cycler
 
     style: dict[Any, Any] = {**matplotlib.rcParamsDefault, **STYLE, "axes.prop_cycle": cycler(color=COLOURS)}
-    with matplotlib.rc_context(style):
-        yield
-
-
-def _empty(size: tuple[float, float], margins: Mapping[str, float] | None) -> Figure:
-    from ..models.figure import PlainFigure
-
-    figure = PlainFigure(figsize=size, layout="constrained" if margins is None else None)
-    if margins is not None:
-        figure.subplots_adjust(**margins)
-    return figure
-
-
-def _written(figure: Figure) -> str:
-    """The figure as an SVG file."""
     buffer = io.BytesIO()
-    figure.savefig(buffer, format="svg", metadata=NO_METADATA)
+    with matplotlib.rc_context(style):
+        make().savefig(buffer, format="svg", metadata=NO_METADATA)
     lines = buffer.getvalue().decode().splitlines()
     return "\n".join(line.rstrip() for line in lines) + "\n"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -158,17 +158,6 @@ def figure_of(records: Sequence[RecordRuns], name: str | None, what: str) -> Fig
     return time_figure(panels, f"free runs along {record.record}")
 
 
-@dataclass(frozen=True)
-class DrawnCurve:
-    """One line: label, values (N,), colour, style and width in points."""
-
-    label: str
-    values: np.ndarray
-    colour: str
-    style: Any = "-"
-    width: float = 1.0
-
-
 def key_of(records: Iterable[RecordRuns]) -> list[tuple[str, str, bool]]:
     """Name and colour of every line in the charts, and whether it is dashed."""
     labels = list(dict.fromkeys(label for record in records for label in record.runs))
@@ -180,20 +169,20 @@ def _colour(labels: Sequence[str], label: str) -> str:
     return RUN_COLOURS[labels.index(label) % len(RUN_COLOURS)]
 
 
-def _curve(record: RecordRuns, label: str, values: np.ndarray) -> DrawnCurve:
+def _style(record: RecordRuns, label: str) -> dict[str, Any]:
+    """Colour, dashes and width of a line, as matplotlib takes them."""
     if label == "measured":
-        return DrawnCurve(label, values, MEASURED, width=1.3)
+        return {"color": MEASURED, "linewidth": 1.3}
     labels = list(record.runs)
     dashes = DASHES[(len(labels) - 1 - labels.index(label)) % len(DASHES)]
-    return DrawnCurve(label, values, _colour(labels, label), dashes)
+    return {"color": _colour(labels, label), "linestyle": dashes, "linewidth": 1.0}
 
 
-@dataclass(frozen=True)
-class Panel:
-    """Curves over time above each other's, with the label and the range of their axis, and how high it is."""
+class Panel(NamedTuple):
+    """Curves over time, (N,) each with its style, with label and range of their axis, and how high it is."""
 
     label: str
-    curves: Sequence[DrawnCurve]
+    curves: Sequence[tuple[np.ndarray, Mapping[str, Any]]]
     limits: tuple[float, float] | None = None
     rows: float = 1.0
 
@@ -222,15 +211,15 @@ def charts_of(record: RecordRuns) -> list[tuple[str, str]]:
     nothing is finite."""
     if not record.channels():
         return []
-    panels = [Panel("rudder\ndeg", [DrawnCurve("rudder", DEG * record.rudder, SOFT)])]
+    panels = [Panel("rudder\ndeg", [(DEG * record.rudder, {"color": SOFT, "linewidth": 1.0})])]
     for channel in record.channels():
         lines = lines_of(record, channel)
         reach = _reach(lines)
         limits = value_range([lines.measured, *lines.runs.values()], reach)
         if limits is not None:
-            errors = [_curve(record, label, values) for label, values in lines.errors.items()]
+            errors = [(values, _style(record, label)) for label, values in lines.errors.items()]
             panels.append(_values(record, channel, lines, limits, 2.0))
-            panels.append(Panel("error", errors, error_range([c.values for c in errors], reach)))
+            panels.append(Panel("error", errors, value_range([np.zeros(1), *lines.errors.values()], reach)))
     caption = "rudder, and each channel above its errors: measured − simulated"
     found = [(caption, _over_time(record, panels, WIDTH)), ("track", track_chart(record))]
     return [(caption, drawn) for caption, drawn in found if drawn]
@@ -241,7 +230,7 @@ def _values(
 ) -> Panel:
     """The measured values of a channel, and the runs."""
     every = {"measured": lines.measured, **lines.runs}
-    curves = [_curve(record, label, values) for label, values in every.items()]
+    curves = [(values, _style(record, label)) for label, values in every.items()]
     return Panel(f"{shown_name(channel)}\n{lines.unit}", curves, limits, rows)
 
 
@@ -258,9 +247,8 @@ def _over_time(record: RecordRuns, panels: Sequence[Panel], width: float) -> str
         rows = [panel.rows for panel in panels]
         axes = figure.subplots(len(panels), 1, sharex=True, squeeze=False, height_ratios=rows)[:, 0]
         for own, panel in zip(axes, panels, strict=True):
-            for curve in panel.curves:
-                values = np.insert(curve.values, starts, np.nan)
-                own.plot(time, values, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
+            for values, style in panel.curves:
+                own.plot(time, np.insert(values, starts, np.nan), **style)
             own.set(xlim=(time[0], time[-1]), ylabel=panel.label, ylim=panel.limits)
             if panel.label == "error":
                 own.axhline(0.0, color=SOFT, linewidth=0.7)
@@ -300,9 +288,8 @@ def track_chart(record: RecordRuns) -> str:
     def draw(figure) -> None:
         axes = figure.subplots()
         for label, north, east in known:
-            curve = _curve(record, label, _within(east, [e for _, _, e in known]))
-            norths = _within(north, [n for _, n, _ in known])
-            axes.plot(curve.values, norths, color=curve.colour, linestyle=curve.style, linewidth=curve.width)
+            drawn = _within(east, [e for _, _, e in known]), _within(north, [n for _, n, _ in known])
+            axes.plot(*drawn, **_style(record, label))
         _, north, east = known[0]
         first = int(np.argmax(np.isfinite(north + east)))
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
@@ -318,25 +305,15 @@ def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tup
     if not any(a.size for a in known):
         return None
     values, first = np.concatenate(known), known[0]
-    if first.size and first.max() > first.min():
-        reach = 2.0 * (first.max() - first.min()) if limit is None else limit
+    if first.size:
+        reach = 2.0 * float(np.ptp(first)) or math.inf if limit is None else limit
         values = np.clip(values, first.min() - reach, first.max() + reach)
-    return _padded(float(values.min()), float(values.max()))
-
-
-def error_range(arrays: Sequence[np.ndarray], limit: float) -> tuple[float, float]:
-    """Padded range of what is finite between +- `limit`, zero within it."""
-    values = np.append(np.concatenate([a[np.isfinite(a)] for a in arrays]), 0.0)
-    values = np.clip(values, -limit, limit)
-    return _padded(float(values.min()), float(values.max()))
+    low, high = float(values.min()), float(values.max())
+    pad = 0.06 * (high - low) or max(abs(low), 1.0) * 0.1
+    return low - pad, high + pad
 
 
 def _within(values: np.ndarray, arrays: Sequence[np.ndarray]) -> np.ndarray:
     """The values with nan where they lie outside the range of what is drawn."""
     low, high = value_range(arrays) or (-math.inf, math.inf)
     return np.where((values >= low) & (values <= high), values, np.nan)
-
-
-def _padded(low: float, high: float) -> tuple[float, float]:
-    pad = 0.06 * (high - low) or max(abs(low), 1.0) * 0.1
-    return low - pad, high + pad

@@ -9,10 +9,13 @@ import csv as csv_format
 import io
 import math
 import re
+import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from html import escape
+from itertools import accumulate
+from shutil import get_terminal_size
 from typing import Any
 
 from .numbers import MISSING, is_missing, number
@@ -31,13 +34,12 @@ class Cell:
     """One cell.
 
     text : what is shown;  value : what it is sorted by and what CSV holds, None where that is the text;
-    markdown : what is shown instead of the text in Markdown, taken as it is;  best : whether it is set off.
+    markdown : what is shown instead of the text in Markdown, taken as it is.
     """
 
     text: str
     value: Any = None
     markdown: str | None = None
-    best: bool = False
 
     @property
     def key(self) -> str:
@@ -133,22 +135,6 @@ def from_frame(frame: Any) -> Table:
     return Table(names, tuple(rows))
 
 
-def with_least_marked(table: Table, counts: Callable[[Cell], bool] = lambda cell: True) -> Table:
-    """The table with the least number of every column after the first set off, among the cells that count."""
-    least = [
-        min((row[j].value for row in table.rows if _finite(row[j]) and counts(row[j])), default=None)
-        for j in range(len(table.columns))
-    ]
-    rows = (
-        tuple(
-            replace(cell, best=j > 0 and _finite(cell) and counts(cell) and cell.value == least[j])
-            for j, cell in enumerate(row)
-        )
-        for row in table.rows
-    )
-    return replace(table, rows=tuple(rows))
-
-
 def html(table: Table) -> str:
     """The table as HTML for notebooks, where no script sorts it."""
     from .templating import macro
@@ -157,7 +143,7 @@ def html(table: Table) -> str:
 
 
 def markdown(table: Table) -> str:
-    """The table as Markdown: columns aligned, numbers to the right, what is set off in bold type."""
+    """The table as Markdown: columns aligned, numbers to the right."""
     rows = [[_markdown_cell(Cell(title)) for title in table.columns]]
     rows += [[_markdown_cell(cell) for cell in row] for row in table.rows]
     right = table.numeric
@@ -176,13 +162,20 @@ def csv(table: Table) -> str:
     return buffer.getvalue()
 
 
-def console(table: Table, indent: str = "") -> str:
-    """The table as plain text in columns, numbers to the right; without titles where all are empty."""
+def console(table: Table, indent: str = "", fit: bool = False) -> str:
+    """The table as plain text in columns, numbers to the right; without titles where all are empty.
+
+    fit : on a terminal the last columns that it has no room for are left out, and named.
+    """
     rows = [[" ".join(cell.text.split()) for cell in row] for row in table.rows]
     rows = [list(table.columns), *rows] if any(table.columns) else rows
     right = table.numeric
     widths = [max((len(row[j]) for row in rows), default=0) for j in range(len(table.columns))]
-    return "\n".join(indent + "  ".join(_padded(row, widths, right)).rstrip() for row in rows)
+    room = get_terminal_size().columns if fit and sys.stdout.isatty() else math.inf
+    shown = max(1, sum(end <= room for end in accumulate(widths, lambda end, width: end + 2 + width)))
+    lines = [indent + "  ".join(_padded(row, widths, right)[:shown]).rstrip() for row in rows]
+    left_out = ", ".join(table.columns[shown:])
+    return "\n".join([*lines, *([f"Not shown: {left_out}."] if left_out else [])])
 
 
 def _padded(row: Sequence[str], widths: Sequence[int], right: Sequence[bool]) -> list[str]:
@@ -209,8 +202,7 @@ def listed(rows: Sequence[tuple[str, str]]) -> str:
 def _markdown_cell(cell: Cell) -> str:
     """One line in which a bar does not end the cell, and a text is no link."""
     text = escape(cell.text, quote=False).replace("](", "]\\(") if cell.markdown is None else cell.markdown
-    text = re.sub(r"(\\*)\|", r"\1\1\\|", " ".join(text.split()))
-    return f"**{text}**" if cell.best else text
+    return re.sub(r"(\\*)\|", r"\1\1\\|", " ".join(text.split()))
 
 
 def _csv_value(cell: Cell) -> Any:
@@ -233,7 +225,3 @@ def _is_number(text: str) -> bool:
     except ValueError:
         return False
     return True
-
-
-def _finite(cell: Cell) -> bool:
-    return isinstance(cell.value, int | float) and math.isfinite(cell.value)

@@ -21,7 +21,7 @@ from ..models.folders import make_folder
 from .numbers import MISSING, fixed, is_missing, number
 from .plots import legend_beside, svg
 from .report import write_files
-from .tables import Column, Table, make_table, markdown
+from .tables import Column, make_table, markdown
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,11 +123,6 @@ COLUMNS = (
 )
 
 
-def table(rows: Sequence[Row], title: str) -> Table:
-    """Rows as a table."""
-    return make_table(COLUMNS, rows, title)
-
-
 def readme(rows: Sequence[Row], environment: Mapping[str, Any]) -> str:
     """The page as Markdown."""
     judged = [row for row in rows if row.reached is not None]
@@ -145,14 +140,14 @@ def readme(rows: Sequence[Row], environment: Mapping[str, Any]) -> str:
         *slower(rows),
         "## Pairs and values",
         "",
-        markdown(table([row for row in rows if not row.axis and not is_slower(row)], "")),
+        markdown(make_table(COLUMNS, [row for row in rows if not row.axis and not is_slower(row)])),
         "",
     ]
     for axis in AXES:
         own = [row for row in rows if row.axis == axis]
         if own:
             lines += [f"## Cost against {axis}", "", *growth(axis), "", f"![Cost against {axis}]({axis}.svg)", ""]
-            lines += [markdown(table(own, "")), ""]
+            lines += [markdown(make_table(COLUMNS, own)), ""]
     if left := unmeasured(rows):
         lines += [f"Not measured yet, `make timing` goes on: cost against samples of {', '.join(left)}.", ""]
     return "\n".join(lines)
@@ -168,7 +163,7 @@ def slower(rows: Sequence[Row]) -> list[str]:
     pairs = sorted((row for row in rows if is_slower(row)), key=lambda row: row.ratio or 0.0)
     if not pairs:
         return ["Nothing is slower than what it is compared with.", ""]
-    return ["## Slower than the other side", "", markdown(table(pairs, "")), ""]
+    return ["## Slower than the other side", "", markdown(make_table(COLUMNS, pairs)), ""]
 
 
 def unmeasured(rows: Sequence[Row]) -> list[str]:

@@ -22,6 +22,7 @@ from ...models.errors import BadInput, CannotFit, EnvironmentFault, FitFailed
 from ...models.plain import plain
 from ..execution import one_line, quiet
 from ..kinds.diagnosis.judge import named
+from ..store import check_vacant
 from .exam_file import GROUP
 from .folder import Exam
 from .key import SCHEMA
@@ -47,8 +48,7 @@ def answer(
     exam = Exam(folder)
     exam.check()
     diagnoser = find(maker)()
-    if place.exists() and (not place.is_dir() or any(place.iterdir())):
-        raise BadInput("exists and is not an empty directory", file=place, hint="give a new directory")
+    check_vacant(place)
     answers: dict[str, Any] = {}
     runs: dict[str, Record] = {}
     failed: dict[str, str] = {}

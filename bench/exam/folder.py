@@ -22,6 +22,7 @@ from ...models.model import Model, model_to_json, resolve
 from ...models.plain import plain
 from ...models.temporary import temporary_folder
 from ...models.yaml_file import checked
+from ..store import check_vacant
 from ..suites import load_suite
 from .exam_file import Manifest, WorldFiles, cause_list, group_list, read_file
 from .key import SCHEMA, Key, digest, read_key, world_key
@@ -170,10 +171,7 @@ def _json(value: Any) -> bytes:
 
 
 def _check_places(folder: Path, key: Path) -> None:
-    if folder.is_symlink() or (folder.exists() and not folder.is_dir()):
-        raise BadInput("is not a directory", file=folder, hint="give a new directory")
-    if folder.is_dir() and any(folder.iterdir()):
-        raise BadInput("is not empty", file=folder, hint="give a new directory")
+    check_vacant(folder)
     if not folder.resolve().parent.is_dir():
         raise BadInput("no such directory", file=folder.parent)
     if key.exists() or key.is_symlink():

@@ -114,8 +114,8 @@ class RunKind:
     name : `kind` in manifests.  stored : gives the tables.
     execute : gives the finished run of a spec, `{"key", "row", "parameters"}`, with built-in types only; failures are
     in its row.
-    content : gives a digest of all that the result of a spec depends on, whatever the suite is called; None: it is
-    always run anew.
+    content : gives a digest of what is run, whatever the suite is called, by which equal runs of the same code are
+    known; None: it is always run anew.
     """
 
     name: str

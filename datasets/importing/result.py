@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from ...models.errors import BadInput
 from ...models.files import content_writer, refuse_existing, replace_together
-from ...models.result import FilePath, above
+from ...models.result import FilePath, Result, above
 from ..io import record_writers
 from ..record import Record
 from .draft import DraftColumn, Question, Sure, plain
@@ -135,7 +135,7 @@ Aside: TypeAlias = "dict[str, dict[str, Any]]"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Import:
+class Import(Result):
     """The outcome of `import_log`.
 
     records : one record, or one a run, or one a manoeuvre where the log was cut.  mapping : what every column was taken
@@ -143,6 +143,7 @@ class Import:
     aside : table -> column -> samples (N,) of columns that are no channel.
     """
 
+    room = "importing"
     records: tuple[Record, ...]
     mapping: Mapping
     report: ImportReport
@@ -155,10 +156,6 @@ class Import:
             names = ", ".join(record.name for record in self.records)
             raise BadInput(f"the log holds {len(self.records)} records", hint=f"take one of `records`: {names}")
         return self.records[0]
-
-    def summary(self) -> str:
-        """Columns, steps and faults as text."""
-        return above("reporting.importing").terminal(self.report, self.records)
 
     def to_dict(self) -> dict[str, object]:
         """Records, columns, steps and faults as plain data for JSON."""
@@ -221,7 +218,7 @@ class Import:
         from ...models.figure import picture
 
         drawn = "".join(picture(record.plot, f"channels of {record.name} over time") for record in self.records[:3])
-        return above("reporting.importing").notebook(self.report, self.records) + drawn
+        return super()._repr_html_() + drawn
 
 
 def write_mapping(mapping: Mapping, path: FilePath, force: bool = False, columns: Sequence[DraftColumn] = ()) -> None:

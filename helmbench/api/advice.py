@@ -28,7 +28,7 @@ PARTICULARS = "particulars.json"
 
 @dataclass(frozen=True, repr=False)
 class AdviceTest:
-    """What the advice of a leaderboard is worth: a row a situation, and the page and rows that were written.
+    """What the advice of a leaderboard is worth: in words, a row a situation, and the page and rows that were written.
 
     `rows` hold the situation, the advised and the best method with their errors, and the regret: the ratio of both.
     """
@@ -38,7 +38,7 @@ class AdviceTest:
     paths: tuple[Path, ...]
 
     def summary(self) -> str:
-        """The page as Markdown."""
+        """How often the advice is good, in sentences."""
         return self.text
 
     def to_json(self) -> dict[str, Any]:
@@ -103,12 +103,12 @@ def check_advice(
     fresh = _run(suite, text, folder / RUNS, options)
     advised = advice.advices(rule, fresh, drawn)
     if not advised:
-        return _written(folder, advice.report([], len(drawn), seed), [])
+        return _written(folder, [], len(drawn), seed)
     text = checks_text({one: own.listed for one, own in advised.items()})
     name = f"{CHOICES}-{sha256(text.encode()).hexdigest()[:8]}"
     checks = _run(folder / f"{name}.yaml", text, folder / name, options)
     found = advice.tested(advised, fresh, checks, _by_particulars(folder, [*filter(advice.unknown, advised)]))
-    return _written(folder, advice.report(found, len(drawn), seed), found)
+    return _written(folder, found, len(drawn), seed)
 
 
 def _run(suite: Path, text: str, folder: Path, options: Mapping[str, Any]) -> Contest:
@@ -138,19 +138,20 @@ def _by_particulars(folder: Path, situations: Sequence[Situation]) -> dict[Situa
 
 
 def _contest(folder: Path) -> Contest:
+    from ..bench.store import read_tables
     from ..reporting.leaderboard.board import build
-    from ..reporting.leaderboard.compact import read_compact
     from ..reporting.leaderboard.publish import ranked_and_tuning
 
-    results, parameters = read_compact(folder)
+    results, parameters = read_tables(folder)
     if results.empty:
         raise BadInput("no run is finished yet", file=folder)
     return build(ranked_and_tuning(results)[0], parameters).contest
 
 
-def _written(folder: Path, text: str, tested: Sequence[Tested]) -> AdviceTest:
-    from ..reporting.leaderboard.advice import as_rows
+def _written(folder: Path, tested: Sequence[Tested], drawn: int, seed: int) -> AdviceTest:
+    from ..reporting.leaderboard import advice
     from ..reporting.report import write_files
 
-    rows = tuple(as_rows(tested))
-    return AdviceTest(text, rows, write_files(folder, {PAGE: text, ROWS: f"{json_text(rows)}\n"}))
+    rows = tuple(advice.as_rows(tested))
+    texts = {PAGE: advice.report(tested, drawn, seed), ROWS: f"{json_text(rows)}\n"}
+    return AdviceTest(advice.summary(tested), rows, write_files(folder, texts))

@@ -1,17 +1,14 @@
-"""Arguments of commands: models and records, or what stands for them; which records are taken, and with which doubts;
-wrong numbers are told by their names."""
+"""Models and records, or what stands for them, as arguments; which records are taken, and with which doubts."""
 
 from __future__ import annotations
 
-import math
 import warnings
 from collections.abc import Iterable, Sequence
-from numbers import Integral, Real
 from os import PathLike, fspath
 from typing import TYPE_CHECKING, Any
 
 from ..datasets.record import Record
-from ..models.argument_types import shown, typed
+from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.result import FilePath as Path
 
@@ -56,26 +53,6 @@ def listed(given: Any) -> list[Any]:
 def labels(records: Record | Path | Sequence[Record | Path]) -> list[str]:
     """What results call the records: paths as they were given, or the records' names."""
     return [one.name if isinstance(one, Record) else fspath(one) for one in listed(records)]
-
-
-def check_numbers(**given: object) -> None:
-    """BadInput, naming the argument, where one is neither None nor a finite number."""
-    for name, value in given.items():
-        if value is not None and not _is_finite(value):
-            raise BadInput(f"{name} is {shown(value)}", hint="give a finite number")
-
-
-def check_seed(seed: object) -> None:
-    """BadInput where a seed is no whole number of at least 0."""
-    if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
-        raise BadInput(f"seed is {shown(seed)}", hint="give a whole number of at least 0")
-
-
-def _is_finite(value: object) -> bool:
-    try:
-        return not isinstance(value, bool) and isinstance(value, Real) and math.isfinite(value)
-    except OverflowError:  # a whole number of hundreds of digits
-        return False
 
 
 # ---- Which records are taken: refused where their numbers cannot be what they say, else with their doubts.

@@ -30,10 +30,10 @@ class ExamScores:
     answers: tuple[WorldScore, ...]
 
     def summary(self) -> str:
-        """The tables as Markdown."""
-        from ..reporting.exam import text
+        """The tables as plain text."""
+        from ..reporting.exam import summary
 
-        return text(self.scores, self.answers)
+        return summary(self.scores, self.answers)
 
     @extras_told()
     def to_dataframe(self) -> pd.DataFrame:
@@ -53,9 +53,9 @@ class ExamScores:
         ------
         BadInput : the folder cannot be written to.
         """
-        from ..reporting.exam import scores_csv
+        from ..reporting.exam import page, scores_csv
 
-        texts = (json_text(self.to_json()) + "\n", scores_csv(self.scores), self.summary())
+        texts = (json_text(self.to_json()) + "\n", scores_csv(self.scores), page(self.scores, self.answers))
         writers = {name: content_writer(text) for name, text in zip(self.files, texts, strict=True)}
         return write_together(Path(folder), writers)
 

@@ -14,6 +14,7 @@ from ..datasets.importing.result import Import, write_mapping
 from ..datasets.record import Record, is_side
 from ..models.argument_types import typed
 from ..models.errors import BadInput
+from ..models.result import Result
 from .arguments import listed
 
 if TYPE_CHECKING:
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class ImportDraft(Drafted):
+class ImportDraft(Drafted, Result):
     """What every column of a log is taken for, before it is imported.
 
     Questions are answered by `answer`, which gives a new draft; `import_log` imports the log where none is open.
@@ -39,6 +40,7 @@ class ImportDraft(Drafted):
     faults : what is wrong with the files.
     """
 
+    room = "importing"
     _outcome: Import | ImportFault
     _tables: tuple[RawTable, ...]
     _given: _Given
@@ -80,12 +82,6 @@ class ImportDraft(Drafted):
         """
         return raw_series(self._tables, self, table, column)
 
-    def summary(self) -> str:
-        """Columns, questions with the lines of their answers, and faults as text."""
-        from ..reporting.importing import draft_text
-
-        return draft_text(self.columns, self.questions, self.faults)
-
     def import_log(self) -> Import:
         """The log as records; BadInput where questions are open or the log cannot be records."""
         if isinstance(self._outcome, BadInput):
@@ -111,11 +107,6 @@ class ImportDraft(Drafted):
 
     def __repr__(self) -> str:
         return f"<ImportDraft of {len(self.columns)} columns, {len(self.questions)} open questions>"
-
-    def _repr_html_(self) -> str:
-        from ..reporting.importing import draft_notebook
-
-        return draft_notebook(self.columns, self.questions)
 
 
 @dataclass(frozen=True, eq=False)

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..models.argument_types import typed
 from ..models.errors import BadInput
 from ..models.memory import require_memory
-from .arguments import as_model, check_numbers, check_seed
+from .arguments import as_model
 
 if TYPE_CHECKING:
     from ..datasets.disturbances import Disturbance
@@ -65,8 +65,6 @@ def simulate(
     from ..datasets.manoeuvres import KINDS, parse_manoeuvre
     from ..datasets.sensors import parse_noise
 
-    check_seed(seed)
-    check_numbers(duration_s=duration_s, dt_s=dt_s)
     if isinstance(model, str) and model.partition(":")[0] in KINDS:
         raise BadInput(f"{model!r} is a manoeuvre, not a model", hint="first the vessel, then the manoeuvre")
     return record_run(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Callable, Generator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ..bench.execution import Limits
-    from ..bench.job_array import JobArray
-    from ..bench.kinds.base import Kind, RunSelection, Spec
+    from ..bench.kinds.base import Kind, RunSelection
     from ..bench.merging import MergeCounts
+    from ..bench.pool import Pool
     from ..bench.store import Store
     from ..bench.suites import Trust
     from ..reporting.leaderboard.board import Leaderboard
@@ -110,8 +110,6 @@ def run_suite(
     seed: int | None = None,
     jobs: int | None = None,
     scheduler: str | None = None,
-    array: str | None = None,
-    array_options: Mapping[str, str | int] | None = None,
     reuse: Sequence[str | PathLike[str]] = (),
     timeout_s: float | None = None,
     memory_gib: float | None = None,
@@ -130,12 +128,10 @@ def run_suite(
     vessels : only these vessels or measured sets.
     seeds : number of seeds, or of rounds of a diagnosis suite; None: the suite's.
     seed : seed from which a diagnosis suite draws its cases; None: a new one.
-    jobs : worker processes, at most one for each processor; or jobs of an array; None: one for each processor.
+    jobs : worker processes, at most one for each processor; None: one for each processor.
     scheduler : 'tcp://host:port' of a dask cluster to run on.
-    array : 'slurm' runs the suite as a job array of Slurm through submitit, 'local' as processes of this machine.
-    array_options : submitit's parameters of its executor, such as timeout_min or slurm_partition.
-    reuse : directories with results of earlier runs; those with the same content (method, options, task, sources,
-        data and versions) are taken from there.
+    reuse : directories with results of earlier runs of the same code and packages; those of the same method, options
+        and task are taken from there.
     timeout_s : seconds after which a run is ended and kept as a failed one; compiling kernels does not count.
     memory_gib : memory that the process of a run may allocate, GiB; Linux only.
     resume : continue a run that was interrupted, or start it where nothing was started.
@@ -154,10 +150,10 @@ def run_suite(
         found before anything is written.  Later, where the machine is at fault (a full disk, a lost cluster): what is
         finished is kept, and `resume` goes on.  Also code that is not trusted.
     """
+    from ..bench.cluster import cluster
     from ..bench.execution import UNLIMITED, Limits
-    from ..bench.job_array import CLUSTERS, JobArray
     from ..bench.kinds.base import RunSelection
-    from ..bench.pool import worker_count
+    from ..bench.pool import processes, worker_count
     from ..bench.store import MANIFEST
     from ..bench.suites import check_trust
 
@@ -174,14 +170,11 @@ def run_suite(
     if limits != UNLIMITED and scheduler:
         hint = "dask has its own: `dask worker --memory-limit`, and `--lifetime` with `--lifetime-restart`"
         raise BadInput("--timeout and --memory are for worker processes of this machine", hint=hint)
-    if scheduler and array:
-        raise BadInput("--scheduler and --array exclude each other")
-    if array is not None and array not in CLUSTERS:
-        raise BadInput(f"--array is {array!r}", hint=f"known: {', '.join(CLUSTERS)}")
-    if message is not None and not scheduler and not array and (jobs or 0) > worker_count(jobs):
+    if message is not None and not scheduler and (jobs or 0) > worker_count(jobs):
         message(f"{jobs} workers asked for, {worker_count(jobs)} processors here: {worker_count(jobs)} workers")
-    place = _runner(jobs, scheduler, JobArray(array, jobs, array_options or {}) if array else None, limits)
-    store = _execute(folder, given, resume, trust, [*map(Path, reuse)], place, not scheduler, progress, message)
+    place = cluster(scheduler) if scheduler else processes(jobs)
+    earlier = [*map(Path, reuse)]
+    store = _execute(folder, given, resume, trust, earlier, place, not scheduler, limits, progress, message)
     return SuiteResults(store.directory, store.manifest, tuple(run["row"] for run in store.runs))
 
 
@@ -213,15 +206,15 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
 
     Returns
     -------
-    Tables: `overall`, `by` (factor -> standings at each level), `cells` (a row a cell and method), `failures`.
+    Tables: `overall`, `cells` (a row a cell and method), `failures`.
 
     Raises
     ------
     BadInput : no run is finished, or the suite ranks no identification methods.
     """
     from ..bench.kinds import IDENTIFICATION
+    from ..bench.store import read_tables
     from ..reporting.leaderboard.board import build
-    from ..reporting.leaderboard.compact import read_compact
 
     found = results if isinstance(results, SuiteResults) else load_results(results)
     if found.manifest.get("kind", IDENTIFICATION) != IDENTIFICATION:
@@ -229,7 +222,7 @@ def leaderboard(results: SuiteResults | str | PathLike[str]) -> Leaderboard:
         raise BadInput(f"suite {found.suite} ranks no identification methods", file=found.directory, hint=hint)
     if not found.rows:
         raise BadInput("no run is finished yet", file=found.directory, hint="continue with run_suite(..., resume=True)")
-    return build(*read_compact(found.directory))
+    return build(*read_tables(found.directory))
 
 
 @typed
@@ -309,31 +302,15 @@ def _stored_selection(directory: Path) -> RunSelection:
     return RunSelection(stored.get("suite", "quick"), **lists, seeds=stored.get("seeds"), seed=stored.get("seed"))
 
 
-@contextmanager
-def _runner(
-    jobs: int | None, scheduler: str | None, array: JobArray | None, limits: Limits
-) -> Generator[Callable[[Sequence[Spec], Store, Callable[[dict[str, Any]], object]], None]]:
-    """Executes (specs, store, watch) in worker processes, on a dask cluster or in a job array, within limits."""
-    from ..bench import runner
-    from ..bench.cluster import cluster
-    from ..bench.job_array import run_array
-    from ..bench.pool import processes
-
-    if array is not None:
-        yield lambda specs, store, watch: run_array(specs, store, array, watch, limits)
-        return
-    with cluster(scheduler) if scheduler else processes(jobs) as pool:
-        yield lambda specs, store, watch: runner.run(specs, store, pool, watch, limits)
-
-
 def _execute(
     directory: Path,
     selection: RunSelection,
     resume: bool,
     trust: Trust,
     reuse: Sequence[Path],
-    place: AbstractContextManager[Callable[..., None]],
+    place: AbstractContextManager[Pool],
     here: bool,
+    limits: Limits,
     progress: bool,
     message: Callable[[str], object] | None,
 ) -> Store:
@@ -358,16 +335,15 @@ def _execute(
     if here:
         kind.check(specs)
     check_folders(reuse, kind)
-    with place as run:
+    with place as pool:
         opened = runner.resume_store(directory, suite, specs) if resume else None
         with opened or runner.open_store(directory, suite, selection, specs) as store:
             taken = take(specs, store, reuse)
             if reuse and message is not None:
                 message(f"{taken} of {len(specs)} runs are taken from earlier results")
-            todo = [spec for spec in specs if spec.key not in store.finished]
-            done = len(specs) - len(todo)
+            done = sum(spec.key in store.finished for spec in specs)
             with tqdm(total=len(specs), initial=done, unit="run", disable=not progress, file=sys.stderr) as bar:
-                run(todo, store, _watch(bar, kind))
+                runner.run(specs, store, pool, _watch(bar, kind), limits)
     return store
 
 

@@ -49,7 +49,6 @@ RECORDS = several(FILE, metavar="RECORD...")
 TYPES: Mapping[str, Any] = {
     **dict.fromkeys(("train", "held_out", "validate"), RECORDS),
     **dict.fromkeys(("table", "jobs", "max_effects"), WholeRange(min=1)),
-    "array": click.Choice(["slurm", "local"]),
     "base_parameters": click.Choice(["file", "identify"]),
     "causes": several(CAUSE, metavar="CAUSE..."),
     "channels": COMMAS,

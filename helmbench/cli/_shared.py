@@ -8,7 +8,6 @@ from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from shutil import get_terminal_size
 from typing import Any, ClassVar, ParamSpec, TypeVar
 
 import click
@@ -174,14 +173,13 @@ class Printer:
         plain: Callable[[], Any],
         text: Callable[[], str] | None = None,
         files: Iterable[Path] = (),
-        markdown: bool = False,
     ) -> None:
-        """Print the plain values, or the text and the files; `markdown`: tables are fitted to a terminal."""
+        """Print the plain values, or the text and the files."""
         if self.as_json:
             print_json(plain())
         elif not self.quiet:
             if text is not None:
-                show_text(text()) if markdown else echo(text())
+                echo(text())
             show_files(files)
 
 
@@ -212,13 +210,6 @@ def print_json(value: Any) -> None:
     echo(json_text(value))
 
 
-def show_text(markdown: str) -> None:
-    """Print Markdown; on a terminal its tables are fitted to the width."""
-    from ..reporting.terminal import fitted
-
-    echo(fitted(markdown, get_terminal_size().columns) if sys.stdout.isatty() else markdown)
-
-
 def show_files(paths: Iterable[Path]) -> None:
     """Say on standard error which files were written."""
     for path in paths:
@@ -246,16 +237,12 @@ def check_file(output: Path | None, force: bool = False) -> None:
 
     if output is None:
         return
-    if output.is_dir():
-        raise BadInput("is a directory", file=output, hint="give the name of a file with -o")
-    if not output.resolve().parent.is_dir():
-        raise BadInput("no such directory", file=output.parent)
+    if output.exists() and not output.is_file():
+        told = "is a directory" if output.is_dir() else "is a device or a pipe"
+        raise BadInput(told, file=output, hint="give the name of a file with -o")
+    _check_place(output.parent)
     if not force:
         refuse_existing([output])
-    if output.exists() and not output.is_file():
-        raise BadInput("is a device or a pipe", file=output, hint="give the name of a file with -o")
-    if not os.access(output.resolve().parent, os.W_OK):
-        raise BadInput("cannot be written to", file=output.parent, hint="give another place with -o")
 
 
 def check_folder(output: Path | None, names: Iterable[str] = (), force: bool = False) -> None:
@@ -267,9 +254,16 @@ def check_folder(output: Path | None, names: Iterable[str] = (), force: bool = F
         return
     if output.exists() and not output.is_dir():
         raise BadInput("is a file", file=output, hint="give a directory with -o")
-    if not output.exists() and not output.resolve().parent.is_dir():
-        raise BadInput("no such directory", file=output.parent)
-    if not os.access(output if output.exists() else output.resolve().parent, os.W_OK):
-        raise BadInput("cannot be written to", file=output, hint="give another place with -o")
+    _check_place(output if output.exists() else output.parent)
     if not force:
         refuse_existing(output / name for name in names)
+
+
+def _check_place(folder: Path) -> None:
+    """Refuse a directory that does not exist or cannot be written to."""
+    from .. import BadInput
+
+    if not folder.resolve().is_dir():
+        raise BadInput("no such directory", file=folder)
+    if not os.access(folder.resolve(), os.W_OK):
+        raise BadInput("cannot be written to", file=folder, hint="give another place with -o")

@@ -35,17 +35,13 @@ if TYPE_CHECKING:
 # ---- `helmbench run --suite NAME -o DIR`.
 
 
-RUN_OPTIONS = "suite methods vessels seeds seed jobs scheduler array reuse timeout_s memory_gib resume"
+RUN_OPTIONS = "suite methods vessels seeds seed jobs scheduler reuse timeout_s memory_gib resume"
 
 
 @command("run_suite", RUN_OPTIONS, Output(f"{RESULTS}  [default: out/SUITE]"))
-@click.option(
-    "--array-option", "array_options", multiple=True, help="Option of the jobs, e.g. timeout_min=240 (repeatable)."
-)
 @tuning_options
 @click.option("--trust", is_flag=True, help="Run code that the suite file, or the directory to resume, names.")
 def run(
-    array_options: tuple[str, ...],
     tuner: str | None,
     storage: str | None,
     trust: bool,
@@ -61,21 +57,11 @@ def run(
     found = run_suite(
         **asked,
         directory=output or Path("out", Path(asked["suite"] or QUICK).stem),
-        array_options=_named(array_options),
         trust=trust or (confirmed if sys.stdin.isatty() and sys.stderr.isatty() else False),
         progress=printer.progress,
         message=None if printer.hidden else lambda text: echo(text, err=True),
     )
     return _summarise(found, printer)
-
-
-def _named(texts: tuple[str, ...]) -> dict[str, str | int]:
-    """Options `name=value`; whole numbers are numbers."""
-    pairs = [text.partition("=") for text in texts]
-    wrong = next((text for text, (name, equal, _) in zip(texts, pairs, strict=True) if not (name and equal)), None)
-    if wrong is not None:
-        raise click.BadParameter(f"{wrong!r} is not name=value", param_hint="--array-option")
-    return {name: int(value) if value.isascii() and value.isdigit() else value for name, _, value in pairs}
 
 
 def _summarise(found: SuiteResults, printer: Printer) -> int:
@@ -109,7 +95,7 @@ def report(directory: Path, printer: Printer, **asked: Any) -> None:
     from .. import write_report
 
     written = write_report(directory, **asked)
-    printer.show(written.as_dict, lambda: written.overview, written.paths, markdown=True)
+    printer.show(written.as_dict, lambda: written.overview, written.paths)
 
 
 # ---- `helmbench compare A B`.
@@ -126,7 +112,7 @@ def compare(first: Path, second: Path, printer: Printer) -> None:
     from .. import compare_results
 
     found = compare_results(first, second)
-    printer.show(found.to_json, found.summary, markdown=True)
+    printer.show(found.to_json, found.summary)
 
 
 # ---- `helmbench merge SOURCE TARGET`.
@@ -145,8 +131,6 @@ def merge(source: Path, target: Path, trust: bool, printer: Printer, **asked: An
     known = f"{found.known} were there already, {found.recomputed} were computed again and agree"
     told = [f"{found.added} runs added; {known}; sample of seed {found.seed} (--seed {found.seed} draws it again)"]
     told += [f"not verified: {why}" for why in found.not_computable]
-    if found.forged and found.recomputed < found.added:
-        told += [f"had {found.forged} of them been forged, the sample would have held one with a probability of 95 %"]
     printer.show(lambda: vars(found), lambda: "\n".join([*told, f"next: helmbench report {target}"]))
 
 
@@ -166,7 +150,7 @@ def advice(board: Path, output: Path, printer: Printer, **asked: Any) -> None:
     from .. import check_advice
 
     found = check_advice(board, directory=output, **asked, progress=printer.progress)
-    printer.show(found.to_json, found.summary, found.paths, markdown=True)
+    printer.show(found.to_json, found.summary, found.paths)
 
 
 # ---- `helmbench exam make|answer|score`.
@@ -223,7 +207,7 @@ def score(folder: Path, submissions: tuple[Path, ...], key: Path, output: Path |
 
     found = score_exam(folder, submissions, key)
     paths = found.write(output) if output is not None else ()
-    printer.show(found.to_json, found.summary, markdown=True)
+    printer.show(found.to_json, found.summary)
     if not printer.quiet:
         show_files(paths)
 

@@ -14,6 +14,7 @@ from typing import Any
 from unicodedata import category
 
 from ..models.errors import HIDDEN, BadInput
+from .recipes import Recipe
 from .tasks import READING_STEPS, steps_of
 from .workers import UNFINISHED, Job, Workers
 
@@ -299,20 +300,11 @@ class Projects:
         shutil.copy(reading / "log.map.yaml", out)
         if model.startswith(MODEL_FILE):
             model = str(shutil.copy(project.file(MODELS, model.removeprefix(MODEL_FILE)), out))
-        arguments = {
-            "kind": kind,
-            "model": model,
-            "method": method,
-            "records": [str(reading / f"{place}.parquet") for place in range(len(project.log["records"]))],
-            "parts": [part for part in project.parts if part["role"] in ("train", "held_out")],
-            "recipe": {
-                "logs": tuple(project.logs()),
-                "mapping": "log.map.yaml",
-                "records": tuple(record["name"] for record in project.log["records"]),
-                "positive_rudder": project.positive_rudder,
-            },
-            "out": str(out),
-        }
+        parts = tuple(part for part in project.parts if part["role"] in ("train", "held_out"))
+        logs, side = tuple(project.logs()), project.positive_rudder
+        recipe = Recipe(kind, Path(model).name, method, logs, "log.map.yaml", side, parts)
+        records = [str(reading / f"{place}.parquet") for place in range(len(project.log["records"]))]
+        arguments = {"recipe": recipe, "model": model, "records": records, "out": str(out)}
 
         def keep(told: dict[str, Any]) -> None:
             files = sorted(path.relative_to(out).as_posix() for path in out.rglob("*") if path.is_file())

@@ -16,8 +16,9 @@ COMMANDS, NOTEBOOK = "commands.sh", "notebook.ipynb"
 class Recipe:
     """What a result was made from.
 
-    logs : names of the files;  mapping : name of the mapping's file;  records : names of the records of the logs;
-    positive_rudder : side that the user stated;  parts : `record` (its place), `name`, `from` and `to` in s, `role`.
+    model : an identifier, or the name of a file beside the result;  logs : names of the files;  mapping : name of the
+    mapping's file;  positive_rudder : side that the user stated;  parts : `record` (its place), `name`, `from` and `to`
+    in s, `role`.
     """
 
     kind: str
@@ -25,7 +26,6 @@ class Recipe:
     method: str
     logs: tuple[str, ...]
     mapping: str
-    records: tuple[str, ...]
     positive_rudder: str | None
     parts: tuple[Mapping[str, Any], ...]
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from .. import ImportDraft
     from ..datasets.record import Record
+    from .recipes import Recipe
 
 TAKE_TIME = ("numba", "scipy.signal", "..reporting.open.views")
 """Modules that the tasks need: imported while there is none, so that the next begins at once."""
@@ -204,20 +205,10 @@ def _stored(records: Sequence[Record], out: Path) -> dict[str, Any]:
 # ------------------------------------------------------------------------------------------------ analyses
 
 
-def analyse(
-    kind: str,
-    model: str,
-    method: str,
-    records: Sequence[str],
-    parts: Sequence[Mapping[str, Any]],
-    recipe: Mapping[str, Any],
-    out: str,
-    stage: Stage,
-) -> dict[str, Any]:
+def analyse(recipe: Recipe, model: str, records: Sequence[str], out: str, stage: Stage) -> dict[str, Any]:
     """Check, identify or diagnose, and write all files of it into `out`.
 
-    records : paths of the records.  parts : their `record`, `name`, `from` and `to` in s, and `role`.  recipe : what
-    the commands and the notebook need besides (`recipes`).
+    recipe : what is asked of what.  model : its model, a path where that is a file.  records : paths of the records.
 
     Returns
     -------
@@ -228,25 +219,23 @@ def analyse(
     from . import recipes
 
     stage("cutting the records")
-    cut = [(part, cut_part(records[int(part["record"])], part)) for part in parts]
+    cut = [(part, cut_part(records[int(part["record"])], part)) for part in recipe.parts]
     train = [record for part, record in cut if part["role"] == "train"]
     held_out = [record for part, record in cut if part["role"] == "held_out"]
     if not train:
         raise BadInput("no part is for training", hint="mark one at least")
     with warnings.catch_warnings(record=True) as told:
         warnings.simplefilter("always")
-        found = RUNS[kind](train, held_out, model, method, stage)
+        found = RUNS[recipe.kind](train, held_out, model, recipe.method, stage)
     stage("drawing the result")
     folder = Path(out)
     found.write(folder)
     view = view_of(page_of(found))
     _write_parts(folder / RECORDS, cut)
-    view = view | {"kind": kind, "told": [*view["told"], *dict.fromkeys(_doubts(told))]}
+    view = view | {"kind": recipe.kind, "told": [*view["told"], *dict.fromkeys(_doubts(told))]}
     (folder / VIEW).write_text(json.dumps(plain(view), allow_nan=False), "utf-8")
-    recipes.write(
-        folder, recipes.Recipe(kind=kind, model=Path(model).name, method=method, parts=tuple(parts), **recipe)
-    )
-    return {name: view[name] for name in ("kind", "tone", "label", "sentence")} | {"model": Path(model).name}
+    recipes.write(folder, recipe)
+    return {name: view[name] for name in ("kind", "tone", "label", "sentence")} | {"model": recipe.model}
 
 
 def cut_part(path: str, part: Mapping[str, Any]) -> Record:

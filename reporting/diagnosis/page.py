@@ -14,12 +14,12 @@ from ..page import (
     GOOD,
     Block,
     Drawing,
-    Pairs,
     Section,
     Verdict,
     equation_parts,
     items,
     overlays,
+    pairs,
     result_page,
     sides,
 )
@@ -67,7 +67,7 @@ def page(diagnosis: Diagnosis) -> Page:
             Section("Errors of every record", (error_table(diagnosis), error_drawing(diagnosis))),
             *_ahead(diagnosis),
             each,
-            Section("Made with", (Pairs(tuple(words.facts(diagnosis))),)),
+            Section("Made with", (pairs(words.facts(diagnosis)),)),
         ],
         doubts=diagnosis.doubts,
     )
@@ -85,7 +85,7 @@ def _changed(diagnosis: Diagnosis) -> list[Block]:
     if not diagnosis.extends:
         return ["The model stays as it is."]
     causes = items([_finding(diagnosis, finding) for finding in diagnosis.causes])
-    return [causes, equation_parts(diagnosis.extended, diagnosis.model)[0], Pairs(tuple(instrument_rows(diagnosis)))]
+    return [causes, equation_parts(diagnosis.extended, diagnosis.model)[0], pairs(instrument_rows(diagnosis))]
 
 
 def _finding(diagnosis: Diagnosis, finding: Finding) -> tuple[str, ...]:
@@ -107,7 +107,7 @@ def _remains(diagnosis: Diagnosis) -> list[Block]:
     model can be trusted."""
     trusted = [] if diagnosis.ahead is None else [f"{line}." for line in explained_lines(diagnosis.ahead)]
     hint = "None of the known causes: the sparse term that fits best. Use it as a hint only."
-    hypothesis = [hint, Pairs(tuple(words.hypothesis(diagnosis)))] if diagnosis.hypothesis else []
+    hypothesis = [hint, pairs(words.hypothesis(diagnosis))] if diagnosis.hypothesis else []
     forces = items([words.remaining(force) for force in diagnosis.remaining])
     return [forces, *force_drawings(diagnosis), *hypothesis, items(trusted)]
 

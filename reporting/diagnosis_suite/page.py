@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
-
-import numpy as np
 
 from ...bench.kinds.diagnosis.judge import LEVEL, POWER
 from ...bench.kinds.diagnosis.plan import ORACLE
@@ -17,7 +15,7 @@ from ...bench.store import read_manifest, read_tables
 from ...models.errors import BadInput
 from .. import media, tables
 from ..numbers import MISSING, interval, percent
-from ..page import FAIR, GOOD, Drawing, Note, Page, Pairs, Section, Verdict, result_page
+from ..page import FAIR, GOOD, Drawing, Note, Page, Section, Verdict, pairs, result_page
 from ..plots import legend_beside, svg
 from ..report import Report, environment_rows, reservations, write_files
 from ..runs import WIDTH
@@ -73,7 +71,7 @@ def write_report(directory: str | Path) -> Report:
     paths = write_files(directory, texts)
     whole = board.table()
     standings = tuple(whole[whole["scope"] == "all"].drop(columns=["scope", "group"]).to_dict("records"))
-    told = f"Suite {manifest['suite']}, {headline(manifest, cases)}\n\n{tables.markdown(rate_table(board))}"
+    told = f"Suite {manifest['suite']}, {headline(manifest, cases)}\n\n{tables.console(rate_table(board), fit=True)}"
     return Report(texts["diagnosis.md"], told, paths, len(cases) >= manifest["planned"], standings)
 
 
@@ -93,7 +91,7 @@ def page(manifest: Mapping[str, Any], cases: Frame, board: Board) -> Page:
             Section("Power by non-centrality", (power_table(board),)),
             Section("Failed, not applicable", (make_table(FAILED, board.failures.to_dict("records")),)),
             Section("How to read it", (READING,)),
-            Section("Made with", (Pairs(tuple(facts(manifest))),)),
+            Section("Made with", (pairs(facts(manifest)),)),
         ],
         titles=("Rates", "Power", "Confusion", "Sizes"),
     )
@@ -227,34 +225,25 @@ FAILED = tuple(map(field, ("status", "method", "group", "vessel", "injected", "r
 
 def drawings(board: Board) -> list[Drawing]:
     """Power curves, calm and in gusts, a line per method."""
-    found = []
-    for weather, part in board.power.groupby("weather", sort=True):
-        series = {str(method): _points(own.to_dict("records")) for method, own in part.groupby("method", sort=True)}
-        caption = "In gusts" if weather == "gusts" else "Calm"
-        found.append(Drawing(f"power-{weather}", caption, partial(rate_curves, series)))
-    return found
+    parts = board.power.groupby("weather", sort=True)
+    captions = {"gusts": "In gusts", "calm": "Calm"}
+    return [Drawing(f"power-{name}", captions[str(name)], partial(rate_curves, own)) for name, own in parts]
 
 
-def _points(rows: Sequence[Mapping[str, Any]]) -> list[tuple[float, float, float, float]]:
-    return [(row["middle"], row["value"], row["low"], row["high"]) for row in rows]
+def rate_curves(power: Frame) -> str:
+    """An SVG file of a line per method through the rates at their non-centralities, with the bars of their intervals.
 
-
-def rate_curves(series: Mapping[str, Sequence[tuple[float, float, float, float]]]) -> str:
-    """An SVG file of a line per name through (x, rate, low, high) with bars, x > 0 on a logarithmic axis, rates 0 .. 1.
-
-    Bars of different names are moved apart a little.  Returns an empty text where there are no points.
+    Bars of different methods are moved apart a little.
     """
-    if not any(series.values()):
-        return ""
 
     def draw(figure) -> None:
         from matplotlib.ticker import PercentFormatter
 
         axes = figure.subplots()
-        for place, (name, points) in enumerate(series.items()):
-            x, rate, low, high = np.reshape(points, (-1, 4)).T
-            ends = [rate - low, high - rate]
-            axes.errorbar(x * 1.03**place, rate, ends, marker="o", markersize=4, elinewidth=0.8, capsize=2, label=name)
+        for place, (name, own) in enumerate(power.groupby("method", sort=True)):
+            ends = [own["value"] - own["low"], own["high"] - own["value"]]
+            style = {"marker": "o", "markersize": 4, "elinewidth": 0.8, "capsize": 2, "label": name}
+            axes.errorbar(own["middle"] * 1.03**place, own["value"], ends, **style)
         axes.set(xscale="log", xlabel="non-centrality", ylim=(-0.03, 1.03))
         axes.yaxis.set_major_formatter(PercentFormatter(1.0))
         legend_beside(axes)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..numbers import interval, p_value
-from ..tables import Column, Table, field, html, make_table, markdown, numeric
+from ..tables import Column, Table, console, field, html, make_table, numeric
 from .board import build
 from .equivalence import holm, log_ratios, signed_rank
 from .standings import CELL, FLOOR, Frame, bootstrap_interval
@@ -41,12 +41,10 @@ class Changes:
     only_second: int
 
     def summary(self) -> str:
-        """The tables as Markdown."""
-        parts = [f"{self.only_first} problems and methods only in the first, {self.only_second} only in the second."]
-        for table in (self.table(), self.status_table()):
-            if table.rows:
-                parts += ["", f"{table.title}:", "", markdown(table)]
-        return "\n".join(parts)
+        """The tables as plain text."""
+        told = f"{self.only_first} problems and methods only in the first, {self.only_second} only in the second."
+        both = [one for one in (self.table(), self.status_table()) if one.rows]
+        return "\n\n".join([told, *(f"{one.title}:\n{console(one, fit=True)}" for one in both)])
 
     def table(self) -> Table:
         """Ratios second / first by method and figure."""

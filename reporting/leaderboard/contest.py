@@ -33,8 +33,6 @@ DIMENSIONS = {
 }
 """What a problem is chosen by -> its title."""
 KINDS = {"zigzag": "zigzags", "turn": "turns", "sine": "sines", "steps": "rudder steps", "prbs": "random steps"}
-MOST_SEEDS, MOST_VALUES = 10, 60_000
-"""Errors of single seeds are kept up to this number of seeds and of errors altogether, else only their medians."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +46,7 @@ class Contest:
     errors : (P, M), medians over seeds.
     runs : (P, M, S), errors of single seeds, nan where there is none.
     times : (P, M), median CPU time of a fit, s: it depends less than wall time on what else the machine does.
-    failed, diverged, absent : (P, M), numbers of runs that failed, diverged and were not applicable.
+    counts : (P, M, 3), numbers of runs that failed, diverged and were not applicable.
     criterion : of `CRITERIA`.
     """
 
@@ -57,9 +55,7 @@ class Contest:
     errors: np.ndarray
     runs: np.ndarray
     times: np.ndarray
-    failed: np.ndarray
-    diverged: np.ndarray
-    absent: np.ndarray
+    counts: np.ndarray
     criterion: str
 
     def where(self, chosen: Mapping[str, str]) -> Contest:
@@ -71,8 +67,7 @@ class Contest:
 
     def kept(self, problems: np.ndarray) -> Contest:
         """The problems where the mask (P,) is true."""
-        names = ("errors", "runs", "times", "failed", "diverged", "absent")
-        arrays = {name: getattr(self, name)[problems] for name in names}
+        arrays = {name: getattr(self, name)[problems] for name in ("errors", "runs", "times", "counts")}
         return replace(self, problems=self.problems[problems].reset_index(drop=True), **arrays)
 
     def ranks(self) -> np.ndarray:
@@ -129,17 +124,14 @@ def contest(cells: Frame, runs: Frame, criterion: str = "prediction") -> Contest
         found[row, place] = np.asarray(values, dtype=float)
         return found
 
-    errors = filled(_rounded(cells[column]), np.nan)
     singles = _single_runs(runs, problems, methods, MEDIANS[column], shape)
     return Contest(
         methods,
         problems,
-        errors if singles is None else medians(singles),
-        errors[:, :, None] if singles is None else singles,
+        medians(singles),
+        singles,
         filled(significant(cells["cpu_s"], 3), np.nan),
-        filled(cells["failed"], 0.0).astype(int),
-        filled(cells["diverged"], 0.0).astype(int),
-        filled(cells["not_applicable"], 0.0).astype(int),
+        np.stack([filled(cells[name], 0.0) for name in ("failed", "diverged", "not_applicable")], axis=2).astype(int),
         criterion,
     )
 
@@ -150,7 +142,7 @@ def described(cells: Frame, runs: Frame) -> Frame:
     channels = _scored(runs).rename("channels")
     problems = problems.merge(channels, left_on=CELL, right_index=True, how="left")
     suites = runs.drop_duplicates(CELL)[[*CELL, "suite"]]  # a problem that several suites have counts in the first
-    problems = problems.merge(suites, on=CELL, how="left") if len(runs) else problems.assign(suite="all")
+    problems = problems.merge(suites, on=CELL, how="left")
     texts = {
         "excitation": problems["train"].astype(str).map(excitation),
         "predicted": problems["held_out"].astype(str).map(predicted),
@@ -195,11 +187,7 @@ def sampling(thinning: int, length: float) -> str:
 
 
 def _scored(runs: Frame) -> Any:
-    """Text of the channels that are scored in a cell, a series over cells; empty without runs."""
-    import pandas as pd
-
-    if runs.empty:
-        return pd.Series([], index=pd.MultiIndex.from_frame(runs[CELL]), dtype="str")
+    """Text of the channels that are scored in a cell, a series over cells."""
     columns = {f"r2_free_{name}": shown_name(name) for name in PREDICTED}
     extra = [name for name in ("r2_free_north_m", "r2_free_east_m") if name in runs]
     known = runs[[*columns, *extra]].notna().groupby([runs[name] for name in CELL], observed=True).any()
@@ -220,13 +208,8 @@ def _numbered(frame: Frame, problems: Frame, methods: Sequence[str]) -> tuple[np
 
 def _single_runs(
     runs: Frame, problems: Frame, methods: Sequence[str], column: str, shape: tuple[int, int]
-) -> np.ndarray | None:
-    """Errors (P, M, S) of the seeds, in the order of the seeds; None where there are too many."""
-    if runs.empty:
-        return None
-    seeds = int(runs.groupby([*CELL, "label"], observed=True).size().max())
-    if seeds > MOST_SEEDS or len(runs) > MOST_VALUES:
-        return None
+) -> np.ndarray:
+    """Errors (P, M, S) of the seeds, in the order of the seeds."""
     row, place = _numbered(runs, problems, methods)
     known = {seed: n for n, seed in enumerate(sorted(runs["seed"].unique()))}
     found = np.full((*shape, len(known)), np.nan)

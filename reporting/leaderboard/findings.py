@@ -135,7 +135,7 @@ def _other_models(of: Leaderboard) -> list[str | None]:
     """Grey against black box where the grey box cannot be exact, and what a simpler model costs the first method on
     the vessels that were fitted with both."""
     board = of.contest
-    own, vessels = of_own_models(board.problems, of.estimates), board.problems["vessel"].astype(str)
+    own, vessels = of_own_models(board.problems, of.parameters), board.problems["vessel"].astype(str)
     boxes = None if own.all() else grey_black_sentence(board.kept(~own), "Where the fitted model is not the ship's own")
     first, both = _first(board), sorted(set(vessels[own]) & set(vessels[~own]))
     if first is None or not both:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...bench.store import read_manifest
+from ...bench.store import read_manifest, read_tables
 from ...bench.traces import read_traces
 from ...models.errors import BadInput
 from .. import tables
@@ -17,16 +17,13 @@ from ..templating import render
 from . import standings
 from .answer import answer, stability_sentences
 from .board import Leaderboard, build
-from .compact import read_compact
 from .contest import RankedMethod
 from .findings import grey_black_sentence
 from .page_data import as_script, page_data
 from .standings import COVERAGE, Frame
 from .tables import (
     TIME,
-    ahead_table,
     failure_table,
-    matrices,
     overall_table,
     record_table,
     uncertainty_table,
@@ -52,7 +49,7 @@ MEANING = (
 
 
 def overview(ended: str, board: Leaderboard) -> str:
-    """Plain text with one table, whose bars let a narrow terminal leave columns out.
+    """Plain text with one table, of which a narrow terminal leaves columns out.
 
     Parameters
     ----------
@@ -61,7 +58,7 @@ def overview(ended: str, board: Leaderboard) -> str:
     ranking = make_table(RANKING, board.overall.to_dict("records"))
     places = board.contest.order()
     told = "\n".join([MEANING, *_coverage(places), *_lost(places)])
-    return "\n\n".join([ended, answer(board.contest), tables.markdown(ranking), told])
+    return "\n\n".join([ended, answer(board.contest), tables.console(ranking, fit=True), told])
 
 
 def _coverage(places: Sequence[RankedMethod]) -> list[str]:
@@ -97,9 +94,7 @@ READING = (
     f"seed {standings.BOOTSTRAP_SEED}. Efficiency: Cramer-Rao variance (rudder exactly known) over mean squared "
     f"error, from {standings.EFFICIENCY_SEEDS} seeds on. A failed run ranks last and counts as an infinite error, a "
     "diverged run as an infinite prediction error; runs that are not applicable are counted, not ranked. Time: CPU "
-    "time of a fit. Medians are over the cells in which methods are compared, or over all cells where there are none. "
-    "Levels of a factor are "
-    "compared over the same other conditions; the best value of a column is in bold type."
+    "time of a fit. Medians are over the cells in which methods are compared, or over all cells where there are none."
 )
 
 
@@ -112,16 +107,15 @@ def write_report(directory: str | Path) -> Report:
     """
     directory = Path(directory)
     manifest = read_manifest(directory)
-    results, parameters = read_compact(directory)
+    results, parameters = read_tables(directory)
     if results.empty:
         raise BadInput("no run is finished yet", file=directory, hint="continue with helmbench run --resume")
     board = build(results, parameters)
-    del parameters  # some gigabytes where there are millions
     data = as_script(page_data(board, read_traces(directory)))
     shown = shown_of(manifest, results, board)
     texts = {
         "leaderboard.md": markdown(shown, board),
-        "leaderboard.csv": tables.csv(tables.from_frame(board.table())),
+        "leaderboard.csv": tables.csv(tables.from_frame(board.overall)),
         "leaderboard.html": html(shown, data),
     }
     paths = write_files(directory, texts)
@@ -139,9 +133,7 @@ def shown_of(manifest: Mapping[str, Any], results: Frame, board: Leaderboard) ->
         "statements": statements(board),
         "overall": overall_table(board.overall),
         "tuners": tuner_table(board.contest),
-        "ahead": ahead_table(results),
         "by_record": record_table(results),
-        "matrices": matrices(board.overall, board.by),
         "uncertainty": uncertainty_table(results),
         "failures": failure_table(board.failures),
         "reading": READING,
@@ -154,9 +146,8 @@ def markdown(shown: Mapping[str, Any], board: Leaderboard) -> str:
     parts = [f"# Leaderboard: suite {tables.in_markdown(shown['suite'])}", shown["headline"]]
     parts += [f"**{tables.in_markdown(line)}**" for line in answer(board.contest).splitlines()]
     parts += map(tables.in_markdown, shown["statements"])
-    first, rest = ("overall", "tuners", "ahead"), ("uncertainty", "failures")
-    every = [*(shown[name] for name in first), *shown["matrices"], *(shown[name] for name in rest)]
-    parts += [part for table in every for part in tables.section(table)]
+    every = ("overall", "tuners", "uncertainty", "failures")
+    parts += [part for name in every for part in tables.section(shown[name])]
     made_with = tables.listed(shown["environment"])
     return "\n\n".join([*parts, "## How to read it", READING, "## Made with", made_with]) + "\n"
 

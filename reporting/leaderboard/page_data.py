@@ -16,8 +16,8 @@ import numpy as np
 from ...bench.kinds.identification.plan import AS_MEASURED
 from ...models.model import list_vessels
 from .board import Leaderboard
-from .contest import CRITERIA, DIMENSIONS, MOST_VALUES, Contest, contest, levels
-from .standings import CASES, CELL, Frame
+from .contest import CRITERIA, DIMENSIONS, Contest, contest, levels
+from .standings import CASES, CELL, Frame, labels
 
 ALPHABET = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-_"
 GAP, MOST_CODE = 4095, 4094
@@ -26,17 +26,11 @@ MOST_TRACE_CHARACTERS = 3_500_000
 BUDGETS_S = {"0.1 s": 0.1, "1 s": 1.0, "10 s": 10.0, "1 min": 60.0, "10 min": 600.0}
 MEASURED = "measured"
 """The suite whose answer the page gives beside that of its first suite, for cases that the first one lacks."""
-COARSER = ("held_out", "length", "thinning", "train", "disturbance", "model", "vessel")
-"""Columns of a cell that are put together, one after the other, where there are too many cells for a page."""
 
 
 def page_data(own: Leaderboard, traces: Sequence[Mapping[str, Any]], suite: str = "") -> dict[str, Any]:
     """Everything that the page's script needs, as plain values; `suite` is the one that the page shows first."""
-    coarse, together = coarsened(own.cells)
-    runs, estimates = own.runs, own.estimates
-    if together:
-        runs, estimates = runs[:0], estimates[:0]
-    boards = {name: contest(coarse, runs, name) for name in CRITERIA}
+    boards = {name: contest(own.cells, own.runs, name) for name in CRITERIA}
     board = boards["prediction"]
     return {
         "methods": list(board.methods),
@@ -46,14 +40,11 @@ def page_data(own: Leaderboard, traces: Sequence[Mapping[str, Any]], suite: str 
         "cases": list(CASES),
         "caseOf": [CASES.index(case) for case in board.problems["case"]],
         "elsewhere": _elsewhere(board, suite),
-        "together": together,
         "errors": {name: errors(own) for name, own in boards.items() if np.isfinite(own.errors).any()},
         "times": [[_plain(value) for value in row] for row in board.times],
-        "counts": [
-            [int(own) for own in row] for row in board.failed + 1000 * board.diverged + 1_000_000 * board.absent
-        ],
+        "counts": (board.counts @ [1, 1000, 1_000_000]).tolist(),
         "budgets": _budgets(board),
-        "runs": {} if together else stored_runs(board, estimates, traces),
+        "runs": stored_runs(board, own.parameters, traces),
     }
 
 
@@ -68,23 +59,6 @@ def as_script(data: Mapping[str, Any]) -> str:
     """JSON that can stand in a `<script>` element."""
     text = json.dumps(data, separators=(",", ":"), allow_nan=False, ensure_ascii=False)
     return text.replace("<", "\\u003c").replace("\u2028", "\\u2028").replace("\u2029", "\\u2029")
-
-
-def coarsened(cells: Frame) -> tuple[Frame, list[str]]:
-    """The cells, put together by medians over as few columns as needed for `MOST_VALUES`; the columns."""
-    together: list[str] = []
-    for name in COARSER:
-        if len(cells) <= MOST_VALUES:
-            break
-        together.append(name)
-        keys = [key for key in CELL if key not in together]
-        numbers = ["rel_error", "nrmse", "cpu_s"]
-        counts = ["failed", "diverged", "not_applicable"]
-        groups = cells.groupby([*keys, "label"], observed=True, sort=False)
-        how = dict.fromkeys(numbers, "median") | dict.fromkeys(counts, "sum") | {"case": "first"}
-        cells = groups.agg(how).reset_index()
-        cells = cells.assign(**{key: 1.0 if key == "length" else 1 if key == "thinning" else "all" for key in together})
-    return cells, together
 
 
 def dimensions(board: Contest) -> list[dict[str, Any]]:
@@ -123,7 +97,7 @@ def errors(board: Contest) -> list[list[Any]]:
     ]
 
 
-def stored_runs(board: Contest, estimates: Frame, traces: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+def stored_runs(board: Contest, parameters: Frame, traces: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     """Problem -> its truth and, by method, curves and estimates; as many of the best methods as there is room for."""
     number = {tuple(row): i for i, row in enumerate(board.problems[CELL].itertuples(index=False, name=None))}
     methods = {method: i for i, method in enumerate(board.methods)}
@@ -138,7 +112,7 @@ def stored_runs(board: Contest, estimates: Frame, traces: Sequence[Mapping[str, 
             own = found.setdefault(str(problem), {"methods": {}})
             log = _log(entry["trace"])
             own["methods"][str(method)] = {"curves": _residuals(own, entry["trace"])} | ({"log": log} if log else {})
-    _add_estimates(found, board, estimates)
+    _add_estimates(found, board, parameters)
     return _within(found, board)
 
 
@@ -189,10 +163,11 @@ def _log(trace: Mapping[str, Any]) -> dict[str, Any] | None:
     return {"time": [_short(value) for value in trace["log"]["time_s"]], "values": found} if found else None
 
 
-def _add_estimates(found: dict[str, Any], board: Contest, estimates: Frame) -> None:
+def _add_estimates(found: dict[str, Any], board: Contest, parameters: Frame) -> None:
     """Estimates of the first seed with their standard errors, and the truth, into the problems that have curves."""
     cells = board.problems[CELL].iloc[sorted(map(int, found))].assign(_problem=sorted(map(int, found)))
-    first = estimates[estimates["first_seed"]].merge(cells, on=CELL)
+    first = parameters[parameters["seed"] == 0].merge(cells, on=CELL)
+    first = first.assign(label=labels(first)).sort_values("parameter", kind="stable")
     methods = {method: i for i, method in enumerate(board.methods)}
     for (problem, label), rows in first.groupby(["_problem", "label"], observed=True, sort=False):
         own = found[str(problem)]
@@ -205,7 +180,7 @@ def _add_estimates(found: dict[str, Any], board: Contest, estimates: Frame) -> N
             own["parameters"] = [list(pair) for pair in zip(names, units, strict=True)]
             own["true"] = [_short(value) for value in rows["true"]]
             own["kind"] = str(kind.iloc[0]) if len(kind) else ""
-        pairs = zip(rows["first_estimate"], rows["first_stderr"], strict=True)
+        pairs = zip(rows["estimate"], rows["stderr"], strict=True)
         entry["estimates"] = [[_short(v), _short(s)] for v, s in pairs]
 
 

@@ -171,7 +171,7 @@ def told(main: Leaderboard, every: Leaderboard, tuning: Contest | None) -> list[
     return [
         *findings(main, every),
         *([(stated, command("default"))] if stated else []),
-        *(beyond(Leaderboard(generalise, every.estimates).contest) if len(generalise) else []),
+        *(beyond(Leaderboard(generalise, every.parameters).contest) if len(generalise) else []),
         *((own.sentence(), command(tuners.SUITE)) for own in (tuners.budgets(tuning) if tuning else [])),
     ]
 

@@ -11,10 +11,6 @@ A failed run has an infinite error and so ranks last; a diverged one has an infi
 not applicable is not ranked but counted.  Errors that agree to `DIGITS` digits, or are below `FLOOR`, are equal:
 rounding decides no rank.  Medians are taken over seeds, then over cells; their intervals are percentile bootstraps
 over cells from a fixed seed.
-
-The levels of a factor (noise, wind, manoeuvres, ...) are compared over the same other conditions: only blocks of cells
-that were run at the most levels are taken, so that no level has large errors only because of the vessels that it was
-run with.
 """
 
 from __future__ import annotations
@@ -30,8 +26,6 @@ Series: TypeAlias = Any
 """pandas frames and series, which are imported only where they are made."""
 
 CELL = ["vessel", "model", "train", "held_out", "noise", "disturbance", "thinning", "length"]
-FACTORS = ("noise", "disturbance", "thinning", "length", "train", "held_out", "model", "vessel")
-"""Columns of `CELL` by whose values standings are given, in this order."""
 CASES = ("equations known", "equations unknown", "measured ships")
 """What is known of the ship: its own equations are fitted, others are, or its records are measured."""
 CRITERIA = {"rank_parameters": "rel_error", "rank_prediction": "nrmse"}
@@ -52,27 +46,26 @@ STATUSES = ("ok", "failed", "not_applicable")
 PREDICTED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s")
 FLOOR, DIGITS = 1e-6, 5
 BOOTSTRAP_SEED, BOOTSTRAP_DRAWS, LEVEL = 20240, 2000, 0.95
-MOST_DRAWN_FROM = 200
-"""Values of which a median's interval is drawn; of more it is taken from their order statistics."""
 COVERAGE = 0.9
 """Methods compared in a smaller share of the problems than this stand below the others."""
 EFFICIENCY_SEEDS = 3
 """Least number of seeds from which an efficiency is estimated."""
 
 STANDING_COLUMNS = [
-    *("scope", "group", "method", "mean_rank", *CRITERIA, "cells"),
+    *("method", "mean_rank", *CRITERIA, "cells"),
     *(f"{name}{end}" for name in CRITERIA.values() for end in ("", "_low", "_high")),
     *("rmse_yaw_rate_rad_s", "r2_yaw_rate", "rmse_heading_rad", "r2_heading", "efficiency"),
     *("diverged", "failed", "not_applicable", "ok", "runs", "wall_s", "cpu_s", "peak_memory_mib"),
 ]
 
 
-def judged(results: Frame, estimates: Frame) -> Frame:
+def judged(results: Frame, parameters: Frame) -> Frame:
     """Runs with `label`, `case`, `parameter_error` and `prediction_error`; nan where a criterion does not apply."""
     runs = results.copy()
     runs["label"] = labels(runs)
-    has_truth = of_own_models(runs, estimates)
-    runs["case"] = _cases(runs, has_truth)
+    has_truth = of_own_models(runs, parameters)
+    measured = runs["measured"].eq(True).to_numpy(dtype=bool)
+    runs["case"] = np.array(CASES)[np.where(measured, 2, np.where(has_truth, 0, 1))]
     failed, absent = (runs["status"] == "failed").to_numpy(), (runs["status"] == "not_applicable").to_numpy()
     error = runs["rel_error_median"].to_numpy(dtype=float, na_value=np.nan)
     runs["parameter_error"] = np.where(has_truth & ~absent, np.where(failed, np.inf, error), np.nan)
@@ -95,24 +88,13 @@ def _worst_where(lost: np.ndarray, runs: Frame) -> dict[str, Series]:
     return found
 
 
-def _cases(runs: Frame, own: np.ndarray) -> Any:
-    """Case of `CASES` of every run (n,), as categories; runs that were stored without it are measured by their set."""
-    import pandas as pd
-
-    from ...datasets.measured_sets import DATASETS
-
-    told = runs["measured"].eq(True).to_numpy(dtype=bool) if "measured" in runs else np.zeros(len(runs), dtype=bool)
-    measured = told | runs["vessel"].isin(list(DATASETS)).to_numpy(dtype=bool)
-    return pd.Categorical.from_codes(np.where(measured, 2, np.where(own, 0, 1)), list(CASES))
-
-
-def of_own_models(rows: Frame, estimates: Frame) -> np.ndarray:
+def of_own_models(rows: Frame, parameters: Frame) -> np.ndarray:
     """Whether the `model` fitted in each row (n,) is the `vessel`'s own, its coefficients known and judged."""
     import pandas as pd
 
-    known = estimates[(estimates["true_kind"] == "given") & estimates["judged"]]
-    own = pd.MultiIndex.from_frame(known[["vessel", "model"]].drop_duplicates().astype(str))
-    return np.asarray(pd.MultiIndex.from_frame(rows[["vessel", "model"]].astype(str)).isin(own), dtype=bool)
+    known = parameters[(parameters["true_kind"] == "given") & parameters["rel_error"].notna()]
+    own, fitted = (pd.MultiIndex.from_frame(frame[["vessel", "model"]]) for frame in (known, rows))
+    return np.asarray(fitted.isin(own), dtype=bool)
 
 
 def normalised_error(runs: Frame) -> np.ndarray:
@@ -142,62 +124,41 @@ def cell_table(runs: Frame) -> Frame:
     return table
 
 
-def matched(cells: Frame, factor: str) -> Frame:
-    """The cells over which the levels of a factor are compared; none where it has a single level.
-
-    Vessels are their own blocks: their manoeuvres differ.
-    """
-    ranked = cells[cells["rank"].notna()]
-    if factor == "vessel":
-        return cells if ranked[factor].nunique() > 1 else cells[:0]
-    block = [name for name in CELL if name != factor]
-    levels = ranked.groupby(block, sort=False, observed=True)[factor].nunique()
-    if not len(levels) or levels.max() < 2:
-        return cells[:0]
-    kept = levels[levels == levels.max()].reset_index()[block]
-    return cells.merge(kept, on=block)
-
-
-def standings(cells: Frame, efficiencies: Frame, scope: str) -> Frame:
-    """One row per group and method, inside each group by the mean rank in prediction, equal ones by name, as
-    `contest.Contest.order` has them; without predictions by the mean rank.
+def standings(cells: Frame, efficiencies: Frame) -> Frame:
+    """One row a method by the mean rank in prediction, equal ones by name, as `contest.Contest.order` has them; without
+    predictions by the mean rank.
 
     Methods that were compared in less than `COVERAGE` of the cells stand below the others.
-
-    `scope` is `overall`, or a column of `CELL` whose values are the groups.
     """
     import pandas as pd
 
-    efficiencies = efficiencies.merge(cells[CELL].drop_duplicates(), on=CELL)
-    cells, efficiencies = (_grouped(frame, scope) for frame in (cells, efficiencies))
-    known = {key: own.to_numpy() for key, own in efficiencies.groupby(["group", "label"], observed=True)["efficiency"]}
-    rows = []
-    for (group, label), own in cells.groupby(["group", "label"], sort=True, observed=True):
-        efficient = known.get((group, label), [])
-        rows.append({"scope": scope, "group": group, "method": label} | _standing(own, efficient))
+    known = {label: own.to_numpy() for label, own in efficiencies.groupby("label", observed=True)["efficiency"]}
+    groups = cells.groupby("label", sort=True, observed=True)
+    rows = [{"method": label} | _standing(own, known.get(label, [])) for label, own in groups]
     table = pd.DataFrame(rows, columns=STANDING_COLUMNS)
-    table["_group"] = [in_order(group) for group in table["group"]]
-    most = table.groupby("group")["cells"].transform("max")
-    table["_partial"] = table["cells"].to_numpy() < COVERAGE * most.to_numpy()
-    table["_rank"] = table["rank_prediction"].round(9)
-    table["_other"] = table["mean_rank"].where(table["rank_prediction"].isna(), 0.0)
-    order = ["_group", "_partial", "_rank", "_other", "method"]
-    return table.sort_values(order, ignore_index=True).drop(columns=["_group", "_partial", "_rank", "_other"])
+    keys = {
+        "_partial": table["cells"] < COVERAGE * table["cells"].max(),
+        "_rank": table["rank_prediction"].round(9),
+        "_other": table["mean_rank"].where(table["rank_prediction"].isna(), 0.0),
+    }
+    return table.assign(**keys).sort_values([*keys, "method"], ignore_index=True).drop(columns=list(keys))
 
 
-def efficiency(estimates: Frame) -> Frame:
+def efficiency(parameters: Frame) -> Frame:
     """Efficiency of every method on every parameter of a calm cell, crb_sd^2 / mean squared error over seeds.
 
-    Only identifiable parameters with a given truth and at least `EFFICIENCY_SEEDS` seeds; 1 is the Cramer-Rao bound.
-    Columns `CELL`, label, parameter, seeds, efficiency.
+    Only parameters with a given truth that are identifiable in a run, of at least `EFFICIENCY_SEEDS` seeds; 1 is the
+    Cramer-Rao bound.  Columns `CELL`, label, parameter, seeds, efficiency.
     """
-    chosen = estimates[
-        (estimates["true_kind"] == "given")
-        & estimates["identifiable"]
-        & (estimates["disturbance"] == "none")
-        & (estimates["seeds"] >= EFFICIENCY_SEEDS)
-    ]
-    found = chosen.assign(efficiency=chosen["bound"] / chosen["square"].where(chosen["square"] > 0))
+    calm = (parameters["true_kind"] == "given") & (parameters["disturbance"] == "none")
+    own = parameters[calm & (parameters["crb_sd"] > 0.0) & parameters["estimate"].notna()]
+    error = own["estimate"] - own["true"]
+    own = own.assign(label=labels(own), bound=own["crb_sd"] ** 2, square=error**2, told=own["identifiable"].eq(True))
+    means = {name: (name, "mean") for name in ("bound", "square")}
+    groups = own.groupby([*CELL, "label", "parameter"], sort=True, observed=True)
+    found = groups.agg(**means, seeds=("seed", "size"), told=("told", "any")).reset_index()
+    found = found[found["told"] & (found["seeds"] >= EFFICIENCY_SEEDS)]
+    found = found.assign(efficiency=found["bound"] / found["square"].where(found["square"] > 0))
     return found[[*CELL, "label", "parameter", "seeds", "efficiency"]].reset_index(drop=True)
 
 
@@ -217,10 +178,6 @@ def bootstrap_interval(values: Sequence[float] | np.ndarray, draws: int = BOOTST
     values = np.asarray(values, dtype=float)
     if values.size == 0:
         return np.nan, np.nan
-    if values.size > MOST_DRAWN_FROM:  # the bootstrap's own limit: order statistics of the binomial distribution
-        half = 0.5 * 1.96 * np.sqrt(values.size)
-        ordered, middle = np.sort(values), 0.5 * (values.size - 1)
-        return float(ordered[int(np.floor(middle - half))]), float(ordered[int(np.ceil(middle + half))])
     picks = np.random.default_rng(BOOTSTRAP_SEED).integers(values.size, size=(draws, values.size))
     drawn = np.sort(medians(values[picks]))
     tail = (1.0 - LEVEL) / 2.0
@@ -253,20 +210,9 @@ def significant(values: Any, digits: int = DIGITS) -> Any:
         return (values / unit).round() * unit
 
 
-def _grouped(frame: Frame, scope: str) -> Frame:
-    return frame.assign(group="all" if scope == "overall" else frame[scope].astype(str))
-
-
 def labels(frame: Frame) -> Series:
-    """The method, with its variant where that is not the corrected one, as categories in alphabetical order."""
-    import pandas as pd
-
-    method, variant = (frame[name].astype("category").cat for name in ("method", "variant"))
-    texts = [[m if v == "corrected" else f"{m} ({v})" for v in variant.categories] for m in method.categories]
-    every = sorted({text for row in texts for text in row})
-    places = np.array([every.index(text) for row in texts for text in row], dtype=np.int64)
-    codes = places[method.codes.to_numpy(np.int64) * len(variant.categories) + variant.codes.to_numpy()]
-    return pd.Series(pd.Categorical.from_codes(codes, every), index=frame.index)
+    """The method, with its variant where that is not the corrected one."""
+    return frame["method"].where(frame["variant"] == "corrected", frame["method"] + " (" + frame["variant"] + ")")
 
 
 def in_order(level: str) -> tuple[tuple[int, float, str], ...]:

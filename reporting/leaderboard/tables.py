@@ -1,18 +1,16 @@
-"""Tables of the leaderboard and their columns: standings, methods by conditions, failures, errors by record, how far
-ahead to trust methods, and what stated uncertainties are worth."""
+"""Tables of the leaderboard and their columns: standings, failures, errors by record, and what stated uncertainties are
+worth."""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from ...bench.scores.errors_ahead import LENGTHS, PREFIXES
-from ..numbers import DEG, MISSING, duration, interval, is_missing, number, percent, r_squared
-from ..tables import Column, Table, field, make_table, numeric, with_least_marked
+from ..numbers import DEG, MISSING, duration, interval, number, percent, r_squared
+from ..tables import Column, Table, field, make_table, numeric
 from .standings import Frame, labels, median
 
 # ---- Columns.
@@ -61,20 +59,7 @@ FAILURE = (
     numeric("runs", "runs", str),
     field("seeds"),
 )
-FACTORS = {
-    "noise": "noise",
-    "disturbance": "disturbance",
-    "thinning": "every n-th sample",
-    "length": "share of the records",
-    "train": "training records",
-    "held_out": "held-out records",
-    "model": "fitted model",
-    "vessel": "vessel",
-}
-"""Titles of the factors of `standings.FACTORS`."""
 CRITERIA = {"rel_error": "Parameter error", "nrmse": "Held-out NRMSE"}
-MOST_FAILURES = 1000
-"""Rows of the table of failures beyond which it says no conditions."""
 
 
 def overall_table(overall: Frame) -> Table:
@@ -82,49 +67,9 @@ def overall_table(overall: Frame) -> Table:
     return make_table(STANDING, _rows(overall), "Overall")
 
 
-def matrices(overall: Frame, by: Mapping[str, Frame]) -> list[Table]:
-    """Methods, best first, against the levels of each factor: the parameter error and the prediction error."""
-    found = [
-        _matrix(overall, frame, name, f"{title} by {FACTORS[factor]}")
-        for factor, frame in by.items()
-        for name, title in CRITERIA.items()
-    ]
-    return [table for table in found if len(table.columns) > 1]
-
-
-def _matrix(overall: Frame, frame: Frame, name: str, title: str) -> Table:
-    levels = list(dict.fromkeys(frame["group"]))
-    most = frame.groupby("group")["cells"].max()
-    rows = []
-    for method in [method for method in overall["method"] if method in set(frame["method"])]:
-        own = {row["group"]: row for row in _rows(frame[frame["method"] == method])}
-        found = {level: (row[name], int(row["cells"]), int(most[level])) for level, row in own.items()}
-        if not all(is_missing(value) for value, *_ in found.values()):
-            rows.append({"method": method} | found)
-    columns = [field("method"), *(_compared(level) for level in levels)]
-    return with_least_marked(make_table(columns, rows, title), lambda cell: " of " not in cell.text)
-
-
-def _compared(level: str) -> Column:
-    """A column of (value, cells, most cells), with `3 of 5` cells behind the value where it has less than the most."""
-
-    def text(row: Row) -> str:
-        value, cells, most = row.get(level, (None, 0, 0))
-        return number(value) if cells == most or is_missing(value) else f"{number(value)} ({cells} of {most})"
-
-    return Column(level, text, lambda row: row.get(level, (None,))[0])
-
-
 def failure_table(failures: Frame) -> Table:
-    """What failed, did not apply or did not converge, and why; the most frequent reasons where there are many."""
-    title = "Failed, not applicable, not converged"
-    if len(failures) <= MOST_FAILURES:
-        return make_table(FAILURE, _rows(failures), title)
-    reasons = failures.groupby(["status", "label", "error"], observed=True, sort=True)["runs"].sum().reset_index()
-    kept = reasons.sort_values("runs", ascending=False, kind="stable").head(MOST_FAILURES)
-    note = f"Put together over all conditions; the {len(kept)} most frequent of {len(reasons)} reasons."
-    columns = [column for column in FAILURE if column.title in ("status", "method", "reason", "runs")]
-    return make_table(columns, _rows(kept), title, note)
+    """What failed, did not apply or did not converge, and why."""
+    return make_table(FAILURE, _rows(failures), "Failed, not applicable, not converged")
 
 
 def _rows(frame: Frame) -> list[dict[str, Any]]:
@@ -156,43 +101,6 @@ def _record_errors(row: Row) -> str:
 def _mean_error(row: Row) -> float | None:
     errors = list(json.loads(row["nrmse_by_record"]).values())
     return None if None in errors else sum(errors) / len(errors)
-
-
-# ---- How far ahead methods can be trusted on measured records, beside two predictions without a model.
-
-AHEAD_KEYS = ["vessel", "method", "model"]
-AHEAD_NOTE = (
-    "Medians over runs on measured records. Trust: time ahead up to which heading and yaw rate are predicted better "
-    "than by a ship that goes on turning as now and by one that goes straight. Errors of yaw rate ahead, deg/s, as "
-    "model / goes on turning / goes straight; times are ship lengths, or times sqrt(T / K) where no length is known."
-)
-AHEAD_COLUMNS = ("trusted_s", "noise_", *(f"rmse_{prefix}_" for prefix in PREFIXES.values()))
-
-
-def ahead_table(results: Frame) -> Table:
-    """Methods on measured records by how far ahead to trust them; no row where no run was scored ahead."""
-    rows: list[dict[str, Any]] = []
-    if "trusted_s" in results:
-        known = results[results["trusted_s"].notna()]
-        values = known[[name for name in known if name.startswith(AHEAD_COLUMNS)]].astype(float).replace(np.inf, np.nan)
-        medians = values.groupby([known[key] for key in AHEAD_KEYS], observed=True).median().reset_index()
-        rows = medians.sort_values(["vessel", "trusted_s"], ascending=[True, False], kind="stable").to_dict("records")
-    columns = [
-        *map(field, AHEAD_KEYS),
-        numeric("trust it for, s", "trusted_s"),
-        *(Column(f"{length:g} lengths", partial(_errors_ahead, length)) for length in LENGTHS),
-        Column("sensor noise", lambda row: number(_in_degrees(row, "noise_yaw_rate_rad_s"))),
-    ]
-    return make_table(columns, rows, "How far ahead, measured records", AHEAD_NOTE)
-
-
-def _errors_ahead(length: float, row: Row) -> str:
-    values = [_in_degrees(row, f"rmse_{prefix}_{length:g}_yaw_rate_rad_s") for prefix in PREFIXES.values()]
-    return " / ".join(map(number, values)) if np.isfinite(values).any() else ""
-
-
-def _in_degrees(row: Row, name: str) -> float:
-    return DEG * row.get(name, float("nan"))
 
 
 # ---- What the uncertainty that methods state is worth: how often their intervals hold, and the probabilistic scores.

@@ -11,8 +11,9 @@ import numpy as np
 
 from ...datasets.columns import in_order
 from ...datasets.display import continuous, shown_name, shown_unit
-from ...datasets.geometry import unwrapped
-from ..page import EquationList, Items, Note, Overlays, Pairs, Section
+from ...datasets.geometry import over_ground, position_over_ground, unwrapped
+from ...datasets.signals import integral
+from ..page import EquationList, Items, Note, Overlays, Section
 from ..runs import POSITIONS, RecordRuns, lines_of, tracks_of
 from ..tables import Table
 
@@ -52,7 +53,7 @@ def _block(block: Block) -> Iterator[dict[str, Any]]:
         rows = [[{"text": cell.text, "key": cell.key} for cell in row] for row in block.rows]
         yield {"kind": "table", "title": block.title, "note": block.note, "columns": list(block.columns),
                "numeric": list(block.numeric), "rows": rows}  # fmt: skip
-    elif isinstance(block, Items | Pairs):
+    elif isinstance(block, Items):
         yield {"kind": "items", "rows": [list(row) for row in block.rows]}
     elif isinstance(block, EquationList):
         yield {"kind": "equations", "lines": [{"html": line.html, "new": line.new} for line in block.lines()]}
@@ -143,22 +144,19 @@ def _channel(record: Record, name: str) -> dict[str, Any]:
 def tracks(record: Record) -> list[dict[str, Any]]:
     """North and east, m: of the positions, and of speed and heading added up; the latter two with the heading that the
     yaw rate gives."""
-    found = []
+    found = {}
     if record.has("north_m", "east_m"):
-        found.append(("positions", record.column("north_m"), record.column("east_m")))
+        found["positions"] = position_over_ground(record)
     if record.has("surge_m_s", "heading_rad"):
-        found.append(("speed and heading", *_sailed(record, _filled(record.heading_unwrapped()))))
+        found["speed and heading"] = _sailed(record, _filled(record.heading_unwrapped()))
     if record.has("surge_m_s", "yaw_rate_rad_s"):
-        found.append(("speed and yaw rate", *_sailed(record, _integrated(record))))
-    start = _first(*found[0][1:]) if found else (0.0, 0.0)
+        found["speed and yaw rate"] = _sailed(record, _integrated(record))
+    start = _first(next(iter(found.values()))) if found else 0.0
     kept = stride(record.n)
-    out = []
-    for label, north, east in found:
-        own = _first(north, east)
-        out.append({"label": label, "time": times(record.time_s[kept]),
-                    "north": numbers(north[kept] - own[0] + start[0]),
-                    "east": numbers(east[kept] - own[1] + start[1])})  # fmt: skip
-    return out
+    moved = {label: (place - _first(place) + start)[kept] for label, place in found.items()}
+    time = times(record.time_s[kept])
+    return [{"label": label, "time": time, "north": numbers(place.real), "east": numbers(place.imag)}
+            for label, place in moved.items()]  # fmt: skip
 
 
 def headings(record: Record) -> dict[str, Any] | None:
@@ -170,9 +168,9 @@ def headings(record: Record) -> dict[str, Any] | None:
     return {"time": times(record.time_s[kept]), "heading": numbers(runs[0][kept]), "yaw_rate": numbers(runs[1][kept])}
 
 
-def _first(north: np.ndarray, east: np.ndarray) -> tuple[float, float]:
-    known = np.flatnonzero(np.isfinite(north + east))
-    return (float(north[known[0]]), float(east[known[0]])) if known.size else (0.0, 0.0)
+def _first(place: np.ndarray) -> complex:
+    known = np.flatnonzero(np.isfinite(place))
+    return complex(place[known[0]]) if known.size else 0.0
 
 
 def _filled(values: np.ndarray) -> np.ndarray:
@@ -181,21 +179,15 @@ def _filled(values: np.ndarray) -> np.ndarray:
     return np.interp(np.arange(values.size), np.flatnonzero(known), values[known]) if known.any() else 0.0 * known
 
 
-def _added_up(rate: np.ndarray, time: np.ndarray) -> np.ndarray:
-    return np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * np.diff(time))])
-
-
 def _integrated(record: Record) -> np.ndarray:
     """Heading (N,) by the yaw rate, rad, from the first one that was recorded."""
-    turned = _added_up(_filled(record.column("yaw_rate_rad_s")), record.time_s)
+    turned = integral(_filled(record.column("yaw_rate_rad_s")), record.time_s)
     start = unwrapped(record.column("heading_rad")) if record.has("heading_rad") else turned
     known = np.flatnonzero(np.isfinite(start))
     return turned + (start[known[0]] - turned[known[0]] if known.size else 0.0)
 
 
-def _sailed(record: Record, heading: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """North and east (N,) by speeds in body axes along a heading (N,), rad."""
-    u = _filled(record.column("surge_m_s"))
-    v = _filled(record.column("sway_m_s")) if record.has("sway_m_s") else np.zeros(record.n)
-    north, east = u * np.cos(heading) - v * np.sin(heading), u * np.sin(heading) + v * np.cos(heading)
-    return _added_up(north, record.time_s), _added_up(east, record.time_s)
+def _sailed(record: Record, heading: np.ndarray) -> np.ndarray:
+    """Place north + i east (N,), m, by speeds in body axes along a heading (N,), rad."""
+    sway = _filled(record.column("sway_m_s")) if record.has("sway_m_s") else np.zeros(record.n)
+    return integral(over_ground(_filled(record.column("surge_m_s")), sway, heading), record.time_s)

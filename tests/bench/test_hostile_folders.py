@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 import helmbench
-from helmbench.bench.job_array import PARTS
 from helmbench.bench.journal import RUNS, DamagedRunsWarning, sealed, unsealed
 from helmbench.bench.kinds.base import TIMES
 from helmbench.bench.kinds.identification.columns import PARAMETERS, RESULTS
@@ -120,18 +119,6 @@ def test_a_report_reads_no_link_and_no_pipe(folder, victim, name, how):
     with pytest.raises(BadInput, match=re.escape(name)):
         helmbench.write_report(folder)
     assert not list(folder.glob("leaderboard.*"))
-
-
-@pytest.mark.parametrize("linked", [PARTS, f"{PARTS}/one"])
-def test_parts_of_a_job_array_are_no_links(folder, tmp_path, linked):
-    home = tmp_path / "home"
-    (home / "work").mkdir(parents=True)
-    (home / "work" / "thesis.tex").write_text("years")
-    (folder / linked).parent.mkdir(exist_ok=True)
-    (folder / linked).symlink_to(home if linked == PARTS else home / "work")
-    with pytest.raises(BadInput, match=PARTS):
-        start(folder, resume=True, array="local")
-    assert (home / "work" / "thesis.tex").read_text() == "years"
 
 
 def test_a_temporary_name_that_is_a_link_is_not_written_through(tmp_path, victim):

@@ -1,17 +1,14 @@
-"""Stored results stand for equal runs; a changed source, option or task makes a new one."""
+"""Stored results of the same code stand for equal runs; another option or task makes a new one."""
 
+import json
 import os
-import subprocess
-import sys
 
 import pytest
 
 import helmbench
-from helmbench.bench import content
 from helmbench.bench.journal import read_runs
 from helmbench.bench.kinds import kind_of
 from helmbench.bench.kinds.base import RunSelection
-from helmbench.bench.kinds.identification import kind as identification
 from helmbench.bench.kinds.identification.plan import plan
 from helmbench.bench.suites import load_suite
 from helmbench.bench.traces import read_traces
@@ -65,48 +62,16 @@ def test_only_what_is_new_is_run(suite_of, tmp_path, capsys):
     assert traces[0] == traces[1]
 
 
-def test_a_changed_file_of_a_method_changes_its_content(suite_of, tmp_path):
+def test_a_method_of_a_file_is_always_run_anew(suite_of, tmp_path):
     file = tmp_path / "own.py"
     file.write_text(OWN)
-    suite = suite_of("own", [f"{file}:Own", "ls"], 1)
-    before = contents(suite)
-    content._file_digest.cache_clear()
-    content.sources_digest.cache_clear()
-    identification._sources.cache_clear()
-    file.write_text(OWN + "\n    trials = 3\n")
-    after = contents(suite)
-    assert before[0] != after[0] and before[1] == after[1]
+    own, shipped = contents(suite_of("own", [f"{file}:Own", "ls"], 1))
+    assert own is None and shipped is not None
 
 
 def test_options_and_tasks_are_part_of_the_content(suite_of):
     found = contents(suite_of("a", ["ls", "ls,scheme=midpoint", "rls", "tuned:ridge", "sklearn:SVR"], 2))
     assert None not in found and len(set(found)) == 10
-
-
-def test_the_sources_of_a_method_are_those_that_it_imports():
-    files, packages = content._reached(["helmbench.methods.narx"])
-    reached = {path.relative_to(content.ROOT).as_posix() for path in files if content.ROOT in path.parents}
-    assert {"methods/narx.py", "methods/learner.py", "estimation/methods_only/black_box/narx.py"} <= reached
-    assert "methods/pem.py" not in reached and not any(name.startswith("reporting/") for name in reached)
-    assert {"sklearn", "numpy"} <= packages
-
-
-def test_sources_are_found_without_importing_them():
-    code = (
-        "import sys; from helmbench.bench.content import sources_digest; "
-        "print(sources_digest('helmbench.models.families.extensions'), 'sympy' in sys.modules)"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    digest, imported = done.stdout.split()
-    assert len(digest) == 20 and imported == "False"
-
-
-def test_what_belongs_to_no_package_is_not_reused(suite_of, tmp_path, monkeypatch):
-    (tmp_path / "local_helper.py").write_text("X = 1\n")
-    monkeypatch.syspath_prepend(str(tmp_path))
-    file = tmp_path / "leaning.py"
-    file.write_text("import local_helper\n" + OWN)
-    assert contents(suite_of("leaning", [f"{file}:Own"], 1)) == [None]
 
 
 def test_failed_runs_are_made_again(suite_of, tmp_path):
@@ -129,3 +94,12 @@ def test_a_directory_without_results_is_refused(suite_of, tmp_path):
     with pytest.raises(BadInput, match="holds no benchmark run"):
         helmbench.run_suite(suite_of("a", ["ls"], 1), directory=tmp_path / "new", jobs=1, reuse=[tmp_path / "empty"])
     assert not (tmp_path / "new").exists()
+
+
+@pytest.mark.parametrize(("name", "value"), [("version", "0+other"), ("packages", {"numpy": "1.0"})])
+def test_results_of_other_code_or_packages_are_refused(suite_of, tmp_path, name, value):
+    old = helmbench.run_suite(suite_of("a", ["ls"], 1), directory=tmp_path / "old", jobs=1).directory
+    manifest = json.loads((old / "environment.json").read_text()) | {name: value}
+    (old / "environment.json").write_text(json.dumps(manifest))
+    with pytest.raises(BadInput, match="was made"):
+        helmbench.run_suite(suite_of("a", ["ls"], 1), directory=tmp_path / "new", jobs=1, reuse=[old])

@@ -16,7 +16,7 @@ from helmbench.open import serve
 HOSTILE = (
     "threading", "joblib", "numpy", "random", "socket", "tempfile", "subprocess", "pickle", "json",
     "argparse", "multiprocessing", "signal", "selectors", "typing", "dataclasses", "pathlib", "struct",
-    "hashlib", "logging", "queue", "click", "scipy", "pandas", "numba", "submitit", "cloudpickle",
+    "hashlib", "logging", "queue", "click", "scipy", "pandas", "numba", "cloudpickle",
     "distributed", "starlette", "uvicorn", "pydantic", "openpyxl", "sitecustomize", "usercustomize",
 )  # fmt: skip
 POOL = """
@@ -25,16 +25,6 @@ from helmbench.bench.pool import processes
 if __name__ == "__main__":
     with processes(2) as pool:
         assert sorted(one.result for one in pool.outcomes(abs, [-1, 2, -3])) == [1, 2, 3]
-"""
-ARRAY = """
-from pathlib import Path
-
-from helmbench.bench import job_array
-from helmbench.bench.execution import Limits
-
-executor = job_array._executor(job_array.JobArray("local"), Path("jobs").resolve())
-(job,) = job_array._submitted(executor, [job_array.JobShare(Path("none"), [], Limits(), "another version")])
-assert "other code" in str(job.exception())
 """
 
 
@@ -64,13 +54,6 @@ def command(folder, *words):
 def test_worker_processes_run_nothing_of_it(hostile):
     (hostile.parent / "pool.py").write_text(POOL)
     command(hostile, hostile.parent / "pool.py")
-    assert ran(hostile) == ""
-
-
-def test_job_arrays_run_nothing_of_it(hostile):
-    """Neither submitit's own process nor that of the job, which ends as soon as it has loaded its work."""
-    (hostile.parent / "submits.py").write_text(ARRAY)
-    command(hostile, hostile.parent / "submits.py")
     assert ran(hostile) == ""
 
 

@@ -37,7 +37,8 @@ def test_what_an_annotation_allows():
         ((b"x",), "texts is b'x'"),
         ((["a"], True), "number is True; give a number"),
         ((["a"], 1.0, 1), "flag is 1; give True or False"),
-        ((["a"], 10**400, "no"), "flag is 'no'"),
+        ((["a"], 1.0, "no"), "flag is 'no'"),
+        ((["a"], 10**400), "number is a int; give a number"),
     ):
         with pytest.raises(BadInput, match=said):
             function(*arguments)

@@ -5,7 +5,6 @@ import json
 import pytest
 
 from helmbench.cli import status_of
-from helmbench.cli.benchmark import _named
 from helmbench.datasets.disturbances import parse_disturbance
 from helmbench.datasets.io import read_record
 from helmbench.datasets.manoeuvres import parse_manoeuvre
@@ -75,12 +74,6 @@ def test_no_option_of_a_command_takes_them(kind, tmp_path, capsys):
             assert status_of(given) == 2, (option, text)
             assert len(capsys.readouterr().err.strip().splitlines()) == 1
     assert not out.exists()
-
-
-def test_an_option_of_a_job_array_takes_them_as_words():
-    """A digit such as a superscript two is a digit for `str.isdigit`, and no number for `int`."""
-    assert all(_named((f"n={text}",)) == {"n": text} for text in TEXTS if text not in ("", "9" * 400))
-    assert _named(("n=12",)) == {"n": 12}
 
 
 def test_a_method_takes_them_as_words():

@@ -14,11 +14,11 @@ from helmbench.reporting.page import (
     QUESTIONS,
     Drawing,
     Note,
-    Pairs,
     Section,
     Verdict,
     items,
     overlays,
+    pairs,
     result_page,
 )
 from helmbench.reporting.plots import svg
@@ -46,7 +46,7 @@ def page():
         seen=[first, table], changed=[items(["alone", ("a cause", "its size")]), Note("how to read it")],
         remains=[None, items([]), Note("nothing to read")], following=["Sail on.", drawn],
         details=[
-            Section("Facts", (Pairs((("a name", "a value"),)),)), Section("Nothing", (items([]), Note("of it"))), each,
+            Section("Facts", (pairs([("a name", "a value")]),)), Section("Nothing", (items([]), Note("of it"))), each,
         ],
     )  # fmt: skip
 

@@ -5,13 +5,15 @@ import html
 import io
 import math
 import re
+import sys
+import types
 
 import pandas as pd
 import pytest
 
 from helmbench.reporting import tables
 from helmbench.reporting.numbers import number
-from helmbench.reporting.tables import Cell, Column, Table, field, make_table, with_least_marked
+from helmbench.reporting.tables import Cell, Column, Table, field, make_table
 
 from ..support.hostile_texts import HOSTILE
 
@@ -77,17 +79,6 @@ def test_ready_made_markdown_is_taken_as_it_is():
     assert tables.csv(found) == "x\npage\n"
 
 
-def test_the_least_value_of_a_column_is_set_off():
-    rows = [("a", 0.3, 1.0), ("b", 0.1, math.inf), ("c", math.nan, 0.5)]
-    columns = [
-        Column("name", lambda row: row[0]),
-        *(Column(f"c{k}", lambda row, k=k: number(row[k]), lambda row, k=k: row[k]) for k in (1, 2)),
-    ]
-    found = with_least_marked(make_table(columns, rows), lambda cell: cell.text != "0.5")
-    assert [(i, j) for i, row in enumerate(found.rows) for j, cell in enumerate(row) if cell.best] == [(0, 2), (1, 1)]
-    assert "**0.1**" in tables.markdown(found) and tables.html(found).count("best") == 2
-
-
 @pytest.mark.parametrize(
     "text", ["=1+2", "+cmd|' /C calc'!A0", "-2+3", "@SUM(A1)", "\t=1", "\r=1", "\uff1d1+2", "\uff20SUM(A1)", "\uff0d2"]
 )
@@ -138,3 +129,17 @@ def test_hostile_texts_are_one_cell_of_a_table():
             for t in ("x" * len(text), text)
         ]
         assert [re.split("[ >]", tag)[0] for tag in tags[0]] == [re.split("[ >]", tag)[0] for tag in tags[1]], text
+
+
+@pytest.mark.parametrize(
+    ("width", "kept", "left_out"), [(200, 3, ""), (20, 2, "Not shown: note."), (3, 1, "error, note")]
+)
+def test_a_terminal_shows_the_columns_that_it_has_room_for_and_names_the_others(
+    table, monkeypatch, width, kept, left_out
+):
+    monkeypatch.setenv("COLUMNS", str(width))
+    whole = tables.console(table, fit=True)
+    assert whole == tables.console(table)
+    monkeypatch.setattr(sys, "stdout", types.SimpleNamespace(isatty=lambda: True))
+    first, *lines = tables.console(table, fit=True).splitlines()
+    assert first.split() == ["name", "error", "note"][:kept] and left_out in lines[-1]

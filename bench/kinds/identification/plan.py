@@ -6,7 +6,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import product
 from pathlib import Path
@@ -28,10 +28,8 @@ from .suite import RunsEntry
 VESSEL_GROUPS = {"all": (True, False), "3dof": (True,), "response": (False,)}
 """Names of groups of vessels in a suite file -> whether they have three degrees of freedom."""
 
-ADDED: dict[str, Any] = {"held_out_noise": "none", "held_out_disturbance": "none", "held_out_speed": 1.0}
-ADDED |= {"held_out_dataset": None, "vessel_file": None, "own_records": False, "positive_rudder": None, "digest": None}
-ADDED |= {"constants": (), "terms": ()}
-"""Fields of a task that count in a run's key only where they are not these values: older runs keep their keys."""
+OF_ENTRIES = ("duration_s", "dt_s", "held_out_noise", "held_out_disturbance", "held_out_speed", "held_out_dataset")
+"""Fields of a task that are those of its entry."""
 AS_MEASURED = "as measured"
 """Noise and disturbance of measured records in the tables: none was added, which does not say that there is none."""
 METHOD_GROUPS = {
@@ -63,10 +61,7 @@ class RunSpec:
 
     def text(self, **changed: str) -> str:
         """What is run, as JSON."""
-        own = {"suite": self.suite, "method": self.method, "variant": self.variant, "maker": self.maker}
-        task = {name: value for name, value in vars(self.task).items() if ADDED.get(name, ...) != value}
-        facts = own | {"task": task} | changed
-        return json.dumps(facts, sort_keys=True, separators=(",", ":"))
+        return json.dumps(asdict(self) | changed, sort_keys=True, separators=(",", ":"))
 
     def row_key(self) -> dict[str, Any]:
         """The key columns of the tables."""
@@ -204,18 +199,13 @@ def _task(
         train=train,
         held_out=held_out,
         measured=measured,
-        duration_s=entry.duration_s,
-        dt_s=entry.dt_s,
-        held_out_noise=entry.held_out_noise,
-        held_out_disturbance=entry.held_out_disturbance,
-        held_out_speed=entry.held_out_speed,
-        held_out_dataset=entry.held_out_dataset,
         vessel_file=ship.file,
         own_records=entry.records is not None,
         positive_rudder=entry.records.positive_rudder if entry.records else None,
         constants=tuple(sorted(entry.constants.items())),
         terms=tuple((name, tuple(sorted(values.items()))) for name, values in sorted(entry.terms.items())),
         digest=digest([*named, *(train + held_out if entry.records else ())]),
+        **{name: getattr(entry, name) for name in OF_ENTRIES},
     )
 
 

@@ -403,7 +403,7 @@ def test_the_commands_make_answer_and_score(tmp_path, monkeypatch, capsys):
     assert status_of(["exam", "answer", "exam", "--diagnoser", "nothing", "-o", "nothing"]) == 2
     capsys.readouterr()
     assert status_of(["exam", "score", "exam", "nothing", "--key", "key.json", "-o", "scores"]) == 0
-    assert "## By kind of world" in capsys.readouterr().out
+    assert "By kind of world\n" in capsys.readouterr().out
     assert sorted(p.name for p in (tmp_path / "scores").iterdir()) == ["scores.csv", "scores.json", "scores.md"]
     found = helmbench.score_exam("exam", "nothing", "key.json")
     assert len(found.answers) == 2 and all(row.named == "" for row in found.answers)

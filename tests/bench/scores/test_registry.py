@@ -22,10 +22,7 @@ def outcome(*rows, **prediction):
 
 
 def test_scores_stand_in_the_order_of_their_columns():
-    of_parameters, of_runs = (
-        ["parameter_error", "efficiency", "probability"],
-        ["prediction_error", "spread", "errors_ahead"],
-    )
+    of_parameters, of_runs = ["parameter_error", "efficiency", "probability"], ["prediction_error", "spread"]
     assert list(scores()) == [*of_parameters, *of_runs, "record_errors"]
     columns = list(result_columns())
     first = columns.index("rel_error_median")

@@ -20,7 +20,7 @@ def made(folder, kind, name):
     """The words of every command, and the trees of the notebook's cells."""
     part = {"record": 0, "name": name, "from": 0.0, "to": 1.0, "role": "train"}
     held_out = part | {"role": "held_out"}
-    write(folder, Recipe(kind, name, "ls", (name,), f"{name}.yaml", (name,), "port", (part, held_out)))
+    write(folder, Recipe(kind, name, "ls", (name,), f"{name}.yaml", "port", (part, held_out)))
     script = folder / COMMANDS
     assert subprocess.run(["sh", "-n", str(script)], capture_output=True, check=False).returncode == 0
     words = shlex.split(script.read_text("utf-8"), comments=True)

@@ -240,7 +240,7 @@ def test_an_advice_is_tested_and_goes_on_where_it_stopped(tmp_path, manifest, ca
         store.write_tables()
     asked = {"directory": tmp_path / "out", "situations": 2, "methods": ("mean", "straight-line"), "jobs": 1}
     found = check_advice(tmp_path / "board", **asked)
-    assert (tmp_path / "out" / "advice.md").read_text() == found.summary()
+    assert found.summary() in (tmp_path / "out" / "advice.md").read_text()
     stored = (tmp_path / "out" / "runs" / "runs.jsonl").read_bytes()
     again = check_advice(tmp_path / "board", **asked)
     assert again.rows == found.rows and (tmp_path / "out" / "runs" / "runs.jsonl").read_bytes() == stored

@@ -11,9 +11,9 @@ from helmbench.reporting.leaderboard.findings import grey_against_black, grey_bl
 def board(errors):
     """A contest of methods with errors (P,) each."""
     table = np.column_stack([*errors.values()])
-    none = np.zeros(table.shape, dtype=int)
+    none = np.zeros((*table.shape, 3), dtype=int)
     problems = pd.DataFrame({"vessel": np.arange(len(table))})
-    return Contest(tuple(errors), problems, table, table[:, :, None], table, none, none, none, "prediction")
+    return Contest(tuple(errors), problems, table, table[:, :, None], table, none, "prediction")
 
 
 def made_up(rng, factor=0.5, count=12):

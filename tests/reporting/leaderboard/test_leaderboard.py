@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -139,34 +140,6 @@ def test_the_printed_variant_is_a_competitor_of_its_own(run_of):
     assert list(by_method(board(runs).overall)) == ["rls", "rls (as_printed)"]
 
 
-def test_groups_by_noise_come_in_the_order_of_the_levels(run_of):
-    runs = [run_of(error=0.1, noise=n, method=m) for n in ("high", "none", "low", "medium") for m in "ab"]
-    table = board(runs).by["noise"]
-    assert list(dict.fromkeys(table["group"])) == ["none", "low", "medium", "high"]
-    assert len(table) == 8
-
-
-def test_levels_of_a_factor_are_compared_over_the_same_other_conditions(run_of):
-    """Wind was run on one of two vessels: the calm column leaves the other out."""
-    errors = {("v1", "none"): 0.1, ("v1", "wind"): 0.3, ("v2", "none"): 0.9}
-    runs = [
-        run_of(error=e * (1 + (m == "b")), method=m, vessel=v, disturbance=d)
-        for (v, d), e in errors.items()
-        for m in "ab"
-    ]
-    found = board(runs)
-    assert set(found.by) == {"disturbance", "vessel"}
-    table = found.by["disturbance"].set_index(["group", "method"])["rel_error"]
-    assert table.to_dict() == pytest.approx(
-        {("none", "a"): 0.1, ("none", "b"): 0.2, ("wind", "a"): 0.3, ("wind", "b"): 0.6}
-    )
-
-
-def test_a_factor_without_competition_has_no_table(run_of):
-    runs = [run_of(error=0.1, noise=n) for n in ("none", "low")]
-    assert board(runs).by == {}
-
-
 def test_levels_are_sorted_as_one_reads_them():
     levels = ["low,outliers=10%", "16", "gross", "low,outliers=5%", "4", "low", "none", "low,bursts=5%", "0.5", "1"]
     expected = ["none", "low", "low,bursts=5%", "low,outliers=5%", "low,outliers=10%", "gross", "0.5", "1", "4", "16"]
@@ -242,3 +215,8 @@ def test_normalised_error_is_the_mean_over_scored_channels(run_of):
     run["row"] |= {"r2_free_heading_rad": 0.75, "r2_free_yaw_rate_rad_s": 1.0, "r2_free_north_m": -8.0}
     results, _ = frames([run], kind_of(IDENTIFICATION).tables)
     assert leaderboard.normalised_error(results).tolist() == [0.25]
+
+
+def test_methods_of_other_variants_have_labels_of_their_own():
+    frame = pd.DataFrame({"method": ["rls", "ls", "rls"], "variant": ["corrected", "corrected", "as_printed"]})
+    assert leaderboard.labels(frame).tolist() == ["rls", "ls", "rls (as_printed)"]

@@ -166,7 +166,7 @@ def test_what_is_known_of_the_ship_is_never_put_together(board_of, run_of):
         for ship, model, known, errors in (
             ("mariner", {}, True, (0.001, 0.4)),
             ("mariner", {"model": "nomoto-1"}, False, (0.4, 0.2)),
-            ("kvlcc2-hsva", {"model": "nomoto-1"}, False, (0.3, 0.5)),
+            ("kvlcc2-hsva", {"model": "nomoto-1", "measured": True}, False, (0.3, 0.5)),
         )
         for m, e in zip("ab", errors, strict=True)
         for p in range(6)

@@ -23,9 +23,9 @@ COMPARED = ("abc", "tpe", "cmaes", "random", "grid")
 def board(errors):
     """A contest of labels with errors (P,) each."""
     table = np.column_stack([*errors.values()])
-    none = np.zeros(table.shape, dtype=int)
+    none = np.zeros((*table.shape, 3), dtype=int)
     problems = pd.DataFrame({"vessel": np.arange(len(table))})
-    return Contest(tuple(errors), problems, table, table[:, :, None], table, none, none, none, "prediction")
+    return Contest(tuple(errors), problems, table, table[:, :, None], table, none, "prediction")
 
 
 def made_up(rng, factors, trials=25, methods=("fw-rls", "rts-ls,level=2"), count=12):
