@@ -28,11 +28,21 @@ from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
 from ..models.linear_algebra import lstsq
 from ..models.model import Model
+from .base import method
 from .learner import STRIDE, Learner, open_option
 from .options import option, whole
 
 
-class Recurrent(Learner):
+@method("recurrent", "recurrent neural network (neural state space), trained on free runs", Learner, usual_trials=4)
+def Recurrent(
+    records: Sequence[Record],
+    model: Model,
+    seed: int,
+    stride: int | None = STRIDE,
+    alpha: float | None = open_option("penalty on the weights", Real(1e-7, 1e-3, log=True), 1e-5),
+    units: int = option(8, "tanh units", whole(1)),
+    hidden: int = option(2, "hidden states", whole(0)),
+) -> Fit:
     """Recurrent network: a neural state-space model with hidden states, trained on free runs of windows.
 
         s(t + h) = s(t) + A (s, w, 1) + V tanh(U (s, w, 1)),    s = (z, hidden states)
@@ -41,22 +51,8 @@ class Recurrent(Learner):
     needs the extra `deep` and does not apply without it.  Sources: Suykens, De Moor & Vandewalle 1995, Int. J. Control
     62(1), 129; Beintema, Toth & Schoukens 2021, PMLR 144, 1021.
     """
-
-    name = "recurrent"
-    title = "recurrent neural network (neural state space), trained on free runs"
-    usual_trials = 4
-    stride: int | None = STRIDE
-    alpha: float | None = open_option("penalty on the weights", Real(1e-7, 1e-3, log=True), 1e-5)
-    units: int = option(8, "tanh units", whole(1))
-    hidden: int = option(2, "hidden states", whole(0))
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        require_jax()
-        return super().estimate(records, model)
-
-    def learn(self, records: Sequence[Record], model: Model) -> Fit:
-        training = training_of(records, model, int(self.stride or 1))
-        return training.fit(train(training, self.hidden, self.units, self.alpha or 0.0, self.seed), LAGS)
+    training = training_of(records, model, int(stride or 1))
+    return training.fit(train(training, hidden, units, alpha or 0.0, seed), LAGS)
 
 
 LAGS = 3

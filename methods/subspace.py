@@ -24,10 +24,17 @@ from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
 from ..models.linear_algebra import lstsq, svd
 from ..models.model import Model
+from .base import method
 from .learner import STRIDE, Learner, open_option
 
 
-class Subspace(Learner):
+@method("subspace", "linear state space by a subspace method (MOESP)", Learner)
+def Subspace(
+    records: Sequence[Record],
+    model: Model,
+    stride: int | None = STRIDE,
+    order: int | None = open_option("number of states x", Integer(1, 8), 2),
+) -> Fit:
     """Linear state-space model of velocities and yaw rate by a subspace method (PO-MOESP).
 
         x(t + h) = A x(t) + B w(t) + c,    z(t + h) = C x(t) + D w(t) + d
@@ -37,15 +44,8 @@ class Subspace(Learner):
     1994, Automatica 30(1), 61; Ljung 1999, System Identification, section 10.6.  The order is chosen by free runs, not
     by a gap of singular values.
     """
-
-    name = "subspace"
-    title = "linear state space by a subspace method (MOESP)"
-    stride: int | None = STRIDE
-    order: int | None = open_option("number of states x", Integer(1, 8), 2)
-
-    def learn(self, records: Sequence[Record], model: Model) -> Fit:
-        training = training_of(records, model, int(self.stride or 1))
-        return training.fit(*identify(training, int(self.order or 1)))
+    training = training_of(records, model, int(stride or 1))
+    return training.fit(*identify(training, int(order or 1)))
 
 
 RIDGE = 1e-8
