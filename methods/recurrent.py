@@ -26,7 +26,7 @@ from ..estimation.methods_only.black_box.state_space import Training, training_o
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
-from ..models.linear_algebra import lstsq
+from ..models.linear_algebra import ridge
 from ..models.model import Model
 from .base import method
 from .learner import STRIDE, Learner, open_option
@@ -135,9 +135,7 @@ def _first(windows: FreeRunWindows, hidden: int, units: int, rng: np.random.Gene
     known = windows.weight[0] > 0.0
     now = np.hstack([windows.past[:, :k], windows.inputs[0], np.ones((len(known), 1))])[known]
     rates = windows.outputs[0][known] - now[:, :k]
-    penalty = 1e-3 * np.sqrt(len(now)) * np.eye(now.shape[1])
-    padded = np.vstack([rates, np.zeros((now.shape[1], k))])
-    linear = lstsq(np.vstack([now, penalty]), padded)
+    linear = ridge(now, rates, 1e-3 * np.sqrt(len(now)))
     a = 0.01 * rng.normal(size=(n + nu + 1, n))
     a[np.ix_([*range(k), *range(n, n + nu + 1)], range(k))] = linear
     a[k:n, k:] -= 0.5 * np.eye(hidden)

@@ -22,7 +22,7 @@ from ..estimation.methods_only.black_box.state_space import Training, pasts, tra
 from ..estimation.methods_only.tuning.space import Integer
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
-from ..models.linear_algebra import lstsq, svd
+from ..models.linear_algebra import lstsq, ridge, svd
 from ..models.model import Model
 from .base import method
 from .learner import STRIDE, Learner, open_option
@@ -190,9 +190,7 @@ def _least_squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Coefficients (p, m) of columns x (N, p) for y (N, m), with a small penalty."""
     size = np.sqrt(np.mean(x**2, axis=0))
     size[size == 0.0] = 1.0
-    penalty = np.sqrt(RIDGE * len(x)) * np.eye(x.shape[1])
-    padded = np.vstack([y, np.zeros((x.shape[1], y.shape[1]))])
-    return lstsq(np.vstack([x / size, penalty]), padded) / size[:, None]
+    return ridge(x / size, y, np.sqrt(RIDGE * len(x))) / size[:, None]
 
 
 def _with_start(system: LinearSystem, past: np.ndarray, inputs: np.ndarray, outputs: np.ndarray) -> LinearSystem:
