@@ -23,7 +23,7 @@ from ...reporting.templating import render
 from .. import results as stored
 from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Figure, Paper, Reference, ShownTable
 from ..claims.files import ACROSS, everything, load
-from ..papers.study import StudyResult, drawing_of
+from ..papers.study import StudyResult, drawing
 from ..results import Results
 from ..verdicts import DIGITS, NO_VALUE, NOTHING, REPRODUCED, VERDICTS, Judged, Spread, shown, within
 from . import across
@@ -270,8 +270,7 @@ def file_of(paper: str, figure: Figure) -> str:
 
 def write_figure(paper: Paper, figure: Figure, results: Sequence[StudyResult], directory: Path) -> str:
     """Draw a figure from its study's results, in order of their seeds; returns the SHA-256 of the file."""
-    draw = drawing_of(paper.paper, figure.draw)
-    data = svg(lambda canvas: draw(results, canvas)).encode()
+    data = svg(drawing(paper.paper, figure, results)).encode()
     path = directory / file_of(paper.paper, figure)
     make_folder(path.parent, within=directory)
     write_atomic(path, data)
