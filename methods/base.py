@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 import time
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 import numpy as np
@@ -50,9 +50,9 @@ SEED: Any = option(0, "of the search", whole(0))
 class Method:
     """Base class of all methods, with the conventions of scikit-learn estimators.
 
-    A subclass sets `name`, declares its options (`options.option`) and implements `estimate`.  `fit` does the rest.
-    `sklearn.base.clone` copies a method.  A constructor of the subclass's own works as well: its arguments are the
-    options, each stored unchanged under its own name.
+    `method` makes a method of a function.  A subclass of its own sets `name`, declares its options (`options.option`)
+    and implements `estimate`.  `fit` does the rest.  `sklearn.base.clone` copies a method.  A constructor of the
+    subclass's own works as well: its arguments are the options, each stored unchanged under its own name.
     """
 
     name: ClassVar[str] = ""
@@ -69,6 +69,8 @@ class Method:
     variants: ClassVar[tuple[str, ...]] = ("corrected",)
     order_matters: ClassVar[bool] = False
     """True where the estimate may depend on the order of the records: recursions, and searches by random numbers."""
+    function: ClassVar[Callable[..., Any] | None] = None
+    """What computes, for a method that `method` makes."""
     options: ClassVar[Mapping[str, Option]] = {}
     """Name -> option, in the order of the constructor."""
     _declared: ClassVar[Mapping[str, Option]] = {}
@@ -158,7 +160,14 @@ class Method:
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         """The method itself, on checked records; may raise CannotFit and FitFailed."""
-        raise NotImplementedError(f"{type(self).__name__} does not implement estimate()")
+        return self.computed(records, model)
+
+    def computed(self, *data: Any) -> Any:
+        """What the method's function makes of the data that its base gives, with the options that it names."""
+        if self.function is None:
+            raise NotImplementedError(f"{type(self).__name__} does not implement estimate()")
+        named = [name for name in inspect.signature(self.function).parameters if name in self.options]
+        return self.function(*data, **{name: getattr(self, name) for name in named})
 
     def fit(self, records: Record | Sequence[Record], model: Model | str) -> Estimate:
         """Identify the model's coefficients from records.
@@ -267,24 +276,45 @@ def _published(fit: Fit, model: Model) -> tuple[dict[str, float], dict[str, floa
     return dict(zip(names, map(float, values), strict=True)), dict(zip(names, map(float, errors), strict=True))
 
 
+def method(name: str, title: str, base: Any = Method, **facts: Any) -> Callable[[Any], type[Method]]:
+    """A decorator that makes a method of a function: its name in the module then is the method's class.
+
+    The function takes the data that its base gives it, records and model unless that says otherwise, and options: a
+    parameter with a default declares one, and one without is an option of the base.  Its docstring is the method's.
+
+    Parameters
+    ----------
+    base : what methods of one kind share.
+    facts : further attributes of `Method`, and options that the base takes.
+    """
+
+    def made(function: Any) -> type[Method]:
+        parameters = inspect.signature(function).parameters.values()
+        declared = {p.name: p.default for p in parameters if p.default is not p.empty}
+        types = {p.name: p.annotation for p in parameters}
+        about = {"name": name, "title": title, "__doc__": function.__doc__, "__module__": function.__module__}
+        about |= {"function": staticmethod(function), "__annotations__": types}
+        new = {key: value for key, value in facts.items() if key not in base.options}
+        body = new | declared | facts | about  # options that the base declares come last
+        return type(function.__name__, (base,), body)
+
+    return made
+
+
 class RegressionMethod(Method):
-    """Base class of methods that solve the rows of a regression; a subclass implements `solve`."""
+    """Base of methods whose function solves the rows of a regression (`RegressionRows`)."""
 
     scheme: str = SCHEME
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        return self.solve(RegressionRows(regression_samples(records, model, self.scheme), model))
-
-    def solve(self, rows: RegressionRows) -> Fit:
-        """The fit to these rows."""
-        raise NotImplementedError(f"{type(self).__name__} does not implement solve()")
+        return self.computed(RegressionRows(regression_samples(records, model, self.scheme), model))
 
 
 class RecursiveMethod(Method):
-    """Base class of methods that are a recursion over the rows of a regression, and so may also run online.
+    """Base of methods that are a recursion over the rows of a regression, and so may also run online.
 
-    A subclass implements `update_rule`.  Several records are gone through one after the other; P and the coefficients
-    are carried over.
+    The function gives the `UpdateRule` of a run that begins with some samples, or a subclass has an `update_rule`.
+    Several records are gone through one after the other; P and the coefficients are carried over.
     """
 
     order_matters = True
@@ -316,7 +346,7 @@ class RecursiveMethod(Method):
 
     def update_rule(self, parts: Sequence[RegressionSamples]) -> UpdateRule:
         """A new rule for a run that begins with the samples `parts`."""
-        raise NotImplementedError(f"{type(self).__name__} does not implement update_rule()")
+        return self.computed(parts)
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         scheme = self.scheme or self._usual_scheme(records, model)

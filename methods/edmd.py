@@ -22,11 +22,21 @@ from ..estimation.methods_only.tuning.space import Integer, Real
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit
 from ..models.model import Model
+from .base import method
 from .learner import LAGS, STRIDE, Learner, open_option
 from .options import option
 
 
-class Edmd(Learner):
+@method("edmd", "linear model of lifted outputs (EDMD with control, Koopman)", Learner)
+def Edmd(
+    records: Sequence[Record],
+    model: Model,
+    stride: int | None = STRIDE,
+    degree: int | None = open_option("of the products, 1, 2 or 3", Integer(1, 3), 1),
+    output_lags: int | None = open_option("values of the outputs that are lifted", LAGS, 1),
+    alpha: float | None = open_option("ridge penalty", Real(1e-9, 1e-1, log=True), 1e-6),
+    bilinear: bool = option(True, "whether products of inputs and lifted outputs act too"),
+) -> Fit:
     """Extended dynamic mode decomposition with control (EDMDc), a finite approximation of the Koopman operator.
 
         g(z(t + h)) = A g(z(t)) + B w(t) + c
@@ -39,19 +49,9 @@ class Edmd(Learner):
     SIAM J. Appl. Dyn. Syst. 15(1), 142; Williams, Kevrekidis & Rowley 2015, J. Nonlinear Sci. 25, 1307; Korda & Mezic
     2018, Automatica 93, 149.
     """
-
-    name = "edmd"
-    title = "linear model of lifted outputs (EDMD with control, Koopman)"
-    stride: int | None = STRIDE
-    degree: int | None = open_option("of the products, 1, 2 or 3", Integer(1, 3), 1)
-    output_lags: int | None = open_option("values of the outputs that are lifted", LAGS, 1)
-    alpha: float | None = open_option("ridge penalty", Real(1e-9, 1e-1, log=True), 1e-6)
-    bilinear: bool = option(True, "whether products of inputs and lifted outputs act too")
-
-    def learn(self, records: Sequence[Record], model: Model) -> Fit:
-        training, lags = training_of(records, model, int(self.stride or 1)), int(self.output_lags or 1)
-        system = lift(training, int(self.degree or 1), lags, self.alpha or 0.0, self.bilinear)
-        return training.fit(system, lags)
+    training, lags = training_of(records, model, int(stride or 1)), int(output_lags or 1)
+    system = lift(training, int(degree or 1), lags, alpha or 0.0, bilinear)
+    return training.fit(system, lags)
 
 
 class LiftedSystem(NamedTuple):

@@ -18,12 +18,48 @@ from ..estimation.results.fit import Fit
 from ..estimation.simulation.selection import free_run_cost
 from ..models.errors import CannotFit, FitFailed
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .ls_svr import CONSTANT, TUNER, Tuner, fit_svr, regressors, stacked_rows
 from .options import POSITIVE, option, words
 
 
-class EsoRwLssvr(Method):
+@method(
+    "eso-rw-lssvr",
+    "extended state observer and robust weighted LS-SVR (paper 003)",
+    variants=("corrected", "proposed", "as_printed"),
+)
+def EsoRwLssvr(
+    records: Sequence[Record],
+    model: Model,
+    omega0: float | None = option(
+        None,
+        "the observer's poles, rad/s; None takes those, of several, whose least-squares estimate follows the training "
+        "records best in free run ('as_printed': 45)",
+        POSITIVE,
+        Real(1e-2, 60.0, log=True),
+    ),
+    aligned: bool = option(
+        True,
+        "give every channel the lag of the observer's last state: heading and rudder pass through the filter "
+        "omega0^4/(s + omega0)^4 by which z5 estimates psi_dddot.  False takes the observer's states as they are",
+    ),
+    discretisation: str = option(
+        "exact", "'exact' or 'euler' ('as_printed' is always Euler)", words("discretisation", METHODS)
+    ),
+    b0: float = option(
+        0.0, "input gain of the observer, on the rudder; 0 leaves the whole third derivative to be observed"
+    ),
+    C: float | None = CONSTANT,
+    tuner: str | Tuner = TUNER,
+    weighted: bool = option(True, "False takes `ls-svr` behind the observer, with which paper 003 compares its own"),
+    variant: str = option(
+        "corrected",
+        "'corrected'; 'proposed': what the paper proposes in corrected equations, with the observer's states as they "
+        "are and C by its bee colony, whatever `aligned` and `tuner` say; or 'as_printed': b0 = 1 on the heading "
+        "reference, l3 = 100, rudder and rudder slope as the observer has them, signed weights, regularised in SI "
+        "units with intercept, fitted to the first 60 %",
+    ),
+) -> Fit:
     """Heading through an extended state observer, then `rw-ls-svr` on psi_ddot, psi_dot, rudder and its slope.
 
     Response models, from the heading.  The printed form needs the heading reference, which it takes from the rudder
@@ -31,55 +67,21 @@ class EsoRwLssvr(Method):
     its other states by up to 4/omega0, which biases the estimate; with the noise of any real sensor it does so at
     every omega0.
     """
-
-    name = "eso-rw-lssvr"
-    title = "extended state observer and robust weighted LS-SVR (paper 003)"
-    variants = ("corrected", "proposed", "as_printed")
-    omega0: float | None = option(
-        None,
-        "the observer's poles, rad/s; None takes those, of several, whose least-squares estimate follows the training "
-        "records best in free run ('as_printed': 45)",
-        POSITIVE,
-        Real(1e-2, 60.0, log=True),
-    )
-    aligned: bool = option(
-        True,
-        "give every channel the lag of the observer's last state: heading and rudder pass through the filter "
-        "omega0^4/(s + omega0)^4 by which z5 estimates psi_dddot.  False takes the observer's states as they are",
-    )
-    discretisation: str = option(
-        "exact", "'exact' or 'euler' ('as_printed' is always Euler)", words("discretisation", METHODS)
-    )
-    b0: float = option(
-        0.0, "input gain of the observer, on the rudder; 0 leaves the whole third derivative to be observed"
-    )
-    C: float | None = CONSTANT
-    tuner: str | Tuner = TUNER
-    weighted: bool = option(True, "False takes `ls-svr` behind the observer, with which paper 003 compares its own")
-    variant: str = option(
-        "corrected",
-        "'corrected'; 'proposed': what the paper proposes in corrected equations, with the observer's states as they "
-        "are and C by its bee colony, whatever `aligned` and `tuner` say; or 'as_printed': b0 = 1 on the heading "
-        "reference, l3 = 100, rudder and rudder slope as the observer has them, signed weights, regularised in SI "
-        "units with intercept, fitted to the first 60 %",
-    )
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        if model.is_3dof:
-            raise CannotFit(f"the heading observer needs a response model, and {model.family} is none")
-        printed, proposed = self.variant == "as_printed", self.variant == "proposed"
-        if printed:
-            omega = PRINTED_OMEGA if self.omega0 is None else self.omega0
-            parts = printed_samples(records, model, omega)
-        elif self.aligned and not proposed:
-            omega, parts = _aligned_rows(records, model, self.omega0)
-        else:
-            omega, parts = observed_samples(records, model, self.omega0, self.discretisation, self.b0)
-        spacing = float(np.median(np.diff(parts[0].time_s)))
-        rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)
-        extra = {"omega0_rad_s": omega}
-        tuner = "abc" if proposed else self.tuner
-        return fit_svr(rows, regressors(self.weighted, printed), self.C, tuner, printed, extra)
+    if model.is_3dof:
+        raise CannotFit(f"the heading observer needs a response model, and {model.family} is none")
+    printed, proposed = variant == "as_printed", variant == "proposed"
+    if printed:
+        omega = PRINTED_OMEGA if omega0 is None else omega0
+        parts = printed_samples(records, model, omega)
+    elif aligned and not proposed:
+        omega, parts = _aligned_rows(records, model, omega0)
+    else:
+        omega, parts = observed_samples(records, model, omega0, discretisation, b0)
+    spacing = float(np.median(np.diff(parts[0].time_s)))
+    rows = stacked_rows(parts, model, max(1, int(BLOCK_TIME / omega / spacing)), physical=printed)
+    extra = {"omega0_rad_s": omega}
+    tuner = "abc" if proposed else tuner
+    return fit_svr(rows, regressors(weighted, printed), C, tuner, printed, extra)
 
 
 def _aligned_rows(

@@ -16,22 +16,16 @@ from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
 from ..models.linear_algebra import condition_number
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .options import option, words
 
 ALGORITHMS = ("A1", "A2")
 
 
-class EulerLs(Method):
-    """Least squares on explicit Euler differences of a 3-DOF model.
-
-    Exact on records made by explicit Euler; on others the bias is that of a forward difference.
-    """
-
-    name = "euler-ls"
-    title = "Euler-difference least squares of paper 001 (A1, A2)"
-    variants = ("corrected", "as_printed")
-
+@method("euler-ls", "Euler-difference least squares of paper 001 (A1, A2)", variants=("corrected", "as_printed"))
+def EulerLs(
+    records: Sequence[Record],
+    model: Model,
     algorithm: str = option(
         "A1",
         "'A1' divides the equations by the square of the speed and keeps the known inertia on the left side (eq "
@@ -39,21 +33,24 @@ class EulerLs(Method):
         "u(t), v(t), r(t) and all terms (eq 9-19), whose coefficients mix sway and yaw and are separated by the "
         "inertia matrix afterwards",
         words("algorithm", ALGORITHMS),
-    )
+    ),
     variant: str = option(
         "corrected",
         "'corrected' (orthogonal decomposition with scaled columns), or 'as_printed': (H'H)^-1 H'Y of eq 19 and 26 on "
         "unscaled columns, which squares a condition number of 1e7",
-    )
+    ),
+) -> Fit:
+    """Least squares on explicit Euler differences of a 3-DOF model.
 
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        if not model.is_3dof:
-            raise CannotFit(f"euler-ls is for 3-DOF models, and {model.id} is a response model")
-        parts = regression_samples(records, model, "forward")
-        printed = self.variant == "as_printed"
-        solve = _improved if self.algorithm == "A1" else _traditional
-        c, covariance, condition = solve(parts, model, printed)
-        return Fit(c, covariance, extra={"condition": condition})
+    Exact on records made by explicit Euler; on others the bias is that of a forward difference.
+    """
+    if not model.is_3dof:
+        raise CannotFit(f"euler-ls is for 3-DOF models, and {model.id} is a response model")
+    parts = regression_samples(records, model, "forward")
+    printed = variant == "as_printed"
+    solve = _improved if algorithm == "A1" else _traditional
+    c, covariance, condition = solve(parts, model, printed)
+    return Fit(c, covariance, extra={"condition": condition})
 
 
 def _speed_squared(part: RegressionSamples, model: Model) -> np.ndarray:

@@ -34,11 +34,28 @@ from ..estimation.regression.samples import RegressionSamples, check_enough_rows
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .options import POSITIVE, option, whole
 
 
-class SvfLs(Method):
+@method("svf-ls", "least squares on state-variable filtered records")
+def SvfLs(
+    records: Sequence[Record],
+    model: Model,
+    omega: float | None = option(
+        None,
+        "corner frequency, rad/s; None takes the one of 11 whose free run follows the training records best",
+        POSITIVE,
+        Real(1e-2, 30.0, log=True),
+    ),
+    order: int = option(
+        ORDER,
+        "number n of poles of the filter; at least the order of the highest derivative (3 for heading records and "
+        "second-order response models)",
+        whole(3),
+        Integer(3, 6),
+    ),
+) -> Fit:
     """Least squares after a state-variable filter F(s) = omega^n/(s + omega)^n on every channel.
 
     Response models need yaw rate or heading, and use both where both are measured; 3-DOF models need surge, sway and
@@ -49,40 +66,29 @@ class SvfLs(Method):
     (T2 .32 s, T3 .18 s) by 30 and 48 % at low noise, and at no corner frequency by less; `iv` and `output-error` have
     no such bias.
     """
+    found = best_corner(records, model, order) if omega is None else fit_filtered(records, model, omega, order)
+    solution = found.solution
+    return Fit(
+        solution.coefficients,
+        coloured_covariance(found, model),
+        converged=not np.isposinf(found.cost),
+        message=factors.rank_message(solution.rank, len(model.coordinates)),
+        n_iterations=CORNERS if omega is None else 1,
+        extra={"omega_rad_s": found.omega, "rank": solution.rank, "condition": solution.condition},
+    )
 
-    name = "svf-ls"
-    title = "least squares on state-variable filtered records"
-    omega: float | None = option(
-        None,
-        "corner frequency, rad/s; None takes the one of 11 whose free run follows the training records best",
+
+@method("rts-ls", "least squares on states and accelerations smoothed by a kinematic model (RTS)")
+def RtsLs(
+    records: Sequence[Record],
+    model: Model,
+    level: float = option(
+        1.0,
+        "factor on the process noise: below 1 smooths more than the likelihood suggests",
         POSITIVE,
-        Real(1e-2, 30.0, log=True),
-    )
-    order: int = option(
-        ORDER,
-        "number n of poles of the filter; at least the order of the highest derivative (3 for heading records and "
-        "second-order response models)",
-        whole(3),
-        Integer(3, 6),
-    )
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        if self.omega is None:
-            found = best_corner(records, model, self.order)
-        else:
-            found = fit_filtered(records, model, self.omega, self.order)
-        solution = found.solution
-        return Fit(
-            solution.coefficients,
-            coloured_covariance(found, model),
-            converged=not np.isposinf(found.cost),
-            message=factors.rank_message(solution.rank, len(model.coordinates)),
-            n_iterations=CORNERS if self.omega is None else 1,
-            extra={"omega_rad_s": found.omega, "rank": solution.rank, "condition": solution.condition},
-        )
-
-
-class RtsLs(Method):
+        Real(1e-3, 1e3, log=True),
+    ),
+) -> Fit:
     """Records smoothed by a kinematic model, then least squares on the states and accelerations.
 
     Surge, sway and yaw are each an integrated random walk, whose order and process noise have the largest likelihood
@@ -92,26 +98,15 @@ class RtsLs(Method):
 
     3-DOF models need surge, sway and yaw rate or heading, response models yaw rate or heading.
     """
-
-    name = "rts-ls"
-    title = "least squares on states and accelerations smoothed by a kinematic model (RTS)"
-    level: float = option(
-        1.0,
-        "factor on the process noise: below 1 smooths more than the likelihood suggests",
-        POSITIVE,
-        Real(1e-3, 1e3, log=True),
+    rows, walks, dt = smoothed_rows(records, model, level)
+    found = least_squares(*equation_factors(rows, model))
+    slowest = max(averaging_length(walk) for walk in walks.values()) * dt
+    return Fit(
+        found.coefficients,
+        coloured_covariance(FilteredFit(1.0 / slowest, rows, found, np.nan), model),
+        message=factors.rank_message(found.rank, len(model.coordinates)),
+        extra={"rank": found.rank, "walks": {s: {"order": w.order, "level": w.level} for s, w in walks.items()}},
     )
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        rows, walks, dt = smoothed_rows(records, model, self.level)
-        found = least_squares(*equation_factors(rows, model))
-        slowest = max(averaging_length(walk) for walk in walks.values()) * dt
-        return Fit(
-            found.coefficients,
-            coloured_covariance(FilteredFit(1.0 / slowest, rows, found, np.nan), model),
-            message=factors.rank_message(found.rank, len(model.coordinates)),
-            extra={"rank": found.rank, "walks": {s: {"order": w.order, "level": w.level} for s, w in walks.items()}},
-        )
 
 
 EXTRA_STATES = (1, 2)

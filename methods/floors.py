@@ -13,7 +13,7 @@ from ..estimation.methods_only.black_box.rows import outputs_of, signals_of
 from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .learner import black_box_fit, in_order
 
 
@@ -50,37 +50,27 @@ class ConstantPredictor:
         return {n: now[n] if np.isnan(value) else value for n, value in zip(self.outputs, self.values, strict=True)}
 
 
-class MeanRates(Method):
+@method("mean", "mean speeds and yaw rate of the training records", kind="floor")
+def MeanRates(records: Sequence[Record], model: Model) -> Fit:
     """Surge, sway and yaw rate are always those of the training records on average; the rudder is not looked at.
 
     R^2 of a method compares with the mean of the held-out record itself, which nobody knows before; this is the same
     floor with what is known.  A response model has the yaw rate only.
     """
-
-    name = "mean"
-    title = "mean speeds and yaw rate of the training records"
-    kind = "floor"
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        parts = signals_of(in_order(records), model)
-        means = np.concatenate([part.outputs for part in parts]).mean(axis=0)
-        if not np.isfinite(means).all():
-            raise FitFailed("the records' means are not finite")
-        return black_box_fit(ConstantPredictor(tuple(model.states), outputs_of(model), tuple(map(float, means))))
+    parts = signals_of(in_order(records), model)
+    means = np.concatenate([part.outputs for part in parts]).mean(axis=0)
+    if not np.isfinite(means).all():
+        raise FitFailed("the records' means are not finite")
+    return black_box_fit(ConstantPredictor(tuple(model.states), outputs_of(model), tuple(map(float, means))))
 
 
-class StraightLine(Method):
+@method("straight-line", "straight on at the initial speed, without turning", kind="floor")
+def StraightLine(records: Sequence[Record], model: Model) -> Fit:
     """The ship keeps the surge and sway speed of its start and does not turn: its yaw rate is zero.
 
     One sample ahead, the speeds are those of the sample before.  Nothing is learnt from the training records.
     """
-
-    name = "straight-line"
-    title = "straight on at the initial speed, without turning"
-    kind = "floor"
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        signals_of(records, model)  # records that no method can use are refused
-        outputs = outputs_of(model)
-        values = tuple(0.0 if name == "r" else np.nan for name in outputs)
-        return black_box_fit(ConstantPredictor(tuple(model.states), outputs, values))
+    signals_of(records, model)  # records that no method can use are refused
+    outputs = outputs_of(model)
+    values = tuple(0.0 if name == "r" else np.nan for name in outputs)
+    return black_box_fit(ConstantPredictor(tuple(model.states), outputs, values))

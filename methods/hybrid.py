@@ -16,11 +16,10 @@ from ..estimation.methods_only.tuning.tune import validation_of
 from ..estimation.results.fit import Fit
 from ..models.errors import BadInput
 from ..models.model import Model
+from .base import method
 from .learner import Learner, open_option
 from .options import option
 from .registry import make
-
-G_SHARE: Any = open_option("of g", Choice(0.0, 0.5, 1.0), 0.0)
 
 
 def _check_physics(name: str, value: Any) -> None:
@@ -28,13 +27,8 @@ def _check_physics(name: str, value: Any) -> None:
         raise BadInput(f"{name} is {value!r}, a method that estimates coefficients is needed")
 
 
-PHYSICS: Any = option(
-    "output-error", "method that identifies the coefficients, such as 'output-error' or 'pem'", _check_physics
-)
-
-
 class Hybrid(Learner):
-    """Base class of physical models with learnt residual accelerations; a subclass implements `regressor`.
+    """Base of physical models with learnt residual accelerations; the function gives a new regressor of these.
 
     The physics is identified once on the records, and once on the stretches of them that the search of options fits.
     """
@@ -42,13 +36,11 @@ class Hybrid(Learner):
     kind = "hybrid"
     rows: ClassVar[int | None] = None
     """Most training rows, evenly spaced."""
-    physics: str | Estimate
-    stride: int | None
-    share: float | None
-
-    def regressor(self, n_features: int) -> Any:
-        """A new regressor of the residual accelerations."""
-        raise NotImplementedError(f"{type(self).__name__} does not implement regressor()")
+    physics: str | Estimate = option(
+        "output-error", "method that identifies the coefficients, such as 'output-error' or 'pem'", _check_physics
+    )
+    share: float | None = open_option("of g", Choice(0.0, 0.5, 1.0), 0.0)
+    stride: int | None = None
 
     def for_search(self, records: Sequence[Record], model: Model) -> Learner:
         """The method with the physics as identified on what a trial fits."""
@@ -61,7 +53,7 @@ class Hybrid(Learner):
         found = self._identified(records, model)
         x, y = innovation_rows(signals_of(records, model), found.model, int(self.stride or 1))
         chosen = evenly_spaced(len(x), self.rows)
-        learnt = fit_scaled(x[chosen], y[chosen], self.regressor, Lags().features(model))
+        learnt = fit_scaled(x[chosen], y[chosen], self.computed, Lags().features(model))
         return Fit(
             found.coefficients,
             found.covariance,
@@ -73,7 +65,16 @@ class Hybrid(Learner):
         )
 
 
-class GreyResidual(Hybrid):
+@method(
+    "grey-residual",
+    "physical model with polynomial residual accelerations, learnt from its innovations",
+    Hybrid,
+    usual_trials=8,
+    stride=open_option("step of the innovations in samples", Integer(1, 16, log=True), 4),
+)
+def GreyResidual(
+    n_features: int, alpha: float | None = open_option("ridge penalty", Real(1e-6, 1.0, log=True), 1e-2)
+) -> Any:
     """A physical model, identified, plus polynomial residual accelerations learnt from its innovations.
 
         z(t + h) = Phi(z(t), w(t)) + share h g(z(t), w(t))
@@ -84,38 +85,26 @@ class GreyResidual(Hybrid):
     Forssell & Lindskog 1997, IFAC SYSID, 481 (semi-physical and neural modelling combined); Psichogios & Ungar 1992,
     AIChE J. 38(10), 1499.
     """
+    from ..estimation.methods_only.black_box.terms import TermRegression, monomials
 
-    name = "grey-residual"
-    title = "physical model with polynomial residual accelerations, learnt from its innovations"
-    usual_trials = 8
-    physics: str | Estimate = PHYSICS
-    stride: int | None = open_option("step of the innovations in samples", Integer(1, 16, log=True), 4)
-    alpha: float | None = open_option("ridge penalty", Real(1e-6, 1.0, log=True), 1e-2)
-    share: float | None = G_SHARE
-
-    def regressor(self, n_features: int) -> Any:
-        from ..estimation.methods_only.black_box.terms import TermRegression, monomials
-
-        return TermRegression(monomials(n_features, 2), alpha=self.alpha or 0.0)
+    return TermRegression(monomials(n_features, 2), alpha=alpha or 0.0)
 
 
-class GreyGp(Hybrid):
+@method(
+    "grey-gp",
+    "physical model with a Gaussian process of residual accelerations",
+    Hybrid,
+    rows=300,
+    usual_trials=4,
+    stride=open_option("step of the innovations in samples", Integer(2, 16, log=True), 4),
+)
+def GreyGp(n_features: int) -> Any:
     """A physical model, identified, plus a Gaussian process of its residual accelerations.
 
     As `grey-residual`, with g the mean of a Gaussian process with a squared-exponential kernel and white noise, on at
     most 300 rows.  Far from the training records g is zero, and the physics remains.  Source: Kennedy & O'Hagan 2001,
     J. R. Stat. Soc. B 63(3), 425 (the discrepancy of a calibrated model as a Gaussian process).
     """
+    from ..estimation.methods_only.black_box.limited import gaussian_process
 
-    name = "grey-gp"
-    title = "physical model with a Gaussian process of residual accelerations"
-    rows = 300
-    usual_trials = 4
-    physics: str | Estimate = PHYSICS
-    stride: int | None = open_option("step of the innovations in samples", Integer(2, 16, log=True), 4)
-    share: float | None = G_SHARE
-
-    def regressor(self, n_features: int) -> Any:
-        from ..estimation.methods_only.black_box.limited import gaussian_process
-
-        return gaussian_process(n_features)
+    return gaussian_process(n_features)

@@ -22,13 +22,38 @@ from ..estimation.simulation.free_run import start_state
 from ..models.errors import FitFailed
 from ..models.linear_algebra import pinv
 from ..models.model import Model
-from .base import DIFFERENCE, Method
+from .base import DIFFERENCE, method
 from .options import POSITIVE, option, whole, words
 
 INSTRUMENTS = ("simulated", "lagged")
 
 
-class Iv(Method):
+@method("iv", "instrumental variables, lagged and simulated, iterated")
+def Iv(
+    records: Sequence[Record],
+    model: Model,
+    instruments: str = option(
+        "simulated", "'simulated' or 'lagged'", words("instruments", INSTRUMENTS), Choice(*INSTRUMENTS)
+    ),
+    lag: int = option(4, "samples by which lagged instruments are late", whole(1), Integer(1, 40, log=True)),
+    iterations: int = option(
+        12,
+        "most simulations; the iteration ends when no coefficient changes by a hundredth of its standard error",
+        whole(1),
+    ),
+    horizon_s: float | None = option(
+        None,
+        "the simulation is restarted from the record after so many seconds, and whenever it is far from the record; "
+        "None simulates the whole record as long as it stays near",
+        POSITIVE,
+    ),
+    scheme: str = option(
+        "triple-integral",
+        "difference scheme, see `helmbench.estimation.regression.schemes`; the default integrates, so that the "
+        "equation's noise stays white",
+        DIFFERENCE,
+    ),
+) -> Fit:
     """Instrumental-variable estimate, iterated as in refined IV (SRIVC).
 
     Noise on the channels is in the regressors too and biases least squares.  Instruments are regressors without that
@@ -38,72 +63,47 @@ class Iv(Method):
     Equations are weighted by their residuals.  Standard errors allow for noise that is correlated over a few samples
     (Newey & West 1987).  Young & Jakeman 1979; Garnier & Young 2008 for SRIVC.
     """
+    rows = [_lagged(record, model, scheme, lag) for record in records]
+    check_enough_rows(sum(y.size for y, *_ in rows), model)
+    found, count, converged = _solve(rows), 0, True
+    if instruments == "simulated":
+        found, count, converged = _refined(records, model, found, scheme, iterations, horizon_s)
+    message = "" if converged else f"not converged after {count} simulations"
+    return found._replace(converged=converged, message=message, n_iterations=count + 1)
 
-    name = "iv"
-    title = "instrumental variables, lagged and simulated, iterated"
-    instruments: str = option(
-        "simulated", "'simulated' or 'lagged'", words("instruments", INSTRUMENTS), Choice(*INSTRUMENTS)
-    )
-    lag: int = option(4, "samples by which lagged instruments are late", whole(1), Integer(1, 40, log=True))
-    iterations: int = option(
-        12,
-        "most simulations; the iteration ends when no coefficient changes by a hundredth of its standard error",
-        whole(1),
-    )
-    horizon_s: float | None = option(
-        None,
-        "the simulation is restarted from the record after so many seconds, and whenever it is far from the record; "
-        "None simulates the whole record as long as it stays near",
-        POSITIVE,
-    )
-    scheme: str = option(
-        "triple-integral",
-        "difference scheme, see `helmbench.estimation.regression.schemes`; the default integrates, so that the "
-        "equation's noise stays white",
-        DIFFERENCE,
-    )
 
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        rows = [_lagged(record, model, self.scheme, self.lag) for record in records]
-        check_enough_rows(sum(y.size for y, *_ in rows), model)
-        found, count, converged = _solve(rows), 0, True
-        if self.instruments == "simulated":
-            found, count, converged = self._refined(records, model, found)
-        message = "" if converged else f"not converged after {count} simulations"
-        return found._replace(converged=converged, message=message, n_iterations=count + 1)
+def _refined(
+    records: Sequence[Record], model: Model, first: Fit, scheme: str, iterations: int, horizon_s: float | None
+) -> tuple[Fit, int, bool]:
+    """Iterated solution with simulated instruments, the number of simulations, and whether it has converged.
 
-    def _refined(self, records: Sequence[Record], model: Model, first: Fit) -> tuple[Fit, int, bool]:
-        """Iterated solution with simulated instruments, the number of simulations, and whether it has converged.
+    It starts from `first` or from one of the least-squares starts, whichever simulates the records best.  Without
+    convergence the solution that simulates the records best is returned.
+    """
+    outputs = [series_of(record, model).outputs for record in records]
+    own = [_evaluated(record, model, scheme)[:2] for record in records]
 
-        It starts from `first` or from one of the least-squares starts, whichever simulates the records best.  Without
-        convergence the solution that simulates the records best is returned.
-        """
-        outputs = [series_of(record, model).outputs for record in records]
-        own = [_evaluated(record, model, self.scheme)[:2] for record in records]
+    def tried(c: np.ndarray) -> tuple[np.ndarray, list[Record], float]:
+        """Coefficients (p,), the records that they simulate, and how far those are from the measured ones."""
+        known = model.with_coefficients(c)
+        runs = [restarted_run(record, known, horizon_s) for record in records]
+        return c, runs, sum(_distance(y, run, known) for y, run in zip(outputs, runs, strict=True))
 
-        def tried(c: np.ndarray) -> tuple[np.ndarray, list[Record], float]:
-            """Coefficients (p,), the records that they simulate, and how far those are from the measured ones."""
-            known = model.with_coefficients(c)
-            runs = [restarted_run(record, known, self.horizon_s) for record in records]
-            return c, runs, sum(_distance(y, run, known) for y, run in zip(outputs, runs, strict=True))
-
-        candidates = [first.coefficients, *(start.coefficients for start in starts_of(records, model))]
-        here, runs, _ = min(map(tried, candidates), key=lambda one: one[2])
-        best, found = np.inf, first
-        for count in range(1, self.iterations + 1):
-            rows = zip(own, runs, strict=True)
-            new = _solve([_without_gaps(y, phi, _evaluated(run, model, self.scheme)[1]) for (y, phi), run in rows])
-            before, (here, runs, cost) = here, tried(new.coefficients)
-            sd = np.sqrt(np.diag(np.asarray(new.covariance)))
-            change = np.abs(new.coefficients - before) / np.where(sd > 0.0, sd, 1.0)
-            still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(
-                new.coefficients, before, rtol=1e-9, atol=0.0
-            )
-            if cost <= best or count == 1:
-                best, found = cost, new
-            if still:
-                return new, count, True
-        return found, self.iterations, False
+    candidates = [first.coefficients, *(start.coefficients for start in starts_of(records, model))]
+    here, runs, _ = min(map(tried, candidates), key=lambda one: one[2])
+    best, found = np.inf, first
+    for count in range(1, iterations + 1):
+        rows = zip(own, runs, strict=True)
+        new = _solve([_without_gaps(y, phi, _evaluated(run, model, scheme)[1]) for (y, phi), run in rows])
+        before, (here, runs, cost) = here, tried(new.coefficients)
+        sd = np.sqrt(np.diag(np.asarray(new.covariance)))
+        change = np.abs(new.coefficients - before) / np.where(sd > 0.0, sd, 1.0)
+        still = np.all(change[np.isfinite(sd)] < STILL) or np.allclose(new.coefficients, before, rtol=1e-9, atol=0.0)
+        if cost <= best or count == 1:
+            best, found = cost, new
+        if still:
+            return new, count, True
+    return found, iterations, False
 
 
 Rows = tuple[np.ndarray, np.ndarray, np.ndarray]

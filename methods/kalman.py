@@ -10,7 +10,7 @@ from ..estimation.methods_only.filters.joint import joint_fit
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.results.fit import Fit
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .options import POSITIVE, SHARE, number, option, whole
 
 PASSES: Any = option(4, "runs over all records", whole(1))
@@ -22,8 +22,9 @@ INFLATION: Any = option(
 )
 
 
-class Ekf(Method):
-    """Joint extended Kalman filter with Rauch-Tung-Striebel smoother, iterated.
+@method("ekf", "joint state and parameter extended Kalman filter with RTS smoother", order_matters=True)
+def Ekf(records: Sequence[Record], model: Model, passes: int = PASSES, inflation: float = INFLATION) -> Fit:
+    """Joint extended Kalman filter, iterated, with a smoother of the initial states.
 
     Each sample is predicted by one RK4 sample step with its generated sensitivities; each measured channel is a scalar
     update in Joseph form, gaps are skipped (`helmbench.estimation.methods_only.filters.joint`).
@@ -31,39 +32,29 @@ class Ekf(Method):
     Records need the rudder and at least one of yaw rate, heading, surge and sway.  `extra` holds the innovations of
     the last pass (per record (N, c), in the order of `channels`) for one-step scores.
     """
-
-    name = "ekf"
-    title = "joint state and parameter extended Kalman filter with RTS smoother"
-    order_matters = True
-    passes: int = PASSES
-    inflation: float = INFLATION
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        return joint_fit(records, model, self.passes, self.inflation)
+    return joint_fit(records, model, passes, inflation)
 
 
-class Ukf(Method):
-    """Joint unscented Kalman filter, iterated as `ekf` is.
-
-    Starting values, sensor and process noise, and the initial states between passes are those of `ekf`.
-    """
-
-    name = "ukf"
-    title = "joint state and parameter unscented Kalman filter"
-    order_matters = True
-    passes: int = PASSES
-    inflation: float = INFLATION
+@method("ukf", "joint state and parameter unscented Kalman filter", order_matters=True)
+def Ukf(
+    records: Sequence[Record],
+    model: Model,
+    passes: int = PASSES,
+    inflation: float = INFLATION,
     alpha: float = option(
         0.1,
         "distance of the sigma points in units of sqrt(m) standard deviations, m being the size of the joint vector",
         SHARE,
         Real(1e-3, 1.0, log=True),
-    )
+    ),
     beta: float = option(
         2.0,
         "weight of the mean's shift in the covariance; 2 for Gaussian densities",
         number("a number of at least 1", lambda value: value >= 1.0),
-    )
+    ),
+) -> Fit:
+    """Joint unscented Kalman filter, iterated as `ekf` is.
 
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        return joint_fit(records, model, self.passes, self.inflation, (self.alpha, self.beta))
+    Starting values, sensor and process noise, and the initial states between passes are those of `ekf`.
+    """
+    return joint_fit(records, model, passes, inflation, (alpha, beta))

@@ -33,12 +33,12 @@ STRIDE: Any = open_option("step h in samples", Integer(1, 16, log=True), 4)
 
 
 class Learner(Method):
-    """Base class of learnt predictors.
+    """Base of learnt predictors.
 
-    A subclass implements `learn` and declares options with `open_option`.  One that is None is chosen: Optuna (TPE)
-    tries values, fits the first 60 % of every record, and takes those whose free runs from the records' first samples
-    come closest to the rest (`tuning.tune`).  Where no trial gives a finite free run, usual values are taken and the
-    estimate says so.
+    The function learns from records and model with all options given; it may raise CannotFit and FitFailed.  An option
+    that is declared by `open_option` and is None is chosen: Optuna (TPE) tries values, fits the first 60 % of every
+    record, and takes those whose free runs from the records' first samples come closest to the rest (`tuning.tune`).
+    Where no trial gives a finite free run, usual values are taken and the estimate says so.
     """
 
     kind = "black box"
@@ -48,8 +48,8 @@ class Learner(Method):
     seed: int = option(0, "of the search and of what the method draws itself", whole(0))
 
     def learn(self, records: Sequence[Record], model: Model) -> Fit:
-        """The fit with all options given; may raise CannotFit and FitFailed."""
-        raise NotImplementedError(f"{type(self).__name__} does not implement learn()")
+        """The fit with all options given."""
+        return self.computed(records, model)
 
     def estimate(self, records: Sequence[Record], model: Model) -> Fit:
         records = in_order(records)
@@ -88,9 +88,10 @@ class Learner(Method):
 
 
 class NarxLearner(Learner):
-    """Base class of regressors on rows of a difference equation with lags (`estimation.methods_only.black_box.rows`).
+    """Base of regressors on rows of a difference equation with lags (`estimation.methods_only.black_box.rows`).
 
-    A subclass implements `regressor` and may have the options `stride`, `output_lags` and `input_lags`.
+    The function gives a new regressor of features with some symbols (d,); options may be `stride`, `output_lags` and
+    `input_lags`.
     """
 
     rows: ClassVar[int | None] = None
@@ -103,10 +104,6 @@ class NarxLearner(Learner):
         """Step and number of lagged values, by the options."""
         return Lags(int(self.stride or 1), int(self.output_lags or 1), int(self.input_lags or 1))
 
-    def regressor(self, model: Model, symbols: tuple[str, ...]) -> Any:
-        """A new regressor of features with these symbols (d,)."""
-        raise NotImplementedError(f"{type(self).__name__} does not implement regressor()")
-
     def learn(self, records: Sequence[Record], model: Model) -> Fit:
         lags, parts = self.lags(), signals_of(records, model)
         x, y = narx_rows(parts, lags)
@@ -114,7 +111,7 @@ class NarxLearner(Learner):
             chosen = evenly_spaced(len(x), self.rows)
             x, y = x[chosen], y[chosen]
         symbols = lags.features(model)
-        predictor = learn_narx(x, y, lambda _: self.regressor(model, symbols), model, lags, parts[0].dt)
+        predictor = learn_narx(x, y, lambda _: self.computed(symbols), model, lags, parts[0].dt)
         return black_box_fit(predictor, rows=len(x))
 
 

@@ -23,24 +23,17 @@ from ..estimation.regression.schemes import INTEGRATED, SCHEMES
 from ..estimation.results.fit import Fit, mapped
 from ..models.errors import CannotFit, FitFailed
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .options import option, words
 
 DRAWS, SEED = 48, 48
 """Repetitions (a standard error is then uncertain by a tenth), and the seed of their noise."""
 
 
-class Ls(Method):
-    """Least squares on the model's difference equations, solved by orthogonal decomposition.
-
-    3-DOF models need surge, sway and yaw rate (or heading); response models yaw rate or heading.  Standard errors take
-    the equations' errors as independent, except for the integrated schemes, where sensor noise is coloured
-    (`replayed_covariance`), and for the filter, which colours it.
-    """
-
-    name = "ls"
-    title = "batch least squares (QR), difference scheme or filter by left-out windows"
-
+@method("ls", "batch least squares (QR), difference scheme or filter by left-out windows")
+def Ls(
+    records: Sequence[Record],
+    model: Model,
     scheme: str | None = option(
         None,
         "a scheme of `helmbench.estimation.regression.schemes` ('forward' is explicit Euler, 'midpoint' the trapezoid "
@@ -49,25 +42,26 @@ class Ls(Method):
         "frequencies whose fits follow left-out windows of the records best "
         "(`helmbench.estimation.methods_only.regression.left_out`); `extra['scheme']` says which",
         words("difference scheme", (*SCHEMES, "zoh")),
-    )
+    ),
+) -> Fit:
+    """Least squares on the model's difference equations, solved by orthogonal decomposition.
 
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        return fit_by(best_scheme(records, model) if self.scheme is None else Scheme(self.scheme), records, model)
+    3-DOF models need surge, sway and yaw rate (or heading); response models yaw rate or heading.  Standard errors take
+    the equations' errors as independent, except for the integrated schemes, where sensor noise is coloured
+    (`replayed_covariance`), and for the filter, which colours it.
+    """
+    return fit_by(best_scheme(records, model) if scheme is None else Scheme(scheme), records, model)
 
 
-class LsForward(Method):
+@method("ls-forward", "batch least squares on forward differences (papers 000, 001, 002)")
+def LsForward(records: Sequence[Record], model: Model) -> Fit:
     """Least squares on forward differences (explicit Euler), as papers 000, 001 and 002 have it, in corrected form.
 
     Exact on records that are made by explicit Euler.  On others every equation is taken at the beginning of a step
     instead of its middle, and sensor noise at that sample enters both sides: from a 20/20 zigzag of `response-1` with
     medium noise the time constant comes out as 31 to 69 s instead of 13.5 s.  `ls` chooses its scheme.
     """
-
-    name = "ls-forward"
-    title = "batch least squares on forward differences (papers 000, 001, 002)"
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        return fit_by(Scheme("forward"), records, model)
+    return fit_by(Scheme("forward"), records, model)
 
 
 def fit_by(scheme: Scheme, records: Sequence[Record], model: Model) -> Fit:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
 from ..models.linear_algebra import pinv
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .options import POSITIVE, option, words
 
 DOMAIN = (1e-2, 1e10)
@@ -247,46 +247,63 @@ TUNER: Any = option(
 )
 
 
-class LsSvr(Method):
-    """Least-squares support vector regression with a linear kernel on the model's equations."""
+SCHEME: Any = option(
+    FILTER,
+    "'svf' (state-variable filter, its corner frequency chosen as in `svf-ls`), or a scheme of "
+    "`helmbench.estimation.regression.schemes`",
+    words("difference scheme", (FILTER, *SCHEMES)),
+)
+VARIANTS = ("corrected", "as_printed")
 
-    name = "ls-svr"
-    title = "least-squares support vector regression, linear kernel (paper 003)"
-    variants = ("corrected", "as_printed")
-    weighted: ClassVar[bool] = False
-    C: float | None = CONSTANT
-    scheme: str = option(
-        FILTER,
-        "'svf' (state-variable filter, its corner frequency chosen as in `svf-ls`), or a scheme of "
-        "`helmbench.estimation.regression.schemes`",
-        words("difference scheme", (FILTER, *SCHEMES)),
-    )
-    tuner: str | Tuner = TUNER
+
+@method("ls-svr", "least-squares support vector regression, linear kernel (paper 003)", variants=VARIANTS)
+def LsSvr(
+    records: Sequence[Record],
+    model: Model,
+    C: float | None = CONSTANT,
+    scheme: str = SCHEME,
+    tuner: str | Tuner = TUNER,
     variant: str = option(
         "corrected",
         "'corrected' standardises the regressors, has no intercept (eq 29 has none) and fits all rows once C is "
         "chosen; 'as_printed' regularises in SI units, with intercept, and fits the first 60 % only",
-    )
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        printed = self.variant == "as_printed"
-        if self.scheme == FILTER:
-            found = best_corner(records, model)
-            parts, block, extra = found.rows, int(BLOCK_TIME / DENSE), {"omega_rad_s": found.omega}
-        else:
-            parts, block, extra = regression_samples(records, model, self.scheme), DIFFERENCED, {}
-        rows = stacked_rows(parts, model, block, physical=printed)
-        return fit_svr(rows, regressors(self.weighted, printed), self.C, self.tuner, printed, extra)
+    ),
+) -> Fit:
+    """Least-squares support vector regression with a linear kernel on the model's equations."""
+    return _fit_records(records, model, False, C, scheme, tuner, variant)
 
 
-class RwLsSvr(LsSvr):
-    """As `ls-svr`, with outliers removed by the MAD rule and adaptive weights on the errors."""
-
-    name = "rw-ls-svr"
-    title = "robust weighted LS-SVR: MAD rule and adaptive weights (paper 003)"
-    weighted = True
+@method("rw-ls-svr", "robust weighted LS-SVR: MAD rule and adaptive weights (paper 003)", variants=VARIANTS)
+def RwLsSvr(
+    records: Sequence[Record],
+    model: Model,
+    C: float | None = CONSTANT,
+    scheme: str = SCHEME,
+    tuner: str | Tuner = TUNER,
     variant: str = option(
         "corrected",
         "'corrected' applies the rule to residuals and iterates weights in |e| to convergence; 'as_printed' applies it "
         "to the highest derivative itself and weights once by signed errors.  Otherwise as in `ls-svr`",
-    )
+    ),
+) -> Fit:
+    """As `ls-svr`, with outliers removed by the MAD rule and adaptive weights on the errors."""
+    return _fit_records(records, model, True, C, scheme, tuner, variant)
+
+
+def _fit_records(
+    records: Sequence[Record],
+    model: Model,
+    weighted: bool,
+    c: float | None,
+    scheme: str,
+    tuner: str | Tuner,
+    variant: str,
+) -> Fit:
+    printed = variant == "as_printed"
+    if scheme == FILTER:
+        found = best_corner(records, model)
+        parts, block, extra = found.rows, int(BLOCK_TIME / DENSE), {"omega_rad_s": found.omega}
+    else:
+        parts, block, extra = regression_samples(records, model, scheme), DIFFERENCED, {}
+    rows = stacked_rows(parts, model, block, physical=printed)
+    return fit_svr(rows, regressors(weighted, printed), c, tuner, printed, extra)

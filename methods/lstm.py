@@ -19,7 +19,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import cache
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -37,12 +37,29 @@ from ..estimation.methods_only.tuning.space import Integer, Real
 from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .learner import in_order
 from .options import NOT_NEGATIVE, option, whole
 
 
-class Lstm(Method):
+@method(
+    "lstm",
+    "long short-term memory network (LSTM), trained on free runs",
+    kind="black box",
+    minutes=True,
+    brief={"units": 8, "iterations": 100},
+)
+def Lstm(
+    records: Sequence[Record],
+    model: Model,
+    stride: int = option(2, "h in samples", whole(1), Integer(1, 8, log=True)),
+    decay: float = option(
+        0.4, "of the weights at each update, relative to the step size", NOT_NEGATIVE, Real(0.1, 1.0, log=True)
+    ),
+    units: int = option(32, "hidden states, and as many cell states", whole(1)),
+    iterations: int = option(2000, "updates of the weights", whole(1)),
+    seed: int = option(0, "of the first weights and the batches", whole(0)),
+) -> Fit:
     """Long short-term memory network of outputs and inputs, trained on free runs of windows.
 
         z(t + h) = z(t) + V (m, 1),    m: hidden state of an LSTM layer that takes z and w of every step
@@ -54,24 +71,9 @@ class Lstm(Method):
     recursion are jax's, so the method needs the extra `deep` and does not apply without it.  Sources: Hochreiter &
     Schmidhuber 1997, Neural Comput. 9(8), 1735; for ships Woo, Park, Yu & Kim 2018, Appl. Ocean Res. 73.
     """
-
-    name = "lstm"
-    title = "long short-term memory network (LSTM), trained on free runs"
-    kind = "black box"
-    minutes = True
-    brief: ClassVar = {"units": 8, "iterations": 100}
-    stride: int = option(2, "h in samples", whole(1), Integer(1, 8, log=True))
-    decay: float = option(
-        0.4, "of the weights at each update, relative to the step size", NOT_NEGATIVE, Real(0.1, 1.0, log=True)
-    )
-    units: int = option(32, "hidden states, and as many cell states", whole(1))
-    iterations: int = option(2000, "updates of the weights", whole(1))
-    seed: int = option(0, "of the first weights and the batches", whole(0))
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        training = training_of(in_order(records), model, self.stride)
-        network = train(training, self.units, self.iterations, self.decay, self.seed)
-        return training.fit(network, LAGS)._replace(n_iterations=self.iterations)
+    training = training_of(in_order(records), model, stride)
+    network = train(training, units, iterations, decay, seed)
+    return training.fit(network, LAGS)._replace(n_iterations=iterations)
 
 
 LAGS = 5

@@ -26,7 +26,8 @@ MOST_STRETCHES = 1000
 
 
 class PriorMethod(Method):
-    """Base class of methods that take prior knowledge of the published parameters."""
+    """Base of methods that take prior knowledge of the published parameters; the function gets the unknowns beside
+    records and model, None for all coefficients."""
 
     prior: Any = option(
         None,
@@ -48,6 +49,9 @@ class PriorMethod(Method):
 
     def visible(self, model: Model) -> Model:
         return model
+
+    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
+        return self.computed(records, model, self.unknowns(model))
 
     def unknowns(self, model: Model) -> Unknowns | None:
         """The parameters that are estimated of a model with the known values; None: all coefficients, freely."""

@@ -29,11 +29,16 @@ from ..estimation.regression.starts import starts_of
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .options import option, whole
 
 
-class Pem(Method):
+@method("pem", "prediction error: likeliest innovations, sensor noise and gusts estimated along")
+def Pem(
+    records: Sequence[Record],
+    model: Model,
+    max_iterations: int = option(100, "pairs of a coefficient step and a noise step", whole(1)),
+) -> Fit:
     """Prediction error with estimated sensor noise and process noise (coloured forces).
 
     Maximum likelihood for a ship in wind and waves: in addition to the white noise of the sensors, coloured forces (one
@@ -50,50 +55,46 @@ class Pem(Method):
     not.  `extra` holds the log likelihood and the noise: `sensor_sd` by state, `force_sd` in N, N and N m (response
     models: rad/s2 of yaw and of its rate) and the forces' `correlation_s`.
     """
+    starts = [start.coefficients for start in starts_of(records, model)]
+    est = velocity_estimator(model.with_coefficients(starts[0]), records)
+    p = len(model.coordinates)
+    if est.n_values <= p:
+        raise CannotFit(f"{est.n_values} measured values for {p} coefficients")
+    first = _searched(est, best_start(est, starts), max_iterations)
+    est, found = _likelier(est, *first, _by_free_runs(records, model), max_iterations)
+    solution = factors.solve(information(est, found.point), NULL)
+    notes = [factors.rank_message(solution.rank, p), "" if found.converged else "stopped before convergence"]
+    setting = found.point.setting
+    return Fit(
+        setting.vectors[0, :p],
+        solution.covariance,
+        converged=found.converged,
+        message="; ".join(filter(None, notes)),
+        n_iterations=found.n_iterations,
+        extra={"log_likelihood": found.log_likelihood, **noise_of(est, setting)},
+    )
 
-    name = "pem"
-    title = "prediction error: likeliest innovations, sensor noise and gusts estimated along"
 
-    max_iterations: int = option(100, "pairs of a coefficient step and a noise step", whole(1))
+def _likelier(
+    est: Estimator, kept: Estimator, found: SearchResult, free_run: np.ndarray | None, max_iterations: int
+) -> tuple[Estimator, SearchResult]:
+    """What was found, or what the search finds from the coefficients (p,) of a fit to free runs, if these are
+    likelier with noise of their own: large forces explain what coefficients do not."""
+    if free_run is not None:
+        setting, innovations = fit_noise_from_starts(est, with_coefficients(est.start(), free_run), est.start())
+        if innovations.log_likelihood > found.log_likelihood:
+            other, likelier = _searched(est, SearchPoint(setting, innovations), max_iterations)
+            if likelier.log_likelihood > found.log_likelihood:
+                return other, likelier._replace(n_iterations=found.n_iterations + likelier.n_iterations)
+    return kept, found
 
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        starts = [start.coefficients for start in starts_of(records, model)]
-        est = velocity_estimator(model.with_coefficients(starts[0]), records)
-        p = len(model.coordinates)
-        if est.n_values <= p:
-            raise CannotFit(f"{est.n_values} measured values for {p} coefficients")
-        est, found = self._likelier(est, *self._searched(est, best_start(est, starts)), _by_free_runs(records, model))
-        solution = factors.solve(information(est, found.point), NULL)
-        notes = [factors.rank_message(solution.rank, p), "" if found.converged else "stopped before convergence"]
-        setting = found.point.setting
-        return Fit(
-            setting.vectors[0, :p],
-            solution.covariance,
-            converged=found.converged,
-            message="; ".join(filter(None, notes)),
-            n_iterations=found.n_iterations,
-            extra={"log_likelihood": found.log_likelihood, **noise_of(est, setting)},
-        )
 
-    def _likelier(
-        self, est: Estimator, kept: Estimator, found: SearchResult, free_run: np.ndarray | None
-    ) -> tuple[Estimator, SearchResult]:
-        """What was found, or what the search finds from the coefficients (p,) of a fit to free runs, if these are
-        likelier with noise of their own: large forces explain what coefficients do not."""
-        if free_run is not None:
-            setting, innovations = fit_noise_from_starts(est, with_coefficients(est.start(), free_run), est.start())
-            if innovations.log_likelihood > found.log_likelihood:
-                other, likelier = self._searched(est, SearchPoint(setting, innovations))
-                if likelier.log_likelihood > found.log_likelihood:
-                    return other, likelier._replace(n_iterations=found.n_iterations + likelier.n_iterations)
-        return kept, found
-
-    def _searched(self, est: Estimator, start: SearchPoint) -> tuple[Estimator, SearchResult]:
-        """The whole search from one point, with the filter in the form of noise found."""
-        found = search(est, start, self.max_iterations, ROUGH)
-        est, found = with_best_noise_form(est, found)
-        last = search(est, found.point, max(self.max_iterations - found.n_iterations, 1), ENOUGH)
-        return est, last._replace(n_iterations=found.n_iterations + last.n_iterations)
+def _searched(est: Estimator, start: SearchPoint, max_iterations: int) -> tuple[Estimator, SearchResult]:
+    """The whole search from one point, with the filter in the form of noise found."""
+    found = search(est, start, max_iterations, ROUGH)
+    est, found = with_best_noise_form(est, found)
+    last = search(est, found.point, max(max_iterations - found.n_iterations, 1), ENOUGH)
+    return est, last._replace(n_iterations=found.n_iterations + last.n_iterations)
 
 
 def _by_free_runs(records: Sequence[Record], model: Model) -> np.ndarray | None:

@@ -3,16 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar
 
 from ..datasets.record import Record
 from ..estimation.results.fit import Fit
 from ..models.model import Model
-from .base import Method
+from .base import method
 from .options import POSITIVE, number, option, whole
 
 
-class Pinn(Method):
+@method(
+    "pinn",
+    "inverse physics-informed neural network: states as networks of time, held to the model's equations",
+    minutes=True,
+    brief={"spacing": 8.0, "iterations": 4},
+)
+def Pinn(
+    records: Sequence[Record],
+    model: Model,
+    weight: float = option(
+        1e4,
+        "of the equations: 1e4 takes an error of 1 % of a state's rate as seriously as one standard deviation of a "
+        "sensor",
+        POSITIVE,
+    ),
+    spacing: float = option(
+        1.5, "samples for each hidden unit", number("a number of at least 1", lambda value: value >= 1.0)
+    ),
+    iterations: int = option(40, "at most", whole(1)),
+) -> Fit:
     """Networks of time that follow the records and the model's equations, the coefficients found with their weights.
 
         min sum ((x(t_k) - y_k)/sd)^2 + weight sum ((dx/dt - f(x, u, theta))(t_j)/q)^2
@@ -26,24 +44,6 @@ class Pinn(Method):
     network knows where the one before it ended, so records whose 200 steps are shorter than the ship's time constants
     give less than they do to a free run (`output-error`).
     """
+    from ..estimation.methods_only.physics_informed.fit import identify
 
-    name = "pinn"
-    title = "inverse physics-informed neural network: states as networks of time, held to the model's equations"
-    minutes = True
-    brief: ClassVar = {"spacing": 8.0, "iterations": 4}
-
-    weight: float = option(
-        1e4,
-        "of the equations: 1e4 takes an error of 1 % of a state's rate as seriously as one standard deviation of a "
-        "sensor",
-        POSITIVE,
-    )
-    spacing: float = option(
-        1.5, "samples for each hidden unit", number("a number of at least 1", lambda value: value >= 1.0)
-    )
-    iterations: int = option(40, "at most", whole(1))
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        from ..estimation.methods_only.physics_informed.fit import identify
-
-        return identify(records, model, self.weight, self.spacing, self.iterations)
+    return identify(records, model, weight, spacing, iterations)

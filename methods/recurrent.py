@@ -26,13 +26,23 @@ from ..estimation.methods_only.black_box.state_space import Training, training_o
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
-from ..models.linear_algebra import lstsq
+from ..models.linear_algebra import ridge
 from ..models.model import Model
+from .base import method
 from .learner import STRIDE, Learner, open_option
 from .options import option, whole
 
 
-class Recurrent(Learner):
+@method("recurrent", "recurrent neural network (neural state space), trained on free runs", Learner, usual_trials=4)
+def Recurrent(
+    records: Sequence[Record],
+    model: Model,
+    seed: int,
+    stride: int | None = STRIDE,
+    alpha: float | None = open_option("penalty on the weights", Real(1e-7, 1e-3, log=True), 1e-5),
+    units: int = option(8, "tanh units", whole(1)),
+    hidden: int = option(2, "hidden states", whole(0)),
+) -> Fit:
     """Recurrent network: a neural state-space model with hidden states, trained on free runs of windows.
 
         s(t + h) = s(t) + A (s, w, 1) + V tanh(U (s, w, 1)),    s = (z, hidden states)
@@ -41,22 +51,8 @@ class Recurrent(Learner):
     needs the extra `deep` and does not apply without it.  Sources: Suykens, De Moor & Vandewalle 1995, Int. J. Control
     62(1), 129; Beintema, Toth & Schoukens 2021, PMLR 144, 1021.
     """
-
-    name = "recurrent"
-    title = "recurrent neural network (neural state space), trained on free runs"
-    usual_trials = 4
-    stride: int | None = STRIDE
-    alpha: float | None = open_option("penalty on the weights", Real(1e-7, 1e-3, log=True), 1e-5)
-    units: int = option(8, "tanh units", whole(1))
-    hidden: int = option(2, "hidden states", whole(0))
-
-    def estimate(self, records: Sequence[Record], model: Model) -> Fit:
-        require_jax()
-        return super().estimate(records, model)
-
-    def learn(self, records: Sequence[Record], model: Model) -> Fit:
-        training = training_of(records, model, int(self.stride or 1))
-        return training.fit(train(training, self.hidden, self.units, self.alpha or 0.0, self.seed), LAGS)
+    training = training_of(records, model, int(stride or 1))
+    return training.fit(train(training, hidden, units, alpha or 0.0, seed), LAGS)
 
 
 LAGS = 3
@@ -139,9 +135,7 @@ def _first(windows: FreeRunWindows, hidden: int, units: int, rng: np.random.Gene
     known = windows.weight[0] > 0.0
     now = np.hstack([windows.past[:, :k], windows.inputs[0], np.ones((len(known), 1))])[known]
     rates = windows.outputs[0][known] - now[:, :k]
-    penalty = 1e-3 * np.sqrt(len(now)) * np.eye(now.shape[1])
-    padded = np.vstack([rates, np.zeros((now.shape[1], k))])
-    linear = lstsq(np.vstack([now, penalty]), padded)
+    linear = ridge(now, rates, 1e-3 * np.sqrt(len(now)))
     a = 0.01 * rng.normal(size=(n + nu + 1, n))
     a[np.ix_([*range(k), *range(n, n + nu + 1)], range(k))] = linear
     a[k:n, k:] -= 0.5 * np.eye(hidden)

@@ -10,7 +10,7 @@ from ..estimation.methods_only.regression.weighted import RegressionRows
 from ..estimation.methods_only.tuning.space import Choice, Real
 from ..estimation.results.fit import Fit
 from ..models.linear_algebra import svd
-from .base import RegressionMethod
+from .base import RegressionMethod, method
 from .options import NOT_NEGATIVE, option, whole
 
 GRID = np.logspace(-14.0, 2.0, 161)
@@ -21,25 +21,23 @@ KNOWN = 1e-14
 """Singular value, relative to the largest, below which a truncated direction has none."""
 
 
-class Ridge(RegressionMethod):
-    """Least squares with a quadratic penalty on the coefficients of scaled columns.
-
-    The covariance is the Bayesian posterior one, s^2 (A'A + penalty)^-1, which is finite where the records have no
-    information; it does not count the bias from coefficients that are not zero.
-    """
-
-    name = "ridge"
-    title = "ridge regression, penalty by generalised cross-validation"
+@method("ridge", "ridge regression, penalty by generalised cross-validation", RegressionMethod)
+def Ridge(
+    rows: RegressionRows,
     penalty: float | None = option(
         None,
         "in units of the largest squared singular value of the regression with columns of unit length; None chooses it "
         "by generalised cross-validation (Golub, Heath & Wahba 1979, Technometrics 21)",
         NOT_NEGATIVE,
         Real(1e-14, 1.0, log=True),
-    )
+    ),
+) -> Fit:
+    """Least squares with a quadratic penalty on the coefficients of scaled columns.
 
-    def solve(self, rows: RegressionRows) -> Fit:
-        return _weighted(rows, ridge, self.penalty)
+    The covariance is the Bayesian posterior one, s^2 (A'A + penalty)^-1, which is finite where the records have no
+    information; it does not count the bias from coefficients that are not zero.
+    """
+    return _weighted(rows, ridge, penalty)
 
 
 def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> Fit:
@@ -69,24 +67,26 @@ def ridge(factor: np.ndarray, n: int, penalty: float | None = None) -> Fit:
     return Fit(coefficients, covariance, extra={"penalty": penalty, "degrees_of_freedom": freedom})
 
 
-class TsvdLs(RegressionMethod):
+@method(
+    "tsvd-ls",
+    "least squares by truncated singular values, rank by cross-validation",
+    RegressionMethod,
+    scheme=option(searched=Choice("forward", "midpoint")),
+)
+def TsvdLs(
+    rows: RegressionRows,
+    rank: int | None = option(
+        None,
+        "singular values that are kept; None chooses it by generalised cross-validation (Golub, Heath & Wahba 1979)",
+        whole(1),
+    ),
+) -> Fit:
     """Least squares by truncated singular value decomposition of the scaled columns.
 
     Directions that are left out are set to zero (Hansen 1987, BIT 27).  The covariance is that of the directions kept,
     and does not count what was set to zero.
     """
-
-    name = "tsvd-ls"
-    title = "least squares by truncated singular values, rank by cross-validation"
-    rank: int | None = option(
-        None,
-        "singular values that are kept; None chooses it by generalised cross-validation (Golub, Heath & Wahba 1979)",
-        whole(1),
-    )
-    scheme: str = option(searched=Choice("forward", "midpoint"))
-
-    def solve(self, rows: RegressionRows) -> Fit:
-        return _weighted(rows, truncated, self.rank)
+    return _weighted(rows, truncated, rank)
 
 
 def truncated(factor: np.ndarray, n: int, rank: int | None = None) -> Fit:

@@ -10,7 +10,7 @@ from ..estimation.methods_only.regression.weighted import RegressionRows, Reweig
 from ..estimation.methods_only.tuning.space import Real
 from ..estimation.numerics import factors
 from ..estimation.results.fit import Fit
-from .base import RegressionMethod
+from .base import RegressionMethod, method
 from .options import POSITIVE, number, option, whole
 
 Weight = Callable[[np.ndarray], np.ndarray]
@@ -83,7 +83,16 @@ def psi_moments(residuals: np.ndarray, weight: Weight) -> tuple[float, float]:
     return float(square.mean()), float(slope.mean())
 
 
-class Huber(RegressionMethod):
+@method("huber", "robust regression: Huber's M-estimator", RegressionMethod)
+def Huber(
+    rows: RegressionRows,
+    k: float = option(
+        EFFICIENT,
+        "residual, in standard deviations, from which the loss is linear; 1.345: 95 % efficiency on Gaussian noise",
+        POSITIVE,
+        Real(0.3, 3.0, log=True),
+    ),
+) -> Fit:
     """Regression with Huber's loss, by iteratively reweighted least squares.
 
     The loss is convex, so the estimate is unique.  An outlier keeps the influence of a residual of k, so long bursts
@@ -91,38 +100,25 @@ class Huber(RegressionMethod):
     residuals is 1.4826 times their median size, computed again in each iteration.  Huber 1964, Annals of Mathematical
     Statistics 35.
     """
-
-    name = "huber"
-    title = "robust regression: Huber's M-estimator"
-    k: float = option(
-        EFFICIENT,
-        "residual, in standard deviations, from which the loss is linear; 1.345: 95 % efficiency on Gaussian noise",
-        POSITIVE,
-        Real(0.3, 3.0, log=True),
-    )
-
-    def solve(self, rows: RegressionRows) -> Fit:
-        return m_estimate(rows, huber_weight(self.k))
+    return m_estimate(rows, huber_weight(k))
 
 
-class Tukey(RegressionMethod):
-    """Regression with Tukey's biweight, by iteratively reweighted least squares.
-
-    The loss is not convex: the iteration starts from Huber's estimate and keeps the scale of the residuals found
-    there.  Gross outliers have no weight at all.  Beaton & Tukey 1974, Technometrics 16.
-    """
-
-    name = "tukey"
-    title = "robust regression: Tukey's biweight, started from Huber's estimate"
+@method("tukey", "robust regression: Tukey's biweight, started from Huber's estimate", RegressionMethod)
+def Tukey(
+    rows: RegressionRows,
     k: float = option(
         4.685,
         "residual, in standard deviations, beyond which a row has no weight; 4.685 gives 95 % efficiency",
         POSITIVE,
         Real(2.5, 10.0, log=True),
-    )
+    ),
+) -> Fit:
+    """Regression with Tukey's biweight, by iteratively reweighted least squares.
 
-    def solve(self, rows: RegressionRows) -> Fit:
-        return m_estimate(rows, biweight(self.k), start=huber_estimate(rows))
+    The loss is not convex: the iteration starts from Huber's estimate and keeps the scale of the residuals found
+    there.  Gross outliers have no weight at all.  Beaton & Tukey 1974, Technometrics 16.
+    """
+    return m_estimate(rows, biweight(k), start=huber_estimate(rows))
 
 
 SAMPLE = 600
@@ -135,30 +131,28 @@ MOST_STEPS = 30
 """Concentration steps at most."""
 
 
-class Lts(RegressionMethod):
-    """Least squares over the `coverage` share of rows that fit best, then over all rows within 2.5 standard deviations.
-
-    Rousseeuw & Van Driessen 2006, Data Mining and Knowledge Discovery 12.  Rows are first divided by the spread of
-    their equation's residuals under Huber's estimate.
-    """
-
-    name = "lts"
-    title = "robust regression: least trimmed squares (FAST-LTS), reweighted"
+@method("lts", "robust regression: least trimmed squares (FAST-LTS), reweighted", RegressionMethod)
+def Lts(
+    rows: RegressionRows,
     coverage: float = option(
         0.75,
         "share h/n of rows",
         number("a number above 0.5 and up to 1", lambda value: 0.5 < value <= 1.0),
         Real(0.55, 1.0),
-    )
-    starts: int = option(20, "random elemental starts, in addition to Huber's estimate", whole(0))
-    seed: int = option(0, "seed of the generator that draws them", whole(0))
+    ),
+    starts: int = option(20, "random elemental starts, in addition to Huber's estimate", whole(0)),
+    seed: int = option(0, "seed of the generator that draws them", whole(0)),
+) -> Fit:
+    """Least squares over the `coverage` share of rows that fit best, then over all rows within 2.5 standard deviations.
 
-    def solve(self, rows: RegressionRows) -> Fit:
-        huber = huber_estimate(rows)
-        random = _random_starts(rows, huber, self.coverage, self.starts, np.random.default_rng(self.seed))
-        found = [_concentrated(rows, huber.scale, c, self.coverage) for c in (huber.solution.x, *random)]
-        best = min(found, key=lambda item: item[1])[0]
-        return _reweighted_once(rows, best, huber.n_iterations)
+    Rousseeuw & Van Driessen 2006, Data Mining and Knowledge Discovery 12.  Rows are first divided by the spread of
+    their equation's residuals under Huber's estimate.
+    """
+    huber = huber_estimate(rows)
+    random = _random_starts(rows, huber, coverage, starts, np.random.default_rng(seed))
+    found = [_concentrated(rows, huber.scale, c, coverage) for c in (huber.solution.x, *random)]
+    best = min(found, key=lambda item: item[1])[0]
+    return _reweighted_once(rows, best, huber.n_iterations)
 
 
 def _random_starts(

@@ -22,12 +22,19 @@ from ..estimation.methods_only.black_box.state_space import Training, pasts, tra
 from ..estimation.methods_only.tuning.space import Integer
 from ..estimation.results.fit import Fit
 from ..models.errors import CannotFit, FitFailed
-from ..models.linear_algebra import lstsq, svd
+from ..models.linear_algebra import lstsq, ridge, svd
 from ..models.model import Model
+from .base import method
 from .learner import STRIDE, Learner, open_option
 
 
-class Subspace(Learner):
+@method("subspace", "linear state space by a subspace method (MOESP)", Learner)
+def Subspace(
+    records: Sequence[Record],
+    model: Model,
+    stride: int | None = STRIDE,
+    order: int | None = open_option("number of states x", Integer(1, 8), 2),
+) -> Fit:
     """Linear state-space model of velocities and yaw rate by a subspace method (PO-MOESP).
 
         x(t + h) = A x(t) + B w(t) + c,    z(t + h) = C x(t) + D w(t) + d
@@ -37,15 +44,8 @@ class Subspace(Learner):
     1994, Automatica 30(1), 61; Ljung 1999, System Identification, section 10.6.  The order is chosen by free runs, not
     by a gap of singular values.
     """
-
-    name = "subspace"
-    title = "linear state space by a subspace method (MOESP)"
-    stride: int | None = STRIDE
-    order: int | None = open_option("number of states x", Integer(1, 8), 2)
-
-    def learn(self, records: Sequence[Record], model: Model) -> Fit:
-        training = training_of(records, model, int(self.stride or 1))
-        return training.fit(*identify(training, int(self.order or 1)))
+    training = training_of(records, model, int(stride or 1))
+    return training.fit(*identify(training, int(order or 1)))
 
 
 RIDGE = 1e-8
@@ -190,9 +190,7 @@ def _least_squares(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Coefficients (p, m) of columns x (N, p) for y (N, m), with a small penalty."""
     size = np.sqrt(np.mean(x**2, axis=0))
     size[size == 0.0] = 1.0
-    penalty = np.sqrt(RIDGE * len(x)) * np.eye(x.shape[1])
-    padded = np.vstack([y, np.zeros((x.shape[1], y.shape[1]))])
-    return lstsq(np.vstack([x / size, penalty]), padded) / size[:, None]
+    return ridge(x / size, y, np.sqrt(RIDGE * len(x))) / size[:, None]
 
 
 def _with_start(system: LinearSystem, past: np.ndarray, inputs: np.ndarray, outputs: np.ndarray) -> LinearSystem:

@@ -10,7 +10,7 @@ from ..estimation.numerics import factors
 from ..estimation.results.fit import Fit
 from ..models.errors import FitFailed
 from ..models.linear_algebra import svd
-from .base import RegressionMethod
+from .base import RegressionMethod, method
 from .options import option, words
 
 SCALINGS = ("noise", "unit")
@@ -18,41 +18,40 @@ EXACT = 1e-4
 """Noise of a column, relative to its root mean square, below which the column counts as exact."""
 
 
-class Tls(RegressionMethod):
-    """Scaled total least squares by singular values, mixed with ordinary least squares for exact columns.
-
-    Golub & Van Loan 1980; exact columns as in Van Huffel & Vandewalle 1991, section 3.5.  The equations of a 3-DOF
-    model are solved one by one where they share no coefficient.  With nearly collinear regressors the solution has
-    very large errors (`extra['gap']` near 1); this is a property of the method, not a failure.
-    """
-
-    name = "tls"
-    title = "scaled total least squares (SVD)"
+@method(
+    "tls", "scaled total least squares (SVD)", RegressionMethod, scheme=option(searched=Choice("forward", "midpoint"))
+)
+def Tls(
+    rows: RegressionRows,
     scaling: str = option(
         "noise",
         "'noise' (each column in units of its own white noise, estimated from its third differences; columns without "
         "visible noise, such as the rudder's, are exact) or 'unit' (all columns of unit length, none exact)",
         words("scaling", SCALINGS),
         Choice(*SCALINGS),
-    )
-    scheme: str = option(searched=Choice("forward", "midpoint"))
+    ),
+) -> Fit:
+    """Scaled total least squares by singular values, mixed with ordinary least squares for exact columns.
 
-    def solve(self, rows: RegressionRows) -> Fit:
-        sd = rows.least_residual_sd()
-        c, covariance, gaps = np.zeros(rows.p), np.diag(np.full(rows.p, np.inf)), []
-        for group in _groups(rows):
-            weight = np.zeros(rows.used.size)
-            weight[group] = 1.0 / sd[group] ** 2
-            factor = rows.factor(weight)
-            columns = np.flatnonzero(np.any(factor[:, :-1] != 0.0, axis=0))
-            noise = _column_noise(rows, group, columns) if self.scaling == "noise" else None
-            x, spread, gap = total(np.column_stack([factor[:, columns], factor[:, -1]]), rows.n * len(group), noise)
-            c[columns] = x
-            covariance[np.ix_(columns, columns)] = spread
-            gaps.append(gap)
-        if not np.isfinite(c).all():
-            raise FitFailed("total least squares has no finite solution")
-        return Fit(c, covariance, extra={"gap": gaps})
+    Golub & Van Loan 1980; exact columns as in Van Huffel & Vandewalle 1991, section 3.5.  The equations of a 3-DOF
+    model are solved one by one where they share no coefficient.  With nearly collinear regressors the solution has
+    very large errors (`extra['gap']` near 1); this is a property of the method, not a failure.
+    """
+    sd = rows.least_residual_sd()
+    c, covariance, gaps = np.zeros(rows.p), np.diag(np.full(rows.p, np.inf)), []
+    for group in _groups(rows):
+        weight = np.zeros(rows.used.size)
+        weight[group] = 1.0 / sd[group] ** 2
+        factor = rows.factor(weight)
+        columns = np.flatnonzero(np.any(factor[:, :-1] != 0.0, axis=0))
+        noise = _column_noise(rows, group, columns) if scaling == "noise" else None
+        x, spread, gap = total(np.column_stack([factor[:, columns], factor[:, -1]]), rows.n * len(group), noise)
+        c[columns] = x
+        covariance[np.ix_(columns, columns)] = spread
+        gaps.append(gap)
+    if not np.isfinite(c).all():
+        raise FitFailed("total least squares has no finite solution")
+    return Fit(c, covariance, extra={"gap": gaps})
 
 
 def _groups(rows: RegressionRows) -> list[list[int]]:

@@ -111,12 +111,6 @@ class Definition:
         )
 
 
-PLANE = "u v r x y psi"
-"""States of a 3-DOF model: surge and sway velocity, yaw rate, position along north and east, heading."""
-PLANE_RATES = ("u*cos(psi) - v*sin(psi)", "u*sin(psi) + v*cos(psi)", "r")
-"""Rates of its position and heading."""
-
-
 def functions() -> dict[str, Any]:
     """Functions that texts of equations may name; Float is a double, whatever the number of its digits."""
     from . import primitives
@@ -140,13 +134,18 @@ def written(
     rate_gain: str | None = None,
     held: str = "",
     force_scale: Sequence[str] | None = None,
+    letters: Mapping[str, str] | None = None,
+    units: str | Mapping[str, str],
     **facts: Any,
 ) -> Definition:
     """A definition whose equations are texts, such as `(a + a1*absv(speed))*r`: names and expressions as `Definition`
     has them.
 
-    mass : None: the unit matrix.  facts : what is no expression (name, title, units, source, linear).
+    mass : None: the unit matrix.  letters : of the polynomials {X}, {Y} and {N} in the forces, see `polynomial`.
+    units : one text: that of every coefficient.  facts : what is no expression (name, title, source, linear).
     """
+    own = coefficients.split()
+    sums = {} if letters is None else {axis: polynomial(axis, own, letters) for axis in "XYN"}
     names = f"{states} {inputs} {coefficients} {constants} {' '.join([*(helpers or ()), *(public or ())])} rho"
     known: dict[str, Any] = {symbol.name: symbol for symbol in symbols(names)}
     words = known | functions()
@@ -164,7 +163,7 @@ def written(
         coefficients=symbols(coefficients),
         constants=symbols(constants),
         mass=sp.eye(len(forces)) if mass is None else sp.Matrix([read(row) for row in mass]),
-        forces=read(forces),
+        forces=read(text.format_map(sums) for text in forces),
         kinematics=read(kinematics),
         helpers={known[name]: value for name, value in (by_name(helpers) or {}).items()},
         public=by_name(public),
@@ -172,5 +171,18 @@ def written(
         rate_gain=None if rate_gain is None else known[rate_gain],
         held=symbols(held),
         force_scale=None if force_scale is None else read(force_scale),
+        units=dict.fromkeys(own, units) if isinstance(units, str) else units,
         **facts,
     )
+
+
+def polynomial(axis: str, coefficients: Iterable[str], letters: Mapping[str, str]) -> str:
+    """Sum of coefficient times monomial over the coefficients that begin with `axis`: the others of a coefficient's
+    letters stand for factors, `X_vvr` and `Xvvr` for v v r, `Yv_absr` for v|r|."""
+    products = []
+    for name in coefficients:
+        plain, _, absolute = name[1:].lstrip("_").partition("_abs")
+        if name[0] == axis:
+            factors = [letters[letter] for letter in plain] + [f"absv({letters[letter]})" for letter in absolute]
+            products.append("*".join([name, *factors]))
+    return " + ".join(products)

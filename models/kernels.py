@@ -18,7 +18,6 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from .cache import VARIABLE, building, cache_folder, close_folder, store, stored
-from .discovery import modules_in
 from .errors import BadInput, EnvironmentFault
 
 if TYPE_CHECKING:
@@ -45,17 +44,12 @@ def _versions() -> str:
 
 @cache
 def definitions() -> Mapping[str, Callable[[], Definition]]:
-    """Identifier -> function that builds the symbolic definition, from `families/definitions.yaml` and every module."""
+    """Identifier -> function that builds the symbolic definition, from `families/definitions.yaml`."""
     from .data_file import load
     from .definition import written
 
     rows = load(ROOM / "families" / "definitions.yaml")
-    found: dict[str, Callable[[], Definition]] = {
-        name: partial(written, name=name, **row) for name, row in rows.items()
-    }
-    for module in modules_in(f"{__package__}.families"):
-        found |= getattr(module, "DEFINITIONS", {})
-    return found
+    return {name: partial(written, name=name, **row) for name, row in rows.items()}
 
 
 def catalogue() -> dict[str, dict[str, Any]]:

@@ -43,6 +43,12 @@ def lstsq(matrix: np.ndarray, values: np.ndarray, rcond: float | None = None) ->
     return np.linalg.lstsq(finite(matrix), values, rcond=rcond)[0]
 
 
+def ridge(matrix: np.ndarray, values: np.ndarray, penalty: float) -> np.ndarray:
+    """Solution (k, m) of least squares of matrix (n, k) and values (n, m), and of penalty times the solution."""
+    k = matrix.shape[1]
+    return lstsq(np.vstack([matrix, penalty * np.eye(k)]), np.vstack([values, np.zeros((k, values.shape[1]))]))
+
+
 def pinv(matrix: np.ndarray, **options: Any) -> np.ndarray:
     """Pseudo-inverse (..., k, n) of a matrix (..., n, k)."""
     return np.linalg.pinv(finite(matrix), **options)

@@ -1,6 +1,6 @@
 """A 3-DOF model from a ship's particulars alone, by published regressions; `calibrate` corrects it with records.
 
-Hull forces are those of the MMG standard method (families/mmg.py), in primes of 0.5 rho L d U^2.  With k = 2 d/L, the
+Hull forces are those of the MMG standard method (family `mmg`), in primes of 0.5 rho L d U^2.  With k = 2 d/L, the
 block coefficient C_b and s = C_b B/L, linear derivatives are the means of three regressions,
 
     Clarke, Gedling & Hine 1983 (times L/d, for the reference area L d instead of L^2)

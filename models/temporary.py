@@ -12,7 +12,7 @@ import shutil
 import stat
 import tempfile
 from collections.abc import Callable, Generator
-from contextlib import contextmanager, suppress
+from contextlib import AbstractContextManager, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
@@ -20,8 +20,7 @@ PATTERN = ".helmbench-*.tmp"
 """Pattern of the names of all temporary files and folders."""
 
 
-@contextmanager
-def temporary_file(folder: Path, mode: int = 0o666) -> Generator[Path]:
+def temporary_file(folder: Path, mode: int = 0o666) -> AbstractContextManager[Path]:
     """A new empty file in a folder, to be written and moved to its place; else it is removed at the end.
 
     mode : its permissions, less those that the user's mask takes away.
@@ -34,21 +33,13 @@ def temporary_file(folder: Path, mode: int = 0o666) -> Generator[Path]:
     def make(path: Path) -> None:
         os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, mode))
 
-    with _held(folder, make) as path:
-        try:
-            yield path
-        finally:
-            path.unlink(missing_ok=True)
+    return _held(folder, make, lambda path: path.unlink(missing_ok=True))
 
 
-@contextmanager
-def temporary_folder(parent: Path | None = None, mode: int = 0o700) -> Generator[Path]:
+def temporary_folder(parent: Path | None = None, mode: int = 0o700) -> AbstractContextManager[Path]:
     """A new folder in another one, or in the system's folder of temporary files, with `mode`; as `temporary_file`."""
-    with _held(parent or Path(tempfile.gettempdir()), lambda path: path.mkdir(mode)) as path:
-        try:
-            yield path
-        finally:
-            shutil.rmtree(path, ignore_errors=True)
+    place = parent or Path(tempfile.gettempdir())
+    return _held(place, lambda path: path.mkdir(mode), lambda path: shutil.rmtree(path, ignore_errors=True))
 
 
 def leftovers(folder: Path) -> list[Path]:
@@ -74,15 +65,18 @@ def _once(folder: Path) -> None:
 
 
 @contextmanager
-def _held(folder: Path, make: Callable[[Path], object]) -> Generator[Path]:
-    """A new name in a folder, made and locked."""
+def _held(folder: Path, make: Callable[[Path], object], remove: Callable[[Path], object]) -> Generator[Path]:
+    """A new name in a folder, made and locked, and removed at the end."""
     _once(folder.absolute())
     path, file = _made(folder, make)
     try:
         yield path
     finally:
-        if file is not None:
-            os.close(file)
+        try:
+            remove(path)
+        finally:
+            if file is not None:
+                os.close(file)
 
 
 def _made(folder: Path, make: Callable[[Path], object]) -> tuple[Path, int | None]:

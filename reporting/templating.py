@@ -14,7 +14,7 @@ FOLDER = Path(__file__).parent / "templates"
 
 
 def render(template: str, **values: Any) -> str:
-    """A page from its template."""
+    """A page from its template; values in Markdown stay as they are."""
     return _environment().get_template(template).render(**values)
 
 
@@ -30,7 +30,7 @@ def _environment() -> Environment:
 
     made = Environment(
         loader=FileSystemLoader(FOLDER),
-        autoescape=True,
+        autoescape=lambda name: name is None or not name.endswith(".md.j2"),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,

@@ -213,11 +213,12 @@ def reached(claim: Claim, found: Spread, gap: float = GAP) -> bool:
         return False
     if claim.form == "holds":
         return (found.largest if claim.published else 1.0 - found.smallest) >= 0.5
-    if claim.scale == "log" and found.smallest > 0.0:
-        beyond = (found.largest / found.smallest) ** gap
-        return _between(claim, found.smallest / beyond, found.largest * beyond)
-    beyond = gap * (found.largest - found.smallest)
-    return _between(claim, found.smallest - beyond, found.largest + beyond)
+    low, high = found.smallest, found.largest
+    if claim.scale == "log" and low > 0.0:
+        beyond = (high / low) ** gap
+        return _between(claim, float(claim.published), low / beyond, high * beyond)
+    beyond = gap * (high - low)
+    return _between(claim, float(claim.published), low - beyond, high + beyond)
 
 
 def happens(claim: Claim, found: Spread) -> bool:
@@ -247,25 +248,20 @@ def agrees(claim: Claim, found: Spread) -> bool:
     if claim.form == "holds":
         share = found.mean if claim.published else 1.0 - found.mean
         return share >= 0.5 + HALF_TOLERANCE - ROUNDING
-    return _between(claim, found.low, found.high)
+    return _between(claim, float(claim.published), found.low, found.high)
 
 
-def _between(claim: Claim, low: float, high: float) -> bool:
-    """Whether the published value lies in an interval that is widened by the tolerance; of bounds, on its side."""
-    value = float(claim.published)
-    slack = max(claim.tolerance.around(value), ROUNDING * abs(value))
-    low_enough = claim.form == "at_least" or low - slack <= value
-    high_enough = claim.form == "at_most" or value <= high + slack
+def _between(told: Claim | Reference, value: float, low: float, high: float) -> bool:
+    """Whether a value that is told lies in an interval that is widened by the tolerance; of bounds, on its side."""
+    slack = max(told.tolerance.around(value), ROUNDING * abs(value))
+    low_enough = told.form == "at_least" or low - slack <= value
+    high_enough = told.form == "at_most" or value <= high + slack
     return low_enough and high_enough
 
 
 def within(reference: Reference, found: Spread) -> bool:
     """Whether the median of ours lies within the tolerance of an independent computation."""
-    beyond = found.median - reference.value
-    slack = reference.tolerance.around(reference.value)
-    low_enough = reference.form == "at_least" or beyond <= slack
-    high_enough = reference.form == "at_most" or beyond >= -slack
-    return found.known and low_enough and high_enough
+    return found.known and _between(reference, reference.value, found.median, found.median)
 
 
 def _reason(

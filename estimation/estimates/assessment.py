@@ -255,25 +255,13 @@ def _parameter(one: ParameterTold) -> dict[str, Any]:
 
 
 def _residuals(one: ChannelResiduals) -> dict[str, Any]:
-    return {
-        "channel": one.channel,
-        "n": one.n,
-        "rms": one.rms,
-        "noise_sd": one.noise_sd,
-        "ratio": one.ratio,
-        "in_time": _correlation(one.in_time),
-        "with_rudder": _correlation(one.with_rudder),
-    }
+    correlations = {"in_time": _correlation(one.in_time), "with_rudder": _correlation(one.with_rudder)}
+    return {**vars(one), "ratio": one.ratio, **correlations}
 
 
 def _correlation(found: Correlation) -> dict[str, Any]:
-    return {
-        "lag_s": found.lag_s.tolist(),
-        "values": found.values.tolist(),
-        "band": found.band,
-        "outside": found.outside,
-        "significant": found.significant,
-    }
+    lists = {"lag_s": found.lag_s.tolist(), "values": found.values.tolist()}
+    return {**found._asdict(), **lists, "outside": found.outside, "significant": found.significant}
 
 
 DRAWN = 6

@@ -207,6 +207,7 @@ def _row(channel: str, pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[s
     pooled = np.concatenate(series)
     rmse, r2 = summed(squares(*pair) for pair in pairs).scores()
     tests = [ljung_box(values) for values in series if values.size > 2]
+    centred = [values - values.mean() for values in series if values.size > 1]
     statistic, degrees = sum(q for q, _ in tests), sum(lags for _, lags in tests)
     return {
         "unit": CANONICAL[channel],
@@ -215,7 +216,7 @@ def _row(channel: str, pairs: Sequence[tuple[np.ndarray, np.ndarray]]) -> dict[s
         "sd": float(pooled.std(ddof=1)) if pooled.size > 1 else np.nan,
         "rmse": rmse,
         "r2": r2,
-        "lag_1": _lag_1(series),
+        "lag_1": correlation(centred, centred, 1)[1] if np.any([values.any() for values in centred]) else np.nan,
         "ljung_box": statistic if tests else np.nan,
         "degrees": degrees,
         "p_white": float(chi2.sf(statistic, degrees)) if tests else np.nan,
@@ -230,16 +231,6 @@ def ljung_box(residuals: np.ndarray) -> tuple[float, int]:
     """
     n = residuals.size
     lags = min(LARGEST_LAG, max(1, n // 10))
-    centred = residuals - residuals.mean()
-    power = float(centred @ centred)
-    if power == 0.0:
-        return 0.0, lags
-    rho = np.array([centred[k:] @ centred[:-k] / power for k in range(1, lags + 1)])
+    centred = [residuals - residuals.mean()]
+    rho = correlation(centred, centred, lags)[1:]
     return float(n * (n + 2) * np.sum(rho**2 / (n - np.arange(1, lags + 1)))), lags
-
-
-def _lag_1(series: Sequence[np.ndarray]) -> float:
-    """Autocorrelation at one sample, pooled over records that are centred one by one."""
-    centred = [values - values.mean() for values in series if values.size > 1]
-    power = sum(float(values @ values) for values in centred)
-    return sum(float(values[1:] @ values[:-1]) for values in centred) / power if power else np.nan

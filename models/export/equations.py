@@ -17,6 +17,7 @@ from ..definition import Definition
 from ..errors import BadInput
 from ..kernels import definition_of
 from ..model import Model
+from ..simulate import initial_state
 from .texts import inert, name_of
 
 
@@ -128,4 +129,19 @@ def gear(model: Model) -> dict[str, float]:
         "max_rad": float(model.rudder.max_rad),
         "rate_rad_s": float(model.rudder.rate_rad_s),
         "lag_s": float(model.rudder.lag_s),
+    }
+
+
+def values_of(model: Model, printer: CodePrinter) -> dict[str, Any]:
+    """What every template may name: the model, its equations in a language, and its numbers by name."""
+    own = definition(model)
+    return {
+        "model": model,
+        "own": own,
+        "name": identifier(model),
+        "heading": heading(model),
+        "statements": statements(own, printer),
+        "numbers": numbers(model),
+        "gear": gear(model),
+        "start": dict(zip(model.states, initial_state(model).tolist(), strict=True)),
     }

@@ -11,22 +11,18 @@ import subprocess
 import uuid
 import warnings
 import zipfile
-from collections.abc import Sequence
 from dataclasses import dataclass
-from xml.etree import ElementTree
 
 from ..model import Model
 from ..simulate import initial_state, inputs_of
 from ..temporary import temporary_folder
-from .equations import C, definition, gear, heading, identifier, numbers, statements
-from .texts import filled, inert
+from .equations import C, gear, numbers, values_of
+from .texts import template
 
 FREE_RATE_RAD_S = 1e9
 """Rudder rate of a model whose rudder follows at once: the file holds numbers only."""
 BINARIES = {("Linux", "x86_64"): ("linux64", ".so"), ("Darwin", "x86_64"): ("darwin64", ".dylib")}
 """System and processor -> folder of the binary in the file, and the ending of its name (FMI 2.0, section 2.3)."""
-UNITS = {"rad": {"rad": "1"}, "rad/s": {"rad": "1", "s": "-1"}, "m": {"m": "1"}, "m/s": {"m": "1", "s": "-1"},
-         "s": {"s": "1"}, "1/s": {"s": "-1"}}  # fmt: skip
 STATES = {
     "u": ("surge speed", "m/s"), "v": ("sway speed to starboard", "m/s"), "r": ("yaw rate to starboard", "rad/s"),
     "x": ("position along north", "m"), "y": ("position along east", "m"), "psi": ("heading from north", "rad"),
@@ -57,13 +53,15 @@ def fmu(model: Model) -> dict[str, bytes]:
     the limits of the steering gear; coefficients, constants and limits are parameters.  A communication step is
     integrated by Runge-Kutta steps of at most the model's largest step; inputs are held in it.
     """
-    name = identifier(model)
-    variables = _variables(model)
-    source = _source(model, variables)
-    guid = str(uuid.UUID(hashlib.sha256(source.encode()).hexdigest()[:32]))
-    source = source.replace("@GUID@", guid)
+    values = values_of(model, C())
+    name, variables = values["name"], _variables(model)
+    state = len(model.inputs)
+    values |= {"variables": variables, "state": state, "first": state + len(model.states) + 1}
+    digest = hashlib.sha256(template("fmu.c").render(values, guid="@GUID@").encode())
+    values["guid"] = str(uuid.UUID(digest.hexdigest()[:32]))
+    source = template("fmu.c").render(values)
     files = {
-        "modelDescription.xml": _description(model, name, guid, variables).encode(),
+        "modelDescription.xml": template("fmu.xml").render(values).rstrip("\n").encode(),
         f"sources/{name}.c": source.encode(),
     }
     return {f"{name}.fmu": _zipped(files | _compiled(name, source))}
@@ -84,60 +82,6 @@ def _variables(model: Model) -> list[Variable]:
 def _variable(name: str, meaning: tuple[str, str] | None, causality: str, value: float) -> Variable:
     description, unit = meaning or ("", "")
     return Variable(name, description, unit, causality, value if math.isfinite(value) else 0.0)
-
-
-def _description(model: Model, name: str, guid: str, variables: Sequence[Variable]) -> str:
-    """modelDescription.xml (FMI 2.0, section 2.2)."""
-    root = ElementTree.Element("fmiModelDescription", fmiVersion="2.0", modelName=inert(model.id), guid=guid)
-    root.attrib.update({"description": "; ".join(heading(model)), "generationTool": "helmbench"})
-    slave = ElementTree.SubElement(root, "CoSimulation", modelIdentifier=name)
-    can = ("canHandleVariableCommunicationStepSize", "canGetAndSetFMUstate", "canNotUseMemoryManagementFunctions")
-    slave.attrib.update(dict.fromkeys(can, "true"))
-    ElementTree.SubElement(ElementTree.SubElement(slave, "SourceFiles"), "File", name=f"{name}.c")
-    units = ElementTree.SubElement(root, "UnitDefinitions")
-    for unit, powers in UNITS.items():
-        ElementTree.SubElement(ElementTree.SubElement(units, "Unit", name=unit), "BaseUnit", powers)
-    ElementTree.SubElement(root, "DefaultExperiment", startTime="0", stepSize=repr(float(model.max_step_s)))
-    listed = ElementTree.SubElement(root, "ModelVariables")
-    outputs = ElementTree.SubElement(ElementTree.SubElement(root, "ModelStructure"), "Outputs")
-    for place, one in enumerate(variables):
-        entry = ElementTree.SubElement(listed, "ScalarVariable", name=one.name, valueReference=str(place))
-        entry.attrib.update(
-            {"causality": one.causality} | ({"description": one.description} if one.description else {})
-        )
-        entry.set("variability", "tunable" if one.causality == "parameter" else "continuous")
-        entry.attrib.update({} if one.causality == "input" else {"initial": "exact"})
-        real = ElementTree.SubElement(entry, "Real", start=repr(one.start))
-        real.attrib.update({"unit": one.unit} if one.unit else {})
-        if one.causality == "output":
-            ElementTree.SubElement(outputs, "Unknown", index=str(place + 1))
-    ElementTree.indent(root)
-    return ElementTree.tostring(root, "unicode", xml_declaration=True)
-
-
-def _source(model: Model, variables: Sequence[Variable]) -> str:
-    own = definition(model)
-    state, given = len(model.inputs), {name: place for place, name in enumerate(model.inputs)}
-    first = state + len(model.states) + 1
-    lines = [f"const double {s.name} = hb_x[{place}];" for place, s in enumerate(own.states)]
-    lines += ["const double delta = hb_delta;"]
-    lines += [f"const double {s.name} = hb_v[{given[s.name]}];" for s in own.inputs if s.name != "delta"]
-    lines += [f"const double {s.name} = hb_v[{first + place}];" for place, s in enumerate(own.parameters)]
-    lines += [f"const double {left} = {right};" for left, right in statements(own, C())]
-    lines += [f"hb_d[{place}] = d_{s.name};" for place, s in enumerate(own.states)]
-    return filled(
-        "fmu.c",
-        HEADING="\n".join(f" * {line}" for line in heading(model)),
-        COUNT=str(len(variables)),
-        STATES=str(len(model.states)),
-        STATE=str(state),
-        RUDDER=str(first - 1),
-        COMMAND=str(given["delta"]),
-        GEAR=str(len(variables) - len(GEAR)),
-        STEP=repr(float(model.max_step_s)),
-        START=", ".join(repr(one.start) for one in variables),
-        EQUATIONS="\n".join(f"    {line}" for line in lines),
-    )
 
 
 def _compiled(name: str, source: str) -> dict[str, bytes]:

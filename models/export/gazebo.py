@@ -13,6 +13,7 @@ from ..linear_algebra import lstsq
 from ..model import Model
 from ..simulate import accelerations
 from .equations import heading, identifier, mass_matrix
+from .texts import template
 
 DRIFT_RAD, TURN = np.radians(20.0), 0.6
 """Largest drift angle, and yaw rate times length over speed, over which the damping is fitted."""
@@ -47,26 +48,19 @@ def gazebo(model: Model) -> dict[str, str]:
     found = damping(model, matrix)
     gyration = model.particulars.get("k_zz", 0.25 * model.particulars["L"])
     inertia = mass * (gyration**2 + model.particulars.get("x_G", 0.0) ** 2)
-    lines = [f"<!-- {line} -->" for line in _told(model, found)]
-    surge, sway, coupling, yaw = (float(matrix[place]) for place in ((0, 0), (1, 1), (1, 2), (2, 2)))
-    lines += ["<inertial>", f"  <mass>{mass!r}</mass>", f"  <inertia><izz>{inertia!r}</izz></inertia>"]
-    lines += ["  <fluid_added_mass>", f"    <xx>{surge - mass!r}</xx>", f"    <yy>{sway - mass!r}</yy>"]
-    lines += [f"    <yr>{coupling!r}</yr>", f"    <rr>{yaw - inertia!r}</rr>", "  </fluid_added_mass>", "</inertial>"]
-    lines += ['<plugin filename="gz-sim-hydrodynamics-system" name="gz::sim::systems::Hydrodynamics">']
-    lines += ["  <link_name>base_link</link_name>"]
-    lines += [f"  <{tag}>{value!r}</{tag}>" for tag, value in found.tags.items()]
-    return {f"{identifier(model)}.sdf.xml": "\n".join(["<helmbench>", *lines, "</plugin>", "</helmbench>", ""])}
-
-
-def _told(model: Model, found: GazeboDamping) -> list[str]:
-    held = ", ".join(f"{axis} {share:.1%}" for axis, share in found.held.items())
-    return [
-        *heading(model),
-        "with Gazebo's y to port and z up every number is the same: all terms of sway and yaw are odd",
-        "put what is inside <helmbench> into the model: <inertial> into its link (the link's origin is midship)",
-        f"damping at {model.speed_m_s:g} m/s, rudder amidships, drift up to 20 deg, r L / U up to {TURN:g}",
-        f"a thrust of {found.thrust_n:.4g} N holds this speed; share of the forces that the terms hold: {held}",
-    ]
+    values = {
+        "heading": heading(model),
+        "model": model,
+        "turn": TURN,
+        "damping": found.tags,
+        "thrust_n": found.thrust_n,
+        "held": ", ".join(f"{axis} {share:.1%}" for axis, share in found.held.items()),
+        "mass": mass,
+        "inertia": inertia,
+    }
+    places = {"surge": (0, 0), "sway": (1, 1), "coupling": (1, 2), "yaw": (2, 2)}
+    values |= {axis: float(matrix[place]) for axis, place in places.items()}
+    return {f"{identifier(model)}.sdf.xml": template("gazebo.xml").render(values)}
 
 
 def damping(model: Model, matrix: NDArray[np.float64]) -> GazeboDamping:

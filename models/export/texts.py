@@ -8,8 +8,14 @@ import re
 import string
 import sys
 from collections.abc import Iterable
+from functools import lru_cache
 from pathlib import Path
-from unicodedata import bidirectional, name, normalize
+from typing import TYPE_CHECKING
+from unicodedata import bidirectional, normalize
+from unicodedata import name as name_of_letter
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 APOSTROPHE = "\u2019"
 PUNCTUATION = frozenset(f" .,:;()[]+-=_/&{APOSTROPHE}")
@@ -43,7 +49,7 @@ def inert(text: str) -> str:
 def _stays(letter: str) -> bool:
     if letter.isascii():
         return letter.isalnum() or letter in PUNCTUATION
-    visible = letter.isalpha() and bidirectional(letter) == "L" and "FILLER" not in name(letter, "FILLER")
+    visible = letter.isalpha() and bidirectional(letter) == "L" and "FILLER" not in name_of_letter(letter, "FILLER")
     return visible or letter in PUNCTUATION
 
 
@@ -55,7 +61,17 @@ def name_of(text: str, taken: Iterable[str] = ()) -> str:
     return f"model_{found}" if found[0] in string.digits or len(found) == 1 or found.lower() in taken else found
 
 
-def filled(template: str, **texts: str) -> str:
-    """The text of a file of this folder with a text for each @NAME@; names without one stay."""
-    text = (Path(__file__).parent / template).read_text("utf-8")
-    return re.sub("@([A-Z]+)@", lambda found: texts.get(found[1], found[0]), text)
+@lru_cache
+def template(name: str) -> Template:
+    """A Jinja template of this folder, whose filters are `inert` and `repr` too."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    made = Environment(
+        loader=FileSystemLoader(Path(__file__).parent),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    made.filters |= {"inert": inert, "repr": repr}
+    return made.get_template(f"{name}.j2")

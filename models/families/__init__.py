@@ -1,1 +1,1 @@
-"""Model families: each module offers `DEFINITIONS`, identifier -> function that builds the definition."""
+"""Model families: their equations as data, what acts on them from outside, and their extensions."""

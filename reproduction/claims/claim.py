@@ -199,13 +199,25 @@ class Erratum(FileContent):
 
 
 class Figure(FileContent):
-    """A figure that the function `draw` of the paper's module draws from a study's results."""
+    """A figure that the function `draw` of the paper's module plots of a study's results.
+
+    size : width and height in inches.  panels : rows and columns.  share : axes that all panels share.  labels : of x
+    and y of all panels together.  every, axes : what `Axes.set` of matplotlib takes of all panels, and of each of the
+    first ones, and under `legend` what `Axes.legend` takes.  below : columns of a legend below the panels.
+    """
 
     id: Text
     title: Text
     caption: Text
     study: Text
     draw: Text
+    size: tuple[Number, Number] | None = None
+    panels: tuple[StrictInt, StrictInt] = (1, 1)
+    share: Literal["", "x", "y", "xy"] = ""
+    labels: dict[Literal["x", "y"], Text] = Field(default_factory=dict)
+    every: dict[str, Any] = Field(default_factory=dict)
+    axes: tuple[dict[str, Any], ...] = ()
+    below: StrictInt = 0
 
 
 class ShownRow(FileContent):

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
+from operator import itemgetter
+from typing import Any
 
 import numpy as np
 
 from ...reporting.numbers import MISSING, number, percent
 from ...reporting.tables import Column, make_table
 from ...reporting.tables import markdown as table_text
+from ...reporting.templating import render
 from ..claims.claim import Headline, Paper
 from ..papers.paper_across import studies
 from ..papers.paper_across.studies import (
@@ -19,12 +22,10 @@ from ..papers.paper_across.studies import (
     BOTH_FAIL,
     EQUAL,
     LOST,
-    MATERIAL,
     NOISE,
     OUTCOMES,
     PAIRS,
     PLACES,
-    PROPOSED,
     SEEDS,
     WORSE,
 )  # fmt: skip
@@ -83,21 +84,19 @@ def page(paper: Paper, results: Results) -> str:
     """The whole page."""
     pairs = {pair: cells(results, pair) for pair in PAIRS}
     compared = Column("compared", lambda row: str(len(row[1])), lambda row: len(row[1]))
-    parts = [f"# {paper.title}", *paper.notes, _LEGEND, "## In short", outcome_table([*pairs.items()], compared)]
-    for pair, found in pairs.items():
-        parts += [f"## {title(pair)}", *_details(found)]
-    if single := proposed(results):
-        parts += [f"## {PROPOSED.method} against {PROPOSED.baseline}", *_proposed(single)]
-    return "\n\n".join(parts) + "\n"
-
-
-_LEGEND = f"""The error is the root mean square of the free-run errors of surge, sway and yaw rate over the standard
-deviation of each; a fit that fails or a run that diverges counts as {LOST:g}. A ratio below 1 means that the method has
-the smaller error. *better* and *worse* need both a two-sided Wilcoxon signed-rank test on the {SEEDS} paired runs below
-{studies.LEVEL:g} after Holm's correction over all comparisons of the pair, and a median ratio further than
-{percent(studies.MATERIAL)} from 1. *both fail*: the median errors of both are above {studies.USELESS:g}, that of
-a constant prediction. The effect is the matched-pairs rank-biserial correlation: 1 where the method always has the
-smaller error, -1 where the baseline has."""
+    single = proposed(results)
+    text = render(
+        "reproduction_across.md.j2",
+        paper=paper,
+        outcomes=outcome_table([*pairs.items()], compared),
+        pairs=[(title(pair), *_details(found)) for pair, found in pairs.items()],
+        proposed=_proposed(single) if single else None,
+        studies=studies,
+        lost=LOST,
+        seeds=SEEDS,
+        percent=percent,
+    )
+    return text.rstrip() + "\n"
 
 
 def outcome_table(pairs: Sequence[tuple[str, Sequence[PairCell]]], *beside: Column) -> str:
@@ -110,12 +109,13 @@ def outcome_table(pairs: Sequence[tuple[str, Sequence[PairCell]]], *beside: Colu
     return table_text(make_table(columns, pairs))
 
 
-def _details(found: Sequence[PairCell]) -> Iterator[str]:
+def _details(found: Sequence[PairCell]) -> tuple[str, str]:
+    """Outcomes of a pair by vessel and noise, and all its numbers."""
+
     def value(key: str, heading: str = "") -> Column:
         return Column(heading or key, lambda cell: number(cell.found[key], 3), lambda cell: cell.found[key])
 
     at = {(cell.vessel, cell.noise): cell for cell in found}
-    yield _by_noise([cell.vessel for cell in found], lambda *place: _ratio(at[place]))
     columns = [
         Column("vessel", lambda cell: cell.vessel),
         Column("noise", lambda cell: cell.noise),
@@ -127,15 +127,14 @@ def _details(found: Sequence[PairCell]) -> Iterator[str]:
         Column("p (Holm)", lambda cell: number(cell.adjusted, 2), lambda cell: cell.adjusted),
         Column("outcome", lambda cell: cell.outcome),
     ]
-    yield "<details><summary>All numbers</summary>"
-    yield table_text(make_table(columns, found))
-    yield "</details>"
+    by_noise = _by_noise([cell.vessel for cell in found], lambda *place: _ratio(at[place]))
+    return by_noise, table_text(make_table(columns, found))
 
 
-def _proposed(found: dict[tuple[str, str], dict[str, float]]) -> Iterator[str]:
+def _proposed(found: dict[tuple[str, str], dict[str, float]]) -> dict[str, Any]:
+    """What the page says of the proposal as a whole."""
     own, other = (np.array([cell[name] for cell in found.values()]) for name in ("error", "baseline"))
     both = studies.paired(own, other, LOST)
-    failing = int(np.sum(np.minimum(own, other) > studies.USELESS))
 
     def cost(prefix: str) -> str:
         evaluations, seconds = (
@@ -144,20 +143,17 @@ def _proposed(found: dict[tuple[str, str], dict[str, float]]) -> Iterator[str]:
         )
         return f"{evaluations:.0f} evaluations and {number(seconds, 2)} s of CPU time"
 
-    yield (
-        "Paper 003's proposal as a whole: the observer's states as they are, C by the bee colony of its Table 3 (30 "
-        "sources, 60 moves a cycle, 30 cycles), with RW-LSSVR and with LS-SVR. One record a vessel and level of noise "
-        "instead of 20, since a fit takes the colony's evaluations; so there is one test over all of them and none for "
-        "each. [The colony's convergence](003.md)."
-    )
-    yield (
-        f"RW-LSSVR has the smaller error in {int(np.sum(own < other))} of {len(found)}, the larger one in "
-        f"{int(np.sum(own > other))}; the median ratio of errors is {number(both['ratio'], 3)} (two-sided Wilcoxon "
-        f"signed-rank test, p {number(both['p'], 2)}); in {failing} both are worse than a constant prediction. In the "
-        f"median a fit takes {cost('')}, that of LS-SVR {cost('baseline_')}."
-    )
-    yield "Ratio of errors, and in brackets the error with RW-LSSVR and with LS-SVR:"
-    yield _by_noise([vessel for vessel, _ in found], lambda *place: _errors(found.get(place)))
+    return {
+        "n": len(found),
+        "smaller": int(np.sum(own < other)),
+        "larger": int(np.sum(own > other)),
+        "failing": int(np.sum(np.minimum(own, other) > studies.USELESS)),
+        "ratio": number(both["ratio"], 3),
+        "p": number(both["p"], 2),
+        "cost": cost(""),
+        "baseline_cost": cost("baseline_"),
+        "table": _by_noise([vessel for vessel, _ in found], lambda *place: _errors(found.get(place))),
+    }
 
 
 def _errors(cell: dict[str, float] | None) -> str:
@@ -224,31 +220,19 @@ def on_vessels(headline: Headline, across: Results) -> str:
     return YES if share >= MOSTLY else NO if share <= 1.0 - MOSTLY else PARTLY
 
 
-def section(paper: Paper, results: Results, across: Results | None) -> Iterator[str]:
-    """The first section of a paper's page."""
-    if paper.headline is None:
-        return
+def answer(paper: Paper, results: Results, across: Results | None) -> dict[str, str] | None:
+    """What a paper's page says first: whether its method is better, on its own example and on all vessels."""
     headline = paper.headline
-    yield "## Does it beat the baseline?"
-    yield f"The claim: {headline.claim}."
+    if headline is None:
+        return None
     answers = own(paper, results)
-    word, method = joined(answers), headline.method
-    yield f"**On its own example: {word}.** Ratios of errors, {method} over the other; below 1 it is better."
-    columns = [
-        Column("compared", lambda row: row[0]),
-        Column("ratio", lambda row: row[1]),
-        Column("better", lambda row: row[2]),
-    ]
-    yield table_text(make_table(columns, answers))
-    if across is not None:
-        yield from _on_vessels(headline, across)
-
-
-def _on_vessels(headline: Headline, across: Results) -> Iterator[str]:
-    word = on_vessels(headline, across)
-    yield f"**On all vessels: {word}.** Three levels of noise, 20 runs each; [all numbers](across.md)."
-    yield outcome_table([(pair, cells(across, pair)) for pair in headline.pairs])
-    yield f"When to use it instead: {instead(headline, across)}."
+    columns = [Column(name, itemgetter(place)) for place, name in enumerate(("compared", "ratio", "better"))]
+    found = {"own": joined(answers), "ratios": table_text(make_table(columns, answers)), "outcomes": ""}
+    if across is None:
+        return found
+    outcomes = outcome_table([(pair, cells(across, pair)) for pair in headline.pairs])
+    words = {"vessels": on_vessels(headline, across), "instead": instead(headline, across)}
+    return found | words | {"outcomes": outcomes}
 
 
 def instead(headline: Headline, across: Results | None) -> str:
@@ -301,10 +285,3 @@ def _vessels_text(headline: Headline, across: Results | None) -> str:
             f"both fail in {n[BOTH_FAIL]} of {len(found)}"
         )
     return f"{on_vessels(headline, across)}; " + "; ".join(told)
-
-
-RULE = f"""*On its own example*: the median ratio of the errors over our runs, yes below {1.0 - SLIGHT:g};
-*partly* where the comparisons differ. *On other vessels*: yes where the method is better in at least two thirds of
-the comparisons, no where it is in at most one third; better and worse are settled by paired tests and a difference of
-more than {100.0 * MATERIAL:g} %. *When to use it instead*: the vessels on which it was better than all that it was
-compared with."""

@@ -9,8 +9,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
-from itertools import groupby
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import attrgetter, itemgetter
 from pathlib import Path
 from typing import Any
@@ -20,10 +19,11 @@ from ...reporting.numbers import MISSING, interval_digits, percent
 from ...reporting.plots import svg
 from ...reporting.tables import Column, Table, make_table
 from ...reporting.tables import markdown as table_text
+from ...reporting.templating import render
 from .. import results as stored
-from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Figure, Paper, Reference
+from ..claims.claim import DERIVED, KINDS, RESULT, Erratum, Figure, Paper, Reference, ShownTable
 from ..claims.files import ACROSS, everything, load
-from ..papers.study import StudyResult, drawing_of
+from ..papers.study import StudyResult, drawing
 from ..results import Results
 from ..verdicts import DIGITS, NO_VALUE, NOTHING, REPRODUCED, VERDICTS, Judged, Spread, shown, within
 from . import across
@@ -55,40 +55,41 @@ def texts_of(found: Sequence[tuple[Paper, Results]]) -> dict[str, str]:
 
 def page(paper: Paper, results: Results, others: Results | None = None) -> str:
     """The page of one paper; `others` are the results of all vessels, where they were computed."""
-    judged = results.judged(paper)
-    parts = [
-        f"# {paper.title}",
-        f"Paper {paper.paper}: {paper.citation}",
-        *across.section(paper, results, others),
-        "## Claims",
-        f"**{counts_line(judged)}**",
-        "Intervals are those in which a single further run would lie with a probability of 95 %; a published value "
-        "agrees with ours where it lies in the interval, widened by the tolerance. [How to read this](README.md)",
-        *paper.notes,
-        *_items(judged),
-        *_shown(paper, results),
-        *_figures(paper, results),
-        *_errata(paper),
-        *_checks(paper, results),
-    ]
-    return "\n\n".join(parts) + "\n"
+    judged, checks = results.judged(paper), paper.checks()
+    text = render(
+        "reproduction_paper.md.j2",
+        paper=paper,
+        answer=across.answer(paper, results, others),
+        counts=counts_line(judged),
+        items=_items(judged),
+        tables=_shown(paper, results),
+        figures=[(figure, file_of(paper.paper, figure)) for figure in paper.figures if figure.id in results.figures],
+        errata=_errata(paper) if paper.errata else "",
+        checks=checks,
+        agreeing=sum(within(check, results.found(check)) for check in checks),
+        checked=_checked(checks, results),
+    )
+    return text.rstrip() + "\n"
 
 
 def index(found: Sequence[tuple[Paper, Results]], others: Results | None = None) -> str:
     """The first page: what the papers claim and whether it holds, numbers of claims, how to read the other pages."""
-    parts = [_INTRODUCTION]
-    if others is not None:
-        parts += ["## Does it hold?", MARKERS[0], across.table(found, others), MARKERS[1], across.RULE]
     judged = [(paper, results.judged(paper)) for paper, results in found]
     rows = [
         {"paper": f"[{paper.paper}]({paper.paper}.md)", "title": paper.title} | _numbers(own, RESULT)
         for paper, own in judged
     ]
-    parts += ["## Results by verdict", _by_verdict(rows, "results")]
     whole = [j for _, own in judged for j in own]
-    rows = [{"kind": kind} | _numbers(whole, kind) for kind in KINDS]
-    parts += ["All claims by kind:", _by_verdict(rows, "claims"), _LEGEND]
-    return "\n\n".join(parts) + "\n"
+    text = render(
+        "reproduction_index.md.j2",
+        answers="" if others is None else across.table(found, others),
+        markers=MARKERS,
+        slight=across.SLIGHT,
+        material=across.studies.MATERIAL,
+        results=_by_verdict(rows, "results"),
+        kinds=_by_verdict([{"kind": kind} | _numbers(whole, kind) for kind in KINDS], "claims"),
+    )
+    return text + "\n"
 
 
 def _by_verdict(rows: list[dict[str, Any]], counted: str) -> str:
@@ -114,57 +115,12 @@ def _ready(title: str, text: Callable[[Any], str]) -> Column:
     return Column(title, text, markdown=text)
 
 
-_INTRODUCTION = """# Five papers, computed again
-
-Every table of five papers on the identification of manoeuvring models, and every number that their texts and figures
-claim: the published value, ours under the corrected equations, ours under the equations as printed, and a verdict.
-These pages are written by `helmbench reproduce`; every number of ours comes from the files in the folder `results`.
-[The methods on every vessel](across.md) compares what the papers propose with what they want to replace."""
-
-_LEGEND = """## How to read the pages
-
-- A claim is a **result** of an experiment or a calculation; a **setting** of one; an **echo**, which repeats other
-  numbers (a coefficient of a source, or arithmetic of numbers printed beside it); or **derived**: not printed, but
-  computed by us from printed numbers, and shown in a column of its own. Only results count in the table above.
-- **reproduced**: the printed equations give the published value, or the only form of them that exists.
-- **reproduced with correction**: the corrected equations give it, the printed ones do not.
-- **consistent, not determined**: the published value lies in the interval of our runs, but these do not settle it: a
-  setting that decides it is not printed, the interval is wider than the value itself or holds zero, or about half of
-  our runs agree with a statement.
-- **in reach of unprinted settings**: a search over what is not printed comes to it, or past it.
-- **not reached, settings not printed**: neither our runs nor a search come to it, and the paper leaves open what
-  decides it: this says nothing against the paper.
-- **no finite value**: no run gave a number.
-- **not computable**: the paper lacks what a computation needs.
-- **not used**: a setting that no study here takes.
-- **contradicted**: neither form gives it, although all that decides it is printed; or although what is not printed
-  (time step, rudder rate and lag, speed, zigzag angle, noise, start) was searched over a range that the reason names.
-  Since a search leaves gaps, its values must stay away from the published one by more than half of their own range;
-  a statement must be false at every point, and true in less than a tenth of our runs.
-
-Where a paper has noise we repeat its experiment with other noise. The number given is the median of the runs, and the
-interval behind it is the one in which a single further run, like the one that the authors made, would lie with a
-probability of 95 % (order statistics from 39 runs on; below, Student's t, for errors of their logarithms). The
-published value counts as equal where it lies in the interval, widened by a tolerance that each claim states and that
-covers rounding in print. Bounds ("at most") need only a part of the interval on the right side; a statement counts as
-true where at least 60 % of the runs agree, as false where at most 40 % do; between, it is not settled. A run that
-diverges, or whose time constants come out complex, gives no number; "no finite value" stands where more than half of
-the runs do so."""
-
-
-def _items(judged: Sequence[Judged]) -> Iterable[str]:
-    order = {item: place for place, item in reversed(list(enumerate(j.claim.item for j in judged)))}
-    for item, group in groupby(sorted(judged, key=lambda j: order[j.claim.item]), key=lambda j: j.claim.item):
-        yield from _item(item, list(group))
-
-
-def _item(item: str, judged: Sequence[Judged]) -> Iterable[str]:
-    """A table or section of the paper: our table and, below it, how each number was computed."""
-    protocols = list(dict.fromkeys(j.claim.protocol for j in judged if j.claim.protocol))
-    yield f"### {item}"
-    yield table_text(make_table(_claim_columns(protocols), judged))
-    if protocols:
-        yield "How computed:\n\n" + "\n".join(f"{place}. {text}" for place, text in enumerate(protocols, start=1))
+def _items(judged: Sequence[Judged]) -> Iterator[tuple[str, str, list[str]]]:
+    """Tables and sections of the paper in order: our table of each, and how its numbers were computed."""
+    for item in dict.fromkeys(j.claim.item for j in judged):
+        own = [j for j in judged if j.claim.item == item]
+        protocols = list(dict.fromkeys(j.claim.protocol for j in own if j.claim.protocol))
+        yield item, table_text(make_table(_claim_columns(protocols), own)), protocols
 
 
 def claim_table(judged: Sequence[Judged]) -> Table:
@@ -242,7 +198,7 @@ def _share(judged: Judged, found: Spread) -> str:
     return f"true in {percent(found.mean)} of {found.n} runs"
 
 
-def _shown(paper: Paper, results: Results) -> Iterable[str]:
+def _shown(paper: Paper, results: Results) -> Iterator[tuple[ShownTable, str]]:
     """Tables of values without claims, of studies that were computed."""
     for table in paper.shown:
         values = results.values.get(table.study)
@@ -253,56 +209,29 @@ def _shown(paper: Paper, results: Results) -> Iterable[str]:
             _ready(title, lambda row, begin=begin, values=values: _range(values.get(f"{begin}_{row.key}", NOTHING)))
             for title, begin in table.columns.items()
         ]
-        yield f"## {table.title}"
-        yield table.text
-        yield table_text(make_table(columns, table.rows))
+        yield table, table_text(make_table(columns, table.rows))
 
 
-def _figures(paper: Paper, results: Results) -> Iterable[str]:
-    drawn = [figure for figure in paper.figures if figure.id in results.figures]
-    if drawn:
-        yield "## Figures"
-    for figure in drawn:
-        yield f"### {figure.title}"
-        yield f"![{figure.title}]({file_of(paper.paper, figure)})"
-        yield figure.caption
-
-
-def _errata(paper: Paper) -> Iterable[str]:
-    if not paper.errata:
-        return
+def _errata(paper: Paper) -> str:
     named = {claim.id: f"{claim.item}, {claim.quantity}" for claim in paper.claims}
 
     def consequence(erratum: Erratum) -> str:
         shown_by = f" Shown by: {', '.join(named[name] for name in erratum.claims)}." if erratum.claims else ""
         return erratum.consequence + shown_by
 
-    yield "## Errata"
     columns = [_ready(name, attrgetter(name)) for name in ("equation", "printed", "corrected")]
-    columns.append(_ready("consequence", consequence))
-    yield table_text(make_table(columns, paper.errata))
+    return table_text(make_table([*columns, _ready("consequence", consequence)], paper.errata))
 
 
-def _checks(paper: Paper, results: Results) -> Iterable[str]:
-    checks = paper.checks()
-    if not checks:
-        return
-    yield "## Checks against an independent computation"
-    agreeing = sum(within(check, results.found(check)) for check in checks)
-    yield f"Of {len(checks)} quantities that other code computed before, {agreeing} agree within the tolerance."
-    yield "<details><summary>All of them</summary>"
-    yield table_text(
-        make_table(
-            [
-                _ready("quantity", lambda check: check.quantity),
-                _ready("independent", _expected),
-                _ready("ours", lambda check: shown(results.found(check).median, 7)),
-                _ready("agrees", lambda check: _agreement(check, results)),
-            ],
-            checks,
-        )
-    )
-    yield "</details>"
+def _checked(checks: Sequence[Reference], results: Results) -> str:
+    """What other code computed, beside ours."""
+    columns = [
+        _ready("quantity", lambda check: check.quantity),
+        _ready("independent", _expected),
+        _ready("ours", lambda check: shown(results.found(check).median, 7)),
+        _ready("agrees", lambda check: _agreement(check, results)),
+    ]
+    return table_text(make_table(columns, checks))
 
 
 def _expected(check: Reference) -> str:
@@ -341,8 +270,7 @@ def file_of(paper: str, figure: Figure) -> str:
 
 def write_figure(paper: Paper, figure: Figure, results: Sequence[StudyResult], directory: Path) -> str:
     """Draw a figure from its study's results, in order of their seeds; returns the SHA-256 of the file."""
-    draw = drawing_of(paper.paper, figure.draw)
-    data = svg(lambda canvas: draw(results, canvas)).encode()
+    data = svg(drawing(paper.paper, figure, results)).encode()
     path = directory / file_of(paper.paper, figure)
     make_folder(path.parent, within=directory)
     write_atomic(path, data)

@@ -6,6 +6,7 @@ import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib import import_module
+from itertools import chain, repeat
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from ...estimation.estimates.estimate import Estimate
 from ...methods.registry import make
 from ...models.errors import FitFailed
 from ...models.model import Model
-from ..claims.claim import SettingSearch
+from ..claims.claim import Figure, SettingSearch
 from ..claims.files import load
 
 
@@ -29,6 +30,10 @@ class StudyResult:
 
     values: Mapping[str, float]
     series: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+
+Results = Sequence[StudyResult]
+Series = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -50,9 +55,33 @@ def studies_of(paper: str) -> dict[str, PaperStudy]:
     return import_module(f".paper_{paper}.studies", __package__).STUDIES
 
 
-def drawing_of(paper: str, name: str) -> Callable[[Sequence[StudyResult], Any], None]:
-    """The function of a paper that draws a figure: it adds axes to an empty matplotlib figure."""
-    return getattr(import_module(f".paper_{paper}.figures", __package__), name)
+def drawing(paper: str, figure: Figure, results: Results) -> Callable[[Any], None]:
+    """What draws a figure of a study's results on an empty matplotlib figure.
+
+    The paper's function takes the axes, an array (n,) of several, the series of the first run that has any, and all
+    results.
+    """
+    plot = getattr(import_module(f".paper_{paper}.figures", __package__), figure.draw)
+    series = next((result.series for result in results if result.series), {})
+
+    def draw(canvas: Any) -> None:
+        if figure.size is not None:
+            canvas.set_size_inches(*figure.size)
+        panels = np.ravel(canvas.subplots(*figure.panels, sharex="x" in figure.share, sharey="y" in figure.share))
+        plot(panels if panels.size > 1 else panels[0], series, results)
+        for panel, own in zip(panels, chain(figure.axes, repeat({})), strict=False):
+            facts = {**figure.every, **own}
+            legend = facts.pop("legend", None)
+            panel.set(**facts)
+            if legend is not None:
+                panel.legend(**legend)
+        for axis, label in figure.labels.items():
+            getattr(canvas, f"sup{axis}label")(label)
+        if figure.below:
+            handles = panels[0].get_legend_handles_labels()
+            canvas.legend(*handles, loc="outside lower center", ncols=figure.below)
+
+    return draw
 
 
 def stream(paper: str, study: str, index: int, seed: int = 0) -> np.random.Generator:

@@ -49,8 +49,7 @@ def _quick(monkeypatch):
         return STATEMENTS[key]
 
     monkeypatch.setattr("helmbench.models.export.fmu._compiled", lambda name, source: {})
-    for to in ("fmu", "simulink", "vehicle_simulator"):
-        monkeypatch.setattr(f"helmbench.models.export.{to}.statements", once)
+    monkeypatch.setattr("helmbench.models.export.equations.statements", once)
 
 
 def files(to, texts):

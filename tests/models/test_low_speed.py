@@ -5,8 +5,9 @@ import pytest
 import sympy as sp
 from scipy.integrate import quad
 
-from helmbench.models.families import mmg
+from helmbench.models.kernels import definition_of
 from helmbench.models.model import resolve
+from helmbench.models.primitives import absv
 from helmbench.models.simulate import accelerations, inputs_of, simulate, state_matrices
 
 SHIPS = ("kvlcc2-l7", "esso-osaka-l3")
@@ -59,10 +60,15 @@ def test_a_turn_on_the_spot_and_a_drift_across_are_regular():
 
 @pytest.mark.parametrize(("v", "turn"), [(0.2, 0.1), (-0.05, 0.3), (0.0, 0.2), (0.1, -0.4)])
 def test_cross_flow_drag_is_the_integral_over_the_hull(v, turn):
-    flows, integrals = mmg._cross_flow()
-    numbers = {"v": v, "rL": turn, "C_rY": 2.2, "C_rN": 0.8, "absv": abs}
-    numbers |= {name: float(sp.sympify(text, locals=numbers)) for name, text in flows.items()}
-    for total, lever, power in zip(integrals, (2.2, 0.8), (0, 1), strict=True):
-        value = float(sp.sympify(total, locals=numbers))
+    definition = definition_of("mmg-low-speed")
+    numbers = {symbol: 0.0 for symbol in [*definition.states, *definition.parameters, *definition.helpers]}
+    known = {symbol.name: symbol for symbol in numbers}
+    given = {"v": v, "rL": turn, "C_rY": 2.2, "C_rN": 0.8, "C_D": 1.0, "L": 1.0, "d": 1.0}
+    numbers |= {known[name]: value for name, value in given.items()}
+    for symbol, expression in definition.helpers.items():
+        if symbol.name.startswith("cross_"):
+            numbers[symbol] = float(expression.xreplace(numbers))
+    for force, lever, power in zip(definition.forces[1:], (2.2, 0.8), (0, 1), strict=True):
+        value = -float(force.xreplace(numbers).replace(absv, sp.Abs))
         flow = lambda x, c=lever, p=power: abs(v + c * turn * x) * (v + c * turn * x) * x**p  # noqa: E731
         assert value == pytest.approx(quad(flow, -0.5, 0.5)[0], abs=2e-3 * (abs(v) + abs(lever * turn)) ** 2)

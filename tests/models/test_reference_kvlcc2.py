@@ -14,7 +14,7 @@ from helmbench.datasets import indices, measured
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record
-from helmbench.models.families import mmg
+from helmbench.models.kernels import definition_of
 from helmbench.models.model import resolve
 from helmbench.models.primitives import atan2v
 from helmbench.models.simulate import accelerations, initial_state, inputs_of, simulate
@@ -144,7 +144,7 @@ def run_shipmmg(model, rudder, time=TIME, rtol=1e-8, atol=1e-10):
 
 def with_helpers_of_shipmmg(*names):
     """The definition with the named helpers as shipmmg has them."""
-    definition = mmg.standard()
+    definition = definition_of("mmg")
     helpers = {symbol.name: symbol for symbol in definition.helpers}
     constants = {symbol.name: symbol for symbol in definition.constants}
     u, v, r = definition.states[:3]

@@ -111,5 +111,5 @@ def test_a_name_that_is_taken_for_a_leftover_while_it_is_made_is_made_again(tmp_
         if len(made) == 1:
             path.unlink()
 
-    with _held(tmp_path, make) as path:
+    with _held(tmp_path, make, lambda path: path.unlink()) as path:
         assert len(made) == 2 and path == made[1] and path.exists()

@@ -60,8 +60,8 @@ class Made:
         self.calls += 1
         return StudyResult({"seven": 7})
 
-    def draw(self, found, figure):
-        figure.subplots().plot(found[0].series["line"])
+    def draw(self, axes, series, results):
+        axes.plot(series["line"])
 
 
 @pytest.fixture

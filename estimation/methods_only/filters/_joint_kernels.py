@@ -1,11 +1,11 @@
-"""Compiled extended Kalman filter and smoother of states and coefficients (numba; imported only when they run)."""
+"""Compiled extended Kalman filter of states and constants (numba; imported only when it runs)."""
 
 from __future__ import annotations
 
 import numpy as np
 from numba import types
 
-from ....models.compilation import A1, A2, A3, I1, JIT, f8, i8, njit
+from ....models.compilation import A1, A2, I1, JIT, f8, i8, njit
 from ....models.drivers import TANGENT, tangent_sample
 
 
@@ -91,48 +91,33 @@ def measure(z, p, n, outputs, columns, sensor, origin, factor, innovations, coef
     return cost
 
 
-@njit(
-    f8(TANGENT, A1, A1, A2, A1, A2, A2, A2, I1, I1, f8, i8, I1, I1, i8, A1, A1, A2, A2, A2, A3, A2, A3, A3),
-    **JIT,
-)
+@njit(f8(TANGENT, A1, A1, A2, A1, A2, A2, A2, I1, I1, f8, i8, I1, I1, i8, A1, A1, A2, A2), **JIT)
 def kalman(
     tangent, z, theta, p, origin, factor, inputs, outputs, index, columns, dt, substeps, source, target, sparse,
-    process, sensor, path, innovations, filtered, filtered_p, predicted, predicted_p, transitions,
+    process, sensor, path, innovations,
 ):  # fmt: skip
-    """One record through an extended Kalman filter of the joint vector z = (states n, e).
+    """One record through an extended Kalman filter of the joint vector z = (states n, constants e).
 
-    The coefficients are origin + factor e, with origin (q,) and factor (q, m - n), which has no columns if they are
-    fixed.
+    The coefficients are origin + factor e, with origin (q,) and factor (q, m - n); without a `source` of slopes by the
+    coefficients they are fixed.
     z (m,), p (m, m) and the coefficients in theta are updated in place.  outputs (N, c), nan = gap, measure the states
     `columns` at grid points `index` (N,), which do not decrease.  process (n,) and sensor (c,) are variances.  path
-    (N, q) is filled with the coefficients after each sample, innovations (N, c) with the prediction errors.  The last
-    five arrays are filled with what a smoother needs, for every grid point, unless they are empty.
+    (N, q) is filled with the coefficients after each sample, innovations (N, c) with the prediction errors.
 
     Returns the negative log likelihood of the innovations.
     """
     m, q, e = z.size, origin.size, factor.shape[1]
     n = m - e
-    width = n + q if e > 0 else n
+    width = n + q if source.size > 0 else n
     x, flat, gain = np.empty(n), np.empty(n * width), np.empty(m)
     work = np.empty(4 * n + 3 * n * width + inputs.shape[1] * (1 + n) + sparse)
     transition, product = np.empty((n, m)), np.empty((n, m))
-    keep = filtered.shape[0] > 0
     row, cost = 0, 0.0
     for k in range(inputs.shape[0]):
-        if keep:
-            for i in range(n):
-                predicted[k, i] = z[i]
-                for j in range(n):
-                    predicted_p[k, i, j] = p[i, j]
         while row < index.size and index[row] <= k:
             cost += measure(z, p, n, outputs[row], columns, sensor, origin, factor, innovations[row], path[row], gain)
             theta[:q] = path[row]
             row += 1
-        if keep:
-            for i in range(n):
-                filtered[k, i] = z[i]
-                for j in range(n):
-                    filtered_p[k, i, j] = p[i, j]
         if k == inputs.shape[0] - 1:
             break
         for i in range(n):
@@ -144,11 +129,9 @@ def kalman(
             z[i] = x[i]
             for j in range(n):
                 transition[i, j] = flat[i * width + j]
-                if keep:
-                    transitions[k, i, j] = flat[i * width + j]
             for j in range(e):
                 transition[i, n + j] = 0.0
-            if e > 0:
+            if width > n:
                 for c in range(q):
                     slope = flat[i * width + n + c]
                     if slope != 0.0:
@@ -158,16 +141,3 @@ def kalman(
         if not np.isfinite(cost):
             break
     return cost
-
-
-@njit(types.void(A2, A2, A3, A2), **JIT)
-def smooth(filtered, predicted, gains, smoothed):
-    """Rauch-Tung-Striebel: x_s[k] = x_f[k] + G[k] (x_s[k+1] - x_p[k+1]); smoothed (K, n) is filled."""
-    last, n = filtered.shape[0] - 1, filtered.shape[1]
-    smoothed[last] = filtered[last]
-    for k in range(last - 1, -1, -1):
-        for i in range(n):
-            total = filtered[k, i]
-            for j in range(n):
-                total += gains[k, i, j] * (smoothed[k + 1, j] - predicted[k + 1, j])
-            smoothed[k, i] = total

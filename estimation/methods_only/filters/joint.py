@@ -1,4 +1,4 @@
-"""Joint state and parameter estimation by a Kalman filter with a Rauch-Tung-Striebel smoother, iterated.
+"""Joint state and parameter estimation by a Kalman filter, iterated, with a smoother of the initial states.
 
 The coefficients are constant states.  The filter starts from least squares and runs over the records several times:
 each pass starts from the last pass's coefficients with the first prior, and from initial states smoothed with them.
@@ -106,7 +106,7 @@ def filter_record(
     density: CoefficientDensity,
     noise: NoiseVariances,
     sigma: tuple[float, float] | None = None,
-    kept: Sequence[np.ndarray] = (),
+    start: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> FilteredRecord:
     """One record through the filter, from its initial state and a density of the coefficients.
 
@@ -115,14 +115,13 @@ def filter_record(
     sigma : None: the extended filter.  Else the unscented one, whose density goes through a sample step at sigma points
         instead of along the tangent: their distance alpha in units of sqrt(m) standard deviations, m being the size of
         the joint vector, and the weight beta of the mean's shift in the covariance.
-    kept : what the smoother needs of the extended filter is filled: filtered states (K, n) and covariances (K, n, n),
-        predicted ones, and transitions (K, n, n), for the K grid points.
+    start : states and constants that no coefficient depends on, with their covariance, instead of `joint_start`.
     """
     from ....models.simulate import substeps, tangent_tables
-    from . import _joint_kernels
 
-    n, p, e = len(model.states), len(model.coordinates), len(density.mean)
-    z, covariance = joint_start(model, series, density)
+    n, p = len(model.states), len(model.coordinates)
+    free = start is None and len(density.mean) > 0
+    z, covariance = start or joint_start(model, series, density)
     path, innovations = np.empty((len(series.outputs), p)), np.empty_like(series.outputs)
     nearest = np.round(series.index + series.part).astype(np.int64)  # points of the time grid
     before = (
@@ -132,53 +131,35 @@ def filter_record(
     )  # fmt: skip
     variances = noise.process, noise.sensor[series.columns]
     if sigma is None:
-        source, target, sparse = tangent_tables(model, range(p if e else 0), n)
-        none = np.zeros((0, n)), np.zeros((0, n, n))
-        cost = _joint_kernels.kalman(
-            model.kernels.tangent, *before, source, target + (n if e else 0), sparse, *variances, path, innovations,
-            *(kept or (*none, *none, none[1])),
-        )  # fmt: skip
-    else:
-        from . import _unscented_kernels
+        from ._joint_kernels import kalman
 
-        cost = _unscented_kernels.unscented(model.kernels.rhs, *before, *variances, *sigma, path, innovations)
+        source, target, sparse = tangent_tables(model, range(p if free else 0), n)
+        tables = source, target + (n if free else 0), sparse
+        cost = kalman(model.kernels.tangent, *before, *tables, *variances, path, innovations)
+    else:
+        from ._unscented_kernels import unscented
+
+        cost = unscented(model.kernels.rhs, *before, *variances, *sigma, path, innovations)
     after = density._replace(mean=z[n:], covariance=covariance[n:, n:])
     return FilteredRecord(after, path, innovations, cost if np.isfinite(z).all() else np.inf)
 
 
-def smoother_arrays(model: Model, series: Series) -> tuple[np.ndarray, ...]:
-    """Empty arrays for `filter_record` to keep what the smoother needs."""
-    grid, n = len(series.inputs), len(model.states)
-    return tuple(np.zeros((grid, n)) if i in (0, 2) else np.zeros((grid, n, n)) for i in range(5))
+def smoothed_start(model: Model, series: Series, noise: NoiseVariances) -> np.ndarray:
+    """Initial state (n,) given all samples of a record, the model's coefficients fixed.
 
-
-def smoothed_states(model: Model, series: Series, noise: NoiseVariances) -> np.ndarray:
-    """States (K, n) on the record's time grid given all its samples, the model's coefficients fixed (RTS smoother)."""
-    from . import _joint_kernels
-
-    kept = smoother_arrays(model, series)
-    filter_record(model, series, CoefficientDensity.fixed(model.coefficients), noise, kept=kept)
-    filtered, filtered_p, predicted, predicted_p, transitions = kept
-    used = [i for i, name in enumerate(model.states) if name not in ("x", "y")]
-    block = np.ix_(range(len(filtered)), used, used)
-    ahead = transitions[block][:-1] @ filtered_p[block][:-1]
-    gains = np.linalg.solve(predicted_p[block][1:], ahead).transpose(0, 2, 1)
-    smoothed = filtered.copy()
-    inner = np.empty((len(filtered), len(used)))
-    _joint_kernels.smooth(
-        np.ascontiguousarray(filtered[:, used]), np.ascontiguousarray(predicted[:, used]),
-        np.ascontiguousarray(gains), inner,
-    )  # fmt: skip
-    smoothed[:, used] = inner
-    return smoothed
+    It is filtered along as a constant beside the states: the fixed-point smoother (Anderson & Moore 1979, Optimal
+    Filtering, sec 7.2).
+    """
+    fixed = CoefficientDensity.fixed(model.coefficients)
+    z, covariance = joint_start(model, series, fixed)
+    beside = fixed._replace(factor=np.zeros((len(fixed.origin), len(z))), mean=np.zeros(len(z)))
+    start = np.tile(z, 2), np.tile(covariance, (2, 2))
+    return filter_record(model, series, beside, noise, start=start).density.mean
 
 
 def with_smoothed_start(model: Model, series: Series, noise: NoiseVariances) -> Series:
-    """The series with its initial state smoothed; unchanged if the smoother fails."""
-    try:
-        first = smoothed_states(model, series, noise)[0]
-    except np.linalg.LinAlgError:
-        return series
+    """The series with its initial state smoothed; unchanged where that is not finite."""
+    first = smoothed_start(model, series, noise)
     gain = model.kernels.RATE_GAIN
     if gain is not None:
         first[0] += model.coefficients[gain] * series.inputs[0, 0]

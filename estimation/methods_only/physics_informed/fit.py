@@ -37,7 +37,7 @@ import numpy as np
 
 from ....datasets.record import Record
 from ....models.errors import FitFailed
-from ....models.linear_algebra import lstsq
+from ....models.linear_algebra import ridge
 from ....models.model import Model
 from ....models.simulate import accelerations, slopes_at
 from ...likelihood.linear_problem import Arrow, LinearArrow, RecordRows
@@ -332,16 +332,8 @@ def _parts(
 
 def _first_weights(problem: PinnProblem) -> list[np.ndarray]:
     """Output weights of networks that follow the states to start from."""
-    found = []
-    for part in problem.parts:
-        wanted = (part.start - problem.scales.mean) / problem.scales.size
-        f = part.at.values.shape[1]
-        rows, right = (
-            np.vstack([part.at.values, RIDGE * np.eye(f)]),
-            np.vstack([wanted, np.zeros((f, wanted.shape[1]))]),
-        )
-        found.append(lstsq(rows, right))
-    return found
+    scales = problem.scales
+    return [ridge(part.at.values, (part.start - scales.mean) / scales.size, RIDGE) for part in problem.parts]
 
 
 def _minimised(problem: PinnProblem, theta: np.ndarray, iterations: int) -> Fit:

@@ -27,6 +27,7 @@ from optuna.samplers import BaseSampler
 from optuna.search_space import IntersectionSearchSpace
 from optuna.study import Study, StudyDirection
 from optuna.trial import FrozenTrial, TrialState
+from scipy.stats import rankdata
 
 from ....datasets import randomness
 
@@ -109,9 +110,7 @@ class Colony:
 
 def rank_fitness(costs: np.ndarray) -> np.ndarray:
     """Fitness (S,) from 1 (worst) to S (best) by rank, equal costs (S,) sharing their mean rank."""
-    worse = (costs[None, :] > costs[:, None]).sum(axis=1)
-    equal = (costs[None, :] == costs[:, None]).sum(axis=1)
-    return worse + (equal + 1.0) / 2.0
+    return rankdata(-costs)
 
 
 def reciprocal_fitness(costs: np.ndarray) -> np.ndarray:

@@ -12,6 +12,7 @@ import numpy as np
 from ....estimation.information.bounds import cramer_rao
 from ....estimation.methods_only.observers import eso
 from ....estimation.methods_only.svr.estimators import LSSVR
+from ....methods.base import Method
 from ....methods.eso_rw_lssvr import EsoRwLssvr
 from ....methods.filtered_ls import SvfLs
 from ....models.errors import CannotFit, FitFailed
@@ -76,7 +77,7 @@ def on_sines(vessel: str, sines: str, level: float, rng: np.random.Generator) ->
     return StudyResult(values, series)
 
 
-def _fitted(method: EsoRwLssvr, run: Any, model: Model) -> tuple[np.ndarray, float | None]:
+def _fitted(method: Method, run: Any, model: Model) -> tuple[np.ndarray, float | None]:
     """Coefficients (4,), nan where the fit fails, and the observer's poles."""
     try:
         found = method.fit([run], model)

@@ -2,7 +2,7 @@
 
 from helmbench.reporting.plots import svg
 from helmbench.reproduction.claims import files
-from helmbench.reproduction.papers.study import StudyResult, drawing_of, stream, studies_of
+from helmbench.reproduction.papers.study import StudyResult, drawing, stream, studies_of
 
 
 def run(paper: str, study: str, index: int = 0) -> StudyResult:
@@ -18,10 +18,6 @@ def unnamed(paper: str, results: dict[str, StudyResult]) -> list[str]:
 
 
 def drawn(paper: str, results: dict[str, StudyResult]) -> dict[str, int]:
-    """Size of every figure of the paper in bytes."""
-    return {f.id: len(draw(drawing_of(paper, f.draw), [results[f.study]])) for f in files.load(paper).figures}
-
-
-def draw(function, results: list[StudyResult]) -> str:
-    """The SVG file that a drawing function makes of results."""
-    return svg(lambda figure: function(results, figure))
+    """Size of every figure of the paper whose study has a result, in bytes."""
+    shown = [figure for figure in files.load(paper).figures if figure.study in results]
+    return {figure.id: len(svg(drawing(paper, figure, [results[figure.study]]))) for figure in shown}

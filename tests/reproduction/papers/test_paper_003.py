@@ -14,7 +14,6 @@ from helmbench.reproduction import results
 from helmbench.reproduction.claims.files import load
 from helmbench.reproduction.pages import markdown
 from helmbench.reproduction.papers.paper_003 import (
-    figures,
     identification,
     proposed,
     states,
@@ -25,7 +24,7 @@ from helmbench.reproduction.papers.paper_003.vessels import DT, VESSELS
 from helmbench.reproduction.papers.study import stream
 from helmbench.reproduction.verdicts import spread
 
-from .named import draw
+from .named import drawn
 
 PUBLISHED = Path(__file__).parents[3] / "reports" / "reproduction"
 
@@ -144,7 +143,7 @@ def test_the_proposal_s_budget_and_convergence(short_runs, rng):
             assert result.values[f"{name}_excess_0"] == pytest.approx(100.0 * (best[0] / best[1] - 1.0))
             assert result.values[f"{name}_excess_1"] == 0.0 and result.values[f"{name}_evaluations"] == 90
             assert result.values[f"{name}_cpu_s"] > 0.0
-    assert len(draw(figures.draw_convergence, [result])) > 1000
+    assert drawn("003", {"proposed": result})["convergence"] > 1000
 
 
 def test_the_cycles_that_are_told_are_the_colony_s(rng):
