@@ -186,9 +186,13 @@ class Record:
         """Number of samples."""
         return self.time_s.size
 
-    @cached_property
+    @property
     def dt(self) -> float:
         """Median time step, s (nan for a single sample)."""
+        return self._dt
+
+    @cached_property
+    def _dt(self) -> float:
         return float(np.median(np.diff(self.time_s))) if self.n > 1 else float("nan")
 
     @cached_property
@@ -298,8 +302,8 @@ def beside(record: Record, **changed: Any) -> Record:
     """A record at the same times with other `channels`, `meta` or `name`: what is known of the times is not computed
     again."""
     other = replace(record, **changed)
-    known = {"dt": record.dt, **vars(record)}
-    vars(other).update({name: known[name] for name in ("dt", "_unevenness") if name in known})
+    known = {"_dt": record.dt, **vars(record)}
+    vars(other).update({name: known[name] for name in ("_dt", "_unevenness") if name in known})
     return other
 
 
