@@ -22,7 +22,7 @@ from ..causes.base_coefficients import BaseCoefficients
 from ..causes.missing_terms import MissingTerm
 from ..causes.noise import WaveMotion
 from ..causes.registry import causes
-from ..causes.surroundings import PairCause, Wind
+from ..causes.surroundings import PairCause, WaveDrift, Wind
 from ..report.bank import BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
@@ -106,6 +106,8 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
     rival_causes = {choice.bank.cause_of(c) for c in rivals} - set(
         map(choice.bank.cause_of, choice.selection.candidates)
     )
+    if cause == Wind.id and choice.runs.waves:  # drift by waves is no candidate, and pushes alike
+        rival_causes.add(WaveDrift.id)
     details: dict[str, Any] = {}
     if cause == BaseCoefficients.id:
         details["groups"] = list(dict.fromkeys(_title(choice, one.candidate.of) for one in own))
