@@ -89,7 +89,7 @@ class CraftDiagnosis(RunsResult):
     covariance : (p, p) of the model's coefficients.
     own_angles : record -> its own neutral angle beside the common one, rad or the command's unit.
     causes : what the channels show of their sensors; errors of the yaw rate were corrected in the records, and are
-        instruments of the models.
+    instruments of the models.
     notes : what a reader must know, a sentence each.
     """
 
