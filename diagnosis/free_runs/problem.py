@@ -218,9 +218,9 @@ class FreeRuns:
         """The same runs with the motion in waves that they show, which their starts are uncertain by."""
         lanes = [Lane(k, {}, own) for k, own in enumerate(self.no_own)]
         waves = waves_along(self, [errors[:, 0] for errors in self.errors(lanes)])
-        return self._in(waves) if waves else self
+        return self._with_waves(waves) if waves else self
 
-    def _in(self, waves: tuple[Waves, ...]) -> FreeRuns:
+    def _with_waves(self, waves: tuple[Waves, ...]) -> FreeRuns:
         runs, whole = FreeRuns(self.bank, self.units, self.length_s, self.whole), waves[0]
         runs.waves = waves
         sizes = {"psi": whole.heading_rad.value, "r": whole.heading_rad.value * whole.frequency_rad_s.value}
@@ -247,7 +247,7 @@ class FreeRuns:
     def along(self, units: Sequence[Unit]) -> FreeRuns:
         """The free runs of other units."""
         runs = FreeRuns(self.bank, units, self.length_s, self.whole)
-        return runs._in(self.waves) if self.waves else runs
+        return runs._with_waves(self.waves) if self.waves else runs
 
     @property
     def known(self) -> np.ndarray:

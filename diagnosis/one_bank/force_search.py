@@ -131,13 +131,13 @@ def enough_of(runs: FreeRuns) -> np.ndarray:
     return np.sqrt((LITTLE * runs.motion) ** 2 + runs.no_matter())
 
 
-def forces_beside_numbers(now: Beside, one: bool) -> Remainder | None:
-    """Forces that are needed beside the model's own numbers; one : no more than that one."""
+def forces_beside_numbers(now: Beside, single: bool) -> Remainder | None:
+    """Forces that are needed beside the model's own numbers; single : none where there are several."""
     now = now.with_spans(now.whole, now.numbers)
     free = [c for c in now.forces.candidates if not now.numbers or not now.forces.forces[c.id].at_once]
-    selection = select(now.runs, free, now.rules(now.whole, 2 if one else RULES.most), now.whole, now.numbers)
+    selection = select(now.runs, free, now.rules(now.whole, 2 if single else RULES.most), now.whole, now.numbers)
     sure = _once([one for one in selection.entered if _is_sure(now.runs, selection.final, one.candidate)], now.forces)
-    if not sure or (one and len(sure) > 1):
+    if not sure or (single and len(sure) > 1):
         return None
     if len(sure) < len(selection.entered):
         selection = with_only(now.runs, selection, sure, now.numbers)

@@ -109,7 +109,7 @@ def _explanations(
     """
     now, ((rival, base), few) = own[1], _fewest(bases, wide)
     simple = few is not None and len(few.selection.entered) == 1 and not base.leaves(few.fitted)
-    rest = None if simple else forces_beside_numbers(now, one=little)
+    rest = None if simple else forces_beside_numbers(now, single=little)
     same_alone = same_forces_alone(base, rest) if rest is not None and few is None else None
     for one in (one for one in (few, same_alone) if one is not None):
         if _takes_the_place(base, one, None if wide else now.plain, sure) and not (rest and _preferred(rest, one)):
