@@ -1,6 +1,6 @@
 """Motion in waves, told from the errors of free runs.
 
-A hull hardly answers a rudder within the time of one ship length.  Where the errors of the yaw rate have a sharp peak
+A hull hardly answers a rudder within less than the time of one ship length.  Where the errors of the yaw rate have a sharp peak
 at such a period, which the heading shows as its integral and the rudder does not have, the ship moves in waves.
 Averaged spectra of pieces under a Hann window, Welch 1967, eq. 16 of docs/mathematics/pieces.md.
 """
@@ -19,8 +19,9 @@ from ...checks.tails import student_quantile
 if TYPE_CHECKING:
     from .problem import FreeRuns
 
-LONGEST = 1.0
-"""Longest period, as a multiple of the time of one ship length."""
+LONGEST = 0.65
+"""Longest period, as a share of the time of one ship length: a slower moment turns the hull, too, and is described as a
+force in time."""
 FEWEST_SAMPLES = 4.0
 """Samples of the shortest period."""
 NEAR, LOWER, PEAK = 1.4, 2.5, 5.0
