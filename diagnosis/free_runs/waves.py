@@ -1,8 +1,8 @@
 """Motion in waves, told from the errors of free runs.
 
-A hull hardly answers a rudder within less than the time of one ship length.  Where the errors of the yaw rate have a sharp peak
-at such a period, which the heading shows as its integral and the rudder does not have, the ship moves in waves.
-Averaged spectra of pieces under a Hann window, Welch 1967, eq. 16 of docs/mathematics/pieces.md.
+A hull hardly answers a rudder within less than the time of one ship length.  Where the errors of the yaw rate have a
+sharp peak at such a period, which the heading shows as its integral and the rudder does not have, the ship moves in
+waves.  Averaged spectra of pieces under a Hann window, Welch 1967, eq. 16 of docs/mathematics/pieces.md.
 """
 
 from __future__ import annotations
