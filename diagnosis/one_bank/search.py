@@ -264,8 +264,8 @@ def _of_all_records(choice: Choice) -> Choice:
 
 def _sparse(choice: Choice) -> Choice:
     """The few candidates in the place of all of the model's own numbers, where these take off little more than one of
-    them does, or not much more than neutral angles and zeros of sensors; none, where errors are small and all numbers
-    do not take most of them off."""
+    them does, with no fault of input or sensor beside them, or not much more than neutral angles and zeros of sensors;
+    none, where errors are small and all numbers do not take most of them off."""
     few, runs, final = choice.few, choice.runs, choice.selection.final
     if few is None or not {n for c in few.candidates for n in c.names} <= runs.places.keys():
         return choice
@@ -277,7 +277,8 @@ def _sparse(choice: Choice) -> Choice:
     if sided and len(named) < len(few.entered):
         few = with_only(runs, few, named)
     alone = MOST if _is_gross(choice) else NEARLY_ALL
-    needed = HALF if sided else alone if len(few.entered) == 1 else np.inf
+    lost = [c for c in choice.selection.candidates if not has_entered(c, few.candidates)]
+    needed = HALF if sided else alone if len(few.entered) == 1 and not lost else np.inf
     enough = _taken(runs, few.base, few.final) > needed * _taken(runs, few.base, final)
     return Choice(runs, few, wide=choice) if enough else choice
 
