@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 from scipy.special import chdtr, chdtrc, chdtri, chndtr, fdtrc, gammaln, log_ndtr, ndtr, ndtri, stdtr, stdtrit
 
+INTERVAL = 0.95
+"""Quantile of Student's t that a 90 % interval of a mean ends at."""
+
 
 def chi2_tail(x: Any, k: float) -> Any:
     """P(chi2_k > x) for x >= 0."""
@@ -49,6 +52,11 @@ def student_tail(x: float, dof: float) -> float:
 def student_quantile(p: float, dof: float) -> float:
     """x with P(t_dof <= x) = p."""
     return float(stdtrit(dof, p))
+
+
+def half_of_mean(values: np.ndarray) -> float:
+    """Half of the 90 % interval of the mean of values (N,), two at least."""
+    return student_quantile(INTERVAL, values.size - 1) * float(np.std(values, ddof=1)) / np.sqrt(values.size)
 
 
 def f_tail(x: float, k: float, dof: float) -> float:

@@ -156,8 +156,8 @@ def _described(
 def _with_forces_apart(diagnosis: Diagnosis, of_apart: Diagnosis) -> Diagnosis:
     """The diagnosis with forces in time that act in records which it is made without, of a diagnosis of these."""
     in_time = (force for force in of_apart.remaining if not force.extended and "time" in force.depends_on)
-    named = (f if f.span else replace(f, text=f"in {', '.join(diagnosis.apart)}, {f.text}") for f in in_time)
-    return replace(diagnosis, remaining=(*diagnosis.remaining, *named))
+    forces = (f if f.span else replace(f, text=f"in {', '.join(diagnosis.apart)}, {f.text}") for f in in_time)
+    return replace(diagnosis, remaining=(*diagnosis.remaining, *forces))
 
 
 def _as_far_as_possible(step: Callable[[], Diagnosis], before: Diagnosis, what: str) -> Diagnosis:

@@ -132,15 +132,22 @@ class FreeRuns:
     Channels are the states that the records measure, and the propeller's thrust where one measures it and the model
     says it.
 
-    length_s : time of one ship length, s.
+    length_s : time of one ship length, s.  waves : motion in waves along all records, and along each.
 
     Raises
     ------
     CannotFit : no state is measured often enough.
     """
 
-    def __init__(self, bank: Bank, units_: Sequence[Unit], length_s: float, whole: bool = False) -> None:
-        self.bank, self.length_s, self.whole = bank, length_s, whole
+    def __init__(
+        self,
+        bank: Bank,
+        units_: Sequence[Unit],
+        length_s: float,
+        whole: bool = False,
+        waves: tuple[Waves, ...] = (),
+    ) -> None:
+        self.bank, self.length_s, self.whole, self.waves = bank, length_s, whole, waves
         self.units, self.places = list(units_), bank.places
         self.model = replace(coarsely_integrated(bank.model, self.units, length_s), windage=bank.windage_with({}))
         values = np.array([np.isfinite(u.measured(MEASURED)).sum(axis=0) for u in self.units])
@@ -154,6 +161,8 @@ class FreeRuns:
         self.limit = LIMIT * self.floor
         self._own_places = [bank.model.states.index(s) for s in started_states(bank.model)]
         starts = start_sd(bank.model, length_s, self.symbols)
+        for own in waves[:1]:
+            starts = np.hypot(starts, [own.of_states.get(s, 0.0) for s in started_states(bank.model)])
         self.own_sd = np.array([NEUTRAL_ANGLE_SD, *starts]) if whole else starts
         self.measured = [self._measured(u) for u in self.units]
         self.counts = np.array([np.isfinite(m).sum(axis=0) for m in self.measured], float)
@@ -163,7 +172,6 @@ class FreeRuns:
             for span, n in zip(spans, self.counts.max(axis=1), strict=True)
         ])  # fmt: skip
         self.rudders = {u.number: Rudder(u.record) for u in self.units}
-        self.waves: tuple[Waves, ...] = ()
         self._terms: dict[tuple[int, str], np.ndarray] = {}
         self._series: dict[tuple[int, str], np.ndarray] = {}
         self._about: list[Linearisation] = []
@@ -216,22 +224,13 @@ class FreeRuns:
 
     def in_waves(self) -> FreeRuns:
         """The same runs with the motion in waves that they show, which their starts are uncertain by."""
-        lanes = [Lane(k, {}, own) for k, own in enumerate(self.no_own)]
-        waves = waves_along(self, [errors[:, 0] for errors in self.errors(lanes)])
-        return self._with_waves(waves) if waves else self
-
-    def _with_waves(self, waves: tuple[Waves, ...]) -> FreeRuns:
-        runs, whole = FreeRuns(self.bank, self.units, self.length_s, self.whole), waves[0]
-        runs.waves = waves
-        sizes = {"psi": whole.heading_rad.value, "r": whole.heading_rad.value * whole.frequency_rad_s.value}
-        more = [sizes.get(s, 0.0) for s in started_states(self.bank.model)]
-        runs.own_sd = np.hypot(self.own_sd, [*([0.0] if self.whole else []), *more])
-        return runs
+        waves = waves_along(self, self._errors_at_rest)
+        return FreeRuns(self.bank, self.units, self.length_s, self.whole, waves) if waves else self
 
     @property
     def smooth_s(self) -> float:
         """Time that motion is smoothed over, s: quicker is what a hull does not do by itself, as in waves."""
-        return max(SMOOTH * self.length_s, *(w.period_s for w in self.waves), 0.0)
+        return max([SMOOTH * self.length_s, *(w.period_s for w in self.waves)])
 
     def without(self, ids: Collection[str]) -> FreeRuns:
         """The same runs without candidates (`Candidate.of`) of the bank."""
@@ -246,8 +245,7 @@ class FreeRuns:
 
     def along(self, units: Sequence[Unit]) -> FreeRuns:
         """The free runs of other units."""
-        runs = FreeRuns(self.bank, units, self.length_s, self.whole)
-        return runs._with_waves(self.waves) if self.waves else runs
+        return FreeRuns(self.bank, units, self.length_s, self.whole, self.waves)
 
     @property
     def known(self) -> np.ndarray:
@@ -263,16 +261,21 @@ class FreeRuns:
         return np.pad(known, (0, len(self.floor) - len(known)))
 
     @cached_property
+    def _errors_at_rest(self) -> list[np.ndarray]:
+        """Errors (C, N) of each unit by the base model without numbers and own effects."""
+        lanes = [Lane(k, {}, own) for k, own in enumerate(self.no_own)]
+        return [errors[:, 0] for errors in self.errors(lanes)]
+
+    @cached_property
     def quick(self) -> np.ndarray:
         """Sums of squared errors (K, C) of runs that are quicker than what a hull does by itself: of noise of the
         sensors, and of motion in waves.
 
         Eq. 13 of docs/mathematics/pieces.md.
         """
-        lanes = [Lane(k, {}, own) for k, own in enumerate(self.no_own)]
         sums = np.zeros_like(self.counts)
-        for k, errors in enumerate(self.errors(lanes)):
-            known, error = self._by_channel[k][1][:, 0], errors[:, 0]
+        for k, error in enumerate(self._errors_at_rest):
+            known = self._by_channel[k][1][:, 0]
             width = max(1, int(self.smooth_s / self.units[k].stretch.series.dt) | 1)
             share = np.maximum(uniform_filter1d(known, width, axis=1, mode="constant"), 1e-9)
             slow = uniform_filter1d(error, width, axis=1, mode="constant") / share

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from scipy.signal import detrend
 
-from ...checks.tails import student_quantile
+from ...checks.tails import half_of_mean
 
 if TYPE_CHECKING:
     from .problem import FreeRuns
@@ -30,8 +30,6 @@ models that err in calm water it was .04 to 1.3, in waves 16 to 257."""
 OF_RUDDER, OF_MOTION = 0.45, 0.7
 """Coherence with the rudder, at most, and of the yaw rate with the heading, at least: in waves they were .04 to .42 and
 .88 to .99, in calm water .5 to .97 with the rudder."""
-INTERVAL = 0.95
-"""Quantile of Student's t over pieces that a 90 % interval ends at."""
 
 
 class Spread(NamedTuple):
@@ -53,6 +51,11 @@ class Waves:
     def period_s(self) -> float:
         """Period, s."""
         return 2.0 * np.pi / self.frequency_rad_s.value
+
+    @property
+    def of_states(self) -> dict[str, float]:
+        """State -> root mean square of it, rad or rad/s."""
+        return {"psi": self.heading_rad.value, "r": self.heading_rad.value * self.frequency_rad_s.value}
 
 
 class _Spectra(NamedTuple):
@@ -122,7 +125,5 @@ def _spectra(runs: FreeRuns, errors: Sequence[np.ndarray], symbols: Sequence[str
 
 def _spread(values: np.ndarray) -> Spread:
     """The mean of values (K,), with half of its 90 % interval."""
-    if values.size < 2:
-        return Spread(float(np.mean(values)), float(np.mean(values)))
-    error = float(np.std(values, ddof=1)) / np.sqrt(values.size)
-    return Spread(float(np.mean(values)), student_quantile(INTERVAL, values.size - 1) * error)
+    mean = float(np.mean(values))
+    return Spread(mean, half_of_mean(values) if values.size > 1 else mean)

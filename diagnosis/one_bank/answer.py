@@ -11,7 +11,7 @@ import numpy as np
 
 from ...checks.base import SensorError
 from ...checks.result import Size
-from ...checks.tails import chi2_tail, student_quantile, student_tail
+from ...checks.tails import chi2_tail, half_of_mean, student_tail
 from ...estimation.selection.selection import independent
 from ...models.coefficient_groups import grown, stated_groups, with_values
 from ...models.extend import extended
@@ -27,7 +27,7 @@ from ..report.bank import BY_FREE_RUNS, lines, of_channels
 from ..report.verdict import NAMED, PARTLY
 from ..result import Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
-from .search import INTERVAL, LARGE, SMALL, half_intervals, main_number
+from .search import LARGE, SMALL, half_intervals, main_number
 
 if TYPE_CHECKING:
     from ...checks.base import Check
@@ -356,8 +356,7 @@ def common_part(own: Sequence[float], records: int) -> float:
     if records == 1:
         return float(own[0])
     each = np.pad(own, (0, records - len(own)))
-    half = student_quantile(INTERVAL, records - 1) * float(np.std(each, ddof=1)) / np.sqrt(records)
-    return float(np.mean(each)) if abs(np.mean(each)) > half else 0.0
+    return float(np.mean(each)) if abs(np.mean(each)) > half_of_mean(each) else 0.0
 
 
 def in_wind(model: Model, choice: Choice) -> Model:

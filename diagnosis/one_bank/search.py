@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ...checks.tails import INTERVAL
 from ...estimation.selection.minimiser import minimise
 from ...estimation.selection.number import distinct
 from ...estimation.selection.selection import (
@@ -74,10 +75,9 @@ LARGE, HALF = 0.3, 0.5
 """Error, as a share of the motion, from which a model without a finding is not adequate; and share of what all of the
 model's own numbers take off the excess from which neutral angles and zeros of sensors are told without them: a hull
 that is alike to both sides takes their place only in part."""
-INTERVAL, WIDER = 0.95, 3.0
-"""Quantile of Student's t over pieces that a 90 % interval ends at, and factor on it beside numbers that are all
-uncertain, and alike to both sides: of a delay beside ten Mariners whose numbers were off by 10 % the error was 2.9
-standard errors (rms)."""
+WIDER = 3.0
+"""Factor on 90 % intervals beside numbers that are all uncertain, and alike to both sides: of a delay beside ten
+Mariners whose numbers were off by 10 % the error was 2.9 standard errors (rms)."""
 FEW = 3
 """Causes and numbers up to which a choice says more than that all of the model's own numbers are uncertain."""
 ENOUGH = 0.01
