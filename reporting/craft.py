@@ -140,7 +140,8 @@ def _lacks(diagnosis: CraftDiagnosis) -> list[str]:
     if diagnosis.verdict == FOLLOWS:
         return told
     lacking = [f"{s.title} ({_percent(s.gain)} ± {_percent(s.error)})" for s in diagnosis.steps[1:] if s.gain > 0.0]
-    return [*told, f"It lacks: {'; '.join(lacking)}."] if lacking else told
+    lacks = "Craft and controller together have beside it" if diagnosis.doubts else "It lacks"
+    return [*told, f"{lacks}: {'; '.join(lacking)}."] if lacking else told
 
 
 def _neutral(diagnosis: CraftDiagnosis) -> list[str]:

@@ -21,7 +21,7 @@ from ..causes.base import NORMAL_90
 from ..gain.guard import WORSE
 from .ladder import Attempt, Climb, Ladder, climb, steering
 from .own_speed import numbers_of, with_own_speed
-from .records import copied_input, measured_by_all, outside, weak_motion, without_spikes
+from .records import FED_BACK, copied_input, feedback_share, measured_by_all, outside, weak_motion, without_spikes
 from .result import (
     BUILT,
     FIRST,
@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from ...datasets.record import Record
     from ...estimation.validation.result import Validation
     from ...models.model import Model
+    from .windows import Piece
 
 SLACK = 0.05
 """Rise of the errors of left-out records that a step may bring and still stand; fall below those of a craft that goes
@@ -151,9 +152,18 @@ def _built(
         refused=refused, band=band, inside=inside,
         own_angles=tuple((r.name, float(s)) for r, s in zip(train, final.own_angles, strict=False)),
         ahead=ahead, trusted_s=ahead.trusted_s[BUILT], next_runs=_next(laws, given),
-        notes=(*spikes, *taken, *beyond_told, *told, *more),
+        notes=(*spikes, *taken, *beyond_told, *told, *more), doubts=_of_loop(pieces, scales.time_s),
         wall_s=time.perf_counter() - started, covariance=covariance,
     )  # fmt: skip
+
+
+def _of_loop(pieces: Sequence[Piece], time_s: float) -> tuple[str, ...]:
+    """What is doubted where a controller steers."""
+    share = feedback_share(pieces, time_s)
+    if share < FED_BACK:
+        return ()
+    said = f"a controller steers: heading and yaw rate give {100.0 * share:.0f} % of the changes of rudder or command"
+    return (f"{said}; what the steps add may be of the controller, and hold only while it steers",)
 
 
 class _Grown(NamedTuple):
