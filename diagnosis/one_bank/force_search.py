@@ -50,6 +50,9 @@ FAINT = replace(RULES, least=0.004, most=1, evident=RULES.level)
 """Forces have a higher bar than causes: hundreds are tried, and gusts are none.  Where no errors are left that matter,
 one is looked for, which the pieces have to show together: a likelihood ratio is large by slow gusts, and by what is
 left of numbers that are all wrong."""
+NEARER = 0.95
+"""Factor on the largest error below which each force behind the first has to bring it beside the model's own
+numbers."""
 LITTLE, SHARPER = 0.02, 0.25
 """Error beyond the sensors' noise, as a share of the motion, that is no matter; and share of the errors that count as
 none in a diagnosis which count as none here: what is sure decides which of two explanations holds, however little it
@@ -135,7 +138,8 @@ def forces_beside_numbers(now: Beside, single: bool) -> Remainder | None:
     """Forces that are needed beside the model's own numbers; single : none where there are several."""
     now = now.with_spans(now.whole, now.numbers)
     free = [c for c in now.forces.candidates if not now.numbers or not now.forces.forces[c.id].at_once]
-    selection = select(now.runs, free, now.rules(now.whole, 2 if single else RULES.most), now.whole, now.numbers)
+    rules = replace(now.rules(now.whole, 2 if single else RULES.most), nearer=NEARER)
+    selection = select(now.runs, free, rules, now.whole, now.numbers)
     sure = _once([one for one in selection.entered if _is_sure(now.runs, selection.final, one.candidate)], now.forces)
     if not sure or (single and len(sure) > 1):
         return None

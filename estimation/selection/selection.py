@@ -57,6 +57,8 @@ class Rules:
     evident : lower level, which suffices for a likelihood ratio of `EVIDENT`.
     hopeless : share of the largest predicted fall below which a candidate is not refitted; None: predictions order
     candidates and exclude none, where errors bend far with the numbers.
+    nearer : factor on the largest error, in those of `enough`, below which each candidate behind the first has to bring
+    it.
     """
 
     least: float = 0.05
@@ -68,6 +70,7 @@ class Rules:
     last_rank: int | None = None
     evident: float = LARGE
     hopeless: float | None = HOPELESS
+    nearer: float = np.inf
 
 
 @dataclass(frozen=True)
@@ -129,10 +132,20 @@ def select(
         if rules.enough is not None and is_enough(problem, now.final, rules.enough):
             break
         following = search.entered(now, bank)
-        if following is None:
+        if following is None or (now.entered and not _comes_nearer(problem, rules, now, following)):
             break
         now = following
     return search.without_needless(search.with_smaller(now, bank))
+
+
+def _comes_nearer(problem: UnitErrors, rules: Rules, now: Selection, following: Selection) -> bool:
+    """Whether a selection with one candidate more comes nearer to what is enough."""
+    if rules.enough is None:
+        return True
+    before, after = (
+        float(np.max(np.sqrt(mean_squares(problem, one.final.left_out)) / rules.enough)) for one in (now, following)
+    )
+    return after < rules.nearer * before
 
 
 def predictions(problem: UnitErrors, bank: Sequence[Candidate], base: Fitted) -> list[Prediction]:

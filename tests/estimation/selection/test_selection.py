@@ -305,6 +305,14 @@ def test_enough_is_enough(rng):
     assert select(p, singles("ab"), Rules(enough=np.full(2, 10.0)), base(p)).entered == ()
 
 
+def test_one_more_has_to_come_nearer_to_enough(rng):
+    """The effects of b and e, .5 and .2, with noise of .1: e takes the error from about .22 to .1."""
+    p = problem(rng, "abcdef", orthogonal=True, b=0.5, e=0.2)
+    for nearer, expected in ((0.95, {"b", "e"}), (0.3, {"b"})):
+        rules = Rules(enough=np.full(2, 0.01), nearer=nearer)
+        assert {c.id for c in select(p, singles("abcdef"), rules, base(p)).candidates} == expected
+
+
 def test_clearly_worse_asks_for_more_than_chance(rng):
     p = problem(rng, "ab", a=0.5)
     right, wrong = (minimise(p, numbers(name), {}, none(p)) for name in "ab")
