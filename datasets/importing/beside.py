@@ -16,6 +16,7 @@ from ..columns import ACCEPTED, QUANTITIES
 from ..sidecar_file import SidecarFile
 from .cell_texts import Texts
 from .cells import GAPS, side_of
+from .headers import read_header
 from .names import joined, named, words
 from .quantities import quantities, word_groups
 from .raw import RawColumn, RawTable
@@ -68,7 +69,16 @@ def _named(columns: Sequence[RawColumn], note: str) -> tuple[int, str] | None:
             said = re.sub(r"^\s*(?:[:=,]|\bis\b|\bare\b|\bin\b|\bist\b|-\s)*\s*", "", rest).strip()
             said = re.sub(r"^(?:in|unit|units|einheit)\b[:= ]*", "", said, flags=re.IGNORECASE)
             return (i, said) if said else None
-    return None
+    label, _, said = text.partition(":")
+    own = words(label) if said.strip() and label.strip() else ()
+    able = [i for i, column in enumerate(columns) if own and own in _without_unit(column)]
+    return (able[0], said.strip()) if len(able) == 1 else None
+
+
+def _without_unit(column: RawColumn) -> list[tuple[str, ...]]:
+    """The words of a column's name, whole and without those that spell a unit at its end."""
+    header = read_header(column.name, column.unit)
+    return [header.words, *(head for head, _ in header.suffixes)]
 
 
 def with_places(columns: Sequence[RawColumn]) -> list[RawColumn]:

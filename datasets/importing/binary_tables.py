@@ -1,4 +1,4 @@
-"""Excel workbooks, MAT, HDF5, netCDF and Parquet files as raw tables."""
+"""Excel workbooks, MAT, HDF5, netCDF, Parquet and Arrow files as raw tables."""
 
 from __future__ import annotations
 
@@ -73,9 +73,24 @@ def read_mat(data: bytes, path: Path) -> list[RawTable]:
     import scipy.io
 
     if data.startswith((b"MATLAB 7.3", b"\x89HDF")):
-        return _tables_of(*hdf_content(data), path)
+        content, units = hdf_content(data)
+        return _with_rate(_tables_of(content, units, path), content)
     content = scipy.io.loadmat(io.BytesIO(data), simplify_cells=True)
-    return _tables_of({k: v for k, v in content.items() if not k.startswith("__")}, {}, path)
+    content = {k: v for k, v in content.items() if not k.startswith("__")}
+    return _with_rate(_tables_of(content, {}, path), content)
+
+
+def _with_rate(tables: Sequence[RawTable], content: Mapping[str, Any]) -> list[RawTable]:
+    """Tables with the numbers of a file that stand alone, at its top or in a structure of it, as lines above them: one
+    of these may be the sampling rate."""
+    alone = [
+        f"{name} = {float(value):.9g}"
+        for part in (content, *(own for own in content.values() if isinstance(own, Mapping)))
+        for name, value in part.items()
+        if isinstance(value, int | float | np.number) or (isinstance(value, np.ndarray) and value.size == 1
+                                                          and value.dtype.kind in "fiu")
+    ]  # fmt: skip
+    return [replace(table, notes=(*table.notes, *alone)) for table in tables]
 
 
 def read_netcdf(data: bytes, path: Path) -> list[RawTable]:
@@ -206,7 +221,7 @@ def hdf_content(data: bytes) -> tuple[dict[str, Any], dict[str, str]]:
 
 
 def _group(h5py: Any, group: Any, where: str, units: dict[str, str], count: list[int]) -> dict[str, Any]:
-    out: dict[str, Any] = {}
+    out: dict[str, Any] = {str(name): value for name, value in group.attrs.items() if np.size(value) == 1}
     for name in group:
         count[0] += 1
         if count[0] > MOST_ITEMS or where.count(".") >= MOST_DEPTH:
@@ -269,7 +284,7 @@ def netcdf_content(data: bytes) -> tuple[dict[str, Any], dict[str, str]]:
     return content, {name: unit for name, unit in units.items() if unit}
 
 
-# ---- Parquet files, read by PyArrow.
+# ---- Parquet and Arrow files, read by PyArrow.
 
 MOST_CELLS = 200_000_000
 
@@ -283,11 +298,25 @@ def read_parquet(data: bytes, path: Path) -> list[RawTable]:
     file = pq.ParquetFile(pa.BufferReader(data))
     if file.metadata.num_rows * max(file.metadata.num_columns, 1) > MOST_CELLS:
         raise BadInput(f"more than {MOST_CELLS:,} cells", file=path, hint="cut it into parts")
-    table = file.read()
+    return [_of_arrow(file.read(), path, "Parquet")]
+
+
+def read_arrow(data: bytes, path: Path) -> list[RawTable]:
+    """The table of a file of Arrow's (Feather), as `read_parquet`."""
+    with extras_told():
+        import pyarrow as pa
+
+    file = pa.ipc.open_file(pa.BufferReader(data))
+    if sum(file.get_batch(i).num_rows for i in range(file.num_record_batches)) * max(len(file.schema), 1) > MOST_CELLS:
+        raise BadInput(f"more than {MOST_CELLS:,} cells", file=path, hint="cut it into parts")
+    return [_of_arrow(file.read_all(), path, "Arrow")]
+
+
+def _of_arrow(table: Any, path: Path, kind: str) -> RawTable:
     columns = [_of_field(field, table.column(i)) for i, field in enumerate(table.schema)]
     if all(column.known == "not used" for column in columns) or table.num_rows < 1:
         raise BadInput("no columns of numbers found", file=path)
-    return [RawTable.of(path, columns, "Parquet")]
+    return RawTable.of(path, columns, kind)
 
 
 def _of_field(field: Any, values: Any) -> RawColumn:

@@ -55,7 +55,7 @@ WEEKS_OF_TEN_BITS, SINCE_2019 = 1024, 2048
 FEWEST_STAMPS = 10
 """Different stamps from which on rows with equal ones are spread."""
 CLOCK = re.compile(r"(\d{1,2}):(\d{2})(?::(\d{2}(?:[.,:]\d+)?))?\s*([AaPp][Mm])?\s*(?:UTC|Z|GMT|LT)?")
-ISO = re.compile(r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}([T ].*)?|\d{8}[T ]\d{4,6}.*")
+ISO = re.compile(r"\d{4}[-/.]\d{1,2}[-/.]\d{1,2}([T ].*|-\d{1,2}:\d{2}:.*)?|\d{8}[T ]\d{4,6}.*")
 COMPACT = re.compile(r"(?:19|20)\d{2}(?:0[1-9]|1[0-2])(?:0[1-9]|[12]\d|3[01])(?:[01]\d|2[0-3])(?:[0-5]\d){2}(?:\.\d+)?")
 """Date and time of day of fourteen digits: 20240503080000.1."""
 MINUTES = re.compile(r"(\d{1,3}):([0-5]\d[.,]\d+)")

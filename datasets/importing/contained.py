@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 from ...models.errors import BadInput
-from .binary_tables import read_excel, read_mat, read_netcdf, read_parquet
+from .binary_tables import read_arrow, read_excel, read_mat, read_netcdf, read_parquet
 from .formats.autopilots import read_ardupilot, read_px4
 from .formats.ros import read_bag
 from .raw import RawTable
@@ -29,6 +29,7 @@ READERS = {
     "an HDF5 file": read_mat,
     "a netCDF file": read_netcdf,
     "a Parquet file": read_parquet,
+    "an Arrow file": read_arrow,
     "a PX4 log": read_px4,
     "an ArduPilot log": read_ardupilot,
     "a ROS bag": lambda _, path: read_bag(path),

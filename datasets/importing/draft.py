@@ -14,6 +14,8 @@ Sure: TypeAlias = Literal["stated", "other channel", "physics", "guess"]
 """How surely a column is known: the file, its format, the map or an answer states it; another channel agrees; nothing
 else is physically possible; or it is a guess, and then there is a question."""
 About: TypeAlias = Literal["quantity", "unit", "sign", "time", "numbers", "rudder side", "file", "columns"]
+FEWEST_OF_RUN = 4
+"""Columns from which on tables of one file with equal headers are runs of the same logger."""
 NOT_USED, TIME = "not used", "time"
 """What a column is that becomes no channel, and one of the time, whose unit is its form."""
 
@@ -136,8 +138,9 @@ def _for_all(questions: Sequence[Question]) -> Question:
 
 
 def _equal(tables: Sequence[RawTable]) -> list[list[RawTable]]:
-    """Tables of several files whose columns have equal names and units."""
+    """Tables of several files, and runs of one file, whose columns have equal names and units."""
     sets: dict[object, list[RawTable]] = {}
     for table in tables:
-        sets.setdefault((table.sheet, *((c.name, c.unit) for c in table.columns)), []).append(table)
+        sheet = table.sheet if len(table.columns) < FEWEST_OF_RUN else ""
+        sets.setdefault((sheet, *((c.name, c.unit) for c in table.columns)), []).append(table)
     return [own for own in sets.values() if len(own) > 1]

@@ -24,6 +24,8 @@ SAME_RUN = 0.9
 """Share of their time in common from which on two logs that count from a start are taken for one run."""
 GAP = 3.0
 """How many times longer than usual a part is that holds a gap, over which no rate is integrated."""
+SPIKE, MOST_SPIKES = 8.0, 0.15
+"""Median distances from which on a sample is a spike, and the share of the samples that may be spikes."""
 LEAST_TURN_RAD = 0.3
 """Change of the course from which on the sense of rotation shows."""
 
@@ -82,7 +84,19 @@ def rate_ratio(angle: ClockSeries, rate: ClockSeries) -> float | None:
     change, summed = (turned[window:] - turned[:-window])[whole], (turns[window:] - turns[:-window])[whole]
     if float(np.std(change)) < 0.1 * DEGREE:
         return None
-    return _ratio(change, summed)
+    ratio = _ratio(change, summed)
+    if ratio is None:  # spikes, or a bias of the rate
+        ratio = _ratio(*_without_spikes(change, summed)) or _ratio(change - change.mean(), summed - summed.mean())
+    return ratio
+
+
+def _without_spikes(wanted: np.ndarray, given: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two series (N,) without the few samples in which one is far from the usual multiple of the other."""
+    moving = np.abs(given) > np.median(np.abs(given))
+    usual = float(np.median(wanted[moving] / given[moving])) if moving.any() else 0.0
+    apart = np.abs(wanted - usual * given)
+    near = apart <= SPIKE * float(np.median(apart)) + 1e-12
+    return (wanted[near], given[near]) if 1.0 - np.mean(near) < MOST_SPIKES else (wanted, given)
 
 
 def cosine(a: np.ndarray, b: np.ndarray) -> float:
@@ -231,6 +245,19 @@ def sense(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[
     if max(with_, against) < AGREEING or abs(with_ - against) < 0.03:
         return None
     return ("with", offset) if with_ > against else ("against", total)
+
+
+def sum_with_course(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> float | None:
+    """Mean of course + heading, rad, of a heading that turns against the course: from where it counts; None where the
+    ship hardly moves, or they do not go together."""
+    shared = _beside_heading(heading, north, east)
+    if shared is None:
+        return None
+    _, psi, vn, ve = shared
+    speed = np.hypot(vn, ve)
+    moving = speed > 0.3 * np.quantile(speed, 0.8)
+    length, total = mean_direction(np.arctan2(ve, vn)[moving] + psi[moving])
+    return total if length > AGREEING else None
 
 
 def _beside_heading(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[np.ndarray, ...] | None:

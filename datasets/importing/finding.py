@@ -147,7 +147,9 @@ def _asking(
 
 
 def _without(finding: ColumnFinding) -> str:
-    return NOT_USED if finding.quantity in OPTIONAL else ""
+    """The key that leaves out a column without which a record is right: a roll, a speed perhaps through the water."""
+    may_go = finding.quantity in OPTIONAL or "speed_through_water" in finding.may_be
+    return NOT_USED if may_go else ""
 
 
 def ask_unit(finding: ColumnFinding, text: str, units: Sequence[LogUnit] | None = None) -> ColumnFinding:
@@ -185,4 +187,5 @@ def ask_numbers(finding: ColumnFinding) -> ColumnFinding:
 
 def ask_quantity(finding: ColumnFinding, text: str, may_be: Sequence[str]) -> ColumnFinding:
     """The finding with a question for its quantity."""
-    return _asking(finding, "quantity", text, [(name, name.replace("_", " "), {"to": name}) for name in may_be])
+    answers = [(name, name.replace("_", " "), {"to": name}) for name in may_be]
+    return _asking(finding, "quantity", text, answers, without=_without(finding))

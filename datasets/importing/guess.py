@@ -29,6 +29,11 @@ PASSES = 3
 """How often channels are compared: one that is told may tell the next."""
 RUDDERS_AND_TURNING = ("rudder", "rudder_command", "heading", "heading_magnetic", "yaw_rate")
 """Quantities that a record is made for."""
+MAY_BE_HELD = (
+    "rudder", "rudder_command", "propeller", "propeller_thrust", "thrust_port", "thrust_starboard",
+    "magnetic_variation", "magnetic_deviation", "wind_speed", "wind_direction",
+)  # fmt: skip
+"""Quantities that may be the same in every row of a record."""
 TRUE = re.compile(
     r"true|gyro|kreisel|hdt|thdg|rwk|rechtweisend|vrai|verdader|\bvera\b|rettvisende|gps|gnss|真|[°g]\s?t\b|\(t\)|psi|yaw",
     re.IGNORECASE,
@@ -71,12 +76,14 @@ def examine(tables: Sequence[RawTable], mapping: Mapping | None, answers: Dict[s
     log.each(_not_magnetic)
     meanings.without_twins(log)
     log.each(_checked)
+    log.each(_without_dead)
     propose_units(log, tables)
     log.each(signs_told.by_channel)
     log.each(meanings.ask)
     log.each(_ask_unit)
     for _ in range(2):  # the answer for one column's sign tells another's
         log.each(_ask_sign)
+    log.each(_checked_again)
     return log
 
 
@@ -192,6 +199,8 @@ def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
             return wrong
     if found.quantity == "yaw_rate" and found.signed and "sign" not in found.bounded:
         return _turning_against(log, found)
+    if found.quantity in ("surge", "sway") and found.signed and not (found.column.known or "sign" in found.bounded):
+        return _moving_against(log, found)
     if found.quantity == "heading" and found.signed and "sign" not in found.bounded:
         against = signs_told.against_track(log, found)
         if against:
@@ -199,6 +208,14 @@ def _checked(log: RawLog, found: ColumnFinding) -> ColumnFinding:
             text = f"Which way does {found.column.name!r} count? {against}."
             return replace(asked, questions=(replace(asked.questions[-1], text=text),))
     return found
+
+
+def _checked_again(log: RawLog, found: ColumnFinding) -> ColumnFinding:
+    """The finding of a rate or a speed sideways, with a question where a heading that was answered contradicts its
+    sign."""
+    answered = any(f.quantity == "heading" and "sign" in f.bounded for f in log.findings)
+    wanted = found.quantity in ("yaw_rate", "sway") and found.signed and not found.questions
+    return _checked(log, found) if answered and wanted and found.unit is not None else found
 
 
 def _turning_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
@@ -215,6 +232,17 @@ def _turning_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
             text = f"{found.column.name!r} {said}: which way is it positive?"
             return ask_sign(replace(found, signed=False), text, answers)
     return found
+
+
+def _moving_against(log: RawLog, found: ColumnFinding) -> ColumnFinding:
+    """A speed forward or sideways, with a question for its sign where a track with the heading says the opposite."""
+    told = signs_told.by_track(log, found)
+    if told is None or told[0] == found.sign:
+        return found
+    why = f"is said to be {found.convention}, and {told[1]} with the heading say the opposite"
+    (key, said), (other, against) = signs_told.WAYS.get(str(found.quantity), signs_told.TO_SIDES)
+    text = f"{found.column.name!r} {why}: which way is it positive?"
+    return ask_sign(replace(found, signed=False), text, [(other, against, {"sign": -1}), (key, said, {})])
 
 
 def _contradicted(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
@@ -235,6 +263,16 @@ def _contradicted(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
         text = f"{found.column.name!r} {said}: what is its unit?"
         return ask_unit(replace(found, factor=1.0), text, tuple(dict.fromkeys(units)))
     return None
+
+
+def _without_dead(_: RawLog, found: ColumnFinding) -> ColumnFinding:
+    """A column that shows one number in every row unused where something is open about it that an answer would tell: a
+    record leaves such channels out."""
+    known = found.column.finite if found.may_be and found.column.numeric else np.zeros(0)
+    still = known.size > MIN_SAMPLES and float(np.ptp(known)) == 0.0
+    held = {*MAY_BE_HELD} & {*found.may_be} or found.bounded or found.column.known
+    opened = found.questions or found.unit is None or not found.signed or len(found.may_be) > 1
+    return found.unused("the same number in every row: no motion") if still and opened and not held else found
 
 
 def _ask_unit(log: RawLog, found: ColumnFinding) -> ColumnFinding:

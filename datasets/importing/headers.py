@@ -21,6 +21,8 @@ JOINT = (
 )
 RAISED = re.compile(r"[\s_]*(?:side|hand)?[\s_]*(?:goes|is|side)?[\s_]*(?:up|rises|hoch|oben|haut|arriba|opp)(?![a-z])")
 """Words behind a side that say it is the upper one: of a roll angle the other side goes down."""
+LOWERED = re.compile(r"[\s_]*(?:side|hand)?[\s_]*(?:goes|is|side)?[\s_]*(?:down|lower|unten|bas|abajo|ned)(?![a-z])")
+"""Words behind a side that say it is the lower one, as a roll angle counts."""
 PERCENT = ("%", "percent", "pct", "prozent", "‰", "porcentaje", "prosent", "パーセント")
 WEST_SOUTH = re.compile(
     r"(west|south|\bw\b|\bs\b|ouest|sud|oeste|sur)\s*(=|is|:)?\s*(\+|positive)|(\+|positive)\s*(=|:|to|is|towards)?\s*(the\s+)?"
@@ -212,7 +214,8 @@ def sign_stated(text: str) -> tuple[str, tuple[int, int]]:
             side = next(side for side, known in word_groups("sides").items() if word in known)
             negative = sign == "-" or sign.rstrip(".") in word_list("negative")
             raised = RAISED.match(plain, match.end("side"))
-            stop = max(match.end(), raised.end() if raised else 0)
+            behind = raised or LOWERED.match(plain, match.end("side"))
+            stop = max(match.end(), behind.end() if behind else 0)
             other = "port" if side == "starboard" else "starboard"
             return (other if negative != bool(raised) else side), (match.start(), stop)
     turning = re.search(r"(?<![a-z])(ccw|counter-?clockwise|anti-?clockwise|cw|clockwise)(?![a-z])", plain)

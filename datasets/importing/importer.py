@@ -20,7 +20,7 @@ from ..io import MAY_BE_CONSTANT, MIN_SAMPLES
 from ..plausibility import doubts
 from ..record import Record, RecordMeta, Side, is_side
 from ..rudder_sign import rudder_sign_doubt, steering_side
-from . import proposal, scales, steering, vessels
+from . import proposal, scales, signs_told, steering, vessels
 from .clock import FORMS, seconds, spread
 from .clocks import on_dates
 from .convert import Stream, streams_of
@@ -255,6 +255,10 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: RawLog, ans
     if entries and mapping:  # the map of a log need not name its tables without a column that is used
         labels = {entry.label for entry in mapping.tables}
         faults = [fault for fault in faults if fault.fatal or fault.table in labels]
+    if not faults and steering.lacks_turning(tables, log):
+        said = "no column is a heading, a yaw rate or a position, or could be one: nothing tells how the ship turns"
+        faults.append(FileFault(tables[0].label, said, "give the log of the gyro or of the GPS", fatal=True))
+    faults += [fault for f in log.findings if (fault := _against_velocity(log, f)) is not None]
     questions += steering.questions(tables, log, mapping, answers) if not faults else []
     questions = asked_once(tables, questions)
     if faults and not entries:
@@ -266,6 +270,16 @@ def _draft(tables: Sequence[RawTable], mapping: Mapping | None, log: RawLog, ans
         known = {key: value for key, value in said.items() if value is not None}
         made = made.model_copy(update={"tables": entries, **known})
     return Drafted(_with_questions(rows, questions), tuple(questions), made, tuple(faults))
+
+
+def _against_velocity(log: RawLog, found: ColumnFinding) -> FileFault | None:
+    """Why a heading whose way was answered or mapped cannot go with velocities to north and east."""
+    if found.quantity != "heading" or not found.signed or "sign" not in found.bounded or found.questions:
+        return None
+    name = signs_told.turns_against(log, found)
+    hint = "are north and east exchanged? exchange the two columns in the map, or turn the heading"
+    said = f"the heading turns against {name}"
+    return FileFault(found.table.label, said, hint, column=found.column.name, fatal=True) if name else None
 
 
 def _first(log: RawLog, answers: Dict[str, str]) -> Iterator[ColumnFinding]:

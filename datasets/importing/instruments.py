@@ -9,9 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from .cell_texts import Texts
 from .cells import GAPS
 from .clock import guess_form
-from .names import is_date, is_time, joined, listed, part_of_time, words
+from .names import is_date, is_time, joined, listed, named, part_of_time, words
 from .raw import RawColumn, RawTable, faults_once
 
 TALKERS, NAMES, NUMBERS = listed("talkers"), listed("parameters"), listed("devices")
@@ -34,10 +35,32 @@ def by_instrument(table: RawTable) -> list[RawTable]:
     talker = _texts(table, TALKERS)
     name = name or (talker or _numbered(table) if value is not None and _alone(table, value) else None)
     if name is not None and value is not None and value.numeric:
-        return _long(table, name, value)
+        return _long(table, _with_fields(table, name), value)
     if talker is not None:
         return _parts(table, talker)
     return [part for block in _by_time(table) for part in _by_filling(block)]
+
+
+def _with_fields(table: RawTable, name: RawColumn) -> RawColumn:
+    """The names of the values of a long form; where each stands for several fields, whose names another column holds,
+    `message/field`, or `message/message field` where the field alone says too little."""
+    rest = replace(table, columns=tuple(c for c in table.columns if c is not name))
+    field = _texts(rest, NAMES)
+    if field is None or field.texts is None or name.texts is None:
+        return name
+    pairs = list(zip(name.texts, field.texts, strict=True))
+    if not len(set(pairs)) > len({one for one, _ in pairs}):
+        return name
+    texts = {pair: "/".join((pair[0], _of_field(*pair))).replace(", ", " ") for pair in set(pairs)}
+    return replace(name, values=Texts(texts[pair] for pair in pairs))
+
+
+def _of_field(message: str, field: str) -> str:
+    """What a field of a message is called: by itself, by the message, of which it repeats words, or by both."""
+    own = named(words(field))
+    if own.may_be and not own.extra:
+        return field
+    return message if set(words(field)) <= set(words(message)) else f"{message} {field}"
 
 
 def last_part(path: str) -> str:

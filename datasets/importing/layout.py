@@ -32,7 +32,7 @@ WITH_UNIT = re.compile(r"[+-]?\d+(?:[.,]\d+)?\s*[A-Za-z°/%]{1,8}")
 IN_BRACKETS = re.compile(r"^(?P<name>.*?)\s*[\[({](?P<unit>[^\])}]*)[\])}]\s*$")
 QUOTED = re.compile(r"""(["'])(.*)\1""")
 NUMBERED = re.compile(
-    r"^\W*(?:col(?:umn)?|spalte|channel|kanal|ch)?\.?\s*#?(?P<number>\d{1,3})\s*[:=.)\-]\s*(?P<name>\S.*)$",
+    r"^\W*(?:col(?:umn)?|spalte|channel|kanal|ch)?\.?\s*#?(?P<number>\d{1,3})(?:\s*[:=.)\-]\s*|\s+(?=[^\W\d]))(?P<name>\S.*)$",
     re.IGNORECASE,
 )
 LONGEST = 5000
@@ -79,11 +79,12 @@ def is_value(cell: str) -> bool:
 
 
 def is_data(cells: Sequence[str]) -> bool:
-    """Whether a row holds data: at least one value, and most of its cells are values."""
+    """Whether a row holds data: a number, and half of its cells are values, or a third where a time of day is first."""
     told = [cell for cell in cells if cell.strip()]
+    timed = bool(told) and ":" in told[0] and bool(TIME_LIKE.fullmatch(told[0].strip()))
     return (
         len(told) > 0
-        and sum(map(is_value, told)) >= 0.5 * len(told)
+        and sum(map(is_value, told)) >= (0.3 if timed else 0.5) * len(told)
         and any(is_number(c) or WITH_UNIT.fullmatch(c.strip()) for c in told)
     )
 
@@ -114,7 +115,9 @@ def _first_of_data(lines: Sequence[Line], width: int) -> int | None:
 def _below(head: Sequence[Line], rows: Sequence[Sequence[str]], start: int, cells: int) -> Layout:
     """The layout of rows of so many cells, below the lines of a head."""
     width = cells
-    near = _near(head, rows, width)
+    listed = _listed_names(head)
+    others = head if len(listed) != width else [line for line in head if not NUMBERED.match(" ".join(line.cells))]
+    near = _near(others, rows, width)
     done = []
     units = [""] * width
     if len(near) > 1 and _units_row(near[-1].cells, width):
@@ -132,7 +135,7 @@ def _below(head: Sequence[Line], rows: Sequence[Sequence[str]], start: int, cell
         below, names = names, _with_groups(_fitted(near[-2].cells, width), names)
         used |= {near[-2].number}
         done.append(f"line {near[-2].number} names groups of columns")
-    if not near and (listed := _listed_names(head)):
+    if not near and (listed := listed or _named_in_line(head, width)):
         names = [listed.get(i + 1, "") for i in range(width)]
         done += ["the names of the columns are listed in the comment lines"]
     units = [units[place] if place >= 0 else "" for place in placed.places]
@@ -239,10 +242,26 @@ def _fitted(cells: Sequence[str], width: int) -> list[str]:
 
 
 def _listed_names(head: Sequence[Line]) -> dict[int, str]:
-    """Column number -> name, from comment lines such as `column 3: heading [deg]`."""
+    """Column number -> name, from lines such as `column 3: heading [deg]`, or `3  PSI  deg`."""
     found = [NUMBERED.match(" ".join(line.cells)) for line in head]
-    names = {int(match["number"]): match["name"].strip() for match in found if match}
+    names = {int(match["number"]): _with_last_unit(match["name"].strip()) for match in found if match}
     return names if len(names) > 1 and sorted(names) == list(range(1, len(names) + 1)) else {}
+
+
+def _with_last_unit(text: str) -> str:
+    """A name whose last word is a unit, with that in brackets."""
+    name, _, unit = text.rpartition(" ")
+    return f"{name.strip()} [{unit}]" if name and says_unit(unit) and unit[0] not in "[(" else text
+
+
+def _named_in_line(head: Sequence[Line], width: int) -> dict[int, str]:
+    """Column number -> name, from a line that names all columns behind a colon: `CHANNELS: t (s), psi (deg)`."""
+    for line in head:
+        _, colon, listed = " ".join(line.cells).partition(":")
+        names = [part.strip() for part in re.split(r"[,;|](?![^\[(]*[\])])", listed)] if colon else []
+        if len(names) == width > 2 and all(re.search(r"[^\W\d]", name) for name in names):
+            return dict(enumerate(names, start=1))
+    return {}
 
 
 def name_and_unit(text: str) -> tuple[str, str]:

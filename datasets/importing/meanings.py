@@ -45,6 +45,8 @@ TURNED, WITHOUT_DRIFT = 0.9, 0.999
 MOSTLY, NEARER = 0.8, 0.1
 """Of a course over ground: least share that the integral of a yaw rate explains, and variance about a track, as a share
 of that which the yaw rate leaves."""
+LED, LEAST_LEAD_RAD = 0.6, 0.015
+"""Share of the angle between a heading and the course that its rate explains, and the least size of that angle, rad."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -142,6 +144,8 @@ def _course(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         return _decided(found, "heading", "the integral of the yaw rate is all of it")
     if turned > MOSTLY and (track := _track_along(log, found, 1.0 - turned)):
         return _decided(found, "course_over_ground", f"goes along {track}, the integral of the yaw rate less")
+    if track := _drifts_from(log, found):
+        return _decided(found, "heading", f"it leads the course of {track} as the ship turns: the drift")
     others = [f.quantity for f in log.findings if f is not found and f.table.clock == found.table.clock]
     for quantity, other in (("heading", "course_over_ground"), ("course_over_ground", "heading")):
         if other in others and quantity not in others:
@@ -182,6 +186,23 @@ def _track_along(log: RawLog, found: ColumnFinding, left: float) -> str:
         _, own, along = shared
         apart = np.angle(np.exp(1j * (own - along)))
         if float(np.var(apart)) < NEARER * left * float(np.var(own)):
+            return name
+    return ""
+
+
+def _drifts_from(log: RawLog, found: ColumnFinding) -> str:
+    """The track whose course a direction leads by an angle that goes with its own rate, as a heading does by the drift
+    angle, which points out of the turn; '' where there is none.  A course that is shown late lags instead."""
+    series = log.series(found) if found.unit is not None else None
+    for name, course in log.turns():
+        shared = together(series, course, angle_first=True) if series is not None else None
+        if shared is None or not np.isfinite(shared[2]).all():
+            continue
+        time, own, along = shared
+        lead = np.angle(np.exp(1j * (own - along)))
+        rate = np.gradient(smooth(own, max(1, own.size // 60)), time)
+        with_rate = correlation(lead, rate)
+        if with_rate > 0.0 and with_rate**2 > LED and float(np.std(lead)) > LEAST_LEAD_RAD:
             return name
     return ""
 

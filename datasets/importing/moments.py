@@ -76,17 +76,29 @@ IN_WORDS = (
 DAY_IN_WORDS = r"(?P<year>\d{4})[年년]\s*(?P<month>\d{1,2})[月월]\s*(?P<day>\d{1,2})[日일]"
 FAR_EAST = re.compile(rf"(?:{DAY_IN_WORDS})?\s*{IN_WORDS}?")
 DURATION = re.compile(r"(?P<sign>-)?(?P<days>\d+) days?(?:,?\s+\+?(?P<h>\d{1,2}):(?P<m>\d{2}):(?P<s>\d{2}(?:\.\d+)?))?")
+DOTTED = re.compile(r"\d{1,2}\.[0-5]\d\.([0-5]\d)")
+"""A time of day with dots; or a date, of which the last part is the year."""
+FEWEST_YEARS = 4
+"""Years of a log from which on they are seconds."""
 AFTER_NOON = ("下午", "午後", "오후")
 
 
 def with_plain_stamps(column: RawColumn) -> RawColumn:
     """The column with such times as those of ISO 8601, and such durations as seconds; others as they are."""
     first = next(iter(column.first(1)), "") if column.texts is not None else ""
+    if DOTTED.fullmatch(first) and _is_clock(column):
+        return replace(column, values=Texts(text.strip().replace(".", ":") for text in column.texts or ()))
     if not first or (first.isascii() and " day" not in first):
         return column
     if DURATION.fullmatch(first):
         return replace(column, values=Texts(map(_duration, column.texts or ())), unit=column.unit or "s")
     return replace(column, values=Texts(map(_stamp, column.texts or ()))) if _stamp(first) != first else column
+
+
+def _is_clock(column: RawColumn) -> bool:
+    """Whether texts with dots are times of day: as dates they are of more years than a log lasts."""
+    matches = [DOTTED.fullmatch(text) for text in column.first(200)]
+    return all(matches) and len({match[1] for match in matches if match}) >= FEWEST_YEARS
 
 
 def _duration(text: str) -> str:

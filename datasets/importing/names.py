@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from itertools import accumulate
@@ -26,6 +26,8 @@ ZONES = ("utc", "gps", "gnss", "local")
 OF_ANY_NORTH = ("heading", "hdg", "head")
 """Words for a heading that do not say from which north."""
 AXES = {"north", "east"}
+YEAR_FIRST = frozenset({"ja", "zh", "ko"})
+"""Languages whose dates begin with the year."""
 FEWEST = 3
 """Letters of a name that may stand among other words."""
 
@@ -90,7 +92,7 @@ def named(parts: tuple[str, ...]) -> Named:
         return Named(why=f"{sorted(refused)[0]!r}: no measured quantity of a record")
     symbols = {symbol for symbol, known in _short().items() if known == may_be}
     harmless = word_list("harmless").union(symbols, *word_groups("sides").values())
-    extra = [p for p in rest if p not in harmless]
+    extra = [p for p in rest if p not in harmless and p.rstrip("0123456789") not in harmless]
     if not may_be:
         return Named()
     if command and may_be[0] in ("rudder", "rudder_command"):
@@ -127,11 +129,21 @@ def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...]
             continue
         if own == {"heading"} < set(may_be) and part in OF_ANY_NORTH:  # that of a compass may be either
             continue
-        if own and own < set(may_be):
+        shared = own & set(may_be)
+        if shared and shared < set(may_be):
             may_be = tuple(quantity for quantity in may_be if quantity in own)
+            continue
+        if shared and own > shared and "heading_magnetic" not in own - shared:  # the narrower word stands already
+            continue
+        if len(own) == 1 and len(may_be) > 1 and _of_one_dimension((*own, *may_be)):  # `speed sway`: a sway
+            may_be = tuple(own)
             continue
         others.append(part)
     return may_be, others
+
+
+def _of_one_dimension(names: tuple[str, ...]) -> bool:
+    return len({quantities()[name].dimension for name in names}) == 1
 
 
 def _known_spans(parts: list[str]) -> Iterator[tuple[int, int, str]]:
@@ -201,6 +213,23 @@ def _is_one(name: str, kind: str) -> bool:
     parts = words(name)
     tried = (parts, parts[:-1], parts[1:], parts[:-2])
     return any("".join(own) in listed(kind) for own in tried if own)
+
+
+@cache
+def _languages() -> dict[str, frozenset[str]]:
+    """Name without what separates its words -> the languages in which it is that of a quantity."""
+    found: dict[str, set[str]] = {}
+    for entry in vocabulary()["quantities"].values():
+        for language, text in entry["names"].items():
+            for name in names_in(text):
+                found.setdefault(joined(name), set()).add(language)
+    return {name: frozenset(own) for name, own in found.items()}
+
+
+def writes_day_first(names: Iterable[tuple[str, ...]]) -> bool:
+    """Whether names, as words, are of a language of Europe that is not English: its dates begin with the day."""
+    told = [own for name in names if (own := _languages().get("".join(name), frozenset())) and "en" not in own]
+    return bool(told) and not any(own & YEAR_FIRST for own in told)
 
 
 @cache

@@ -281,7 +281,8 @@ def is_open(found: ColumnFinding) -> bool:
     told = found.unit is not None or found.foreign or found.unread or found.questions
     known = found.column.finite
     beyond = bool(set(found.may_be) & set(WITH_SIDE)) and units_told.size_of(found) > units_told.LARGEST_RUDDER_DEG
-    return len(dimensions) == 1 and not (told or beyond) and dimensions != {"force"} and bool(np.any(known))
+    tenths = bool(set(found.may_be) & set(units_told.WRAPPING)) and units_told.in_tenths(found)
+    return len(dimensions) == 1 and not (told or beyond or tenths) and dimensions != {"force"} and bool(np.any(known))
 
 
 def _take_likely(log: RawLog, table: RawTable, places: Sequence[int]) -> None:

@@ -118,6 +118,8 @@ def _from_header(base: ColumnFinding) -> ColumnFinding:
     positive = header.positive or next((s for text in column.said if (s := sign_stated(text)[0])), "")
     found = replace(base, may_be=name.may_be, why=(name.why,))
     found = _with_unit(found, header, suffix, said)
+    if name.extra and found.may_be and (unit := _other_unit(found, name.extra)):
+        return base.unused(f"{' or '.join(found.may_be)}? its unit {unit!r} is none of it")
     if name.extra and not found.may_be:  # the name is doubtful, and its unit is none of what it may mean
         return base.unused(Named().why)
     found = _with_sign(found, positive)
@@ -180,6 +182,16 @@ def _name(header: ColumnHeader) -> tuple[Named, str]:
         if name.may_be and (fits or text in PERCENT) and not name.extra:
             return name, text
     return named(header.words), ""
+
+
+def _other_unit(found: ColumnFinding, extra: tuple[str, ...]) -> str:
+    """The last unknown word of a doubtful name where it is a unit of none of what the name may mean, else ''."""
+    last = extra[-1]
+    dimensions = {
+        quantities()[q].dimension for q in (*found.may_be, *(RATE_OF[q] for q in found.may_be if q in RATE_OF))
+    }
+    unit = unit_of(last) if len(last) > 1 and found.unit is None else None
+    return last if unit is not None and not any(unit_of(last, dimension) for dimension in dimensions) else ""
 
 
 def _doubted(found: ColumnFinding, name: Named) -> ColumnFinding:
@@ -269,6 +281,10 @@ ONE_SIDED = 0.1
 """Share of the largest value to one side that the other must reach for 0 to be the middle."""
 FAR_FROM_0 = 0.3
 """Least number as a share of the largest from which on none is that of a velocity sideways."""
+OPPOSITE = frozenset({"west", "westing", "south", "southing"})
+"""Words of a position that counts to the west or to the south."""
+TURNS = re.compile(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise")
+"""What says that an angle counts as in mathematics."""
 FRAME = re.compile(r"\b(?:coordinate|reference|frame|axes|orientation)\b[^\n]{0,30}?\b(enu|ned)\b", re.IGNORECASE)
 """A line that states to where the axes of a file point: `Coordinate system: ENU`."""
 EAST = re.compile(r"(?<![a-z])(?:east|math[a-z]*|enu|ned)(?![a-z])", re.IGNORECASE)
@@ -283,6 +299,8 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
     if quantity in ("latitude", "longitude"):
         turned = west_or_south(found.column.name, found.column.unit)
         return replace(found, signed=True, sign=-1 if turned else 1)
+    if quantity in ("north", "east") and OPPOSITE & set(words(found.column.called or found.column.name)):
+        return found.told("stated", f"{found.column.name} counts the other way", signed=True, sign=-1)
     if quantity in WITH_SIDE:
         why = "angles count round the full circle: those beyond a half turn are the other side"
         found = replace(found, why=(*found.why, why)) if is_full_circle(found) else found
@@ -296,7 +314,8 @@ def _with_sign(found: ColumnFinding, positive: str) -> ColumnFinding:
     mathematical = word_list("mathematical") & set(read_header(_called(found.table, found.column)).words)
     from_east = EAST.search(" ".join((_called(found.table, found.column), *found.column.said)))
     in_radians = found.unit is not None and found.unit.name != "deg"
-    if quantity == "heading" and (mathematical or from_east or in_radians):
+    turns = TURNS.search(" ".join((_called(found.table, found.column), *found.column.said)).lower())
+    if quantity == "heading" and (mathematical or from_east or in_radians or turns):
         told = _with_sense(found)
         if told.signed or from_east or positive != "starboard":
             return told
@@ -316,7 +335,9 @@ def _with_sense(found: ColumnFinding) -> ColumnFinding:
     """A heading with the way that it counts, where its name or what is said of it states that."""
     frame = frame_stated(found.table)
     text = " ".join((_called(found.table, found.column), *found.column.said, frame)).lower().replace("_", " ")
-    turns = re.search(r"\bccw\b|counter-?\s?clockwise|anti-?\s?clockwise", text)
+    turns = TURNS.search(text)
+    if turns and re.search(r"\bnorth\b", text) and not re.search(r"\beast\b", text):
+        return found.told("stated", "counterclockwise from north stated", signed=True, sign=-1)
     mathematical = re.search(r"\benu\b|\bmath", text) or (turns and re.search(r"\beast\b", text))
     if mathematical and found.unit is not None:
         quarter = round(math.pi / 2.0 / found.unit.factor, 9)

@@ -8,7 +8,18 @@ from dataclasses import replace
 import numpy as np
 
 from . import units_told
-from .evidence import as_of_one_clock, body, cosine, follows, rate_ratio, sense, slope, together
+from .evidence import (
+    ClockSeries,
+    as_of_one_clock,
+    body,
+    cosine,
+    follows,
+    rate_ratio,
+    sense,
+    slope,
+    sum_with_course,
+    together,
+)
 from .finding import ColumnFinding, ask_sign
 from .log import RawLog
 from .reading import frame_stated
@@ -53,12 +64,29 @@ def _heading(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         told = sense(series, north, east)
         if told is not None:
             return _with_sense(found, told, f"agrees with {name}")
-    stated = [(f, rate_ratio(series, s)) for f, s in log.all("yaw_rate") if "stated" in " ".join(f.why)]
+    rates = [(f, rate_ratio(series, s)) for f, s in log.all("yaw_rate") if _is_sure(f)]
     others = ((f, slope(s, series)) for f, s in log.all("heading") if f is not found)
-    for other, ratio in (*stated, *others):
+    for other, ratio in (*rates, *others):
         if ratio is not None:
-            return _as_ratio(found, ratio, f"turns with {other.column.name}")
+            return _as_turned(log, found, series, ratio, f"turns with {other.column.name}")
     return found
+
+
+def _is_sure(rate: ColumnFinding) -> bool:
+    """Whether the sign of a yaw rate is stated, or told by a track."""
+    by = ("positive to", "turning of", "states it")
+    return bool(rate.side or rate.column.known) or any(text in why for why in rate.why for text in by)
+
+
+def _as_turned(log: RawLog, found: ColumnFinding, series: ClockSeries, ratio: float, why: str) -> ColumnFinding:
+    """The finding of a heading by its ratio to another channel; where it turns against it, from which direction it
+    counts is told by a track, if there is one."""
+    tracks = list(log.tracks())
+    for name, north, east in tracks if ratio < 0.0 else ():
+        angle = sum_with_course(series, north, east)
+        if angle is not None:
+            return _with_sense(found, ("against", angle), f"{why}, and agrees with {name}")
+    return found if tracks and ratio < 0.0 else _as_ratio(found, ratio, why)
 
 
 def _as_ratio(found: ColumnFinding, ratio: float, why: str) -> ColumnFinding:
@@ -91,23 +119,30 @@ def _rate(log: RawLog, found: ColumnFinding) -> ColumnFinding:
 
 
 def _along(log: RawLog, found: ColumnFinding) -> ColumnFinding:
-    """The sign of a speed forward or sideways by a track and a heading."""
-    series = log.series(found)
-    if series is None:
-        return found
-    for _, psi in log.all("heading"):
-        for name, north, east in log.tracks():
-            parts = body(psi, north, east)
-            if parts is None:
-                continue
-            ratio = slope(parts[0] if found.quantity == "surge" else parts[1], series)
-            if ratio is not None and STRENGTHS[0] < abs(ratio) < STRENGTHS[1]:
-                return _as_ratio(found, ratio, f"agrees with {name} and the heading")
+    """The sign of a speed forward or sideways by a track and a heading, or by the drift in a turn."""
+    told = by_track(log, found)
+    if told is not None:
+        return _as_ratio(found, told[0], f"agrees with {told[1]} and the heading")
     rate = _turned_outward(log, found) if found.quantity == "sway" else None
     if rate is not None and rate.signed:
         why = f"to the side to which column {rate.column.name} is positive: the ship drifts outward"
         return _as_ratio(found, rate.sign, why)
     return found
+
+
+def by_track(log: RawLog, found: ColumnFinding) -> tuple[int, str] | None:
+    """(sign of the numbers of a speed forward or sideways, name of the track that tells it); None where none does."""
+    series = log.series(found, raw=True)
+    if series is None or found.unit is None:
+        return None
+    size = found.unit.factor * found.factor
+    for _, psi in log.all("heading"):
+        for name, north, east in log.tracks():
+            parts = body(psi, north, east)
+            ratio = slope(parts[0 if found.quantity == "surge" else 1], series) if parts is not None else None
+            if ratio is not None and STRENGTHS[0] < abs(ratio) / size < STRENGTHS[1]:
+                return (1 if ratio > 0.0 else -1), name
+    return None
 
 
 def _turned_outward(log: RawLog, found: ColumnFinding) -> ColumnFinding | None:
@@ -194,4 +229,15 @@ def against_track(log: RawLog, found: ColumnFinding) -> str:
             return f"it turns against {name}"
         if abs(told[1]) > 1.0:
             return f"{name} lead {math.degrees(told[1]):+.0f} deg away from it"
+    return ""
+
+
+def turns_against(log: RawLog, found: ColumnFinding) -> str:
+    """The velocities to north and east whose course turns against a heading; '' where none does."""
+    series = log.series(found)
+    for first, north in log.all("velocity_north") if series is not None else ():
+        for second, east in log.all("velocity_east"):
+            told = sense(series, north, east) if first.table is second.table and series is not None else None
+            if told is not None and told[0] == "against":
+                return f"{first.column.name}, {second.column.name}"
     return ""

@@ -13,6 +13,7 @@ import numpy as np
 from ...models.errors import BadInput
 from ...models.files import read_bytes
 from .beside import with_sidecar
+from .compressed import contents_of, is_compressed
 from .contained import read_contained
 from .formats.autopilots import read_dataflash, with_px4
 from .formats.influx import read_influx
@@ -30,6 +31,7 @@ from .instruments import by_instrument
 from .layout import distinct
 from .names import named
 from .nmea import read_nmea
+from .no_samples import with_dropouts, without_statistics
 from .raw import RawTable
 from .several_tables import read_parts
 from .text import LONGEST, MOST_COLUMNS, decoded, read_text
@@ -43,7 +45,6 @@ TEXTS: tuple[Callable[[str, Path], list[RawTable] | None], ...] = (
 
 REFUSED = {
     b"\xd0\xcf\x11\xe0": ("an Excel file of the old form (xls)", "save it as xlsx or CSV"),
-    b"\x1f\x8b": ("a compressed file", "unpack it first"),
     b"%PDF": ("a PDF", "export the log as CSV"),
 }
 BINARY = {
@@ -54,6 +55,7 @@ BINARY = {
     b"CDF\x02": "a netCDF file",
     b"\x89HDF": "an HDF5 file",
     b"PAR1": "a Parquet file",
+    b"ARROW1": "an Arrow file",
     b"ULog\x01\x12\x35": "a PX4 log",
     b"\xa3\x95": "an ArduPilot log",
 }
@@ -79,7 +81,35 @@ def read_raw(path: str | os.PathLike[str]) -> list[RawTable]:
         if not (path / METADATA).is_file():
             raise BadInput("is a directory", file=path, hint="name the log files in it")
         return [replace(table, clock=str(path)) for table in read_contained("a ROS bag", b"", path)]
-    tables = _told_apart(_tables(_content(path), path))
+    files = contents_of(_content(path), path)
+    if len(files) > 1 or files[0][0] != path:
+        return _of_compressed(files, path)
+    return _of_content(files[0][1], path)
+
+
+def _of_compressed(files: Sequence[tuple[Path, bytes]], path: Path) -> list[RawTable]:
+    """The tables of the files within a compressed one; those without any are left out where others have some."""
+    out: list[RawTable] = []
+    wrong: list[tuple[Path, BadInput]] = []
+    for name, data in files:
+        try:
+            called = name.relative_to(path).as_posix() if len(files) > 1 else name.name
+            _refuse(data, name)
+            if data.startswith(BAGS) or is_compressed(data):
+                raise BadInput("a ROS bag or a compressed file within another", file=name, hint="unpack it first")
+            out += [replace(table, file=called) for table in _of_content(data, name)]
+        except BadInput as error:
+            wrong.append((name, error))
+    if not out:
+        raise wrong[0][1]
+    left = [f"{name.name} is not used: {error.message}" for name, error in wrong]
+    out[0] = replace(out[0], done=(f"unpacked from {path.name}", *left, *out[0].done))
+    return out
+
+
+def _of_content(data: bytes, path: Path) -> list[RawTable]:
+    """The raw tables of the content of a file."""
+    tables = [with_dropouts(without_statistics(table)) for table in _told_apart(_tables(data, path))]
     alike = _alike(tables)
     clocks = [f"{path} {table.sheet}" if table.label in alike else str(path) for table in tables]
     tables = [_oldest_first(replace(table, clock=clock)) for table, clock in zip(tables, clocks, strict=True)]
@@ -103,14 +133,19 @@ def _is_whole(table: RawTable) -> bool:
 def _content(path: Path) -> bytes:
     """The bytes of a file; BadInput where it is empty, or of a kind that is not read."""
     data = read_bytes(path)
+    _refuse(data, path)
+    return data
+
+
+def _refuse(data: bytes, path: Path) -> None:
+    """Refuse a file that is empty, or of a kind that is not read."""
     if not data[:4096].strip() and not data.strip():
         raise BadInput("the file is empty", file=path)
     for magic, (what, hint) in REFUSED.items():
         if data.startswith(magic):
             raise BadInput(what, file=path, hint=hint)
-    if data.startswith(b"PK") and b"[Content_Types].xml" not in data:
-        raise BadInput("a compressed archive", file=path, hint="unpack it first")
-    return data
+    if data.startswith(b"PK") and b"[Content_Types].xml" not in data and b"content.xml" in data:
+        raise BadInput("a document of an office program", file=path, hint="save it as xlsx or CSV")
 
 
 def _oldest_first(table: RawTable) -> RawTable:

@@ -17,17 +17,20 @@ from .beside import of_side
 from .draft import NOT_USED, Answer, Question
 from .evidence import ClockSeries, together
 from .finding import WITH_SIDE, ColumnFinding, line_of
+from .headers import PERCENT
 from .log import RawLog
 from .mapping import Mapping, flow
 from .names import named, words
-from .quantities import word_list
+from .quantities import quantities, word_list
 from .raw import RawTable
-from .units import UNITS, unit_of
+from .units import UNITS, tidy, unit_of
 
 RUDDER, TURNING = "rudder", "turning"
 """Ids of the questions."""
 PROPELLERS = "propellers"
 """Id of the question which columns are two propellers that steer."""
+TELL_TURNING = {"heading", "heading_magnetic", "yaw_rate", "latitude", "north"}
+"""Quantities of which one tells the turning of a ship."""
 NONE = "none"
 """The answer that there is no rudder."""
 LARGEST_DEG = 60.0
@@ -51,9 +54,15 @@ def questions(
     none = answers.get(RUDDER) == NONE or (mapping is not None and mapping.rudder == NONE)
     if is_unsteered(may_be) and not opened and not none and (able := _rudders(log)):
         asked.append(_which_rudder(able))
-    if not may_be & {"heading", "heading_magnetic", "yaw_rate", "latitude", "north"}:
-        asked.append(_which_turning(tables, log))
+    if not may_be & TELL_TURNING and (turning := _which_turning(tables, log)) is not None:
+        asked.append(turning)
     return asked
+
+
+def lacks_turning(tables: Sequence[RawTable], log: RawLog) -> bool:
+    """Whether no column is, or can be, one that tells the turning."""
+    may_be = {quantity for f in log.findings for quantity in f.may_be}
+    return not may_be & TELL_TURNING and _which_turning(tables, log) is None
 
 
 def is_unsteered(quantities_of_log: set[str]) -> bool:
@@ -143,12 +152,30 @@ def _which_rudder(able: Sequence[ColumnFinding]) -> Question:
     return Question(RUDDER, "quantity", first.table.label, first.column.name, text, (*answers, none), without=NONE)
 
 
-def _which_turning(tables: Sequence[RawTable], log: RawLog) -> Question:
-    able = [f for f in log.findings if f.column.numeric and np.ptp(f.column.finite) > 0]
-    answers = tuple(_as(f, quantity) for f in able for quantity in ("heading", "yaw_rate"))
-    names = ", ".join(column.name for table in tables for column in table.columns)
+def _which_turning(tables: Sequence[RawTable], log: RawLog) -> Question | None:
+    """The question which column tells the turning; None where none can."""
+    able = [(f, quantity) for f in log.findings for quantity in ("heading", "yaw_rate") if _may_turn(f, quantity)]
+    answers = tuple(_as(f, quantity) for f, quantity in able)
+    names = ", ".join(dict.fromkeys(f.column.name for f, _ in able))
+    if not able:
+        return None
     text = f"No column is known to be the heading or the yaw rate: which one is it? Columns: {names}."
     return Question(TURNING, "quantity", tables[0].label, tables[0].columns[0].name, text, answers)
+
+
+def _may_turn(found: ColumnFinding, quantity: str) -> bool:
+    """Whether a column can be the heading or the yaw rate: its numbers vary, its name is that of one or not known, and
+    its unit is none of something else."""
+    known = found.column.finite if found.column.numeric else np.zeros(0)
+    if not known.size or not np.ptp(known) > 0.0:
+        return False
+    parts = words(found.column.called or found.column.name)
+    if found.may_be or _is_refused(found):
+        return quantity in {*found.may_be, *(one for part in parts for one in named((part,)).may_be)}
+    unit = unit_of(found.column.unit) if found.column.unit else None
+    if found.column.unit and tidy(found.column.unit) in PERCENT:
+        return False
+    return unit is None or unit.dimension == quantities()[quantity].dimension
 
 
 def _as(found: ColumnFinding, quantity: str) -> Answer:

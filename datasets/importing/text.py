@@ -134,7 +134,7 @@ def _with_names(rows: list[Line], sample: Sequence[tuple[int, str]]) -> list[Lin
     width, ends = usual_width(len(line.split()) for line in body), column_ends(body)
     out = list(rows)
     for i, (row, (_, line)) in enumerate(zip(rows, sample, strict=True)):
-        if is_data(row.cells) and not row.comment:
+        if is_data(row.cells) and not row.comment and len(row.cells) == width:
             break
         mark = COMMENT.match(line)
         cells = header_cells(" " * mark.end() + line[mark.end() :] if mark else line, width, ends)
@@ -262,6 +262,8 @@ TOUCHING = re.compile(rf"((?:(?<![\d.A-Za-z])|(?=-))[-+]?{NUMBER})(?=-{NUMBER}(?
 """A number that ends where the sign of the next one stands."""
 TOKEN = re.compile(r"\S+")
 QUOTED = re.compile(r'"[^"]*"')
+GROWN_TOGETHER = re.compile(r"(?<=[\])])(?=[A-Za-z])")
+"""Between a unit in brackets and the next name of a header of fixed width, which touch: `R(DEG/S)DEL(DEG)`."""
 ALIGNED = 0.4
 """Share of the lines in which a number ends where the others of its column do; those that were cut apart are longer."""
 
@@ -287,6 +289,9 @@ def header_cells(line: str, width: int, ends: Sequence[int] | None) -> tuple[str
     quoted = QUOTED.findall(plain)
     if len(quoted) == width and not QUOTED.sub("", plain).strip("() \t"):
         return tuple(text.strip('"') for text in quoted)
+    apart = GROWN_TOGETHER.sub(" ", plain)
+    if apart != plain and len(apart.split()) == width:
+        return tuple(apart.split())
     if len(plain.split()) <= width or any(map(is_number, plain.split())):
         return None
     wide = re.split(r"\s{2,}|\t", plain)

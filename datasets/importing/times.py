@@ -16,9 +16,9 @@ from ...models.number_texts import number_of
 from .clock import COUNTED, DATED, FORMS, OF_DAY, OF_WEEK, Form, TimeGuess, guess_form, seconds, spread
 from .draft import Answer, Question, Sure
 from .gps_time import WEEK_S, leap_seconds, start_of_week, utc_of_gps, week_stated
-from .headers import BRACKETS
+from .headers import BRACKETS, read_header
 from .mapping import TimeMap, scalar
-from .names import is_date, is_time, is_week, part_of_time, words
+from .names import is_date, is_time, is_week, part_of_time, words, writes_day_first
 from .quantities import word_list
 from .raw import RawColumn, RawTable
 
@@ -26,10 +26,17 @@ ZONE = re.compile(r"\b(utc|gmt|zulu|tu|z)\b|(utc|gmt)$", re.IGNORECASE)
 WITH_ZONE = re.compile(r".*(\dZ|[+-]\d{2}:?\d{2}|UTC|GMT)$")
 GPS_TIME = frozenset({"gpst", "tow", "itow", "sow"})
 """Words that state GPS time, in which a clock is ahead of UTC by the leap seconds."""
+OF_GPS_WEEK = GPS_TIME | {"gms", "week"}
+"""Words of a time that counts from the begin of a GPS week."""
 SCALE_STATED = re.compile(
     r"\btime[ _-]?(?:system|scale|reference|base|standard)\b[^\n\w]{0,10}(gps|utc)\b", re.IGNORECASE
 )
-RATE_STATED = re.compile(r"(sampl|rate|freq|takt|abtast)\w*[^\d\n]{0,20}([\d.]+)\s*(hz|samples/s)", re.IGNORECASE)
+RATE_STATED = re.compile(
+    r"(sampl|rate|freq|takt|abtast|\bfs\b)\w*[^\d\n]{0,20}([\d.]+)\s*(hz|samples/s)"
+    r"|(\bfs\b|sampl\w*[ _](?:rate|freq\w*)(?:[ _]hz)?)\s*[=:]\s*([\d.]+)\s*$",
+    re.IGNORECASE,
+)
+"""A sampling rate in Hz; without its unit where the name alone can be nothing else."""
 STEP_STATED = re.compile(
     r"\b(dt|delta t|time ?step|sampling interval|sample time|abtastzeit)\b[^\d\n]{0,12}([\d.]+)\s*(s|sec|ms)\b",
     re.IGNORECASE,
@@ -164,6 +171,9 @@ def _told(table: RawTable) -> TableTime | None:
         return None
     *_, column, guess = max(scored, key=lambda entry: entry[:7])
     names, guess = _with_date(table, column, guess)
+    names_of_all = (read_header(c.name).words for c in table.columns)
+    if guess.forms == ("day first", "month first") and writes_day_first(names_of_all):
+        guess = TimeGuess(("day first",), "the headers are of a language that writes the day first", True)
     return _asked(table, names, guess)
 
 
@@ -191,9 +201,11 @@ def _weeks(table: RawTable) -> TableTime | None:
     if week is None:
         return None
     place = table.columns.index(week)
-    near = sorted(range(len(table.columns)), key=lambda i: (i < place, abs(i - place)))
+    of_week = [bool({*words(column.name)} & OF_GPS_WEEK) for column in table.columns]
+    near = sorted(range(len(table.columns)), key=lambda i: (not of_week[i], i < place, abs(i - place)))
     for column in (table.columns[i] for i in near):
-        known = column.finite if column.numeric and is_time(column.name) else np.zeros(0)
+        fine = _unit(column) in FORMS["microseconds"].units + FORMS["nanoseconds"].units
+        known = column.finite if column.numeric and is_time(column.name) and not fine else np.zeros(0)
         rising = known.size > 1 and np.mean(np.diff(known) >= 0.0) > 0.95
         if column is not week and rising and known.min() >= 0.0 and known.max() < 1e3 * WEEK_S:
             names = (week.name, column.name)
@@ -329,8 +341,8 @@ def _without(table: RawTable, answers: Dict[str, str], rivals: Sequence[RawColum
 def step_stated(note: str) -> float | None:
     """The time step that a line states: `sampling rate 10 Hz`, `dt = 0.1 s`."""
     rate = RATE_STATED.search(note)
-    if rate and float(rate[2]) > 0.0:
-        return 1.0 / float(rate[2])
+    if rate and float(rate[2] or rate[5]) > 0.0:
+        return 1.0 / float(rate[2] or rate[5])
     step = STEP_STATED.search(note)
     if step and float(step[2]) > 0.0:
         return float(step[2]) * (1e-3 if step[3].lower() == "ms" else 1.0)

@@ -31,6 +31,8 @@ WITHIN = {"angular rate": 0.25, "speed": 0.07, "length": 0.1, "angle": 0.2}
 """How near to a unit's factor the ratio to another channel must be."""
 WITHIN_AVERAGED = 0.2
 """The same of a velocity to north or east beside that of a track, a mean over some seconds."""
+WRAPPING = ("heading", "heading_magnetic", "course_over_ground")
+"""Directions."""
 SPEEDS = ("speed_over_ground", "speed_through_water", "surge")
 
 
@@ -210,6 +212,9 @@ def by_physics(log: RawLog, found: ColumnFinding) -> ColumnFinding:
         return found
     if not np.isfinite(found.column.numbers).any():
         return _texts(found)
+    if found.quantity in WRAPPING and in_tenths(found) and np.abs(np.diff(found.column.finite)).max() > 3000.0:
+        why = "whole numbers that jump by 3600 can only be tenths of a degree"
+        return found.told("physics", why, unit=UNITS["deg"], factor=0.1 * found.factor)
     unit, why = _possible(log, found)
     return found.told("physics", why, unit=unit) if unit is not None else found
 
@@ -231,11 +236,22 @@ def _possible(log: RawLog, found: ColumnFinding) -> tuple[LogUnit | None, str]:
     if quantity == "roll" and is_full_circle(found) and _jumps(found):
         return UNITS["rad" if np.nanmax(found.column.numbers) < 7.0 else "deg"], f"{told} a full circle round zero"
     if found.dimension == "angle":
+        if found.may_be[0] in WRAPPING and in_tenths(found):
+            return None, ""
         most = LARGEST_RAD.get(quantity, UNWRAPPED if _goes_on(found) else FULL_TURN)
         return (UNITS["deg"], f"{told} degrees") if most < size <= 3600.0 and size > 1.02 * most else (None, "")
     if quantity == "propeller" and size > 110.0:
         return UNITS["rpm"], f"{told} revolutions a minute"
     return None, ""
+
+
+def in_tenths(found: ColumnFinding) -> bool:
+    """Whether whole numbers beyond a turn may be tenths of a degree: a direction jumps by ten turns, or by none."""
+    known = found.column.finite
+    if not known.size or np.any(known % 1.0) or not 361.0 < known.max() <= 3600.0 or known.min() < 0.0:
+        return False
+    jumps = np.abs(np.diff(known))
+    return not np.any((jumps > 180.0) & (jumps < 3000.0))
 
 
 def _goes_on(found: ColumnFinding) -> bool:
@@ -293,9 +309,16 @@ def impossible(found: ColumnFinding) -> bool:
         return False
     if found.dimension == "angle":
         wraps = quantities()[found.quantity].wraps
+        if wraps and found.unit.name == "rad" and _begins_far(found.column.finite):
+            return True
         return size > 1.02 * (MANY_TURNS if wraps else LARGEST_RAD.get(found.quantity, FULL_TURN))
     most = {"speed": FASTEST_M_S, "angular rate": FASTEST_RAD_S, "rotation": FASTEST_RPS}
     return size > most.get(found.dimension, math.inf)
+
+
+def _begins_far(known: np.ndarray) -> bool:
+    """Whether a direction, as radians, begins some turns away from 0, as one in degrees does, and makes few of them."""
+    return bool(abs(known[0]) > 4.0 * math.pi and np.ptp(known) < 8.0 * math.pi + abs(known[0]))
 
 
 def possible(found: ColumnFinding) -> list[LogUnit] | None:
@@ -316,6 +339,11 @@ def ask(found: ColumnFinding) -> ColumnFinding:
     text += f" {found.unread!r} is no unit that is known." if found.unread else ""
     if found.quantity in ("rudder", "rudder_command") and size <= 110.0:
         return _ask_rudder(found, text, size)
+    whole = not np.any(found.column.finite % 1.0)
+    rudder = found.quantity in ("rudder", "rudder_command") and size <= 10.0 * LARGEST_RUDDER_DEG
+    if whole and found.dimension == "angle" and (rudder or (found.quantity in WRAPPING and in_tenths(found))):
+        text = f"{text} Is one of the file a tenth of a degree, or a degree?"
+        return ask_scale(found, text, "degrees of one of the file", "deg", (0.1, 1.0), 1.0)
     return ask_unit(found, text, possible(found))
 
 

@@ -6,6 +6,7 @@ import datetime
 import json
 import re
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,9 @@ SPACED = re.compile(r"\s*(\(\d+\.\d+\))\s+(\S+)\s+([0-9A-F]{8})\s+\[\d\]\s+((?:[
 YDVR = re.compile(r"\d\d:\d\d:\d\d\.\d{3}\s+[RT]\s+[0-9A-F]{8}(\s+[0-9A-F]{2})+", re.IGNORECASE)
 PLAIN = re.compile(r"\d{4}-\d\d-\d\d[T-]\d\d:\d\d:\d\d\.\d+Z?,\d+,\d{5,6},\d+,\d+,\d+(,[0-9a-f]{2})+", re.IGNORECASE)
 JSON_LINE = re.compile(r"\s*\{(?=.*\"fields\").*\"pgn\"\s*:\s*\"?\d+.*\}\s*,?\s*$")
+DIRECTIONS = ("heading", "cog")
+FULL_TURN = 6.2833
+"""rad; a little more, for the rounding of a log."""
 IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 
 
@@ -42,7 +46,7 @@ def read_n2k(text: str, path: Path) -> list[RawTable] | None:
     groups: dict[tuple[int, int, str], list[tuple[int, float, dict[str, Any]]]] = defaultdict(list)
     for line, pgn, source, time, fields in messages:
         groups[pgn, source, _instance(fields)].append((line, time, fields))
-    degrees = json_lines and '"units":"si"' not in text[:400].replace(" ", "")
+    degrees = json_lines and not _in_radians(text[:400].replace(" ", ""), messages)
     dated = not any(YDVR.match(line) for line in text.splitlines()[:20])
     made = (_table(path, key, own, degrees, dated) for key, own in groups.items())
     tables = usable(made, path, "no message of NMEA 2000 that can be used")
@@ -94,6 +98,18 @@ def _from_json(text: str, path: Path) -> tuple[list[tuple[int, int, int, float, 
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError, ArithmeticError):
             faults.append((number, "no message of canboat", line))
     return out, faults
+
+
+def _in_radians(head: str, messages: Sequence[tuple[int, int, int, float, dict[str, Any]]]) -> bool:
+    """Whether canboat printed angles in radians: its first line states it; where that is missing, no direction is
+    beyond a full turn, and some are no tenths, the digits that it prints of degrees."""
+    if '"units":"' in head:
+        return '"units":"si"' in head
+    numbers = [_number(fields.get(name)) for *_, fields in messages for name in DIRECTIONS]
+    known = np.array([number for number in numbers if number == number])
+    return (
+        bool(known.size) and bool(np.all(known < FULL_TURN)) and not np.allclose(known, np.round(known, 1), atol=1e-6)
+    )
 
 
 def _bare(value: Any) -> Any:

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from ....models.number_texts import DECIMAL
+from ..headers import says_unit
 from ..moments import time_in
 from ..names import is_time
 from ..raw import RawTable, usable
@@ -40,7 +41,9 @@ def read_named_values(text: str, path: Path) -> list[RawTable] | None:
 
 # ---- Pairs of names and values with a sign of equality, or a colon, between them.
 
-PAIR = re.compile(r'(?<![^\s,;|])([^\W\d][\w.\-/]*)\s?[=:]\s?("[^"]*"|[^\s,;|"]+)(?=[\s,;|]|$)')
+SIZED = re.compile(rf"({DECIMAL})([A-Za-z°%][A-Za-z°/%]*)?")
+"""A number with a unit or without."""
+PAIR = re.compile(r'(?<![^\s,;|])([^\W\d][\w.\-/]*)\s?[=:]\s?("[^"]*"|[^\s,;|"=]+)(?=[\s,;|]|$)')
 
 
 def _are_pairs(lines: Sequence[str]) -> bool:
@@ -54,18 +57,30 @@ def _are_pairs(lines: Sequence[str]) -> bool:
 
 def _names(line: str) -> list[tuple[str, str]]:
     """(name, sign) of the numbers of a line."""
-    pairs = (match for match in PAIR.finditer(line[:LONGEST]) if NUMBER.fullmatch(match[2]))
+    pairs = (match for match in PAIR.finditer(line[:LONGEST]) if _number_and_unit(match[2]) is not None)
     return [(match[1], "=" if "=" in match[0] else ":") for match in pairs]
 
 
 def _of_pairs(line: str) -> Values:
     """The values of a line, with a time that stands before them; nothing where they are few."""
     pairs = list(PAIR.finditer(line))
-    values: Values = {pair[1]: _value(pair[2]) for pair in pairs}
+    values: Values = {pair[1]: _sized_value(pair[2]) for pair in pairs}
     if len(values) < FEWEST:
         return {}
     stamp, _ = time_in(line[: pairs[0].start()])
     return ({STAMP: stamp} if stamp and not any(map(is_time, values)) else {}) | values
+
+
+def _number_and_unit(text: str) -> tuple[str, str] | None:
+    """(number, unit) of a text such as `13.5kn` or `-3`; None where it is none."""
+    match = SIZED.fullmatch(text)
+    return (match[1], match[2]) if match and (not match[2] or says_unit(match[2])) else None
+
+
+def _sized_value(text: str) -> float | str | dict[str, float | str]:
+    """The value of a text, with the unit that stands behind it."""
+    sized = _number_and_unit(text)
+    return {"value": float(sized[0]), "unit": sized[1]} if sized and sized[1] else _value(text)
 
 
 def _value(text: str) -> float | str:

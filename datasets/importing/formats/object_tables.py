@@ -136,10 +136,17 @@ def _column(
     called = last_part(f"{topic}.{place}" if valued else key) if alone or valued else name
     if len(called) < 3 and place and not valued:
         called = f"{last_part(place)} {called}"
-    header = read_header(called)
-    if group and not valued and not any(named(own).may_be for own in (header.words, *(w for w, _ in header.suffixes))):
+    if place and not valued and not _is_known(called) and _is_known(f"{last_part(place)} {called}"):
+        called = f"{last_part(place)} {called}"
+    if group and not valued and not _is_known(called):
         called = f"{last_part(group)} {called}"
     return RawColumn(name, unit, _cells(values, numbers), called=called if called != name else "")
+
+
+def _is_known(name: str) -> bool:
+    """Whether a name, with or without a unit at its end, is that of a quantity."""
+    header = read_header(name)
+    return any(named(own).may_be for own in (header.words, *(head for head, _ in header.suffixes)))
 
 
 def _cells(values: Sequence[Any], numbers: bool) -> Any:

@@ -33,7 +33,7 @@ MOST_FIELDS, MOST_MESSAGES, LONGEST_ARRAY = 120, 2_000_000, 32
 def with_ros(table: RawTable) -> RawTable:
     """A table with its ROS fields told: units by their messages, signs by the frame, yaw of a quaternion, one stamp."""
     table = _with_joints(table)
-    paths = [re.sub(r"^(field|data)\.", "", column.name) for column in table.columns]
+    paths = [re.sub(r"^(field|data)\.", "", column.name.strip("/").replace("/", ".")) for column in table.columns]
     turned = _quaternion(table.columns, paths)
     stamped = _stamp(table.columns, paths)
     fields = [_field(path) for path in paths]

@@ -13,6 +13,7 @@ from ....seeds import seed_of
 from .case import ROUNDS, Case, CaseOutcome, answer, truth_of
 from .choice_cases import CHOICE_CASES
 from .clock_cases import CLOCK_CASES
+from .exam_cases import EXAM_CASES
 from .format_cases import FORMAT_CASES
 from .hostile_cases import HOSTILE_CASES
 from .nameless_cases import NAMELESS_CASES
@@ -24,7 +25,7 @@ from .truth import START, sail
 
 CASES = {
     **TEXT_CASES, **HOSTILE_CASES, **OTHER_CASES, **SENTENCE_CASES, **CLOCK_CASES, **CHOICE_CASES, **FORMAT_CASES,
-    **NAMELESS_CASES, **PROGRAM_CASES,
+    **NAMELESS_CASES, **PROGRAM_CASES, **EXAM_CASES,
 }  # fmt: skip
 
 
@@ -175,7 +176,7 @@ def test_clocks_runs_and_names_over_several_cells(outcomes, name):
 def test_no_more_is_asked_than_is_needed(outcomes):
     most = {
         name: case.questions
-        for name, case in (CHOICE_CASES | NAMELESS_CASES | PROGRAM_CASES).items()
+        for name, case in (CHOICE_CASES | NAMELESS_CASES | PROGRAM_CASES | EXAM_CASES).items()
         if case.questions is not None
     }
     assert {name: outcomes[name].asked for name in most} == most
