@@ -45,8 +45,9 @@ TURNED, WITHOUT_DRIFT = 0.9, 0.999
 MOSTLY, NEARER = 0.8, 0.1
 """Of a course over ground: least share that the integral of a yaw rate explains, and variance about a track, as a share
 of that which the yaw rate leaves."""
-LED, LEAST_LEAD_RAD = 0.6, 0.015
-"""Share of the angle between a heading and the course that its rate explains, and the least size of that angle, rad."""
+LED, LEAST_LEAD_RAD, LEAST_LEAD_S = 0.6, 0.015, 3.0
+"""Share of the angle between a heading and the course that its rate explains, the least size of that angle, rad, and of
+that over the rate, s: a course of positions that are late by less is none."""
 SAME = 0.04
 """How near a speed must be to that of the track to be over ground."""
 
@@ -202,7 +203,8 @@ def _drifts_from(log: RawLog, found: ColumnFinding) -> str:
         lead = np.angle(np.exp(1j * (own - along)))
         rate = np.gradient(smooth(own, max(1, own.size // 60)), time)
         with_rate = correlation(lead, rate)
-        if with_rate > 0.0 and with_rate**2 > LED and float(np.std(lead)) > LEAST_LEAD_RAD:
+        late = float(np.std(lead)) / max(float(np.std(rate)), 1e-12)
+        if with_rate > 0.0 and with_rate**2 > LED and float(np.std(lead)) > LEAST_LEAD_RAD and late > LEAST_LEAD_S:
             return name
     return ""
 

@@ -135,15 +135,15 @@ def _narrowed(may_be: tuple[str, ...], rest: list[str]) -> tuple[tuple[str, ...]
             continue
         if shared and own > shared and "heading_magnetic" not in own - shared:  # the narrower word stands already
             continue
-        if len(own) == 1 and len(may_be) > 1 and _of_one_dimension((*own, *may_be)):  # `speed sway`: a sway
+        if len(own) == 1 and len(may_be) > 1 and _are_speeds((*own, *may_be)):  # `speed sway`: a sway
             may_be = tuple(own)
             continue
         others.append(part)
     return may_be, others
 
 
-def _of_one_dimension(names: tuple[str, ...]) -> bool:
-    return len({quantities()[name].dimension for name in names}) == 1
+def _are_speeds(names: tuple[str, ...]) -> bool:
+    return {quantities()[name].dimension for name in names} == {"speed"}
 
 
 def _known_spans(parts: list[str]) -> Iterator[tuple[int, int, str]]:
