@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import zipfile
 import zlib
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 
 from ...models.errors import BadInput
 from ...models.files import MOST_BYTES
@@ -80,7 +80,7 @@ def _members(data: bytes, path: Path) -> list[tuple[Path, bytes]]:
                 size += len(own)
                 if size > MOST_BYTES:
                     raise _too_large(path)
-                out.append((path / name, own))
+                out.append((path.joinpath(*_inside(name)), own))
     except BadInput:
         raise
     except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError, EOFError, ValueError, OSError) as error:
@@ -91,6 +91,11 @@ def _members(data: bytes, path: Path) -> list[tuple[Path, bytes]]:
     if not out:
         raise BadInput("an archive without files", file=path)
     return out
+
+
+def _inside(name: str) -> list[str]:
+    """The parts of a member's name, which never lead out of the archive."""
+    return [part for part in PurePosixPath(name.replace("\\", "/")).parts if part not in ("/", "..")]
 
 
 def _too_large(path: Path) -> BadInput:

@@ -58,6 +58,12 @@ def test_a_compressed_file_beyond_the_limit_is_refused(tmp_path, monkeypatch):
             read_raw(tmp_path / "log")
 
 
+def test_no_member_leads_out_of_its_archive(tmp_path):
+    path = tmp_path / "log.zip"
+    _archive(path, {"x/../../a.csv": ROWS, "/b.csv": ROWS, "c\\..\\d.csv": ROWS})
+    assert [table.file for table in read_raw(path)] == ["x/a.csv", "b.csv", "c/d.csv"]
+
+
 def test_of_a_cut_file_of_gzip_the_begin_is_read(tmp_path):
     whole = gzip.compress(ROWS.encode() * 40)
     (tmp_path / "run.csv.gz").write_bytes(whole[: len(whole) // 2])
