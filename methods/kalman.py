@@ -1,4 +1,4 @@
-"""Joint state and parameter estimation by Kalman filters: extended, with a smoother, and unscented."""
+"""Joint state and parameter estimation by Kalman filters: extended and unscented."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ INFLATION: Any = option(
 )
 
 
-@method("ekf", "joint state and parameter extended Kalman filter with RTS smoother", order_matters=True)
+@method("ekf", "joint state and parameter extended Kalman filter", order_matters=True)
 def Ekf(records: Sequence[Record], model: Model, passes: int = PASSES, inflation: float = INFLATION) -> Fit:
     """Joint extended Kalman filter, iterated, with a smoother of the initial states.
 
