@@ -105,7 +105,9 @@ def _errors(calibration: Calibration) -> str:
 
 def next_sentence(calibration: Calibration) -> str:
     """What to sail or measure next."""
-    runs = ", ".join(f"{run.manoeuvre} ({number(run.information, 2)} nats)" for run in calibration.next_runs)
+    runs = ", ".join(
+        f"{run.manoeuvre} (information {number(run.information, 2)} nats)" for run in calibration.next_runs
+    )
     return f"Manoeuvres that would tell most about the numbers that are open: {runs}."
 
 

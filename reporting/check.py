@@ -47,7 +47,7 @@ def page(result: Check) -> Page:
         seen=[_findings(result), Drawing("sizes", INTERVALS, drawn) if panels else None],
         changed=[items([(name(one), one.evidence) for one in material])],
         remains=[items(result.not_checked)],
-        following=[items([(name(one), one.separate_by) for one in material if one.separate_by])],
+        following=[items(_to_be_sure(material))],
         details=[
             Section("Sizes by record", (_by_record(result),)),
             Section("Findings that do not matter", (items([(name(one), one.evidence) for one in small]),)),
@@ -66,9 +66,22 @@ def _sentences(result: Check, material: Sequence[CheckFinding]) -> tuple[str, tu
     rest = len(result.findings) - m
     told = f"{m} finding{'s' if m != 1 else ''}" if m else "nothing that matters"
     small = f", {rest} detectable but too small to matter" if rest else ""
-    named = f": {', '.join(dict.fromkeys(map(name, material)))}" if m else ""
+    named = f": {', '.join(_names(material))}" if m else ""
     said = f"{n} record{'s' if n != 1 else ''}: {told}{named}{small}."
     return said, () if result.findings else (NOTHING,)
+
+
+def _names(findings: Sequence[CheckFinding]) -> list[str]:
+    """Every cause once, with all columns that it is of: `outliers (north_m, east_m)`."""
+    columns: dict[str, list[str]] = {}
+    for f in findings:
+        columns.setdefault(_alone(f), []).extend(_columns(f))
+    return [f"{alone} ({', '.join(dict.fromkeys(own))})" if own else alone for alone, own in columns.items()]
+
+
+def _to_be_sure(findings: Sequence[CheckFinding]) -> list[tuple[str, str]]:
+    """Every cause once, with what would tell it from others."""
+    return list(dict.fromkeys((_alone(f), f.separate_by) for f in findings if f.separate_by))
 
 
 # ---- tables
@@ -98,9 +111,17 @@ def _by_record(result: Check) -> Table:
 
 def name(f: CheckFinding) -> str:
     """The cause with those that cannot be told from it, and the columns of a file's fault."""
-    alone = " or ".join(map(cause, (f.cause, *f.tied_with)))
-    columns = [c for c in f.channels if c != "time_s"] if f.stage == "file" else []
-    return f"{alone} ({', '.join(columns)})" if columns else alone
+    return _names([f])[0]
+
+
+def _alone(f: CheckFinding) -> str:
+    """The cause with those that cannot be told from it."""
+    return " or ".join(map(cause, (f.cause, *f.tied_with)))
+
+
+def _columns(f: CheckFinding) -> list[str]:
+    """The columns of a file's fault."""
+    return [c for c in f.channels if c != "time_s"] if f.stage == "file" else []
 
 
 def whole_sizes(f: CheckFinding) -> str:

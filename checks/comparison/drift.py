@@ -182,8 +182,8 @@ def _pattern(records: Sequence[Record], lags: Sequence[float]) -> CheckFinding |
     values = -pattern.values
     amplitude, z = float(np.hypot(*values)), float(np.max(np.abs(values) / np.maximum(spread, 1e-300)))
     said = (
-        f"the drift angle goes with the heading, by up to {np.rad2deg(amplitude):.2g} deg (z = {z:.1f}); that explains "
-        f"{100.0 * share:.0f} % of the sway that turning leaves; leeway would look alike"
+        f"the drift angle goes with the heading, by up to {np.rad2deg(amplitude):.2g} deg ({z:.1f} standard errors); "
+        f"that explains {100.0 * share:.0f} % of the sway that turning leaves; leeway would look alike"
     )
     sizes = (Size(n, float(v), float(v - h), float(v + h), "rad") for n, v, h in zip("cs", values, half, strict=True))
     like_current = _chance(parts, STREAM) - _chance(parts, DEVIATION) < TIE

@@ -427,9 +427,10 @@ def _of_sizes(done: Compared, s: Sizes) -> CheckFinding:
     entry, p_equal = s.option.cause, min(m.p_equal for m in s.means)
     differs = len(names) > 1 and any(m.p_equal < DIFFERENT and m.between > FAR * abs(m.value) for m in s.means)
     tied = [o.cause.id for o in s.rivals] + list(entry.track_rivals)
-    said = f"{done.chain.title}: z = {s.z:.1f} over {len(names)} record{'s' if len(names) > 1 else ''}"
+    of_records = f"of {len(names)} records" if len(names) > 1 else "of the record"
+    said = f"{done.chain.title} {of_records}: {s.z:.1f} standard errors from zero"
     said += f"; late: {_late(s)}" if s.option.is_delay else ""
-    said += f"; differs between records (p = {p_equal:.1g}): not one cause" if differs else ""
+    said += f"; the records differ in size (p-value of equal ones {p_equal:.1g})" if differs else ""
     return CheckFinding(
         entry.id,
         "sensors",

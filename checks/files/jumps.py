@@ -105,7 +105,8 @@ NEAR, FAR = 10, 60
 """Samples before and after a jump between which heading and rate are compared."""
 STAYS = 0.5
 """Share of a jump that must be left there of it."""
-UNITS = {HEADING: "rad", "north_m": "m", "east_m": "m"}
+UNITS = {HEADING: ("rad", "deg", float(np.rad2deg(1.0))), "north_m": ("m", "m", 1.0), "east_m": ("m", "m", 1.0)}
+"""Column -> its unit, and the unit in which its jumps are told with its factor."""
 
 
 class Splice(FileCheck):
@@ -124,10 +125,12 @@ class Splice(FileCheck):
             if not own:
                 continue
             worst = max(own, key=lambda j: abs(j.change))
-            unit = UNITS[name]
+            unit, shown, factor = UNITS[name]
+            most, allowed = factor * worst.change, factor * worst.allowed
+            times = "" if len(own) == 1 else f"{len(own)} times, most "
             said = (
-                f"{name} jumps {len(own)} times, most by {worst.change:.4g} {unit} at {time[worst.k]:.6g} s, where its "
-                f"rates allow {worst.allowed:.2g} {unit}"
+                f"{name} jumps {times}by {most:.3g} {shown} at {time[worst.k]:.6g} s, where its rates allow "
+                f"{allowed:.2g} {shown}"
             )
             size = (exact("largest jump", worst.change, unit),)
             together = any(abs(j.k - k) <= 1 for j in own for k in far)  # where noise hides the first of two rows

@@ -298,7 +298,8 @@ def next_lines(assessment: Assessment) -> list[str]:
     if told is None or not told.candidates:
         return []
     best = told.candidates[0]
-    return [f"Most useful next manoeuvre: {best.manoeuvre} ({number(best.information, 2)} nats)."]
+    gain = f"of the parameters, in the median, {share(best.median)} instead of {share(told.median)}"
+    return [f"Most useful next manoeuvre: {best.manoeuvre}. With it the smallest possible standard deviation {gain}."]
 
 
 # ---- Charts of residuals: correlation coefficients by lag inside their 99 % band.
@@ -379,7 +380,7 @@ def assessed_table(assessment: Assessment) -> Table:
         ),
         field("unit"),
         Column("standard error", lambda one: standard_error(one.stderr)),
-        numeric("smallest possible", "bound", share),
+        numeric("smallest possible sd", "bound", share),
         Column("published for ships of the kind", _published),
     ]
     return make_table(columns, assessment.parameters)

@@ -83,7 +83,7 @@ def test_sizes_that_differ_between_records_are_said_to(rng):
         r.with_channels(yaw_rate_rad_s=r.column("yaw_rate_rad_s") + b) for r, b in zip(records, biases, strict=True)
     ]
     found = next(f for f in check(spoilt).findings if f.cause == "yaw_rate_bias")
-    assert found.p_equal is not None and found.p_equal < 1e-3 and "differs between records" in found.evidence
+    assert found.p_equal is not None and found.p_equal < 1e-3 and "the records differ in size" in found.evidence
     each = [s.value for s in found.sizes if s.record is not None]
     assert each == pytest.approx(biases, abs=0.5 * biases[0])
 
