@@ -60,6 +60,8 @@ class Check(ABC):
     unit : of its sizes.  separate_by : what would tell it from its rivals.
     stage : where it is looked for, as a reason why a model's residuals are not asked for it.
     is_cause : whether a diagnosis names it as a cause of its bank, beside telling what was checked.
+    of_record : whether it is of the record alone, as samples that are no measurements or motion in waves: no number of
+    a model, of its rudder or of its sensors stands for it, and it says nothing against the model.
     prior : of its number, in free runs of a model.
     beyond : variable of a regime (`models.regimes`) beyond whose threshold it acts, and the size that the threshold is.
     """
@@ -70,6 +72,7 @@ class Check(ABC):
     separate_by: ClassVar[str | None] = None
     stage: ClassVar[str] = "looked for in the records themselves, without a model"
     is_cause: ClassVar[bool] = False
+    of_record: ClassVar[bool] = False
     prior: ClassVar[Prior] = Prior(0.0)
     beyond: ClassVar[tuple[str, str] | None] = None
 
@@ -104,6 +107,7 @@ class FileCheck(Check):
     of_logger : it is one of the logger or the export, so that where it stands in one record, none can be trusted.
     """
 
+    of_record = True
     rank: ClassVar[int] = 50
     ends: ClassVar[bool] = False
     of_logger: ClassVar[bool] = False

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from ..checks.registry import check_of, sensor_errors
 from ..checks.result import CheckFinding
-from .causes.noise import WaveMotion
-from .report.bank import BY_CHANNELS, BY_FREE_RUNS, demoted, lines, of_columns, of_left_out_samples
+from .report.bank import BY_FREE_RUNS, demoted, is_of_record, lines, of_columns, of_left_out_samples
 from .report.verdict import motion_explained, next_manoeuvre, without_motion
-from .result import Diagnosis, Finding
+from .result import Diagnosis
 
 if TYPE_CHECKING:
     from ..datasets.record import Record
+    from .result import Finding
 
 REFUTED = 0.8
 """Share of the squared yaw motion that free runs hold along the recorded rudder from which it cannot but act."""
@@ -40,7 +40,7 @@ def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records:
             diagnosis = replace(diagnosis, causes=tuple(f for f in diagnosis.causes if f.cause not in sensors))
         return _withheld(diagnosis, "inconclusive", reason, "the records are in doubt")
     extended = any(force.extended for force in diagnosis.remaining)
-    if lost is not None and (extended or any(_is_of_model(f) for f in diagnosis.causes)):
+    if lost is not None and (extended or not all(map(is_of_record, diagnosis.causes))):
         said = "free runs with all that fits do not follow even half of the yaw motion"
         return _withheld(diagnosis, "unexplained", f"{said}: no number of the hull is named", said)
     return diagnosis
@@ -74,14 +74,9 @@ def _named(diagnosis: Diagnosis, finding: Finding) -> Diagnosis:
     return replace(diagnosis, causes=causes, bank=lines(causes, diagnosis.bank))
 
 
-def _is_of_model(finding: Finding) -> bool:
-    """Whether a finding takes the model's and the rudder's word for it, as motion in waves does not."""
-    return finding.stage != BY_CHANNELS and finding.cause != WaveMotion.id
-
-
 def _withheld(diagnosis: Diagnosis, verdict: str, reason: str, why: str) -> Diagnosis:
     """The diagnosis without what it takes the records' word for: no cause of the model, no numbers, no extension."""
-    kept = tuple(f for f in diagnosis.causes if not _is_of_model(f))
+    kept = tuple(filter(is_of_record, diagnosis.causes))
     bank = lines(kept, demoted(diagnosis.bank, ("named", "tied", "explained_by"), "not_testable", why))
     return replace(
         diagnosis,

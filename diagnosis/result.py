@@ -24,13 +24,16 @@ VERDICTS = ("inconclusive", "unexplained", "described", "partly_named", "tied", 
 
 @dataclass(frozen=True)
 class Finding:
-    """A cause that passed, with those it cannot be told from."""
+    """A cause that passed, with those it cannot be told from.
+
+    statistic, p_adjusted : of its test; None of what was counted, or is seen without a test.
+    """
 
     cause: str
     tied_with: tuple[str, ...]
     stage: str
-    statistic: float
-    p_adjusted: float
+    statistic: float | None
+    p_adjusted: float | None
     sizes: tuple[Size, ...]
     level: float = 0.90
     details: dict[str, Any] = field(default_factory=dict)
@@ -186,8 +189,6 @@ class Diagnosis(RunsResult):
     extended model is run along it."""
     remaining: tuple[RemainingForce, ...] = ()
     """What describes the error that known causes leave."""
-    explained: float = 0.0
-    """Share of the squared error of left-out pieces, beyond the sensors' noise, that what free runs name takes off."""
     evaluation: tuple[Record, ...] = ()
     """Records that models are compared with: held out, or else of training, as they were read but for columns that mean
     something else."""
@@ -199,8 +200,12 @@ class Diagnosis(RunsResult):
 
     @property
     def extends(self) -> bool:
-        """Whether the extended model differs from the base model."""
-        return bool(self.causes) or any(force.extended for force in self.remaining)
+        """Whether the extended model differs from the base model, as motion in waves alone leaves it as it is."""
+        base, grown = (
+            (m.family, m.coefficients.tobytes(), m.constants.tobytes(), m.windage or {}, {**m.instruments})
+            for m in (self.model, self.extended)
+        )
+        return base != grown
 
     def to_json(self) -> dict[str, Any]:
         """The document of schema version 3 (diagnosis.json), plain numbers only."""
@@ -214,7 +219,6 @@ class Diagnosis(RunsResult):
             "threads": self.threads,
             "verdict": self.verdict,
             "reason": self.reason,
-            "explained": self.explained,
             "causes": plain(self.causes),
             "gain": plain(self.gain),
             "calibrated_gain": plain(self.calibrated_gain),

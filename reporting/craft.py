@@ -28,7 +28,7 @@ from .tables import Column, Table, field, make_table, numeric
 from .validation.page import explained_lines, horizon_table, share_explained
 
 if TYPE_CHECKING:
-    from ..diagnosis.craft.result import CraftDiagnosis, LawTold, Rise
+    from ..diagnosis.craft.result import CraftDiagnosis, LawTold, NumberTold, Rise
     from .page import Page
 
 HEADING = "heading_rad"
@@ -44,7 +44,7 @@ HEADLINES = {
 }
 R2 = (
     "One minus the squared error over the variance of the yaw rate, and over the squared change of heading since the "
-    "start. first: the steering law alone; built: the model with all steps."
+    "start. Law alone: what steers it, without further steps; built model: with all steps."
 )
 OF_LOOP = (
     "All numbers and steps are those of the craft and its controller together: they hold while this controller steers, "
@@ -57,7 +57,7 @@ TITLES = ("Measured and predicted", "What simpler models lack, and the model", "
 def headline(diagnosis: CraftDiagnosis) -> str:
     """The verdict with how far it holds."""
     if diagnosis.verdict == ADEQUATE:
-        return f"{HEADLINES[ADEQUATE][1]} up to {number(diagnosis.trusted_s)} s"
+        return f"{HEADLINES[ADEQUATE][1]} up to {number(diagnosis.trusted_s)} s ahead"
     return HEADLINES[diagnosis.verdict][1]
 
 
@@ -74,15 +74,15 @@ def page(diagnosis: CraftDiagnosis) -> Page:
         Verdict(
             HEADLINES[diagnosis.verdict][0],
             said,
-            (*_sensors(diagnosis), _steers(diagnosis), *_lacks(diagnosis), *_neutral(diagnosis)),
+            (*diagnosis.notes, *_sensors(diagnosis), _steers(diagnosis), *_lacks(diagnosis), *_neutral(diagnosis)),
         ),
         seen=[first, r2_table(diagnosis)],
         changed=[
             make_table(STEPS, diagnosis.steps),
-            make_table(NUMBERS, diagnosis.numbers, "Numbers of the model"),
+            numbers_table(diagnosis),
         ],
         remains=[
-            items([*diagnosis.notes, *trusted, *_remaining(diagnosis), *_speed(diagnosis), _heading(diagnosis)]),
+            items([*trusted, *_remaining(diagnosis), *_speed(diagnosis), _heading(diagnosis)]),
             make_table(BAND, sorted(diagnosis.band, key=lambda b: b.after_s), "How far heading can be trusted"),
         ],
         following=[f"{diagnosis.next_runs[:1].upper()}{diagnosis.next_runs[1:]}." if diagnosis.next_runs else None],
@@ -113,21 +113,22 @@ def _sensors(diagnosis: CraftDiagnosis) -> list[str]:
     corrected = [f for f in diagnosis.causes if f.cause in CORRECTED]
     others = [f for f in diagnosis.causes if f not in corrected]
     said = [f"Found in the records themselves, and corrected: {listed(corrected)}."] if corrected else []
-    return said + ([f"The records show, and it is not corrected: {listed(others)}."] if others else [])
+    return said + ([f"Found in the records themselves, but not corrected: {listed(others)}."] if others else [])
 
 
 def _steers(diagnosis: CraftDiagnosis) -> str:
     if diagnosis.verdict == FOLLOWS:
         return OF_LOOP
     chosen = next(law for law in diagnosis.laws if law.chosen)
-    told = f"What steers it: {chosen.title}"
+    told = f'What steers it: "{chosen.title}"'
     others = [law for law in diagnosis.laws if not law.chosen]
     worse = sorted((law for law in others if law.gain < min(chosen.gain - law.error, -0.01)), key=lambda law: law.gain)
     equal = [law for law in others if law not in worse]
     if worse:
-        told += f"; with {worse[0].title} errors are {_percent(-worse[0].gain)} larger"
+        told += f'. With "{worse[0].title}" the errors are {_percent(-worse[0].gain)} larger'
     if equal:
-        told += f". The records cannot tell it from {' or '.join(law.title for law in equal)}"
+        others_said = " or ".join(f'"{law.title}"' for law in equal)
+        told += f". The records cannot tell it from {others_said}"
     return f"{told}."
 
 
@@ -136,12 +137,14 @@ def _lacks(diagnosis: CraftDiagnosis) -> list[str]:
     shares = (
         f"{r_squared(first.r2_yaw_rate)} of the yaw rate and {r_squared(first.r2_heading)} of the change of heading"
     )
-    told = [f"A model of {first.numbers} numbers has R² {shares} over windows of {number(diagnosis.window_s)} s."]
+    alone = "" if diagnosis.verdict == FOLLOWS else " for this alone"
+    told = [f"A model of {first.numbers} numbers{alone} has R² {shares} in windows of {number(diagnosis.window_s)} s."]
     if diagnosis.verdict == FOLLOWS:
         return told
     lacking = [f"{s.title} ({_percent(s.gain)} ± {_percent(s.error)})" for s in diagnosis.steps[1:] if s.gain > 0.0]
     lacks = "Craft and controller together have beside it" if diagnosis.doubts else "It lacks"
-    return [*told, f"{lacks}: {'; '.join(lacking)}."] if lacking else told
+    shares = "with the fall of errors that each brings"
+    return [*told, f"{lacks}, {shares}: {'; '.join(lacking)}."] if lacking else told
 
 
 def _neutral(diagnosis: CraftDiagnosis) -> list[str]:
@@ -177,14 +180,16 @@ def _speed(diagnosis: CraftDiagnosis) -> list[str]:
 
 
 def _heading(diagnosis: CraftDiagnosis) -> str:
-    last = diagnosis.band[-1]
-    told = f"Heading is known within ± {number(DEG * last.sd_rad, 2)} deg (1 sd) after {number(last.after_s)} s"
+    known = [band for band in diagnosis.band if band.sd_rad < LOST]
+    lost = [band for band in diagnosis.band if band not in known]
+    told = [f"is known within ± {number(DEG * b.sd_rad, 2)} deg (1 sd) after {number(b.after_s)} s" for b in known[-1:]]
+    told += [f"is not known after {number(lost[0].after_s)} s"] if lost else []
     inside = (
         ""
         if math.isnan(diagnosis.inside)
-        else f"; {100.0 * diagnosis.inside:.0f} % of held-out heading errors are inside"
+        else f" {100.0 * diagnosis.inside:.0f} % of held-out heading errors are inside one sd."
     )
-    return f"{told}, since each run has a neutral angle of its own{inside}."
+    return f"The heading {' and '.join(told)}, since each run has a neutral angle of its own.{inside}"
 
 
 def _percent(logarithm: float) -> str:
@@ -242,15 +247,28 @@ def r2_table(diagnosis: CraftDiagnosis) -> Table:
     return make_table(columns, rows, "R² by the time ahead", R2)
 
 
-NUMBERS = (
-    field("name", "number"),
-    field("unit"),
-    numeric("value", "value"),
-    Column("90 % interval", lambda n: f"{number(n.low)} to {number(n.high)}"),
-)
+def numbers_table(diagnosis: CraftDiagnosis) -> Table:
+    """The numbers of the model that are not zero, with their intervals; angles in degrees."""
+    angles = not by_thrust(diagnosis.laws)
+
+    def scaled(of: NumberTold, value: float) -> float:
+        return DEG * value if angles and of.unit == "rad" else value
+
+    columns = [
+        field("name", "number"),
+        Column("unit", lambda n: "deg" if angles and n.unit == "rad" else n.unit),
+        Column("value", lambda n: number(scaled(n, n.value)), lambda n: scaled(n, n.value)),
+        Column("90 % interval", lambda n: f"{number(scaled(n, n.low))} to {number(scaled(n, n.high))}"),
+    ]
+    rows = [n for n in diagnosis.numbers if n.value or n.low or n.high]
+    return make_table(columns, rows, "Numbers of the model")
+
+
+LOST = math.pi / 2.0
+"""Standard deviation of the heading, rad, from which it is not known."""
 BAND = (
     numeric("after, s", "after_s"),
-    numeric("heading, 1 sd, deg", "sd_rad", SHORT, DEG),
+    Column("heading, 1 sd, deg", lambda b: SHORT(DEG * b.sd_rad) if b.sd_rad < LOST else "not known"),
 )
 
 

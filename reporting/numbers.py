@@ -48,8 +48,10 @@ def with_unit(value: Any, unit: str, digits: int = 3) -> str:
 
 
 def fixed(value: Any, decimals: int) -> str:
-    """A number with so many decimals."""
-    return number(value) if is_missing(value) or math.isinf(value) else f"{float(value):.{decimals}f}"
+    """A number with so many decimals; zero has no sign."""
+    if is_missing(value) or math.isinf(value):
+        return number(value)
+    return f"{round(float(value), decimals) + 0.0:.{decimals}f}"
 
 
 def percent(value: Any, decimals: int = 0) -> str:

@@ -63,6 +63,7 @@ class ClockJitter(Cause):
     sample to sample; channels are noisier where they change fast."""
 
     id, where, unit = "clock_jitter", "sampling", "s"
+    of_record = True
     search = ByScan("clock_jitter", clock_errors, largest_clock_error)
     separate_by = "time stamps taken by the instruments"
     beside_numbers = False
@@ -85,6 +86,8 @@ class ClockJitter(Cause):
 
 
 ENTRIES = ("wave_frequency", "wave_damping", "wave_rms")
+WAVE_SIZES = {"period": "s", "damping": "1", "heading_rms": "rad"}
+"""Sizes that are told of waves, and their units."""
 FAINT = 0.1
 """Waves' rms over the sensors' noise where no more than their score is asked for."""
 FREQUENCIES, RMS_DEG = (0.4, 0.55, 0.75, 1.0), (0.03, 0.12, 0.5)
@@ -154,17 +157,19 @@ def _rounding(est: Estimator) -> float:
 
 
 class WaveMotion(Cause):
-    """First-order wave motion on heading and yaw rate: second-order narrow-band noise, peak frequency omega (rad/s),
-    damping ratio and rms (rad)."""
+    """Motion of heading and yaw rate in waves (first order): narrow-band noise that the rudder does not cause, of a
+    period at which the ship meets the waves (s), and of a root mean square of the heading (rad); a damping ratio is
+    told by a likelihood alone."""
 
-    id, where, unit = "wave_motion", "environment", "rad/s, 1, rad"
+    id, where, unit = "wave_motion", "environment", "s, 1, rad"
+    of_record = True
     search = WaveSearch()
     separate_by = "heading and rate sampled at several times the wave frequency"
 
     def sizes(
         self, est: Estimator, s: Setting, variant: Variant, covariance: np.ndarray, rng: np.random.Generator
     ) -> tuple[Size, ...]:
-        """Frequency, damping and rms, of all records or each, with intervals from the curvature of the likelihood."""
+        """Period, damping and rms, of all records or each, with intervals from the curvature of the likelihood."""
         slots = [est.index[name] for name in ENTRIES]
         shared = bool(np.all(s.vectors[:, slots] == s.vectors[0, slots]))
         out = []
@@ -172,10 +177,10 @@ class WaveMotion(Cause):
             values = s.vectors[est.rows(owner)[0], slots]
             half = NORMAL_90 * np.sqrt(np.diag(_wave_covariance(est, s, values, owner)))
             label = None if owner is None else est.record_names[owner]
-            names = (("omega", "rad/s"), ("damping", "1"), ("rms", "rad"))
+            told = [2.0 * np.pi / values[0], *values[1:]]
             out += [
                 Size(name, float(v), float(v * np.exp(-w)), float(v * np.exp(w)), unit, label)
-                for (name, unit), v, w in zip(names, values, half, strict=True)
+                for (name, unit), v, w in zip(WAVE_SIZES.items(), told, half, strict=True)
             ]
         return tuple(out)
 

@@ -20,7 +20,7 @@ SCHEMA = 1
 ADEQUATE, PARTLY, UNEXPLAINED, INCONCLUSIVE = "adequate", "partly_named", "unexplained", "inconclusive"
 NO_EFFECT, FOLLOWS = "input_hardly_acts", "input_follows_output"
 OUTSIDE = "outside_training"
-FIRST, BUILT, SHIP, OWN_SPEED = "first", "built", "particulars", "own speed"
+FIRST, BUILT, SHIP, OWN_SPEED = "law alone", "built model", "particulars", "own speed"
 """Names of the models whose errors ahead stand beside each other: the law alone, all steps, the simulation of
 particulars, and all steps with surge and sway of its own."""
 

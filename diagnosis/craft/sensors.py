@@ -59,7 +59,8 @@ def behind_sensors(train: Sequence[Record], held_out: Sequence[Record]) -> Senso
         return record.with_channels(**scaled(record, **signs)) if signs else record
 
     own, others = ([*map(to_the_side, side)] for side in (train, held_out))
-    notes = [f"{name}: the rudder or command has the other sign than in the other records." for name in sorted(names)]
+    turned = "the rudder or command has the other sign than in the other records, and was turned."
+    notes = [f"{name}: {turned}" for name in sorted(names)]
     bare, faults = Prepared(own, others), [f for f in check([*own, *others]).findings if f.material]
     notes += [f"{sentence_of(f)}." for f in faults if f.cause in TOLD]
     every = bare.compared().findings

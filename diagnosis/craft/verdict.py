@@ -73,7 +73,7 @@ def verdict_of(final: Attempt, acts: Steering, ahead: Validation, copied: float,
     shares = dict(zip(("the yaw rate", "the change of heading"), r2(final), strict=True))
     known = {name: share for name, share in shares.items() if not np.isnan(share)}
     explained = " and ".join(f"{_percent(share)} of {name}" for name, share in known.items())
-    said = f"over {final.problem.windows.length_s:.3g} s of left-out windows it explains {explained}"
+    said = f"in left-out windows of {final.problem.windows.length_s:.3g} s the model explains {explained}"
     if copied > COPIED:
         share = _percent(copied)
         return FOLLOWS, f"heading and yaw rate of the same moment give {share} of the steering: it follows the motion"
@@ -84,10 +84,10 @@ def verdict_of(final: Attempt, acts: Steering, ahead: Validation, copied: float,
         return _not_at_once(known, better_at(ahead.scores, ahead.simple, BUILT), said)
     along = _along(ahead)
     if min(known.values(), default=np.nan) >= GOOD and not along < FAIR:
-        return ADEQUATE, f"{said}; trust it for {trusted:.3g} s"
+        return ADEQUATE, said
     if along < FAIR:
-        said += f", but along the records that it is judged by {_percent(along)} of the yaw rate three lengths ahead"
-    return PARTLY, f"{said}; up to {trusted:.3g} s ahead it is better than going on turning, or straight"
+        said += f", but along whole records {_percent(along)} of the yaw rate three lengths ahead"
+    return PARTLY, f"{said}; up to {trusted:.3g} s ahead it is better than a constant rate of turn or heading"
 
 
 def _acts(acts: Steering) -> bool:
@@ -100,8 +100,11 @@ def _not_at_once(known: Mapping[str, float], better: Mapping[float, bool], said:
     """The verdict where a simple prediction is as good at the shortest time ahead."""
     first = next((time for time, is_better in better.items() if is_better), None)
     if first is None or not min(known.values(), default=np.nan) >= GOOD:
-        return UNEXPLAINED, f"{said}; it predicts no better than a craft that goes on turning, or straight"
-    return PARTLY, f"{said}; it is better than going on turning, or straight, from {first:.3g} s ahead on, not before"
+        return UNEXPLAINED, f"{said}; it predicts no better than a constant rate of turn or heading"
+    return (
+        PARTLY,
+        f"{said}; only from {first:.3g} s ahead on it is better than a constant rate of turn or heading",
+    )
 
 
 def _without_steering(acts: Steering, motion: float, said: str) -> tuple[str, str]:

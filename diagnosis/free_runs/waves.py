@@ -49,8 +49,14 @@ class Waves:
 
     @property
     def period_s(self) -> float:
-        """Period, s."""
+        """Period at which the ship meets the waves, s."""
         return 2.0 * np.pi / self.frequency_rad_s.value
+
+    @property
+    def period_interval_s(self) -> tuple[float, float]:
+        """The 90 % interval of the period, s."""
+        mean, half = self.frequency_rad_s
+        return 2.0 * np.pi / (mean + half), 2.0 * np.pi / (mean - half) if half < mean else np.inf
 
     @property
     def of_states(self) -> dict[str, float]:

@@ -108,7 +108,7 @@ def findings_of(state: State, reasons: Mapping[str, str], rng: np.random.Generat
                 separate_by=cause.separate_by if a.tied else None,
             )
         )
-    return sorted(out, key=lambda f: -f.statistic)
+    return sorted(out, key=lambda f: -(f.statistic or 0.0))
 
 
 def _evidence(cause: Cause, a: Candidate, tests: float) -> str:

@@ -23,8 +23,8 @@ from ..causes.missing_terms import MissingTerm
 from ..causes.noise import WaveMotion
 from ..causes.registry import causes
 from ..causes.surroundings import PairCause, WaveDrift, Wind
-from ..report.bank import BY_FREE_RUNS, lines, of_channels
-from ..report.verdict import NAMED, PARTLY
+from ..report.bank import BY_CHANNELS, BY_FREE_RUNS, lines, of_channels
+from ..report.verdict import NAMED, PARTLY, of_motion
 from ..result import Entry, Finding
 from .catalogue import FAULT, FLOWS, SIDES, every_term, flow_name
 from .search import LARGE, SMALL, half_intervals, main_number
@@ -38,6 +38,8 @@ if TYPE_CHECKING:
     from .search import Choice
 
 ASSUMED = "the base model states no areas above water: the speed of the wind is that on a usual ship of her length"
+NOTHING = 0.001
+"""Error of left-out pieces beyond the sensors' noise, as a share of the motion, below which none is told."""
 OTHER_SHIP, MANY = 2.0, 9
 """Prior standard deviations (rms) by which all numbers of a model of more than MANY move, from which it may be of
 another ship: those of a tanker moved by 2.4 to follow another tanker, by .7 to follow her own records."""
@@ -61,10 +63,12 @@ def findings(choice: Choice, identified: bool) -> list[Finding]:
 
 def _all_numbers(choice: Choice) -> Finding:
     """That all of the model's own numbers are uncertain, and the few that alone explain most."""
+    taken = choice.runs.share_taken(choice.selection.base, choice.selection.final)
     said = "all of the model's own numbers, uncertain under their priors, are needed to predict left-out pieces"
+    said += f": with them and all that is named {100.0 * taken:.0f} % of the squared error is taken off"
     main, details = main_number(choice), {"numbers": _moves(choice)}
     if main is None:
-        return Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), details=details, evidence=said)
+        return Finding(BaseCoefficients.id, (), BY_FREE_RUNS, None, None, (), details=details, evidence=said)
     alone, share = main
     one = _finding(replace(choice, selection=alone, few=None), BaseCoefficients.id, alone.entered)
     titles = ", ".join(one.details["groups"])
@@ -123,14 +127,22 @@ def _finding(choice: Choice, cause: str, own: Sequence[Entered]) -> Finding:
         details["assumed"] = ASSUMED if "flow" in kinds else _areas(choice)
     if choice.local is not None and choice.local.size in {n for one in own for n in one.candidate.names}:
         details["regime"] = choice.local.facts
-    said = "; ".join(
-        f"score of left-out pieces falls by {one.fall.gain:.2f} (standard error {one.fall.error:.2f}, {units} pieces)"
-        for one in own
-    )
+    said = "; ".join(_fall_of_errors(choice, one) for one in own)
     sizes = tuple(size for one in own for size in _sizes(choice, cause, one))
     separate = getattr(causes().get(cause), "separate_by", None) if rival_causes or hull else None
     return Finding(cause, tuple(sorted(rival_causes)), BY_FREE_RUNS, strength, p, sizes, details=details, evidence=said,
                    separate_by=separate)  # fmt: skip
+
+
+def _fall_of_errors(choice: Choice, one: Entered) -> str:
+    """By how much errors fall, as its score is the sum of their logarithms over channels."""
+    channels = choice.runs.counts.shape[1]
+    left = float(np.exp(-one.fall.gain / channels))
+    fall, error = 100.0 * (1.0 - left), 100.0 * left * one.fall.error / channels
+    return (
+        f"with it the errors of left-out pieces fall by {fall:.0f} % (standard error {error:.1f} %, mean over "
+        f"{channels} channels of {len(choice.runs.units)} pieces)"
+    )
 
 
 def waves_of(runs: FreeRuns) -> list[Finding]:
@@ -139,12 +151,14 @@ def waves_of(runs: FreeRuns) -> list[Finding]:
         return []
     sizes, alone = list[Size](), len(runs.record_names) == 1
     for own in runs.waves[:1] if alone else runs.waves:
-        for name, one, unit in (("omega", own.frequency_rad_s, "rad/s"), ("rms", own.heading_rad, "rad")):
-            sizes.append(Size(name, one.value, max(one.value - one.half, 0.0), one.value + one.half, unit, own.record))
+        mean, half = own.heading_rad
+        sizes.append(Size("period", own.period_s, *own.period_interval_s, "s", own.record))
+        sizes.append(Size("heading_rms", mean, max(mean - half, 0.0), mean + half, "rad", own.record))
     said = (
-        f"errors of free runs have a sharp peak at a period of {runs.waves[0].period_s:.3g} s that the rudder has not"
+        f"errors of free runs have a sharp peak at a period of {runs.waves[0].period_s:.3g} s, which the motion of the "
+        "rudder has not"
     )
-    return [Finding(WaveMotion.id, (), BY_FREE_RUNS, 0.0, 0.0, tuple(sizes), evidence=said)]
+    return [Finding(WaveMotion.id, (), BY_FREE_RUNS, None, None, tuple(sizes), evidence=said)]
 
 
 def _title(choice: Choice, of: str) -> str:
@@ -260,14 +274,17 @@ def verdict(choice: Choice, findings: Sequence[Finding], exact: bool) -> tuple[s
     """
     runs, before, after = choice.runs, choice.selection.base, choice.selection.final
     worst = runs.worst(after)
-    said = f"free runs of left-out pieces err by {100.0 * worst:.2g} % of the motion, beyond the sensors' noise"
+    said = f"free runs of left-out pieces err by {of_motion(worst)}, beyond the sensors' noise"
+    if worst < NOTHING:
+        said = "free runs of left-out pieces err by no more than the sensors' noise"
     if not findings:
-        unexplained = f"{said}, and nothing in the bank explains it"
-        return ("unexplained", unexplained) if worst > LARGE else ("adequate", unexplained if worst > SMALL else said)
+        if worst > LARGE:
+            return "unexplained", f"{said}, and no known cause explains it"
+        return "adequate", f"{said}: too little for a cause to be told from others" if worst > SMALL else said
     if not choice.selection.entered and not choice.beside:
-        only_waves = all(f.cause == WaveMotion.id for f in findings)
-        aside = "apart from the motion in waves" if only_waves else "with what is corrected"
-        return "unexplained" if worst > LARGE else "named", f"{aside}, {said}"
+        aside = ["apart from the motion in waves"] if runs.waves else []
+        aside += ["with what is corrected"] if any(f.stage == BY_CHANNELS for f in findings) else []
+        return "unexplained" if worst > LARGE else "named", f"{' and '.join(aside)}, {said}"
     share = runs.share_taken(before, after)
     said = f"what is named takes {100.0 * share:.0f} % off the squared error of free runs"
     if not exact and worst > LARGE and share < NAMED:

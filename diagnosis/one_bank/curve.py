@@ -13,6 +13,7 @@ from ..result import Curve
 from .forces import AXES, unit_of
 
 if TYPE_CHECKING:
+    from ...checks.result import Size
     from ..free_runs.problem import FreeRuns
     from .forces import Force
 
@@ -26,21 +27,24 @@ VARIABLES = {
 """Variable -> its field of a motion, and its unit; the yaw rate in U/L."""
 
 
-def curve_of(force: Force, runs: FreeRuns, sizes: Mapping[str, tuple[float, float]]) -> Curve | None:
+def curve_of(force: Force, runs: FreeRuns, told: Sequence[Size]) -> Curve | None:
     """The curve of a force with its band.
 
     Over the variable that it depends on; after a step of a motion, per unit of that, where it depends on the past; per
     unit of a motion over the time, where it grows with that; of a sensor's error over the time.  None where it depends
     on two variables, or a sensor's error is each record's own.
 
-    sizes : number -> value, and half of its 90 % interval.
+    told : sizes of the force's numbers.
     """
+    if any(size.record is not None for size in told):
+        return None
+    sizes = {size.parameter: (size.value, size.high - size.value) for size in told}
     first, longest_s = force.shape.depends_on[0], max(float(m.past_s[-1]) for m in runs.motions.values())
     time_s = np.linspace(0.0, longest_s, POINTS)
     if force.axis not in AXES:
         parts = {name: time_s if name.endswith("_drift") else np.ones(POINTS) for name in sizes}
         unit = force.unit(f"{force.axis}_first", runs.model)
-        return None if any(":" in name for name in sizes) else _curve(("time", "s"), unit, time_s, parts, sizes)
+        return _curve(("time", "s"), unit, time_s, parts, sizes)
     names = [name.format(force.axis).partition("@")[0] for name in force.shape.terms]
     unit = force.unit(names[0], runs.model)
     if first.startswith("past"):

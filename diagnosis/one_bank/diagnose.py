@@ -23,7 +23,7 @@ from ..free_runs.units import length_s, units_of, whole_unit
 from ..gain.guard import blind_fall, worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
-from ..report.verdict import diagnosis_of
+from ..report.verdict import diagnosis_of, of_motion
 from .answer import (
     SEVERAL,
     apart,
@@ -141,8 +141,8 @@ def _with_apart(
             choice, diagnosis = rest, replace(of_rest, apart=tuple(few))
             of_own = _choice_and_diagnosis(model, replace(behind, train=own), (), options).diagnosis
             names = ", ".join(name for finding in of_own.causes for name in _titles(finding))
-    each = ", ".join(f"{name} ({100.0 * error:.0f} % of the motion)" for name, error in few.items())
-    said = f"the model errs in {each} by far more than in the other records (at most {100.0 * most:.1f} %)"
+    each = ", ".join(f"{name} ({of_motion(error)})" for name, error in few.items())
+    said = f"the model errs in {each} by far more than in the other records (at most {of_motion(most)})"
     said += ", which are diagnosed without" if explains else ""
     said += f"; a diagnosis of what errs alone names {names}" if names else ""
     said += ": loading, depth of water, revolutions or weather may differ there, or the motion goes beyond theirs"
@@ -278,9 +278,8 @@ def _concluded(model: Model, slips: Sequence[Slip], records: Prepared, choice: C
     noise = noise_of(records.train, choice)
     outcome = diagnosis_of((model, extended), options, said, every, lines, noise=noise)
     doubts = () if options.base_parameters == "identify" else doubts_of(choice)
-    explained = choice.runs.share_taken(choice.selection.base, choice.selection.final)
     held_out, doubts = of_held_out(model, choice, records), (*outcome.doubts, *doubts)
-    return replace(outcome, explained=explained, of_held_out=held_out, doubts=doubts)
+    return replace(outcome, of_held_out=held_out, doubts=doubts)
 
 
 def noise_of(records: Sequence[Record], choice: Choice) -> dict[str, Any]:

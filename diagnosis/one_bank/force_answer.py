@@ -84,7 +84,11 @@ def with_forces(
     remaining = plain.remaining
     if plain.causes and plain.verdict not in ("unexplained", "partly_named"):
         return plain
-    said = f"no known cause explains what remains, but it is described: {remaining[0].text}"
+    of_sensor = all(force.of_sensor for force in remaining)
+    first = (
+        "a sensor explains what remains" if of_sensor else "no known cause explains what remains, but it is described"
+    )
+    said = f"{first}: {remaining[0].text}"
     beside_names = plain.verdict == "partly_named" and plain.causes
     without = plain if beside_names else without_causes(plain, of_hull(plain), INSTEAD)
     return replace(without, verdict="partly_named" if beside_names else "described", reason=said)
@@ -176,7 +180,7 @@ def _force(rest: Remainder, one: Entered, extends: bool) -> RemainingForce:
     axis = BODY.get(force.axis, force.axis)
     return RemainingForce(
         axis, force.shape.depends_on, said, share, gain, sizes, extends, reading, following,
-        rivals, curve_of(force, runs, {s.parameter: (s.value, s.high - s.value) for s in sizes}),
+        rivals, curve_of(force, runs, sizes),
     )  # fmt: skip
 
 

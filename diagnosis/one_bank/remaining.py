@@ -16,7 +16,7 @@ from ...datasets.instruments import corrected
 from ...estimation.selection.selection import CLEAR, is_enough, quantile
 from ...models.instruments import RUDDER
 from ..causes.steering_gear import RudderOffset, own_neutral_angles
-from ..report.bank import BY_FREE_RUNS, without_causes
+from ..report.bank import is_of_record, without_causes
 from .catalogue import FLOWS
 from .events import events
 from .force_answer import INSTEAD, MOST_OF_IT, event_forces, of_hull, share_of, with_forces
@@ -159,6 +159,6 @@ def _without_named(
     instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in without}
     entries = {*instruments}
     of_instruments = {bank.cause_of(c) for c in bank.candidates for n in c.names if {*bank.places[n].entries} & entries}
-    by_runs = {f.cause for f in diagnosis.causes if f.stage == BY_FREE_RUNS and f.cause not in flows}
+    by_runs = {f.cause for f in diagnosis.causes if not is_of_record(f) and f.cause not in flows}
     rest = without_causes(diagnosis, of_hull(diagnosis) | (by_runs - of_instruments), INSTEAD)
     return replace(rest, extended=replace(diagnosis.extended, instruments=instruments))

@@ -16,6 +16,7 @@ from ...estimation.selection.minimiser import minimise
 from ...models.coefficient_groups import stated_groups, values_of, with_values
 from ..causes.base_coefficients import BaseCoefficients
 from ..report.bank import BY_FREE_RUNS
+from ..report.verdict import of_motion
 from ..result import Finding
 
 if TYPE_CHECKING:
@@ -25,9 +26,8 @@ if TYPE_CHECKING:
     from ...models.model import Model
     from ..free_runs.problem import FreeRuns
 
-SLIP, MOST = 0.5, 10.0
-"""Share of the error of free runs that is left, at most, where what is usual takes the place of a number; and the
-largest error that is told, as a share of the motion."""
+SLIP = 0.5
+"""Share of the error of free runs that is left, at most, where what is usual takes the place of a number."""
 
 
 class Slip(NamedTuple):
@@ -48,11 +48,8 @@ class Slip(NamedTuple):
     @property
     def evidence(self) -> str:
         """In a sentence."""
-        before, after = (
-            f"{100.0 * error:.3g} %" if error < MOST else f"more than {100.0 * MOST:.0f} %"
-            for error in (self.error_before, self.error_after)
-        )
-        errors = f"free runs err by {before} of the motion with the first, by {after} with the second"
+        before, after = of_motion(self.error_before), of_motion(self.error_after)
+        errors = f"free runs err by {before} with the first, by {after} with the second"
         return f"{self.name} is {self.before:.4g}, and {self.usual:.4g} is usual: {errors}"
 
 
@@ -92,7 +89,7 @@ def with_findings(findings: Sequence[Finding], slips: Sequence[Slip], rest: Mapp
     if not slips:
         return list(findings)
     own = next((f for f in findings if f.cause == BaseCoefficients.id), None)
-    first = own or Finding(BaseCoefficients.id, (), BY_FREE_RUNS, 0.0, 0.0, (), details={}, evidence="")
+    first = own or Finding(BaseCoefficients.id, (), BY_FREE_RUNS, None, None, (), details={}, evidence="")
     names = {size.parameter for size in first.sizes}
     new = [s for s in slips if s.name not in names]
     sizes = tuple(Size(s.name, x := rest[s.name], x - s.half_range, x + s.half_range, "1") for s in new)

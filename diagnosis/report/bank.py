@@ -12,6 +12,7 @@ from ...checks.base import SENSED
 from ...checks.registry import check_of
 from ...checks.result import NORMAL_90, Size
 from ...checks.tails import adjusted, log_tail
+from ..causes.registry import cause
 from ..result import Entry, Finding
 
 if TYPE_CHECKING:
@@ -23,12 +24,15 @@ if TYPE_CHECKING:
 BY_CHANNELS, BY_RESIDUALS = "kinematics", "dynamics"
 BY_FREE_RUNS = "free runs"
 """Stages that name something."""
-FAINT = 1e-6
-"""Probability that stands for a fault of a file, which is counted and not tested."""
 DECIDED = "the sensors' channels were compared with each other and show no more of it"
 
 
 # ---- findings
+def is_of_record(finding: Finding) -> bool:
+    """Whether a finding is of the records: their channels show it, or no number of a model stands for its cause."""
+    return finding.stage == BY_CHANNELS or cause(finding.cause).of_record
+
+
 def of_fault(cause: str, fault: Fault) -> Finding:
     """What is told of a gross fault of a cause (id) that was corrected."""
     p = adjusted(log_tail(fault.statistic, 1), 1.0)
@@ -50,21 +54,20 @@ def of_left_out_samples(name: str, checks: Sequence[CheckFinding], records: Sequ
         low, middle, high = np.quantile([s.value for s in limits], (0.0, 0.5, 1.0)).tolist()
         details = {"regime": {"variable": beyond[0], "side": "above", "threshold": middle, "low": low, "high": high}}
         limits = [Size(beyond[1], middle, low, high, limits[0].unit)]
-    return Finding(name, (), BY_CHANNELS, float(lost), FAINT, (*limits, size), details=details, evidence=said)
+    return Finding(name, (), BY_CHANNELS, None, None, (*limits, size), details=details, evidence=said)
 
 
 def of_columns(name: str, checks: Sequence[CheckFinding]) -> Finding:
     """Columns that were corrected as a whole, their sign or unit, in so many records."""
     own = [f for f in checks if f.cause == name]
     columns = list(dict.fromkeys(channel for f in own for channel in f.channels))
-    records = {record for f in own for record in f.records}
     said = "; ".join(f.evidence for f in own)
-    return Finding(name, (), BY_CHANNELS, float(len(records)), FAINT, (), details={"columns": columns}, evidence=said)
+    return Finding(name, (), BY_CHANNELS, None, None, (), details={"columns": columns}, evidence=said)
 
 
 def of_sensor(f: CheckFinding, known: Collection[str]) -> Finding:
     statistic = float((f.z or 0.0) ** 2)
-    details = {} if f.p_equal is None else {"p of equal sizes in all records": f.p_equal}
+    details = {} if f.p_equal is None else {"p-value of equal sizes in all records": f.p_equal}
     return Finding(
         f.cause,
         tuple(name for name in f.tied_with if name in known),

@@ -16,8 +16,17 @@ if TYPE_CHECKING:
 
 FOLLOWED = 0.5
 """Share of the squared yaw motion that free runs must hold for a cause to be named: nonsense is not followed."""
+MOST = 10.0
+"""Largest error that is told, as a share of the motion."""
 NAMED, PARTLY = 0.8, 0.2
 """Shares of the squared free-run error from which it counts as named, and as partly named."""
+
+
+def of_motion(error: float) -> str:
+    """An error that is a share of the motion, in words: `0.12 %`, `84 %`, `more than 1000 %`."""
+    if error > MOST:
+        return f"more than {100.0 * MOST:.0f} % of the motion"
+    return f"{100.0 * error:.{0 if error > 0.1 else 1}f} % of the motion"
 
 
 def without_motion(traces: Sequence[Trace]) -> str | None:

@@ -21,7 +21,7 @@ LENGTHS = (0.5, 1.5, 3.0, 6.0, 12.0)
 """Times ahead in ship lengths travelled: 10, 31, 62, 124 and 249 s for a ship of 160 m at 15 kn."""
 SHARES = (1.0 / 60.0, 1.0 / 20.0, 1.0 / 10.0)
 """Times ahead as shares of the records' median duration where the ship's length or speed is not known."""
-TURNS_ON, STRAIGHT = "goes on turning", "goes straight"
+TURNS_ON, STRAIGHT = "constant rate of turn", "constant heading"
 TIE = 0.02
 """Share by which errors may be larger and still count as equal."""
 TRUSTED = ("heading_rad", "yaw_rate_rad_s")

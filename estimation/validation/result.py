@@ -83,9 +83,9 @@ class Validation(RunsResult):
     simulated, `runs` the free runs, `left_out` what could not be computed and why.
 
     models : name -> model, the validated one first;  horizons_s : times ahead;  horizon_basis : how they were chosen;
-    simple : errors over all records of two predictions without a model, `goes on turning` and `goes straight`;  noise :
-    channel -> standard deviation of the sensor's noise;  trusted_s : model -> time ahead up to which it is better than
-    both, nan where no time ahead was tried;  doubts : what is doubtful about the records, a sentence each.
+    simple : errors over all records of two predictions without a model, `constant rate of turn` and `constant heading`;
+    noise : channel -> standard deviation of the sensor's noise;  trusted_s : model -> time ahead up to which it is
+    better than both, nan where no time ahead was tried;  doubts : what is doubtful about the records, a sentence each.
     """
 
     models: Mapping[str, Model]

@@ -89,10 +89,10 @@ def validate(
     are those of the recorded channels.  Predictions ahead start from up to 200 smoothed states of a record and are
     compared with what the hull did, behind the model's instruments.  The times ahead are 0.5, 1.5, 3, 6 and 12 ship
     lengths (10 to 249 s for a ship of 160 m at 15 kn) as far as a record is that long; where no model knows its length,
-    sqrt(T / K) takes the place of L/U, else they are 1/60, 1/20 and 1/10 of the records' median duration.  A ship that
-    goes on turning as now and one that goes straight stand beside the models: up to `trusted_s` a model is better.  The
-    indices are those of IMO MSC.137(76), as far as the records allow them: overshoots of zigzags, advance, transfer and
-    tactical diameter of turning circles, initial turning at 10 degrees of rudder; the simulated ship sails the same
+    sqrt(T / K) takes the place of L/U, else they are 1/60, 1/20 and 1/10 of the records' median duration.  A constant
+    rate of turn and a constant heading stand beside the models: up to `trusted_s` a model is better.  The indices are
+    those of IMO MSC.137(76), as far as the records allow them: overshoots of zigzags, advance, transfer and tactical
+    diameter of turning circles, initial turning at 10 degrees of rudder; the simulated ship sails the same
     manoeuvre, with its own heading giving the counter rudder.
 
     Parameters

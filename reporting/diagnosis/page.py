@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..numbers import number, p_value, percent
+from ...diagnosis.causes.base_coefficients import BaseCoefficients
+from ...diagnosis.causes.registry import causes
+from ...diagnosis.report.bank import BY_CHANNELS
+from ..numbers import number
 from ..page import (
     BAD,
     FAIR,
@@ -35,6 +38,7 @@ from .tables import (
     not_testable_table,
     numbers_table,
     residual,
+    size_table,
     where_table,
 )
 
@@ -42,6 +46,8 @@ if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Finding, RemainingForce
     from ..page import Page
 
+INSTRUMENTS_OF = "Rudder and sensors of the extended model"
+WAVES = "These errors hold the motion in waves, which no simulation has."
 TONES = {"adequate": GOOD, "unexplained": BAD}
 """Verdict -> how it is set off; others are fair."""
 
@@ -81,25 +87,32 @@ def _gain(diagnosis: Diagnosis) -> list[Block]:
 
 
 def _changed(diagnosis: Diagnosis) -> list[Block]:
-    """Causes with sizes, and the new terms of the equations with their numbers."""
+    """Causes with their sizes, and the new terms of the equations with their numbers."""
     if not diagnosis.extends:
-        return ["The model stays as it is."]
-    causes = items([_finding(diagnosis, finding) for finding in diagnosis.causes])
-    return [causes, equation_parts(diagnosis.extended, diagnosis.model)[0], pairs(instrument_rows(diagnosis))]
+        why = ": what is found is of the records, or of single ones alone" if diagnosis.causes else ""
+        return [f"The model stays as it is{why}.", items(list(map(_finding, diagnosis.causes))), size_table(diagnosis)]
+    new = [f"{force.text.partition(';')[0]}: a new term" for force in diagnosis.remaining if force.extended]
+    instruments = [(INSTRUMENTS_OF, *rows)] if (rows := instrument_rows(diagnosis)) else []
+    return [
+        items([*map(_finding, diagnosis.causes), *map(words.sentence, new)]),
+        size_table(diagnosis),
+        equation_parts(diagnosis.extended, diagnosis.model)[0],
+        items(instruments),
+    ]
 
 
-def _finding(diagnosis: Diagnosis, finding: Finding) -> tuple[str, ...]:
-    sizes = "; ".join(words.size_and_change(diagnosis.model, finding, item) for item in finding.sizes)
-    details = "; ".join(
-        f"{name}: {words.detail(value)}" for name, value in finding.details.items() if name != "numbers"
-    )
+def _finding(finding: Finding) -> tuple[str, ...]:
+    entry = causes().get(finding.cause)
+    told = {name: words.detail(value) for name, value in finding.details.items() if name not in ("numbers", "columns")}
+    title = words.tie(finding)
+    details = [f"{name}: {text}" for name, text in told.items() if text != title]
     texts = (
-        f"{sizes} ({percent(finding.level)} interval)" if sizes else "",
+        " ".join(entry.physics.split()) if entry is not None and finding.cause != BaseCoefficients.id else "",
         words.sentence(finding.evidence),
-        details,
-        f"Stage {finding.stage}, adjusted p {p_value(finding.p_adjusted)}.",
+        *map(words.sentence, details),
+        words.found_by(finding),
     )
-    return (words.tie(finding), *filter(None, texts))
+    return (title, *filter(None, texts))
 
 
 def _remains(diagnosis: Diagnosis) -> list[Block]:
@@ -108,15 +121,16 @@ def _remains(diagnosis: Diagnosis) -> list[Block]:
     trusted = [] if diagnosis.ahead is None else [f"{line}." for line in explained_lines(diagnosis.ahead)]
     hint = "None of the known causes: the sparse term that fits best. Use it as a hint only."
     hypothesis = [hint, pairs(words.hypothesis(diagnosis))] if diagnosis.hypothesis else []
+    if trusted and any(f.stage != BY_CHANNELS for f in words.by_subject(diagnosis)[0]):
+        trusted.append(WAVES)
     forces = items([words.remaining(force) for force in diagnosis.remaining])
     return [forces, *force_drawings(diagnosis), *hypothesis, items(trusted)]
 
 
 def _following(diagnosis: Diagnosis) -> list[Block]:
     """The recommended manoeuvre, and what would tell tied causes apart."""
-    said = [diagnosis.next_manoeuvre] if diagnosis.next_manoeuvre else []
-    separations = [words.separation(finding) for finding in diagnosis.causes]
-    return [items([words.sentence(text) for text in (*said, *separations) if text])]
+    following = [words.sentence(diagnosis.next_manoeuvre)] if diagnosis.next_manoeuvre else []
+    return [items(words.separations(diagnosis) or following)]
 
 
 def _numbers(diagnosis: Diagnosis) -> list[Section]:

@@ -17,6 +17,8 @@ from . import words
 if TYPE_CHECKING:
     from ...diagnosis.result import Diagnosis, Entry, Gain, Trace
 
+SHOWN_AS = {unit: (shown, DEG) for unit, shown in IN_DEGREES.items()} | {"1": ("%", 100.0)}
+"""Unit of an instrument -> unit in which it is shown, and how many of that it is."""
 CORRELATED = (1.0, 10.0)
 """Lags in s at which the correlation of the errors with themselves is given."""
 
@@ -26,6 +28,9 @@ WHERE = (
 )
 POWER = "Power: probability of finding an effect of relevant size in these records. The family-wise level is"
 GAIN = "Free run against the raw recorded channels; interval of the ratio by block bootstrap."
+OWN = (
+    "Own neutral angle and start: each record has its own, fitted to it, as wind or trim of a day are not the model's."
+)
 STATISTICS = (
     "Errors: measured minus simulated, free run. Correlation: autocorrelation of the error at that lag (0 for sensor "
     "noise)."
@@ -87,20 +92,35 @@ def _rivals(entry: Entry, diagnosis: Diagnosis) -> list[str]:
     return [] if finding is None else [c for c in (finding.cause, *finding.tied_with) if c != entry.cause]
 
 
-# ---- the extended model
+# ---- sizes and the extended model
 
 
-def instrument_rows(diagnosis: Diagnosis) -> list[tuple[str, str]]:
-    """Values of the extension for rudder linkage and sensors: name, value with unit."""
+def size_table(diagnosis: Diagnosis) -> Table:
+    """Sizes of all causes with their intervals: a row a number, and a record where each has its own."""
+    rows = [(finding, item) for finding in diagnosis.causes for item in finding.sizes]
+    columns = [
+        Column("cause", lambda row: words.cause(row[0].cause)),
+        Column("number", lambda row: words.label_of(row[1])),
+        Column("record", lambda row: row[1].record or "all"),
+        Column("value", lambda row: words.value_and_interval(row[1])[0], lambda row: row[1].value),
+        Column("90 % interval", lambda row: words.value_and_interval(row[1])[1].strip("[]").replace(", ", " to ")),
+        Column("change", lambda row: words.change(diagnosis.model, *row)),
+    ]
+    spare = {"record"} if all(item.record is None for _, item in rows) else set()
+    spare |= set() if any(words.change(diagnosis.model, *row) for row in rows) else {"change"}
+    return make_table([column for column in columns if column.title not in spare], rows, "Sizes")
+
+
+def instrument_rows(diagnosis: Diagnosis) -> list[str]:
+    """Values of the extension for rudder linkage and sensors, as texts: `yaw rate scale: -0.75 %`."""
     from ...models.instruments import INSTRUMENTS, SWAPS
 
     own = {k: v for k, v in diagnosis.extended.instruments.items() if diagnosis.model.instruments.get(k) != v}
     rows = []
     for name, value in own.items():
-        unit = IN_DEGREES.get(INSTRUMENTS[name], INSTRUMENTS[name])
-        factor = DEG if INSTRUMENTS[name] in IN_DEGREES else 1.0
+        unit, factor = SHOWN_AS.get(INSTRUMENTS[name], (INSTRUMENTS[name], 1.0))
         switch = name in (*SWAPS, "earth_frame_velocity", "rudder_reversed")
-        rows.append((words.cause(name), "yes" if switch else with_unit(factor * value, unit)))
+        rows.append(f"{words.cause(name)}: {'yes' if switch else with_unit(factor * value, unit)}")
     return rows
 
 
@@ -120,9 +140,18 @@ def numbers_table(numbers: Mapping[str, Sequence[float]]) -> Table:
 
 def gain_table(diagnosis: Diagnosis) -> Table:
     """Channel, RMSE before and after, their ratio with interval, R^2 before and after, share of the gap closed, and
-    RMSE with each record's own neutral rudder angle and start."""
+    RMSE with each record's own neutral rudder angle and start; of a model that stays as it is its errors alone."""
+    name = Column("channel", lambda row: words.channel(row[0])[0])
+    if not diagnosis.extends:
+        alone = [
+            name,
+            Column("RMSE", lambda row: _rmse(row, "rmse_before")),
+            Column("R²", lambda row: fixed(row[1].r2_before, 3), lambda row: row[1].r2_before),
+            Column("RMSE with own neutral angle and start", lambda row: _rmse(row, "own_before")),
+        ]
+        return make_table(alone, list(diagnosis.gain.items()), "Free-run errors on held-out records", OWN)
     columns = [
-        Column("channel", lambda row: words.channel(row[0])[0]),
+        name,
         Column("RMSE before", lambda row: _rmse(row, "rmse_before")),
         Column("RMSE after", lambda row: _rmse(row, "rmse_after")),
         Column("after/before [90 %]", lambda row: ratio(row[1])),
@@ -132,7 +161,7 @@ def gain_table(diagnosis: Diagnosis) -> Table:
         Column("own neutral angle and start: RMSE before", lambda row: _rmse(row, "own_before")),
         Column("after", lambda row: _rmse(row, "own_after")),
     ]
-    return make_table(columns, list(diagnosis.gain.items()), "Free-run errors on held-out records", GAIN)
+    return make_table(columns, list(diagnosis.gain.items()), "Free-run errors on held-out records", f"{GAIN} {OWN}")
 
 
 def _rmse(row: tuple[str, Gain], name: str) -> str:
@@ -163,7 +192,7 @@ def error_table(diagnosis: Diagnosis) -> Table:
         for trace in diagnosis.traces
         for name in CHANNELS
         if name in trace.measured
-        for run in ("before", "after")[: 1 + bool(diagnosis.causes)]
+        for run in ("before", "after")[: 1 + diagnosis.extends]
     ]
     return make_table(columns, rows, note=STATISTICS)
 

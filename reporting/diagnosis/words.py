@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
+from ...checks.result import Size
 from ...datasets.columns import CANONICAL
 from ...datasets.display import IN_DEGREES, shown_name, shown_unit
 from ...diagnosis.causes.base_coefficients import BaseCoefficients
@@ -13,15 +15,15 @@ from ...diagnosis.causes.registry import causes
 from ...diagnosis.causes.steering_gear import RudderOffset
 from ...diagnosis.causes.surroundings import Current
 from ...diagnosis.gain.guard import WORSE
+from ...diagnosis.report.bank import BY_CHANNELS, is_of_record
 from ...estimation.validation.validate import label
-from ..numbers import DEG, interval_digits, number, percent, with_unit
+from ..numbers import DEG, interval_digits, number, p_value, percent, with_unit
 from ..validation.page import share_explained
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ...checks.result import Size
-    from ...diagnosis.result import Diagnosis, Entry, Finding, RemainingForce
+    from ...diagnosis.result import Curve, Diagnosis, Entry, Finding, RemainingForce
     from ...models.model import Model
 
 SHARES = ("e", "s", "share", "fraction", "change")
@@ -30,14 +32,35 @@ HEADLINED = ("heading_rad", "yaw_rate_rad_s", "surge_m_s", "sway_m_s", "north_m"
 """Channels of which the first one that changes is told in the headline."""
 FACTORS = {"thrust_scale": "thrust"}
 """Parameters of extensions that are changes of a factor, and what they change."""
+LABELS = {**FACTORS, "heading_rms": "rms heading", "period": "period of encounter"}
+"""Numbers whose names are not those of a formula -> what they are called."""
+NAMES = {BaseCoefficients.id: "the model's own numbers"}
+"""Causes whose ids are no words that a reader knows."""
 MOST_PERCENT = 1000.0
 """Change, %, from which both values are told in its place."""
+TOO_SMALL = 0.02
+"""Relative change of an error below which it is told as it was."""
+SYMBOLS = ("delta0", "tau", "b", "s", "e", "k", "angle", "rate", "limit", "fraction", "share")
+"""Names of numbers that say no more than their cause does, where it has one number alone."""
 MOVED = 5
 """Numbers of a joint fit that are told with their changes."""
+SHOWN = 3
+"""Sizes of a cause that are told in a sentence."""
 USEFUL = 0.5
 """Share of the yaw rate from which a simulation whose errors no cause explains is told to be of use."""
 LONGEST = 25
 """Words that a headline may have."""
+ENDINGS = {
+    "late": "with delay",
+    "now": "at once",
+    "first": "at the start",
+    "drift": "growing by",
+    "growth": "growing by",
+    "size": "steady part",
+    "cos": "with the cosine of the heading",
+    "sin": "with its sine",
+}
+"""Ends of the names of numbers of forces and drifts -> what the number is."""
 STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testable")
 
 
@@ -50,16 +73,25 @@ def channel(name: str) -> tuple[str, str, float]:
 
 def size(item: Size) -> str:
     """`delta0 0.31 deg [0.28, 0.34]`, in degrees or per cent where that is usual; `+- 0.07 %` of a narrow interval."""
+    middle, ends = value_and_interval(item)
+    return f"{label_of(item)} {middle} {ends}{f' in {item.record}' if item.record else ''}"
+
+
+def value_and_interval(item: Size) -> tuple[str, str]:
+    """`0.31 deg` and `[0.28, 0.34]`."""
     factor, unit = scale(item)
     value, low, high = (factor * x for x in (item.value, item.low, item.high))
     digits = interval_digits(value, low, high, most=3)
-    where, name = f" in {item.record}" if item.record else "", FACTORS.get(item.parameter, item.parameter)
     middle, ends = with_unit(value, unit, digits), (number(low, digits), number(high, digits))
     if ends[0] == ends[1] and low < high:  # three digits do not show so narrow an interval
         of_value = f"{number(50.0 * (high - low) / max(abs(value), 1e-300), 1)} %"
-        width = f"+- {with_unit(0.5 * (high - low), unit, 1) if unit == 'deg' else of_value}"
-        return f"{name} {middle} {width}{where}"
-    return f"{name} {middle} [{ends[0]}, {ends[1]}]{where}"
+        return middle, f"+- {with_unit(0.5 * (high - low), unit, 1) if unit == 'deg' else of_value}"
+    return middle, f"[{ends[0]}, {ends[1]}]"
+
+
+def label_of(item: Size) -> str:
+    """What a number is called."""
+    return LABELS.get(item.parameter, item.parameter)
 
 
 def scale(item: Size) -> tuple[float, str]:
@@ -77,7 +109,7 @@ def scale(item: Size) -> tuple[float, str]:
 
 def cause(name: str) -> str:
     """The id of a cause as words: `rudder offset`."""
-    return name.replace("_", " ")
+    return NAMES.get(name, name.replace("_", " "))
 
 
 def said(text: str) -> str:
@@ -93,12 +125,15 @@ def sentence(text: str) -> str:
     return text[:1].upper() + text[1:] + ("" if text.endswith(".") else ".") if text else ""
 
 
-def tie(finding: Finding) -> str:
-    """The cause with the columns that it is of, or other values of groups of numbers, with causes that the records
-    cannot distinguish from it."""
-    own, columns = finding.cause == BaseCoefficients.id and finding.tied_with, finding.details.get("columns", ())
-    first = f"other values of {in_line(_wrong_groups([finding]))}" if own else cause(finding.cause)
+def tie(finding: Finding, sizes: Sequence[str] = (), between: str = "; ") -> str:
+    """The cause with the columns that it is of, or the groups of the model's own numbers, with its sizes, and with
+    causes that the records cannot distinguish from it."""
+    groups, columns = _wrong_groups([finding]), finding.details.get("columns", ())
+    other = "other values of " if finding.tied_with else ""
+    of_own = finding.cause == BaseCoefficients.id and groups
+    first = f"{other}{in_line(groups)}" if of_own else cause(finding.cause)
     first += f" of {in_line([channel(name)[0] for name in columns])}" if columns else ""
+    first += f" ({between.join(sizes)})" if sizes else ""
     return f"{'either ' if finding.tied_with else ''}{' or '.join([first, *map(cause, finding.tied_with)])}"
 
 
@@ -107,41 +142,83 @@ def detail(value: object) -> str:
     if isinstance(value, Mapping):
         return ", ".join(f"{said(str(key))} {detail(part)}" for key, part in value.items())
     if isinstance(value, list | tuple):
-        return ", ".join(map(detail, value))
+        return "; ".join(map(detail, value))
     return number(value) if isinstance(value, float) else said(str(value))
 
 
 def headline(diagnosis: Diagnosis) -> str:
-    """The verdict in at most LONGEST words: what is named, and what including it does to the heading (or the next known
-    channel) of held-out records; the heading with each record's own neutral angle and start, which are not the model's,
-    unless one neutral angle of all records is what is named."""
+    """The verdict in at most LONGEST words: what is named, with its size where there is room, and what including it
+    does to the heading (or the next known channel) of held-out records; the heading with each record's own neutral
+    angle and start, which are not the model's, unless one neutral angle of all records is what is named."""
     alone = {
-        "adequate": f"the simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}",
+        "adequate": f"the simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}{_held_out(diagnosis)}",
         "inconclusive": "the records do not allow a conclusion",
         "unexplained": f"{_corrected(diagnosis)}{_unexplained(diagnosis)}",
     }
     told = f"{cause(diagnosis.verdict).capitalize()}: "
     if diagnosis.verdict == "described":
-        return f"{told}{diagnosis.remaining[0].text.partition(';')[0]}, of no known cause{_ending(diagnosis)}"
+        first = diagnosis.remaining[0]
+        known = "" if first.of_sensor else ", of no known cause"
+        few = [item for item in _not_zero(first.sizes) if len({size.parameter for size in first.sizes}) == 1][:SHOWN]
+        sizes = [f"{value_and_interval(s)[0]}{f' in {s.record}' if s.record else ''}" for s in few]
+        size_said = f" ({', '.join(sizes)})" if sizes else _in_some(first.sizes)
+        return f"{told}{first.text.partition(';')[0]}{size_said}{known}{_ending(diagnosis)}"
     if diagnosis.verdict in alone or not diagnosis.causes:
         return f"{told}{alone.get(diagnosis.verdict, 'a part of the error is explained')}."
-    of_records, of_model = _by_stage(diagnosis)
-    wrong = [f for f in of_model if f.cause == BaseCoefficients.id and not f.tied_with]
+    of_records, of_model = by_subject(diagnosis)
     columns = [f for f in of_records if f.details.get("columns")]
-    rest = [f for f in (*of_model, *of_records) if f not in (*wrong, *columns)]
-    names = [*map(tie, columns), *_wrong_groups(wrong), *map(tie, rest)]
-    ending = _ending(diagnosis)
-    for count in range(len(names), 0, -1):
-        more = [f"{len(names) - count} more"] if count < len(names) else []
-        line = f"{told}{in_line([*names[:count], *more])}{ending}"
-        if len(line.split()) <= LONGEST:
-            return line
-    return f"{told}{len(names)} {'cause' if len(names) == 1 else 'causes'}{ending}"
+    rest = [*of_model, *(f for f in of_records if f not in columns)]
+    named = [*columns, *sorted(rest, key=lambda f: bool(f.tied_with))]
+    ending = _ending(diagnosis) if of_model else "; otherwise the simulation agrees with the records."
+    for count in range(len(named), 0, -1):
+        more = [f"{len(named) - count} more"] if count < len(named) else []
+        for name_of in (partial(_with_size, diagnosis.model), tie):
+            line = f"{told}{in_line([*map(name_of, named[:count]), *more])}{ending}"
+            if len(line.split()) <= LONGEST:
+                return line
+    return f"{told}{len(named)} {'cause' if len(named) == 1 else 'causes'}{ending}"
+
+
+def _with_size(model: Model, finding: Finding) -> str:
+    """A cause with its first sizes, without their intervals: `rudder offset (-2.51 deg in B)`."""
+    if finding.cause == BaseCoefficients.id:
+        sizes = [_changed(model, item, interval=False) for item in finding.sizes[:SHOWN]]
+    else:
+        few = telling(finding)[:SHOWN]
+        values = [f"{_name_in(finding, item)}{value_and_interval(item)[0]}" for item in few]
+        sizes = [f"{own} in {item.record}" if item.record else own for item, own in zip(few, values, strict=True)]
+    return tie(finding, sizes, ", ")
+
+
+def _name_in(finding: Finding, item: Size) -> str:
+    """The name of a number with a blank behind it; empty where it says no more than its cause."""
+    alone = len({size.parameter for size in finding.sizes}) == 1 and item.parameter in (*SYMBOLS, finding.cause)
+    return "" if alone else f"{label_of(item)} "
+
+
+def telling(finding: Finding) -> Sequence[Size]:
+    """The sizes that hold for all records; of a finding that each record has of its own those that are not zero."""
+    sizes = [item for item in finding.sizes if item.record is None]
+    return sizes or _not_zero(finding.sizes)
+
+
+def _not_zero(sizes: Sequence[Size]) -> Sequence[Size]:
+    """Sizes whose intervals do not hold zero, where there are some."""
+    return [item for item in sizes if not item.low <= 0.0 <= item.high] or sizes
+
+
+def _in_some(sizes: Sequence[Size]) -> str:
+    """` in A and B`, of sizes of single records that are not zero in some alone."""
+    own, every = ({item.record for item in some if item.record} for some in (_not_zero(sizes), sizes))
+    return f" in {in_line(sorted(own))}" if own < every else ""
 
 
 def _corrected(diagnosis: Diagnosis) -> str:
-    """What was corrected in the records before the simulation was judged, as the first words of a headline."""
-    first, *more = [tie(f) for f in _by_stage(diagnosis)[0]] or [""]
+    """What was corrected in the records before the simulation was judged, as the first words of a headline: what shows
+    most clearly first, behind whole columns."""
+    of_records = by_subject(diagnosis)[0]
+    of_records.sort(key=lambda f: (not f.details.get("columns"), -(f.statistic or 0.0)))
+    first, *more = [tie(f) for f in of_records] or [""]
     others = f" and {len(more)} more" if more else ""
     return f"{first}{others} corrected, but " if first else ""
 
@@ -176,23 +253,56 @@ def _but_for(diagnosis: Diagnosis) -> str:
 
 def _ending(diagnosis: Diagnosis) -> str:
     """What the extended model does to the error of held-out records, at the end of a headline."""
-    gained = next((n for n in HEADLINED if n in diagnosis.gain and len(set(_before_and_after(diagnosis, n))) > 1), None)
-    return f"; held-out error {_beside_trim(diagnosis) or _change(diagnosis, gained)}." if gained else "."
+    gained = next((n for n in HEADLINED if n in diagnosis.gain and _changes(diagnosis, n)), None)
+    if not gained:
+        return "."
+    gain, trim = diagnosis.gain[gained], _errors_beside_trim(diagnosis)
+    if trim and (trim[1] <= trim[0] or gain.rmse_after > gain.rmse_before):
+        return f"; held-out heading error (own neutral angle) {_from_to('heading_rad', *trim)}."
+    return f"; held-out {channel(gained)[0]} error {_from_to(gained, gain.rmse_before, gain.rmse_after)}."
+
+
+def _held_out(diagnosis: Diagnosis) -> str:
+    """The error of the heading of held-out records, at the end of a headline; empty where none was measured."""
+    gain = diagnosis.gain.get("heading_rad")
+    if gain is None:
+        return ""
+    own = math.isfinite(gain.own_after)
+    of_what = "heading error (own neutral angle)" if own else "heading error"
+    return f"; held-out {of_what} {with_unit(DEG * (gain.own_after if own else gain.rmse_after), 'deg')}"
 
 
 def remaining(force: RemainingForce) -> str:
     """A force that no known cause explains: what it depends on, its sizes, what it may be, and what would tell."""
-    sizes = "; ".join(map(size, force.sizes))
+    numbers = {item.parameter for item in force.sizes}
+    if force.curve and len(numbers) > 1 and not (force.of_sensor or force.depends_on[0].startswith("past")):
+        sizes = _extremes(force.curve)
+    else:
+        endings = {name: ENDINGS.get(name.rpartition("_")[2], name) if len(numbers) > 1 else "" for name in numbers}
+        sizes = "; ".join(f"{endings[s.parameter]} {_in_record(s)}".strip() for s in _not_zero(force.sizes))
     said = f"{sentence(force.text)[:-1]} ({sizes})." if sizes else sentence(force.text)
     known = "" if force.extended else " It is not a term of the extended model."
     known += f" As likely: {in_line(list(force.tied_with))}." if force.tied_with else ""
     return f"{said}{known} It may be {force.reading}. To tell: {force.next_manoeuvre}."
 
 
+def _in_record(item: Size) -> str:
+    """A size without its name: `0.03 deg/s [0.028, 0.032] in B`."""
+    return f"{' '.join(value_and_interval(item))}{f' in {item.record}' if item.record else ''}"
+
+
+def _extremes(curve: Curve) -> str:
+    """The largest force to either side along a curve, with its interval and where it is."""
+    unit, factor = ("deg", DEG) if curve.variable_unit == "rad" else (curve.variable_unit, 1.0)
+    force = curve.force
+    ends = dict.fromkeys((force.index(min(force)), force.index(max(force))))
+    sizes = {k: Size("", force[k], curve.low[k], curve.high[k], curve.force_unit) for k in ends}
+    return ", ".join(f"{_in_record(s)} at {with_unit(factor * curve.values[k], unit)}" for k, s in sizes.items())
+
+
 def _wrong_groups(findings: Sequence[Finding]) -> list[str]:
     """Groups of the base model's own numbers that are named, by their short titles."""
-    titles = [title.partition(" (")[0] for f in findings for title in f.details.get("groups", ())]
-    return titles or (["parameters of the model"] if findings else [])
+    return [title.partition(" (")[0] for f in findings for title in f.details.get("groups", ())]
 
 
 def verdict(diagnosis: Diagnosis) -> str:
@@ -205,40 +315,60 @@ def verdict(diagnosis: Diagnosis) -> str:
 
 def _findings(diagnosis: Diagnosis) -> tuple[str, str]:
     """What the records show without a model, and the verdict on the simulation."""
-    of_records, of_model = _by_stage(diagnosis)
+    of_records, of_model = by_subject(diagnosis)
     current = [f for f in of_records if f.cause == Current.id]
-    sensors = [f for f in of_records if f not in current]
+    sensors = [f for f in of_records if f.stage == BY_CHANNELS and f not in current]
+    beside = [f for f in of_records if f not in (*sensors, *current)]
     shown = [f"Found in the records themselves, and corrected: {listed(sensors)}."] if sensors else []
     if current:
         shown.append(f"Positions against the log show a {listed(current)}: they are not compared with the model.")
-    lacking = _lacking(diagnosis, of_model) if of_model else _agrees(diagnosis)
+    if beside:
+        shown.append(f"The records show {listed(beside)}, which is no error of the simulation.")
+    lacking = _lacking(diagnosis, of_model) if of_model else _agrees(diagnosis, bool(beside))
     still = "With that corrected, the simulation is still" if sensors else "The simulation is"
     unexplained = f"{still} wrong in a way that none of the known causes explains"
     best = f"; of these, {listed(of_model)} {'fit' if len(of_model) > 1 else 'fits'} best." if of_model else "."
+    described = f"{unexplained}, but what remains is described"
+    if diagnosis.remaining and all(force.of_sensor for force in diagnosis.remaining):
+        described = "The errors are those of a sensor, not of the simulation"
     return " ".join(shown), {
-        "adequate": f"The simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}: no further cause is needed.",
+        "adequate": f"The simulation agrees with {_alike(diagnosis)}{_but_for(diagnosis)}: no cause is named.",
         "inconclusive": "The records do not allow a conclusion.",
         "unexplained": unexplained + best,
-        "described": f"{unexplained}, but what remains is described.",
-        "named": f"{lacking}.",
+        "described": f"{described}.",
+        "named": f"{lacking}{_still_lost(diagnosis) if of_model else ''}.",
         "partly_named": f"{lacking}; a part of its error remains." if of_model else "A part of its error remains.",
         "tied": f"{lacking}; the records cannot distinguish between the tied causes.",
     }[diagnosis.verdict]
 
 
-def _agrees(diagnosis: Diagnosis) -> str:
-    """That nothing of the simulation is named, and whether it follows whole held-out records."""
-    r2 = {n: diagnosis.gain[n].r2_after for n in HEADLINED[:2] if n in diagnosis.gain}
-    lost = [f"R² {x:.2f} of the {shown_name(n)}" for n, x in r2.items() if x < USEFUL]
-    pieces = f"pieces of {_alike(diagnosis)}, but hardly follows whole held-out records ({', '.join(lost)})"
-    return f"The simulation agrees with {pieces if lost else _alike(diagnosis)}"
+def _agrees(diagnosis: Diagnosis, apart_from: bool) -> str:
+    """That nothing of the simulation is named, and whether it follows whole held-out records; apart_from : motion that
+    no simulation has, which the yaw rate shows most."""
+    lost = _lost(diagnosis, HEADLINED[:1] if apart_from else HEADLINED[:2])
+    pieces = f"pieces of {_alike(diagnosis)}, but hardly follows whole held-out records ({lost})"
+    agrees = f"agrees with {pieces if lost else _alike(diagnosis)}"
+    return f"Apart from that, the simulation {agrees}" if apart_from else f"The simulation {agrees}"
+
+
+def _still_lost(diagnosis: Diagnosis) -> str:
+    """That whole held-out records are hardly followed, although most is explained; empty where they are followed."""
+    lost = _lost(diagnosis, HEADLINED[:2])
+    return f"; even so, the extended model hardly follows whole held-out records ({lost})" if lost else ""
+
+
+def _lost(diagnosis: Diagnosis, columns: Sequence[str]) -> str:
+    """Channels that are hardly predicted along held-out records, with R²; empty where none is."""
+    r2 = {n: diagnosis.gain[n].r2_after for n in columns if n in diagnosis.gain}
+    return ", ".join(f"R² {x:.2f} of the {shown_name(n)}" for n, x in r2.items() if x < USEFUL)
 
 
 def _alike(diagnosis: Diagnosis) -> str:
     """The records that were diagnosed, in words."""
     train = [name for name, role in diagnosis.records if role == "train"]
     left = len(train) - len(diagnosis.apart)
-    return f"{left} of {len(train)} training records" if diagnosis.apart else "the records"
+    not_with = f" (not with {in_line(diagnosis.apart)})" if len(diagnosis.apart) <= SHOWN else ""
+    return f"{left} of {len(train)} training records{not_with}" if diagnosis.apart else "the records"
 
 
 def _lacking(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
@@ -254,7 +384,7 @@ def _groups(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     """Groups of coefficients with their numbers as changes: `propeller thrust (thrust_scale +33 %)`; empty where all
     are uncertain."""
     numbers = [_changed(diagnosis.model, item) for finding in findings for item in finding.sizes]
-    groups = in_line(_wrong_groups(findings))
+    groups = in_line(_wrong_groups(findings)) or "numbers of its own"
     alike = [name for f in findings for name in f.details.get("numbers that would do as well", ())]
     others = f"; {in_line(alike)} would do as well" if alike else ""
     return f"{groups} ({', '.join(numbers)}{others})" if numbers else ""
@@ -265,15 +395,15 @@ def _together(diagnosis: Diagnosis, findings: Sequence[Finding]) -> str:
     numbers = {k: v for f in findings for k, v in f.details.get("numbers", {}).items()}
     first = [_moved(name, *numbers[name]) for name in list(numbers)[:MOVED]]
     rest = f" and {len(numbers) - MOVED} more" if len(numbers) > MOVED else ""
-    fit = f" (their joint fit, which measures none of them alone: {', '.join(first)}{rest})" if first else ""
+    fit = f" (joint fit: {', '.join(first)}{rest})" if first else ""
     return f"numbers of its own, of which none alone explains the error{fit}"
 
 
-def size_and_change(model: Model, finding: Finding, item: Size) -> str:
-    """A size; of a number of the model's own with its change behind it: `R_0 0.029 [0.028, 0.03], +30 %`."""
+def change(model: Model, finding: Finding, item: Size) -> str:
+    """By how much a number of the model's own changes, `+30 %`; empty of all others."""
     if finding.cause != BaseCoefficients.id or not _before(model, item):
-        return size(item)
-    return f"{size(item)}, {_changed(model, item).removeprefix(item.parameter).strip()}"
+        return ""
+    return _changed(model, item).removeprefix(item.parameter).strip()
 
 
 def _before(model: Model, item: Size) -> float:
@@ -281,8 +411,9 @@ def _before(model: Model, item: Size) -> float:
     return {**(model.windage or {}), **model.parameters}.get(item.parameter, 0.0)
 
 
-def _changed(model: Model, item: Size) -> str:
-    """A number of the model as its change in per cent, one that it has not or that was 0 as it is: `N_r +12 %`."""
+def _changed(model: Model, item: Size, interval: bool = True) -> str:
+    """A number of the model as its change in per cent, one that it has not or that was 0 as it is, with its interval or
+    without: `N_r +12 %`."""
     change, _, name = item.parameter.partition(": ")
     if change == "change":
         number_of, _, where = name.partition(" ")
@@ -290,7 +421,9 @@ def _changed(model: Model, item: Size) -> str:
         value = f"{factor * item.value:+.2g} {unit}" if item.unit == "rad" else f"{100.0 * item.value:+.0f} %"
         return f"{number_of} {value} {where}"
     before = _before(model, item)
-    return size(item) if not before and item.parameter not in FACTORS else _moved(item.parameter, before, item.value)
+    if before or item.parameter in FACTORS:
+        return _moved(item.parameter, before, item.value)
+    return size(item) if interval else f"{label_of(item)} {value_and_interval(item)[0]}"
 
 
 def _moved(name: str, before: float, after: float) -> str:
@@ -308,35 +441,34 @@ def in_line(parts: Sequence[str]) -> str:
     return " and ".join([", ".join(parts[:-1]), parts[-1]] if len(parts) > 1 else parts)
 
 
-def _by_stage(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding]]:
-    """Findings that the records show by themselves, for which they were corrected, and those of the simulation."""
-    of_records = [f for f in diagnosis.causes if f.stage == "kinematics"]
-    return of_records, [f for f in diagnosis.causes if f.stage != "kinematics"]
+def by_subject(diagnosis: Diagnosis) -> tuple[list[Finding], list[Finding]]:
+    """Findings of the records, and those of the simulation."""
+    of_records = [f for f in diagnosis.causes if is_of_record(f)]
+    return of_records, [f for f in diagnosis.causes if f not in of_records]
 
 
 def listed(findings: Sequence[Finding]) -> str:
-    """Causes with the sizes that hold for all records, or with the first ones of single records."""
+    """Causes with the sizes that hold for all records, or with the first ones of single records; ties at the end."""
     named = []
-    for finding in findings:
-        sizes = [item for item in finding.sizes if item.record is None] or finding.sizes
-        named.append(f"{tie(finding)} ({'; '.join(map(size, sizes[:3]))})" if sizes else tie(finding))
+    for finding in sorted(findings, key=lambda f: bool(f.tied_with)):
+        sizes = [f"{_name_in(finding, item)}{_in_record(item)}" for item in telling(finding)[:SHOWN]]
+        named.append(tie(finding, sizes))
     return in_line(named)
 
 
 def gain_sentence(diagnosis: Diagnosis) -> str:
-    """How the extension changes the error on held-out records; empty where no gain was measured."""
+    """How the extension changes the error on held-out records, or how large it is; empty where none was measured."""
     shown = [name for name in ("yaw_rate_rad_s", "heading_rad", "surge_m_s", "sway_m_s") if name in diagnosis.gain]
-    forces = [force for force in diagnosis.remaining if force.extended]
-    if not shown or not (diagnosis.causes or forces):
+    if not shown:
         return ""
-    changed = [name for name in shown if len(set(_before_and_after(diagnosis, name))) > 1]
-    of_model = [*_by_stage(diagnosis)[1], *forces]
-    error, what = "the free-run error on held-out records", "it" if len(of_model) == 1 else "them"
+    changed = [name for name in shown if _changes(diagnosis, name)]
+    error = "the free-run error on held-out records"
     if changed:
-        told = f"Including {what} changes {error}: {', '.join(_change(diagnosis, name) for name in changed[:2])}."
+        changes = in_line([_change(diagnosis, name) for name in changed[:2]])
+        told = f"The extended model changes {error}: {changes}."
     else:
-        opening = f"Including {what} leaves {error} as it is:" if of_model else f"{error.capitalize()} is"
-        told = f"{opening} {', '.join(_error(diagnosis, name) for name in shown[:2])}."
+        opening = f"The extended model leaves {error} as it is:" if diagnosis.extends else f"{error.capitalize()} is"
+        told = f"{opening} {in_line([_error(diagnosis, name) for name in shown[:2]])}."
     blind = [name for name in shown if diagnosis.gain[name].rmse_after > WORSE * diagnosis.gain[name].rmse_before]
     lost = [n for n in blind if not diagnosis.gain[n].own_after <= WORSE * diagnosis.gain[n].own_before]
     if lost:
@@ -355,33 +487,37 @@ def calibrated_sentence(diagnosis: Diagnosis) -> str:
     return f"With all its numbers moved under their priors the errors are {in_line(errors)} (calibrated model)."
 
 
-def _before_and_after(diagnosis: Diagnosis, name: str) -> tuple[str, str]:
-    """Errors of a channel as they are shown."""
-    gain, factor = diagnosis.gain[name], channel(name)[2]
-    return number(factor * gain.rmse_before), number(factor * gain.rmse_after)
+def _changes(diagnosis: Diagnosis, name: str) -> bool:
+    """Whether the error of a channel changes by more than what is told as no change."""
+    gain = diagnosis.gain[name]
+    return not abs(gain.rmse_after - gain.rmse_before) <= TOO_SMALL * gain.rmse_before
+
+
+def _from_to(name: str, before: float, after: float) -> str:
+    """Errors of a channel, SI: `from 3.49 to 0.143 deg`."""
+    _, unit, factor = channel(name)
+    return f"from {number(factor * before)} to {number(factor * after)} {unit}".strip()
 
 
 def _change(diagnosis: Diagnosis, name: str) -> str:
-    (before, after), (word, unit, _) = _before_and_after(diagnosis, name), channel(name)
-    return f"of the {word} from {before} to {after} {unit}"
+    gain = diagnosis.gain[name]
+    return f"of the {channel(name)[0]} {_from_to(name, gain.rmse_before, gain.rmse_after)}"
 
 
-def _beside_trim(diagnosis: Diagnosis) -> str:
-    """The change of the heading's error with own neutral angles and starts; empty where it is not known, or where a
-    neutral angle is named that is not each record's own."""
+def _errors_beside_trim(diagnosis: Diagnosis) -> tuple[float, float] | None:
+    """Errors of the heading with own neutral angles and starts, before and after; None where they are not known, or
+    where a neutral angle is named that is not each record's own."""
     gain = diagnosis.gain.get("heading_rad")
     shared = [f for f in diagnosis.causes if not f.sizes or any(size.record is None for size in f.sizes)]
     named = {name for f in shared for name in (f.cause, *f.tied_with)}
     if gain is None or RudderOffset.id in named or not math.isfinite(gain.own_before + gain.own_after):
-        return ""
-    word, unit, factor = channel("heading_rad")
-    before, after = (number(factor * value) for value in (gain.own_before, gain.own_after))
-    return f"of the {word} (own neutral angle) from {before} to {after} {unit}"
+        return None
+    return gain.own_before, gain.own_after
 
 
 def _error(diagnosis: Diagnosis, name: str) -> str:
-    word, unit, _ = channel(name)
-    return f"{_before_and_after(diagnosis, name)[0]} {unit} of the {word}"
+    word, unit, factor = channel(name)
+    return f"{with_unit(factor * diagnosis.gain[name].rmse_after, unit)} of the {word}"
 
 
 def worse(columns: Sequence[str], model: str) -> str:
@@ -450,6 +586,22 @@ def _standard_deviation(name: str, value: float) -> str:
     return f"{word} {with_unit(factor * float(value), unit)}"
 
 
-def separation(finding: Finding) -> str:
-    """What would distinguish between tied causes; empty where nothing is tied."""
-    return f"to distinguish between them: {finding.separate_by}" if finding.tied_with and finding.separate_by else ""
+FOUND_BY = {
+    "kinematics": "Found in the records by themselves",
+    "dynamics": "Found in the residuals of a filter",
+    "free runs": "Found by free runs of the model along pieces of the records",
+}
+"""Stage -> how something was found."""
+
+
+def found_by(finding: Finding) -> str:
+    """How a cause was found, and the p-value of its test where there was one."""
+    p = finding.p_adjusted
+    tested = "there is no test of significance" if p is None else f"p-value {p_value(p)}, adjusted for all causes tried"
+    return f"{FOUND_BY[finding.stage]}; {tested}."
+
+
+def separations(diagnosis: Diagnosis) -> list[str]:
+    """What would distinguish between tied causes, a sentence each finding that is tied."""
+    tied = [f for f in diagnosis.causes if f.tied_with and f.separate_by]
+    return [f"To distinguish {in_line(list(map(cause, (f.cause, *f.tied_with))))}: {f.separate_by}." for f in tied]

@@ -174,7 +174,7 @@ def _at_horizon(validation: Validation, horizon: str) -> Callable[[Any], ErrorSc
 
 def trusted_lines(validation: Validation) -> list[str]:
     """A sentence a model: how far ahead it is better than both predictions without a model."""
-    rivals = "a ship that goes on turning as now, and than one that goes straight"
+    rivals = "those of a constant rate of turn, and of a constant heading"
     known = {name: time for name, time in validation.trusted_s.items() if math.isfinite(time)}
     return [f"{name}: {_trusted(validation, name, time)} better than {rivals}" for name, time in known.items()]
 
@@ -214,9 +214,11 @@ def _explained(validation: Validation, name: str, time_s: float) -> str:
 
 def _trusted(validation: Validation, name: str, time_s: float) -> str:
     if time_s > 0.0:
-        return f"trust it for {time_s:.3g} s, up to which it is"
+        longest = ", the longest time that was tried" if time_s >= max(validation.horizons_s, default=math.inf) else ""
+        return f"trust it for {time_s:.3g} s{longest}: up to then its predictions are"
     better = better_at(validation.scores, validation.simple, name)
-    return f"only later than {min(better):.3g} s ahead" if any(better.values()) else "at no time ahead"
+    when = f"only later than {min(better):.3g} s ahead" if any(better.values()) else "at no time ahead"
+    return f"{when} are its predictions"
 
 
 def _scored(

@@ -52,5 +52,8 @@ ROWS = (
     EffectKind(  # first-order wave motion of heading and yaw rate, narrow-band
         id="wave_motion", rank=22, units={"rms": "rad", "omega": "rad/s", "damping": "1"}, sized=("rms",),
         variance_only=True, carried_by=any_ship, draw=draw_motion, wave=lambda p: (p["rms"], p["omega"], p["damping"]),
+        truths=lambda p, ship, details: {
+            "period": 2.0 * np.pi / p["omega"], "damping": p["damping"], "heading_rms": p["rms"],
+        },
     ),
 )  # fmt: skip

@@ -80,4 +80,4 @@ def test_a_zigzag_is_no_controller(rng):
 def test_what_is_found_beside_a_controller_is_not_said_of_the_craft_alone(rng):
     outcome = build([controlled(rng, sea=0.1) for _ in range(2)])
     said = media.markdown(page(outcome), "title", "", {})
-    assert "a controller steers" in outcome.doubts[0] and "It lacks:" not in said
+    assert "a controller steers" in outcome.doubts[0] and "It lacks" not in said

@@ -30,8 +30,10 @@ def test_waves_are_the_only_thing_that_is_told_of_a_right_model(heading_deg, rng
     sizes = {(s.parameter, s.record): s for s in said.causes[0].sizes}
     records = {record for _, record in sizes}
     assert records == {None, *(r.name for r in case.train)}
-    assert sizes["omega", None].value == pytest.approx(OMEGA, rel=0.1)
-    assert sizes["rms", None].value == pytest.approx(np.deg2rad(heading_deg), rel=0.35)
+    period = sizes["period", None]
+    assert period.value == pytest.approx(2.0 * np.pi / OMEGA, rel=0.1) and period.low < period.value < period.high
+    assert sizes["heading_rms", None].value == pytest.approx(np.deg2rad(heading_deg), rel=0.35)
+    assert said.causes[0].p_adjusted is None and not said.extends
     assert "period of" in said.causes[0].evidence
 
 

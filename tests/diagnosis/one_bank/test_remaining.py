@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Effect, FaultCase, inject
+from helmbench.checks.result import Size
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
 from helmbench.datasets.record import Record, RecordMeta
@@ -197,13 +198,13 @@ def test_forces_in_time_and_with_a_memory_have_a_curve(mariner, text):
     runs, forces = over_forces(mariner, [sailed(mariner)])
     numbers, variable, last = CURVES[text]
     force = next(f for f in forces.forces.values() if f.id.startswith(text) and ", and on" not in f.id)
-    curve = curve_of(force, runs, {name: (x, 0.1 * abs(x)) for name, x in numbers.items()})
+    sizes = [Size(name, x, x - 0.1 * abs(x), x + 0.1 * abs(x), "") for name, x in numbers.items()]
+    curve = curve_of(force, runs, sizes)
     motion = runs.motions[0]
     ratio = motion.unit("N")[0] * (np.median(motion.speed) / motion.speed[0]) ** 2 if "curve" in text else 1.0
     assert curve.variable == variable and curve.force[-1] / ratio == pytest.approx(last, rel=0.02)
     assert np.all(np.array(curve.low) <= curve.force) and np.all(np.array(curve.high) >= curve.force)
-    each = {name.replace("drift", "drift:0"): (x, 0.0) for name, x in numbers.items()}
-    assert "drift" not in text or curve_of(force, runs, each) is None
+    assert curve_of(force, runs, [replace(size, record="A") for size in sizes]) is None
 
 
 def described(diagnosis_of, train, held_out):

@@ -83,7 +83,10 @@ def test_a_model_that_is_nowhere_better_than_none_fails(records):
     first = found.train.horizons_s[0]
     simple = tuple(replace(s, rmse=0.0 if s.horizon_s == first else s.rmse) for s in found.train.simple)
     later = replace(found, train=replace(found.train, simple=simple, trusted_s={found.name: 0.0}))
-    assert later.verdict == EXPLAINS and f"only later than {first:.3g} s ahead better" in media.terminal(page(later))
+    assert (
+        later.verdict == EXPLAINS
+        and f"only later than {first:.3g} s ahead are its predictions better" in media.terminal(page(later))
+    )
 
 
 def test_a_model_with_a_negative_r2_on_held_out_records_fails(records):

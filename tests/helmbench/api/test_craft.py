@@ -8,6 +8,7 @@ import pytest
 import helmbench
 from helmbench import Case, generate
 from helmbench.cli import status_of
+from helmbench.diagnosis.craft.result import BUILT, SHIP
 
 
 @pytest.fixture
@@ -36,7 +37,7 @@ def test_the_outcome_shows_itself_and_its_model_is_read_back(craft, tmp_path):
 def test_a_simulation_of_particulars_stands_beside_the_built_model(tmp_path):
     runs = [generate(Case("kvlcc2-l7", f"zigzag:{text}", "low", seed=3)) for text in ("20/20", "10/10", "20/10")]
     found = helmbench.build_model(runs[:2], runs[2], particulars="kvlcc2-l7")
-    assert found.ahead.score("heading_rad", "particulars").rmse < found.ahead.score("heading_rad", "built").rmse
+    assert found.ahead.score("heading_rad", SHIP).rmse < found.ahead.score("heading_rad", BUILT).rmse
     assert "particulars has errors" in found.summary()
     paths = found.write(tmp_path / "out")
     assert helmbench.resolve(paths[-1]).is_3dof and paths[-1].name == "particulars_model.json"

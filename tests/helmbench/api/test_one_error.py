@@ -11,6 +11,7 @@ from helmbench.bench.traces import free_run_trace
 from helmbench.datasets.generator import Case, generate
 from helmbench.datasets.measured import data_dir, load
 from helmbench.diagnosis.calibration.calibrate import calibrate
+from helmbench.diagnosis.craft.result import BUILT
 from helmbench.diagnosis.diagnose import diagnose
 from helmbench.diagnosis.options import Options
 from helmbench.diagnosis.registry import find
@@ -127,4 +128,4 @@ def test_a_model_that_is_built_from_records():
     train, held_out = (generate(Case("response-1", f"zigzag:{a}/{a}", "low", seed=a, **step)) for a in (20, 10))
     found = build_model(train, held_out)
     errors = free(prediction_scores(found.model, [held_out]))
-    same({c: found.ahead.score(c, "built").rmse for c in errors}, errors)
+    same({c: found.ahead.score(c, BUILT).rmse for c in errors}, errors)

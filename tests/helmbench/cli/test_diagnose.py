@@ -53,8 +53,8 @@ def test_the_command_parses_calls_and_writes_three_files(files, asked, tmp_path,
     ((model, train, held_out, options),) = asked
     assert (model.id, [r.name for r in train], [r.name for r in held_out]) == ("response-1", ["train"], ["other"])
     assert options == engine.Options("file", 0.1, ("heading_rad", "yaw_rate_rad_s"), 2, 0.05, 7)
-    assert out.startswith("Diagnosis of response-1: Named: rudder offset; held-out error of the heading from ")
-    assert "\n  The simulation lacks rudder offset (rudder_offset 1.15 deg [1.03, 1.26])" in out
+    assert out.startswith("Diagnosis of response-1: Named: rudder offset (1.15 deg); held-out heading error from ")
+    assert "\n  The simulation lacks rudder offset (1.15 deg [1.03, 1.26])" in out
     assert "RMSE before" in out and "diagnosis.html" in err
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == sorted(helmbench.Diagnosis.files)
     document = json.loads((tmp_path / "out" / "diagnosis.json").read_text())

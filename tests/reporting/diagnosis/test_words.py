@@ -7,9 +7,11 @@ import numpy as np
 import pytest
 
 from helmbench.checks.result import Size
-from helmbench.diagnosis.result import Curve, Gain, RemainingForce
+from helmbench.diagnosis.causes.registry import causes as known_causes
+from helmbench.diagnosis.result import Curve, Finding, Gain, RemainingForce
 from helmbench.reporting.diagnosis import words
 from helmbench.reporting.diagnosis.page import page
+from helmbench.reporting.diagnosis.tables import size_table
 from helmbench.reporting.media import html, terminal, write_markdown
 
 from ...made_up.diagnosis import made_up
@@ -35,7 +37,7 @@ def test_sizes_have_their_usual_units(item, text):
     ("value", "text"),
     [
         (0.42632853, "0.426"),
-        (["propeller thrust", "resistance"], "propeller thrust, resistance"),
+        (["propeller thrust", "resistance"], "propeller thrust; resistance"),
         ("Nrr", "Nrr"),
         (3, "3"),
         ({"rudder_delay": 0.5, "above": "10 deg"}, "rudder delay 0.5, above 10 deg"),
@@ -62,7 +64,7 @@ def test_the_verdict_names_cause_size_and_gain():
     text, gain = words.verdict(found), found.gain["yaw_rate_rad_s"]
     _, unit, factor = words.channel("yaw_rate_rad_s")
     assert text.startswith("The simulation lacks rudder offset (")
-    assert words.size(found.causes[0].sizes[0]) in text
+    assert " ".join(words.value_and_interval(found.causes[0].sizes[0])) in text
     before, after = (words.number(factor * value) for value in (gain.rmse_before, gain.rmse_after))
     assert f"of the yaw rate from {before} to {after} {unit}" in text
 
@@ -72,11 +74,11 @@ def test_coefficients_are_wrong_and_not_lacking():
     own = replace(found.causes[0], cause="base_coefficients", sizes=(Size("K", 0.1, 0.09, 0.11, "1/s"),))
     told = words.verdict(replace(found, causes=(own, *found.causes)))
     percent = 100.0 * (0.1 / found.model.parameters["K"] - 1.0)
-    expected = f"The simulation has wrong parameters of the model (K {percent:+.0f} %) and lacks rudder offset ("
+    expected = f"The simulation has wrong numbers of its own (K {percent:+.0f} %) and lacks rudder offset ("
     assert told.startswith(expected)
     tied = replace(own, tied_with=("rudder_effectiveness",))
     assert words.verdict(replace(found, causes=(tied,))).startswith(
-        "The simulation lacks either other values of parameters of the model or rudder e"
+        "The simulation lacks either the model's own numbers ("
     )
 
 
@@ -89,9 +91,10 @@ def test_wrong_coefficients_are_told_by_group_as_changes_in_per_cent():
     told = words.verdict(replace(found, causes=(own,)))
     numbers = f"({name} -25 %, thrust +33 %)"
     assert told.startswith(f"The simulation has wrong resistance and propeller thrust {numbers}.")
-    beside = [words.size_and_change(found.model, own, item) for item in sizes]
-    assert beside == [f"{words.size(sizes[0])}, -25 %", words.size(sizes[1])]
-    assert f"{beside[0]}; {beside[1]} (90 % interval)" in terminal(page(replace(found, causes=(own,))))
+    rows = [[cell.text for cell in row] for row in size_table(replace(found, causes=(own,))).rows]
+    assert [[row[1], row[4]] for row in rows] == [[name, "-25 %"], ["thrust", ""]]
+    value, interval = words.value_and_interval(sizes[1])
+    assert rows[1][2:4] == [value, "32 to 34"] and interval == "[32, 34]"
 
 
 def of_records(found, *causes):
@@ -104,10 +107,52 @@ def of_records(found, *causes):
 def test_what_the_records_show_by_themselves_is_told_apart():
     found = of_records(made_up("response-1", "rudder_offset", {"rudder_offset": 0.02}), "yaw_rate_bias", "channel_swap")
     first, second = words.verdict(found).split("]). ")[:2]
-    bias = words.size(Size("b", 0.02, 0.01, 0.03, "rad/s"))
+    bias = " ".join(words.value_and_interval(Size("b", 0.02, 0.01, 0.03, "rad/s")))
     shown = f"Found in the records themselves, and corrected: yaw rate bias ({bias}) and channel swap ({bias}"
     assert f"{first}]" == shown
     assert second.startswith("The simulation lacks rudder offset (")
+
+
+@pytest.fixture
+def in_waves():
+    """A diagnosis that names motion in waves alone, of all records and of each."""
+    sizes = [
+        Size(name, k * value, 0.9 * k * value, 1.1 * k * value, unit, record)
+        for record, k in ((None, 1.0), ("run_0", 1.2), ("run_1", 0.8))
+        for name, value, unit in (("period", 8.0, "s"), ("heading_rms", 0.01, "rad"))
+    ]
+    waves = Finding("wave_motion", (), "free runs", None, None, tuple(sizes), evidence="they swing")
+    found = made_up(verdict="adequate")
+    return replace(found, verdict="named", causes=(waves,), reason="apart from the motion in waves, all is well")
+
+
+def test_motion_in_waves_is_told_apart_from_the_simulation(in_waves):
+    waves = "wave motion (period of encounter 8 s, rms heading 0.573 deg)"
+    assert words.headline(in_waves) == f"Named: {waves}; otherwise the simulation agrees with the records."
+    told = words.verdict(in_waves)
+    assert told.startswith("The records show wave motion (period of encounter 8 s [7.2, 8.8]; rms heading 0.573 deg [")
+    assert "no error of the simulation. Apart from that, the simulation agrees with the records. The free-run" in told
+
+
+def test_sizes_of_records_stand_in_a_table_and_what_was_not_tested_has_no_p_value(in_waves):
+    told = terminal(page(in_waves))
+    assert "The model stays as it is: what is found is of the records" in told and "RMSE after" not in told
+    assert "there is no test of significance." in told and "p-value" not in told
+    rows = [[cell.text for cell in row] for row in size_table(in_waves).rows]
+    assert [row[2] for row in rows] == ["all", "all", "run_0", "run_0", "run_1", "run_1"]
+    assert rows[2][1:] == ["period of encounter", "run_0", "9.6 s", "8.64 to 10.6"]
+    assert "p-value 3e-9, adjusted for all causes tried" in terminal(page(made_up()))
+
+
+def test_a_sensor_that_drifts_is_no_error_of_the_simulation():
+    sizes = tuple(Size("psi_drift", x, x - 1e-4, x + 1e-4, "rad/s", r) for r, x in (("run_0", 0.0), ("run_1", 5e-4)))
+    said = "a recorded heading that drifts through the record; it takes 100 % off"
+    drift = RemainingForce("psi", ("time",), said, 1.0, {}, sizes, False, "a sensor that warms up", "repeat it")
+    found = replace(made_up(verdict="described"), causes=(), remaining=(drift,), gain={})
+    text = "Described: a recorded heading that drifts through the record (0.0286 deg/s in run_1)."
+    assert words.headline(found) == text
+    assert words.verdict(found) == "The errors are those of a sensor, not of the simulation."
+    assert "(0.0286 deg/s [0.0229, 0.0344] in run_1)" in words.remaining(drift)
 
 
 def unchanged(found):
@@ -118,10 +163,10 @@ def unchanged(found):
 @pytest.mark.parametrize(
     ("verdict", "own", "texts"),
     [
-        ("unexplained", True, ("explains; of these, rudder offset (", "fits best. Including it leaves the free-run ")),
-        ("unexplained", False, ("known causes explains. The free-run error on held-out records is ",)),
-        ("named", False, ("The simulation agrees with the records. The free-run error",)),
-        ("partly_named", False, ("A part of its error remains. The free-run error",)),
+        ("unexplained", True, ("explains; of these, rudder offset (", "best. The extended model leaves the free-run ")),
+        ("unexplained", False, ("known causes explains. The extended model leaves the free-run error",)),
+        ("named", False, ("The simulation agrees with the records. The extended model leaves the free-run error",)),
+        ("partly_named", False, ("A part of its error remains. The extended model leaves the free-run error",)),
     ],
 )
 def test_the_verdict_where_no_free_run_changes(verdict, own, texts):
@@ -138,7 +183,7 @@ def test_channels_that_change_are_told_first():
     gain = found.gain | {"yaw_rate_rad_s": replace(rate, rmse_after=rate.rmse_before)}
     told = words.verdict(replace(found, gain=gain))
     assert "records: of the heading from " in told
-    assert "yaw rate" not in told.partition("Including")[2]
+    assert "yaw rate" not in told.partition("The extended model")[2]
 
 
 def test_the_terminal_shows_the_gain_as_a_table():
@@ -167,7 +212,9 @@ def test_the_headline_names_the_cause_and_its_gain():
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
     gain = found.gain["heading_rad"]
     before, after = (words.number(words.DEG * value) for value in (gain.rmse_before, gain.rmse_after))
-    assert words.headline(found) == f"Named: rudder offset; held-out error of the heading from {before} to {after} deg."
+    size = words.value_and_interval(found.causes[0].sizes[0])[0]
+    said = f"Named: rudder offset ({size}); held-out heading error from {before} to {after} deg."
+    assert words.headline(found) == said
 
 
 def test_the_headline_leaves_the_trials_own_trim_apart():
@@ -175,21 +222,23 @@ def test_the_headline_leaves_the_trials_own_trim_apart():
     offset = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
     gain = replace(offset.gain["heading_rad"], own_before=np.deg2rad(5.0), own_after=np.deg2rad(1.0))
     found = replace(offset, gain=offset.gain | {"heading_rad": gain})
-    inertia = replace(found, causes=(replace(found.causes[0], cause="rudder_delay"),))
-    said = "Named: rudder delay; held-out error of the heading (own neutral angle) from 5 to 1 deg."
+    delay = replace(found.causes[0], cause="rudder_delay", sizes=(Size("tau", 1.5, 1.4, 1.6, "s"),))
+    inertia = replace(found, causes=(delay,))
+    said = "Named: rudder delay (1.5 s); held-out heading error (own neutral angle) from 5 to 1 deg."
     assert words.headline(inertia) == said and words.headline(found) == words.headline(offset)
     (own,) = found.causes[0].sizes
     of_each = replace(found, causes=(replace(found.causes[0], sizes=(replace(own, record="zigzag"),)),))
-    assert words.headline(of_each) == said.replace("delay", "offset")
+    assert words.headline(of_each) == said.replace("delay (1.5 s)", "offset (1.15 deg in zigzag)")
 
 
 @pytest.mark.parametrize("count", [1, 2, 5, 12, 40])
 def test_the_headline_is_short(count):
     found = made_up("response-1", "rudder_offset", {"rudder_offset": 0.02})
-    causes = [replace(found.causes[0], cause=f"cause_{k}_of_many_words") for k in range(count)]
-    told = words.headline(replace(found, causes=tuple(causes)))
-    assert told.startswith("Named: cause 0 of many words") and len(told.split()) <= 25
-    assert (f"and {count - 2} more" in told) == (count > 3) or count == 2
+    names = [name for name, entry in known_causes().items() if not entry.of_record][:count]
+    own = tuple(replace(found.causes[0], cause=name) for name in names)
+    told = words.headline(replace(found, causes=own))
+    assert len(own) == count and told.startswith("Named: axis misalignment") and len(told.split()) <= words.LONGEST
+    assert (" more; held-out" in told) == (count > 5)
 
 
 @pytest.mark.parametrize("verdict", ["adequate", "inconclusive", "unexplained"])
@@ -220,7 +269,9 @@ def test_a_headline_says_when_forces_act_that_single_records_alone_have():
     most = f"most arise in 2 spans of time, first {spans[0]}"
     assert words.headline(found) == f"Unexplained: no known cause explains the errors; {most}."
     found = replace(found, verdict="adequate", remaining=events[1:])
-    assert words.headline(found) == f"Adequate: the simulation agrees with the records but for {spans[1]}."
+    error = words.with_unit(words.DEG * found.gain["heading_rad"].rmse_after, "deg")
+    said = f"Adequate: the simulation agrees with the records but for {spans[1]}; held-out heading error {error}."
+    assert words.headline(found) == said
 
 
 @pytest.fixture
@@ -242,16 +293,14 @@ def described():
 
 def test_the_headline_of_what_is_described_names_what_it_depends_on_and_its_gain(described):
     assert words.headline(described) == (
-        "Described: a yaw moment that depends on the heading, three times a turn, of no known cause; held-out error of "
-        "the heading (own neutral angle) from 11.5 to 1.72 deg."
+        "Described: a yaw moment that depends on the heading, three times a turn (2000000 N m), of no known cause; "
+        "held-out heading error (own neutral angle) from 11.5 to 1.72 deg."
     )
 
 
 def test_what_remains_is_said_with_size_reading_and_what_would_tell(described):
     first, second = map(words.remaining, described.remaining)
-    assert (
-        f"({words.size(described.remaining[0].sizes[0])})" in first and "To tell: turn through all headings." in first
-    )
+    assert "(2000000 N m [1900000, 2100000])" in first and "To tell: turn through all headings." in first
     assert "As likely: a yaw moment that grows through the record." in first and "It may be a current." in first
     assert "It is not a term of the extended model." in second and "not a term" not in first
     told = terminal(page(described))
