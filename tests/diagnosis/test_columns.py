@@ -13,7 +13,7 @@ KNOT = 1852.0 / 3600.0
 @pytest.mark.parametrize(
     ("column", "factor", "cause", "said"),
     [
-        ("sway_m_s", -1.0, "channel_sign", "channel sign of sway"),
+        pytest.param("sway_m_s", -1.0, "channel_sign", "channel sign of sway", marks=pytest.mark.nightly),
         ("surge_m_s", 1.0 / KNOT, "wrong_unit", "wrong unit of"),
     ],
 )

@@ -67,7 +67,8 @@ RUDDER_FORCE = {
 }
 
 
-@pytest.mark.parametrize("rudder", [1.0, pytest.param(0.5, marks=pytest.mark.nightly)])
+@pytest.mark.nightly
+@pytest.mark.parametrize("rudder", [1.0, 0.5])
 def test_a_number_is_told_among_those_that_are_all_a_little_off_only_where_it_is_grossly_wrong(rudder, rng):
     """Every number is 3 to 8 % off; half a rudder is told as less force or as less flow at the rudder, if at all."""
     case, ship = inject(FaultCase("kvlcc2-l7", ()), rng), resolve("kvlcc2-l7")

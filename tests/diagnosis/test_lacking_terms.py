@@ -102,6 +102,7 @@ def test_a_late_channel_is_named_and_hides_no_term(late, cause, rng):
     assert passes(named, 0.75)
 
 
+@pytest.mark.nightly
 def test_free_runs_name_what_is_lacking(rng):
     """Damping and a second time constant at once, each by its own cause."""
 

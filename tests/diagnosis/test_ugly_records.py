@@ -65,7 +65,7 @@ def test_nothing_is_named_for_a_defect_of_the_logger(seed, defect):
     assert passes(quiet, 0.99)
 
 
-@pytest.mark.parametrize("samples", [2, 3, 5])
+@pytest.mark.parametrize("samples", [2, pytest.param(3, marks=pytest.mark.nightly), 5])
 def test_a_few_samples_are_told_as_no_manoeuvre(record, samples, tmp_path):
     short = replace(record.slice(0, samples), name="short"), replace(record.slice(100, 100 + samples), name="later")
     found = helmbench.diagnose("response-1", short[0], short[1])

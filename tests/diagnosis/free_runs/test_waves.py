@@ -21,7 +21,7 @@ def in_waves(heading_deg, rng, vessel="mariner"):
     return inject(FaultCase(vessel, effects=(effect,)), rng)
 
 
-@pytest.mark.parametrize("heading_deg", [0.1, 1.0])
+@pytest.mark.parametrize("heading_deg", [1.0, pytest.param(0.1, marks=pytest.mark.nightly)])
 def test_waves_are_the_only_thing_that_is_told_of_a_right_model(heading_deg, rng):
     """The larger ones hide in the yaw acceleration what the rudder does."""
     case = in_waves(heading_deg, rng)

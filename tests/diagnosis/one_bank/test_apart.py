@@ -27,6 +27,7 @@ def test_a_record_of_another_loading_is_told_apart(rng):
     assert "loaded" in found.doubts[-1] and "names" in found.doubts[-1]
 
 
+@pytest.mark.nightly
 def test_records_of_one_ship_are_not_told_apart(rng):
     heavy = records(rng, HEAVIER)
     found = diagnose(resolve("kvlcc2-l7"), heavy.train, heavy.held_out)

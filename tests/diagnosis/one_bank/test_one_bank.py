@@ -31,6 +31,8 @@ from helmbench.models.model import resolve
 from helmbench.models.regimes import regime
 from helmbench.models.simulate import simulate
 
+from ...nightly_marks import nightly_but
+
 RATE = np.deg2rad(2.0)
 
 
@@ -84,13 +86,13 @@ def similar_to(record, scale):
 
 
 @pytest.mark.parametrize("scale", [1.25, pytest.param(0.8, marks=pytest.mark.nightly)])
-@pytest.mark.parametrize("vessel", ["mariner", "s175", pytest.param("kvlcc2-l7", marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("vessel", nightly_but(["mariner", "s175", "kvlcc2-l7"], "mariner"))
 def test_records_of_a_ship_of_another_size_are_told_with_its_scale(vessel, scale, rng):
     """By the hull's numbers it would be a ship of another inertia and resistance."""
     case = inject(FaultCase(vessel), rng)
     train, held_out = ([similar_to(r, scale) for r in records] for records in (case.train, case.held_out))
     found = diagnose(resolve(vessel), train, held_out, Options())
-    assert [f.cause for f in found.causes] == ["ship_scale"]
+    assert [f.cause for f in found.causes] == ["ship_scale"] and found.apart == ()
     assert found.causes[0].sizes[0].value == pytest.approx(scale - 1.0, abs=0.01)
     for channel in ("heading_rad", "surge_m_s"):
         assert found.gain[channel].rmse_after < 0.3 * found.gain[channel].rmse_before

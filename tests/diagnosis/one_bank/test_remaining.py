@@ -1,6 +1,7 @@
 """Forces that no cause explains: along the motion as the extended model has them, and described where they act."""
 
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -75,6 +76,17 @@ def over_forces(model, records):
     return bare.with_numbers(forces.places, forces.series), forces
 
 
+RESPONSE = {"nomoto-1": lambda: response(8.0, 0.12), "kt": lambda: kt(0.6, 0.08, 0.009, 0.02)}
+"""Family -> response model with numbers."""
+
+
+@cache
+def forces_of(name, manoeuvre=""):
+    """The forces along a record of a vessel in a manoeuvre, or of a response model that is turned about."""
+    model = resolve(name) if manoeuvre else RESPONSE[name]()
+    return over_forces(model, [sailed(model, manoeuvre) if manoeuvre else turned_about(model)])[1]
+
+
 RESPONSE_SIZES = {"R_heading_4": 2e-3, "R_curve_d": 5e-3, "R_r_d": -0.3, "R_past_r": -0.02, "R_past_d": 0.003}
 """Extension of a response model -> size of its first parameter."""
 
@@ -89,7 +101,7 @@ def squared(runs, values):
 def test_a_force_along_the_measured_motion_is_that_of_the_extended_model(mariner, name):
     """A record of the extended model is followed by the base model with the force as a number."""
     manoeuvre = "turn:20" if "heading" in name else "zigzag:20/20"
-    _, forces = over_forces(mariner, [sailed(mariner, manoeuvre)])
+    forces = forces_of("mariner", manoeuvre)
     force = next(f for f in forces.forces.values() if name in f.extensions and f.axis == name[0])
     number = next(n.format(name[0]) for n in force.shape.terms if name in n.format(name[0]))
     values = dict(force.parameters(dict.fromkeys((n.format(name[0]) for n in force.shape.terms), 0.0)))[name]
@@ -103,8 +115,8 @@ def test_a_force_along_the_measured_motion_is_that_of_the_extended_model(mariner
 @pytest.mark.parametrize("family", ["nomoto-1", "kt"])
 @pytest.mark.parametrize("name", RESPONSE_SIZES)
 def test_a_yaw_moment_along_the_motion_is_that_of_an_extended_response_model(name, family):
-    model = {"nomoto-1": response(8.0, 0.12), "kt": kt(0.6, 0.08, 0.009, 0.02)}[family]
-    _, forces = over_forces(model, [turned_about(model)])
+    model = RESPONSE[family]()
+    forces = forces_of(family)
     force = next(f for f in forces.forces.values() if name in f.extensions)
     number = next(n.format("R") for n in force.shape.terms if name in n.format("R"))
     values = dict(force.parameters(dict.fromkeys((n.format("R") for n in force.shape.terms), 0.0)))[name]
@@ -325,7 +337,7 @@ def of_nature(moment, rng, base):
     return diagnose(model, train, [held_out], Options(base_parameters=base))
 
 
-@pytest.mark.parametrize("base", ["identify", None])
+@pytest.mark.parametrize("base", ["identify", pytest.param(None, marks=pytest.mark.nightly)])
 def test_what_a_response_model_lacks_is_described_and_extends_it(base, rng):
     found = of_nature(lambda t, psi, r, d: 1.5e-3 * np.sin(4.0 * psi), rng, base)
     (force,) = found.remaining

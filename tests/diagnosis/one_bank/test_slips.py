@@ -13,7 +13,10 @@ from helmbench.models.coefficient_groups import values_of, with_values
 from helmbench.models.model import resolve
 
 
-@pytest.mark.parametrize(("vessel", "number", "factor"), [("mariner", "U0", 1.944), ("kvlcc2-l7", "I_zz", 23.7)])
+@pytest.mark.parametrize(
+    ("vessel", "number", "factor"),
+    [("mariner", "U0", 1.944), pytest.param("kvlcc2-l7", "I_zz", 23.7, marks=pytest.mark.nightly)],
+)
 def test_a_number_in_another_unit_is_named_alone_with_its_size(vessel, number, factor, rng):
     """U0 in knots; an inertia in lb ft2."""
     ship = resolve(vessel)

@@ -10,7 +10,7 @@ from helmbench.diagnosis.diagnose import diagnose
 from helmbench.models.model import resolve
 
 
-@pytest.mark.parametrize("towards_rad", [0.6, 3.4])
+@pytest.mark.parametrize("towards_rad", [3.4, pytest.param(0.6, marks=pytest.mark.nightly)])
 def test_a_wind_is_named_with_its_direction(towards_rad, rng):
     """Beside a simulator of its own, with areas and coefficients that the model does not know."""
     coming_from = np.mod(towards_rad + 2.0 * np.pi, 2.0 * np.pi) - np.pi
@@ -33,7 +33,7 @@ def measured(records, speed_m_s, coming_from):
     return [r.with_channels(**{name: np.full(r.n, x) for name, x in wind.items()}) for r in records]
 
 
-@pytest.mark.parametrize("stated", [None, 2.5])
+@pytest.mark.parametrize("stated", [None, pytest.param(2.5, marks=pytest.mark.nightly)])
 def test_a_measured_wind_acts_on_what_the_model_lacks(stated, rng):
     """The coefficients are the ship's own: those that its vessel file has, of which the simulation's force is made."""
     ship = resolve("mariner")
