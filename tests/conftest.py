@@ -1,6 +1,8 @@
 """Fixtures for all rooms."""
 
 import gc
+import os
+from contextlib import nullcontext
 from itertools import count
 
 import hypothesis
@@ -24,6 +26,7 @@ from .made_up.runs import make_parameter, make_run
 from .seeds import SHIFT, seed_of
 from .shared import board, calibrated, craft, once, run_folder, uncertain  # noqa: F401
 from .support.inline_pool import without_workers
+from .support.inline_reader import without_processes
 
 # A slow machine is no fault of the code: examples are not timed.
 hypothesis.settings.register_profile(
@@ -32,6 +35,7 @@ hypothesis.settings.register_profile(
 hypothesis.settings.load_profile("tests")
 # The matrices are small: a second thread waits more than it computes, and takes the other worker's processor.
 threadpool_limits(1, user_api="blas")
+os.environ.setdefault("OMP_NUM_THREADS", "1")  # of libraries that are loaded later: trees of scikit-learn
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -72,6 +76,20 @@ def seeds_that_the_program_draws(seed, monkeypatch):
 def in_this_process():
     """Suites are executed in this process: for tests whose subject is not the worker processes."""
     with without_workers():
+        yield
+
+
+@pytest.fixture(params=["in this process", pytest.param("in a worker", marks=pytest.mark.nightly)])
+def here_or_in_a_worker(request):
+    """Suites are executed in this process, by `make test-all` in a worker process as well."""
+    with without_workers() if request.param == "in this process" else nullcontext():
+        yield
+
+
+@pytest.fixture
+def logs_read_here():
+    """Binary logs are read in this process: for tests whose subject is not the processes that read them."""
+    with without_processes():
         yield
 
 

@@ -11,6 +11,7 @@ import tomllib
 import venv
 import zipfile
 from dataclasses import dataclass
+from functools import cache
 from importlib import metadata
 from pathlib import Path
 
@@ -250,21 +251,27 @@ def test_the_help_check_sees_a_slow_import(tmp_path: Path) -> None:
     assert slow_modules_after(f"import jinja2{HELP}", tmp_path) == ["jinja2"]
 
 
+@cache
+def imports_of(path: Path) -> list[ast.Import | ast.ImportFrom]:
+    """All statements of a file that import, anywhere in it."""
+    nodes = ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path)))
+    return [node for node in nodes if isinstance(node, ast.Import | ast.ImportFrom)]
+
+
 def absolute_imports(path: Path) -> set[str]:
     """Dotted names of all modules that a file imports absolutely, anywhere in it."""
     found = set()
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"), str(path))):
+    for node in imports_of(path):
         if isinstance(node, ast.Import):
             found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.ImportFrom) and not node.level:
+        elif not node.level:
             found.add(str(node.module))
     return found
 
 
 def relative_imports(path: Path, package: tuple[str, ...]) -> set[tuple[str, ...]]:
     """Modules and names that a file of `package` imports relatively, anywhere in it, from the top: ('models', ...)."""
-    tree = ast.parse(path.read_text(encoding="utf-8"), str(path))
-    nodes = [node for node in ast.walk(tree) if isinstance(node, ast.ImportFrom) and node.level]
+    nodes = [node for node in imports_of(path) if isinstance(node, ast.ImportFrom) and node.level]
     bases = {node: (*package[: len(package) - node.level + 1], *(node.module or "").split(".")) for node in nodes}
     return {tuple(filter(None, (*base, alias.name))) for node, base in bases.items() for alias in node.names}
 

@@ -35,7 +35,7 @@ READERS = {
     "a ROS bag": lambda _, path: read_bag(path),
 }
 """Kind of a file -> its reader, of the content and the path; a bag may be a folder.  What their libraries raise on
-damaged files is told by `main`."""
+damaged files is told by `answer`."""
 MOST_BYTES = 2 * 2**30
 """Memory that a reader may take."""
 LEAST_S, PER_MIB_S = 8.0, 4.0
@@ -111,17 +111,25 @@ def main(kind: str, path: str, seconds: str, most: str) -> int:
     told = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
     os.dup2(sys.stderr.fileno(), sys.stdout.fileno())  # whatever a library prints
     try:
-        found: object = READERS[kind](sys.stdin.buffer.read(), Path(path))
-    except BadInput as error:
-        found = error
+        found = answer(kind, sys.stdin.buffer.read(), Path(path))
     except MemoryError:
         return OUT_OF_MEMORY
-    except Exception as error:  # whatever a library raises on damaged files
-        said = f"not {kind} that can be read ({type(error).__name__})"
-        found = BadInput(said, file=Path(path), hint=SAVE_AGAIN.get(kind, f"is it whole? {EXPORT}"))
     with told:
         pickle.dump(found, told)
     return 0
+
+
+def answer(kind: str, data: bytes, path: Path) -> list[RawTable] | BadInput:
+    """The tables of a file, or why it cannot be read."""
+    try:
+        return READERS[kind](data, path)
+    except BadInput as error:
+        return error
+    except MemoryError:
+        raise
+    except Exception as error:  # whatever a library raises on damaged files
+        said = f"not {kind} that can be read ({type(error).__name__})"
+        return BadInput(said, file=path, hint=SAVE_AGAIN.get(kind, f"is it whole? {EXPORT}"))
 
 
 def _limit(seconds: int, most: int) -> None:

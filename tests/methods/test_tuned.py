@@ -140,11 +140,10 @@ def test_command_line_options(tmp_path, monkeypatch):
             with_tuner(*wrong)
 
 
-@pytest.mark.parametrize(
-    "check", [contract.check_options, contract.check_estimate, contract.check_pickles, contract.check_too_short]
-)
-def test_contract(check, monkeypatch):
+def test_contract(monkeypatch):
+    """One fit for all checks."""
     cls = tuned_module.tuned("fw-rls")
     monkeypatch.setattr(cls.__init__, "__defaults__", ("random", 2, "split", 0, None))
     contract._fitted.cache_clear()
-    check(cls)
+    for check in (contract.check_options, contract.check_estimate, contract.check_pickles, contract.check_too_short):
+        check(cls)

@@ -11,6 +11,7 @@ from numpy.testing import assert_allclose
 
 import helmbench
 
+pytestmark = pytest.mark.usefixtures("logs_read_here")
 N = 200
 TIME = 0.5 * np.arange(N)
 HEADING, YAW_RATE = 90.0 + 40.0 * np.sin(TIME / 8.0), 5.0 * np.cos(TIME / 8.0)

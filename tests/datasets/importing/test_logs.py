@@ -13,6 +13,7 @@ from helmbench.datasets.io import read_record
 from ...nightly_marks import nightly_but
 from .raw_logs import LOGS, START
 
+pytestmark = pytest.mark.usefixtures("logs_read_here")
 EXACT = 2e-3
 """Largest difference over the channel's range: rounding of the log to two digits of a degree or knot."""
 RESAMPLED = {"autopilot": 0.06, "auv_topics": 0.03, "sheets": 0.03}

@@ -11,6 +11,7 @@ from scipy.io import savemat
 
 import helmbench
 
+pytestmark = pytest.mark.usefixtures("logs_read_here")
 N = 60
 TIME = 0.5 * np.arange(N)
 HEADING, RUDDER = 90.0 + 20.0 * np.sin(TIME / 5.0), 20.0 * np.cos(TIME / 5.0)

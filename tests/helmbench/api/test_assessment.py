@@ -27,7 +27,8 @@ def found(records):
 
 def test_an_assessment_shows_itself(found, records):
     assert repr(found) == f"<Assessment of nomoto-1-cubic by ls: {found.verdict}>"
-    assert found.statement()[0] in found._repr_html_() and "<table>" in found._repr_html_()
+    cell = found._repr_html_()
+    assert found.statement()[0] in cell and "<table>" in cell
     assert found.statement()[0] in found.summary() and found.statement() == found.to_json()["statement"]
     frame = found.to_dataframe()
     assert list(frame.columns) == ["unit", "value", "stderr", "low", "high", "bound"] and "T" in frame.index

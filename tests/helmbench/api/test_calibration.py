@@ -22,7 +22,8 @@ def test_it_shows_itself(found):
         assert number.name in page and number.name in told
     first = told.splitlines()[0]
     assert all(number.name in first for number in found.moved) and "held-out error of the heading from" in first
-    assert "<table" in found._repr_html_() and "<img" in found._repr_html_()
+    cell = found._repr_html_()
+    assert "<table" in cell and "<img" in cell
 
 
 def test_the_figure_has_the_channels_of_the_held_out_run(found):

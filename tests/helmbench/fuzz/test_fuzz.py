@@ -21,9 +21,15 @@ NEW_INPUTS, NEW_LOGS = (40, 5) if SHIFT else (6, 1)
 """Inputs of a reader, and of a raw log, which is drafted whole: more where they are drawn; `make fuzz` tries many."""
 
 
+@pytest.fixture(scope="module")
+def every_reader(tmp_path_factory):
+    """Name -> reader."""
+    return readers(tmp_path_factory.mktemp("readers"))
+
+
 @pytest.mark.parametrize("name", READERS)
-def test_what_failed_once_and_new_inputs_are_read_or_refused(name, tmp_path, seed):
-    reader, rng = readers(tmp_path)[name], random.Random(seed)
+def test_what_failed_once_and_new_inputs_are_read_or_refused(name, every_reader, tmp_path, seed):
+    reader, rng = every_reader[name], random.Random(seed)
     kept = [path.read_bytes() for path in sorted((CORPUS / name).glob("*"))]
     new = [
         mutated(rng.choice(reader.seeds), rng.choice(reader.seeds), rng)
@@ -37,12 +43,12 @@ def test_what_failed_once_and_new_inputs_are_read_or_refused(name, tmp_path, see
         worker.close()
 
 
-def test_every_reader_is_tested(tmp_path):
-    assert tuple(readers(tmp_path)) == READERS
+def test_every_reader_is_tested(every_reader):
+    assert tuple(every_reader) == READERS
 
 
-def test_the_watch_sees_code_crashes_and_memory(tmp_path):
-    reader = replace(readers(tmp_path)["prior"], seeds=(b"ok",))
+def test_the_watch_sees_code_crashes_and_memory(every_reader, tmp_path):
+    reader = replace(every_reader["prior"], seeds=(b"ok",))
 
     def read(path):
         text = path.read_text()

@@ -55,6 +55,7 @@ def guess(tmp_path):
     return f"{tmp_path / 'guess.py'}:Guess"
 
 
+@pytest.mark.usefixtures("here_or_in_a_worker")
 def test_a_suite_is_run_and_reported(suite, guess, tmp_path, capsys):
     out = str(tmp_path / "out")
     arguments = ["run", "--suite", suite, "--method", guess, "--jobs", "1", "--json", "-o", out]

@@ -96,6 +96,7 @@ def records(tmp_path):
 ENTRY = "  - {records: {train: [20.csv], held_out: [10.csv], ship: boat}, models: nomoto-2, methods: [ls, pem]}\n"
 
 
+@pytest.mark.usefixtures("here_or_in_a_worker")
 def test_records_of_the_users_own_are_a_suite(records, tmp_path, monkeypatch):
     suite_file(records, ENTRY)
     monkeypatch.chdir("/")
