@@ -12,8 +12,8 @@ LIMIT_S = 10.0
 REASONS = {
     "tests/datasets/importing/bank/test_bank.py::test_nothing_goes_in_wrong_without_a_word": "imports the bank of logs",
     "tests/test_readme.py::test_the_blocks_write_what_is_said": "runs the README",
-    "tests/helmbench/open/test_in_browser.py::test_columns_without_names_are_confirmed_by_one_click_and_that_can_be_taken_"
-    "back": "the end of the browser and of the server, whose time is that of the module",
+    "tests/helmbench/open/test_in_browser.py::test_from_a_dropped_log_to_the_diagnosis": "the end of the browser and "
+    "of the server, whose time is that of the module",
 }
 """Test -> why it takes more than LIMIT_S of CPU time."""
 MARK = pytest.StashKey[float]()

@@ -18,6 +18,7 @@ import helmbench
 from helmbench.cli import status_of
 
 from .expectations.injections import injected
+from .nightly_marks import nightly_but
 from .support.inline_pool import inline
 
 pytestmark = pytest.mark.usefixtures("in_this_process")
@@ -177,6 +178,9 @@ def test_example_cause_keeps_the_contract(cause):
     check_cause(cause)
 
 
+FEW = ("rudder_offset", "yaw_rate_scale", "rudder_effectiveness", "yaw_rate_bias")
+
+
 def test_example_diagnoser_names_one_cause_at_most(tmp_path, monkeypatch, rng):
     from helmbench.diagnosis.options import Options
     from helmbench.diagnosis.registry import find
@@ -184,7 +188,7 @@ def test_example_diagnoser_names_one_cause_at_most(tmp_path, monkeypatch, rng):
     loaded("helmbench.diagnosis.baselines.single", example("python", "A diagnoser: one file"), tmp_path, monkeypatch)
     case = injected("mariner", ("rudder_offset", "yaw_rate_scale"), rng)
     found = find("single")().diagnose(
-        helmbench.resolve("mariner"), case.train, case.held_out[:1], Options(coefficient_sd=0.0)
+        helmbench.resolve("mariner"), case.train, case.held_out[:1], Options(coefficient_sd=0.0, only=FEW)
     )
     print(found.verdict, found.causes)
     assert len(found.causes) == 1
@@ -219,6 +223,7 @@ def injectable(cause, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     base.kinds.cache_clear()
 
 
+@pytest.mark.parametrize("cause", nightly_but(CAUSES, "surge_offset"), indirect=True)
 def test_example_cause_finds_the_effect_of_the_truth_simulator(injectable, rng):
     from helmbench.diagnosis.diagnose import diagnose
     from helmbench.diagnosis.options import Options

@@ -24,7 +24,7 @@ pytestmark = pytest.mark.usefixtures("in_this_process")
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 PAGES = sorted(p for p in DOCS.rglob("*.md") if not {"generated", "_build"} & set(p.relative_to(DOCS).parts))
 GALLERY = sorted((DOCS / "gallery").glob("*.py"))
-SLOW = ("tour", "compare-methods")
+SLOW = ("tour", "compare-methods", "exam", "monte-carlo")
 """Pages that `make test` leaves to `make test-all`, as the tutorials."""
 RUN = [p for p in PAGES if BLOCK.search(p.read_text(encoding="utf-8")) and p.stem != "extend"]
 """Pages whose blocks run in order; those of `extend` are files of this repository: tests/test_contributing.py."""

@@ -101,7 +101,10 @@ def test_faults_of_a_long_file_are_those_of_its_samples(rng, monkeypatch, fault)
 
 @pytest.mark.parametrize(
     ("fault", "cause", "size"),
-    [({"heading_late_s": 1.0}, "heading_delay", 1.0), ({"yaw_rate_scale": 1.05}, "yaw_rate_scale", 0.05)],
+    [
+        ({"heading_late_s": 1.0}, "heading_delay", 1.0),
+        pytest.param({"yaw_rate_scale": 1.05}, "yaw_rate_scale", 0.05, marks=pytest.mark.nightly),
+    ],
 )
 def test_averages_show_what_all_samples_show(rng, monkeypatch, fault, cause, size):
     record = voyage(rng, 2 * MOST + 10, **fault)

@@ -47,7 +47,7 @@ def test_draws_end_with_the_first_pass(outcome, drawn):
     assert binom.cdf(0, most_draws(0.9), 0.9) <= 1e-6 < binom.cdf(0, most_draws(0.9) - 1, 0.9)
 
 
-@pytest.mark.parametrize("expected", nightly_but(COMMON, *COMMON[1:2], *COMMON[3:5]), ids=[e.name for e in COMMON])
+@pytest.mark.parametrize("expected", nightly_but(COMMON, COMMON[1], COMMON[3]), ids=[e.name for e in COMMON])
 def test_rate_of_what_is_promised(expected, rng):
     assert passes(lambda: expected.check(rng), expected.rate)
 

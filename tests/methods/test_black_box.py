@@ -16,6 +16,8 @@ from helmbench.methods.registry import make
 from helmbench.models.errors import BadInput, CannotFit, FitFailed
 from helmbench.models.model import resolve
 
+from ..nightly_marks import nightly_but
+
 
 def test_linear_regression_identifies_a_linear_vessel():
     model = resolve("cargo")
@@ -111,7 +113,7 @@ def test_slow_regressors_are_given_a_subset(suite):
 
 
 @pytest.mark.parametrize("check", contract.CHECKS, ids=lambda check: check.__name__)
-@pytest.mark.parametrize("name", ["HuberRegressor", "HistGradientBoostingRegressor"])
+@pytest.mark.parametrize("name", nightly_but(["HuberRegressor", "HistGradientBoostingRegressor"], "HuberRegressor"))
 def test_contract(name, check):
     check(regressor(name))
 

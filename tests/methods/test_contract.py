@@ -10,6 +10,8 @@ from helmbench.methods.learner import Learner
 from helmbench.methods.ls import Ls
 from helmbench.methods.registry import methods
 
+from ..nightly_marks import nightly_but
+
 SLOW = {"pem", "grey-gp", "grey-residual", "ls-svr", "iv", "output-error", "ekf", "ukf", "eso-rw-lssvr", "lts"}
 SLOW |= {"rw-ls-svr", "svf-ls"}
 SLOW |= {name for name, cls in methods().items() if cls.minutes or issubclass(cls, Learner)}
@@ -37,7 +39,7 @@ def test_contract(name, check):
     check(methods()[name])
 
 
-@pytest.mark.parametrize("name", sorted(SLOW))
+@pytest.mark.parametrize("name", nightly_but(sorted(SLOW), *SLOW - {"lstm"}))
 def test_contract_in_brief(name, monkeypatch):
     monkeypatch.setattr(contract, "VESSELS", contract.VESSELS[:1])
     once = type(name, (methods()[name],), {})  # its fits are kept apart from those of the whole contract

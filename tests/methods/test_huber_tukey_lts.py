@@ -47,7 +47,7 @@ def fitted(name, model, rows, monkeypatch):
 
 
 @pytest.mark.parametrize("name", nightly_but(ROBUST, "huber", "tukey"))
-@pytest.mark.parametrize("burst", [False, True], ids=["scattered", "burst"])
+@pytest.mark.parametrize("burst", nightly_but([False, True], True), ids=["scattered", "burst"])
 def test_ten_percent_outliers(name, burst, rng, monkeypatch):
     """Below 1 % where least squares is several times worse, and nearly as without outliers; medians over 40 draws.
 

@@ -16,8 +16,10 @@ from helmbench.reporting.diagnosis.measured import PUBLISHED
 from helmbench.reporting.diagnosis.rivals import compared
 from helmbench.reporting.validation.page import explained_lines
 
+from ...nightly_marks import nightly_but
 
-@pytest.fixture(scope="module", params=["craft-rov", "craft-expedition"])
+
+@pytest.fixture(scope="module", params=nightly_but(["craft-rov", "craft-expedition"], "craft-rov"))
 def outcome(request, once):
     """(name, training records, held-out records, diagnosis) of a measured set."""
     report = PUBLISHED[request.param]

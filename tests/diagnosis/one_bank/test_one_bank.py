@@ -314,6 +314,7 @@ def test_a_group_of_which_two_numbers_are_wrong_is_named_by_these(rng):
     assert all(s.low < right[s.parameter] < s.high for s in finding.sizes)
 
 
+@pytest.mark.nightly
 def test_a_wrong_number_of_the_hull_is_named_with_its_value(rng):
     ship = resolve("mariner")
     wrong = ship.parameters["Nr"]

@@ -360,6 +360,7 @@ def test_no_two_forces_have_one_name():
     assert len(set(ids)) == len(ids)
 
 
+@pytest.mark.nightly
 def test_a_sway_force_along_a_bank_is_told_with_its_place(diagnosis_of, rng):
     """It dies away to the west of the start; the headings are drawn, so that six records go to all sides."""
     cases = [injected("bank", (1.0, 2.0, 1.0, 0.0, 0.0, 0.0), 0.3, rng) for _ in range(2)]

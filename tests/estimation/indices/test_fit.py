@@ -118,6 +118,7 @@ def test_indices_that_contradict_each_other_are_told_and_widen_the_intervals(shi
     assert gains[1] is None or gains[1][1] / gains[1][0] > gains[0][1] / gains[0][0]
 
 
+@pytest.mark.nightly
 def test_sizes_and_speeds_scale():
     """Lengths, cables and metres, knots and m/s, starboard and port: the same ship."""
     content = {

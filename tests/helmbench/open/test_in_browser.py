@@ -153,6 +153,7 @@ def test_from_a_dropped_log_to_the_diagnosis(opened, log):
         assert serious(again) == []
 
 
+@pytest.mark.nightly
 def test_columns_without_names_are_confirmed_by_one_click_and_that_can_be_taken_back(opened):
     heading, rate, rudder = swing()
     rows = zip(TIME, heading, rate, rudder, strict=True)

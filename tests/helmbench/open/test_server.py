@@ -13,7 +13,7 @@ from urllib.parse import parse_qs, quote, urlsplit
 import numpy as np
 import pytest
 import requests
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import helmbench
@@ -23,6 +23,7 @@ from helmbench.open import app, projects
 from helmbench.open.guard import HEADERS
 from helmbench.reporting import open as view
 
+from ...seeds import SHIFT
 from .conftest import HOSTILE, exchanged
 
 
@@ -162,6 +163,7 @@ def test_no_name_is_a_path(client, name, kept):
     assert [path.name for path in folder.iterdir()] == [kept]
 
 
+@settings(max_examples=100 if SHIFT else 30)
 @given(st.text(max_size=200))
 def test_a_safe_name_is_one_part_of_a_path_and_stays_as_it_is(name):
     safe = projects.safe_name(name)

@@ -97,6 +97,7 @@ def test_what_the_advice_is_worth_stands_on_page_and_readme(folder, tmp_path):
     assert f'<p class="sub" id="worth">{said}</p>' in (tmp_path / publish.PAGE).read_text()
 
 
+@pytest.mark.nightly
 def test_the_board_of_fits_that_take_minutes_is_linked(folder, tmp_path):
     publish.publish([folder], tmp_path / publish.SLOW)
     publish.publish([folder], tmp_path)

@@ -184,6 +184,7 @@ def test_grid_takes_the_best_of_25():
     assert found.evaluations == 25 and found.value == pytest.approx(1e4)
 
 
+@pytest.mark.nightly
 def test_the_colony_of_the_paper_finds_the_minimum_between_the_points_of_a_grid():
     """1830 moves (30 sources, 30 cycles of 60), the same every time; a place where the fit fails does not stop it."""
 
