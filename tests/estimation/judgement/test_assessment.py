@@ -79,7 +79,7 @@ def test_a_model_that_is_nowhere_better_than_none_fails(records):
     beaten = tuple(replace(s, rmse=0.0) for s in found.train.simple)
     beaten = replace(found, train=replace(found.train, simple=beaten, trusted_s={found.name: 0.0}))
     assert found.verdict == EXPLAINS and beaten.r2 > 0.9 and beaten.verdict == FAILS
-    assert "at no time ahead better" in media.terminal(page(beaten))
+    assert "at no time ahead are its predictions better" in media.terminal(page(beaten))
     first = found.train.horizons_s[0]
     simple = tuple(replace(s, rmse=0.0 if s.horizon_s == first else s.rmse) for s in found.train.simple)
     later = replace(found, train=replace(found.train, simple=simple, trusted_s={found.name: 0.0}))
