@@ -27,18 +27,18 @@ VARIABLES = {
 """Variable -> its field of a motion, and its unit; the yaw rate in U/L."""
 
 
-def curve_of(force: Force, runs: FreeRuns, told: Sequence[Size]) -> Curve | None:
+def curve_of(force: Force, runs: FreeRuns, numbers: Sequence[Size]) -> Curve | None:
     """The curve of a force with its band.
 
     Over the variable that it depends on; after a step of a motion, per unit of that, where it depends on the past; per
     unit of a motion over the time, where it grows with that; of a sensor's error over the time.  None where it depends
     on two variables, or a sensor's error is each record's own.
 
-    told : sizes of the force's numbers.
+    numbers : of the force.
     """
-    if any(size.record is not None for size in told):
+    if any(size.record is not None for size in numbers):
         return None
-    sizes = {size.parameter: (size.value, size.high - size.value) for size in told}
+    sizes = {size.parameter: (size.value, size.high - size.value) for size in numbers}
     first, longest_s = force.shape.depends_on[0], max(float(m.past_s[-1]) for m in runs.motions.values())
     time_s = np.linspace(0.0, longest_s, POINTS)
     if force.axis not in AXES:
