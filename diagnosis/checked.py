@@ -22,9 +22,11 @@ REFUTED = 0.8
 
 def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records: Sequence[Record]) -> Diagnosis:
     """The diagnosis with what the files of all records showed: named where it is a cause of the bank; and without a
-    word of the model while records stand in doubt, or where free runs do not follow the motion."""
+    word of the model while records stand in doubt, or where free runs do not follow the motion: then forces are told
+    alone that no model holds, as those of a measured wind."""
     diagnosis, lost = replace(diagnosis, checks=checks), without_motion(diagnosis.traces)
-    if lost is not None and diagnosis.verdict in ("named", "tied", "described"):
+    beyond = tuple(f for f in diagnosis.remaining if not f.extended and "time" not in f.depends_on)
+    if lost is not None and not beyond and diagnosis.verdict in ("named", "tied", "described"):
         diagnosis = replace(diagnosis, verdict="unexplained", reason=lost)
     for name in dict.fromkeys(f.cause for f in checks if check_of(f.cause).is_cause and f.blanked):
         diagnosis = _named(diagnosis, of_left_out_samples(name, checks, records))
@@ -42,7 +44,11 @@ def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records:
     extended = any(force.extended for force in diagnosis.remaining)
     if lost is not None and (extended or not all(map(is_of_record, diagnosis.causes))):
         said = "free runs with all that fits do not follow even half of the yaw motion"
-        return _withheld(diagnosis, "unexplained", f"{said}: no number of the hull is named", said)
+        outcome = _withheld(diagnosis, "unexplained", f"{said}: no number of the hull is named", said)
+        if not beyond:
+            return outcome
+        said += f"; what they lack is described, and no model holds it: {beyond[0].text}"
+        return replace(outcome, verdict="described", reason=said, remaining=beyond)
     return diagnosis
 
 

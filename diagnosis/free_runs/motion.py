@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import uniform_filter1d
 
 from ...datasets.signals import bridged, integral
+from ...estimation.records.weather import WIND, flow_of
 from ...models.model import ship_length_m
 
 if TYPE_CHECKING:
@@ -24,7 +25,8 @@ class Motion:
     v and r are in the prime system, v' = v/U and r' = r L/U at the instantaneous speed U; pressure is rho/2 A U^2, N,
     A = L d where the family knows the draught d, else L^2.  Of a response model r is in rad/s, and pressure and length
     are one: moments are yaw accelerations.  sway, rate : in m/s and rad/s.  north, east : nan where no positions are
-    measured.  time_s : of the record; past_s : from its start.
+    measured.  wind_ahead, wind_across : velocity of the air against the ship, m/s, in her axes (forward, to starboard);
+    nan where no wind is measured.  time_s : of the record; past_s : from its start.
     """
 
     time_s: np.ndarray
@@ -39,6 +41,8 @@ class Motion:
     sway: np.ndarray
     rate: np.ndarray
     length_m: float
+    wind_ahead: np.ndarray
+    wind_across: np.ndarray
 
     @property
     def step_s(self) -> float:
@@ -90,10 +94,24 @@ def motion_of(model: Model, record: Record, smooth_s: float) -> Motion:
         heading = integral(r, time_s)
     north, east = smoothed("north_m", np.nan), smoothed("east_m", np.nan)
     rudder, one = on_grid(record.rudder()), np.ones(time_s.size)
+    wind = _apparent_wind(record, time_s, heading, np.nan_to_num(u), v, width)
     if not model.is_3dof:
-        return Motion(time_s, u, 0.0 * one, r, heading, rudder, north, east, one, 0.0 * one, r, 1.0)
+        return Motion(time_s, u, 0.0 * one, r, heading, rudder, north, east, one, 0.0 * one, r, 1.0, *wind)
     numbers, length = model.environment_numbers(), ship_length_m(model)
     speed = np.sqrt(u**2 + v**2 + 1e-12)
     pressure = 0.5 * numbers["rho"] * length * numbers.get("d", length) * speed**2
     prime = v / speed, r * length / speed
-    return Motion(time_s, speed, *prime, heading, rudder, north, east, pressure, v, r, length)
+    return Motion(time_s, speed, *prime, heading, rudder, north, east, pressure, v, r, length, *wind)
+
+
+def _apparent_wind(
+    record: Record, time_s: np.ndarray, heading: np.ndarray, u: np.ndarray, v: np.ndarray, width: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Velocity (N,) of the air against the ship, forward and to starboard, m/s, averaged over so many samples; nan
+    where no wind is measured."""
+    flow = flow_of(record, WIND)
+    if flow is None:
+        return np.full(time_s.size, np.nan), np.full(time_s.size, np.nan)
+    north, east = (uniform_filter1d(np.interp(time_s, flow[0], way), width, mode="nearest") for way in flow[1].T)
+    cosine, sine = np.cos(heading), np.sin(heading)
+    return north * cosine + east * sine - u, east * cosine - north * sine - v

@@ -58,6 +58,8 @@ READINGS = {
     "yaw rate": ("damping of another form", "turn with rudder of several sizes to both sides"),
     "rudder angle": ("a rudder whose force is not as the model has it, or that works differently to each side",
                      "turn with rudder of several sizes to both sides"),
+    "apparent wind": ("wind on hull and superstructure, which the model lacks or has otherwise",
+                      "sail the same manoeuvre with the wind from other sides, and in calm"),
     "place": ("a bank, shallow water, a lee, or a current that differs from place to place",
               "sail the same track the other way, and another track"),
     "past": ("memory of the flow, a slow steering gear, or a filter in the logger",
@@ -164,6 +166,8 @@ class Force:
             return first if "_first" in name else growth
         known = {n: unit for extension in self.extensions for n, unit in extension_of(extension).units.items()}
         own = name.partition("@")[0]
+        if own.startswith(f"{self.axis}_wind_"):
+            return f"{unit_of(self.axis, model)}/(m/s)2"
         if self.axis == RESPONSE and own.startswith("term_"):
             return _over_product(own.split("_")[2:], order_of(model))
         return known.get(own, unit_of(self.axis, model)).replace(ANY_ORDER, unit_of(self.axis, model))
@@ -203,19 +207,26 @@ def reading_of(force: Force) -> tuple[str, str]:
 
 
 def shapes(
-    axes: Collection[str], length_s: float, longest_s: float, ranges: Mapping[str, tuple[float, float]], turned: float
+    axes: Collection[str],
+    length_s: float,
+    longest_s: float,
+    ranges: Mapping[str, tuple[float, float]],
+    turned: float,
+    windy: bool = False,
 ) -> list[Shape]:
     """Every shape on the axes of a model, for a ship that sails her length in length_s and records of at most
     longest_s.
 
     ranges : north, east [m], v, r (prime system), d [rad] -> the first value that is reached, and the span of all.
     turned : range of the headings, rad: of less than half a turn the records show a force that follows the turning.
+    windy : whether the wind is measured.
     """
     motions, speed = [x for x in MOTIONS if x != "v" or "Y" in axes], "X" in axes
     return [
         *(_by_heading(count) for count in range(1, len(COUNTS) + 1) if turned >= np.pi),
         *_by_motion(motions),
         *([_by_speed()] if speed else []),
+        *(_by_wind(how, parts) for how, parts in WINDS.items() if windy),
         *(_by_past(x, now, share * length_s) for x in motions for share in LAGS for now in (False, True)),
         *(_by_curve(x, *ranges[x]) for x in ranges if x in PLACES or x in motions),
         *(shape for x in ranges if x in PLACES for shape in _beyond_places(x, *ranges[x])),
@@ -259,6 +270,25 @@ def _product(factors: Sequence[str]) -> Term:
 def _by_speed() -> Shape:
     terms: dict[str, Term] = {"{}_speed_1": lambda m, axis: m.speed, "{}_speed_2": lambda m, axis: m.speed**2}
     return Shape(("speed",), "depends on the speed", terms, ("{}_speed",))
+
+
+WINDS = {
+    "goes with the apparent wind along the ship": ("ahead",),
+    "goes with the apparent wind across the ship": ("across",),
+    "depends on the apparent wind": ("ahead", "across", "both"),
+}
+"""How a force goes with the apparent wind, and the numbers of each."""
+
+
+def _by_wind(how: str, parts: Collection[str]) -> Shape:
+    """A force by the square of the apparent wind V from an angle gamma off the bow: V^2 cos gamma (ahead), V^2 sin
+    gamma (across), V^2 sin 2 gamma / 2 (both), as series of wind coefficients begin (Isherwood 1972)."""
+    every: dict[str, Term] = {
+        "ahead": lambda m, axis: np.hypot(m.wind_ahead, m.wind_across) * m.wind_ahead,
+        "across": lambda m, axis: np.hypot(m.wind_ahead, m.wind_across) * m.wind_across,
+        "both": lambda m, axis: m.wind_ahead * m.wind_across,
+    }
+    return Shape(("apparent wind",), how, {f"{{}}_wind_{part}": every[part] for part in parts})
 
 
 def _by_curve(x: str, first: float, span: float) -> Shape:
@@ -390,7 +420,8 @@ def forces_along(runs: FreeRuns) -> Forces:
     candidates: list[Candidate] = []
     places: dict[str, Place] = {}
     series: dict[str, Series] = {}
-    for shape in shapes(steady, length_s, longest_s, _ranges(motions), turned):
+    windy = all(np.isfinite(m.wind_ahead).all() for m in motions)
+    for shape in shapes(steady, length_s, longest_s, _ranges(motions), turned, windy):
         for axis in steady:
             one = _as_candidate(runs, Force(axis, shape))
             forces |= one.forces

@@ -354,9 +354,32 @@ def test_nothing_is_described_beside_a_response_model_that_is_right(rng):
     assert found.remaining == () and found.verdict == "adequate"
 
 
+@pytest.mark.parametrize("size", [1e-5, 3e-5])
+def test_a_moment_by_the_measured_wind_is_described(size, rng):
+    """A wind from 1.1 rad of 6 to 14 m/s, and a moment by V^2 sin of its angle off the bow, of the air against a craft
+    whose speed is not known; the larger one makes most of the yaw motion."""
+    slow = np.cumsum(rng.normal(0.0, 1.0, (4, 600)), axis=1)
+    speeds = 10.0 + 4.0 * np.sin(slow / 8.0)
+    made = list[Record]()
+    for speed, way in zip(speeds, ((0.35, 0.0, 0.35), (0.2, 1.0, 0.6), (0.3, 3.0, 2.0), (0.26, 2.0, 0.5)), strict=True):
+
+        def moment(t, psi, r, d, speed=speed):
+            return -size * np.interp(t, np.arange(600.0), speed) ** 2 * np.sin(1.1 - psi)
+
+        record = nature(moment, *way, rng)
+        wind = {"wind_speed_m_s": np.interp(record.time_s, np.arange(600.0), speed),
+                "wind_direction_rad": np.full(record.n, 1.1)}  # fmt: skip
+        made.append(record.with_channels(**wind))
+    found = diagnose(response(8.0, 0.12), made[:3], made[3:])
+    (force,) = found.remaining
+    assert force.depends_on == ("apparent wind",) and force.share > 0.8 and not force.extended
+    across = next(size for size in force.sizes if size.parameter == "R_wind_across")
+    assert across.value == pytest.approx(size, rel=0.15) and across.unit == "rad/s2/(m/s)2"
+
+
 def test_no_two_forces_have_one_name():
     ranges = {"north": (-400.0, 900.0), "east": (0.0, 500.0), "v": (-0.1, 0.2), "r": (-0.3, 0.6), "d": (-0.6, 1.2)}
-    ids = [Force("N", shape).id for shape in shapes("XYN", 20.0, 600.0, ranges, 6.0)]
+    ids = [Force("N", shape).id for shape in shapes("XYN", 20.0, 600.0, ranges, 6.0, windy=True)]
     assert len(set(ids)) == len(ids)
 
 
