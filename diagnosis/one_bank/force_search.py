@@ -170,6 +170,22 @@ def forces_alone(base: Beside, wide: bool) -> Remainder | None:
 
 def same_forces_alone(base: Beside, rest: Remainder) -> Remainder:
     """The forces that were selected beside another model, beside the base alone."""
+    runs, forces, entered = _over(base, rest)
+    fitted = replace(base, runs=runs).fit([one.candidate for one in entered])
+    whole = Remainder(runs, forces, Selection(base.plain, entered, fitted), fitted)
+    return _refined(whole, base.flows)
+
+
+def same_forces_beside_numbers(base: Beside, rest: Remainder) -> Remainder:
+    """The forces that were selected beside another model, beside the base model's own numbers."""
+    runs, forces, entered = _over(base, rest)
+    numbers = distinct((*base.numbers, *(n for one in entered for n in one.candidate.numbers)))
+    fitted = minimise(runs, numbers, base.whole.point.values, base.whole.point.own)
+    return Remainder(runs, forces, Selection(base.whole, entered, fitted), fitted)
+
+
+def _over(base: Beside, rest: Remainder) -> tuple[FreeRuns, Forces, tuple[Entered, ...]]:
+    """The free runs of a base over forces that were selected beside another model, and these there."""
     runs, forces, entered = base.runs, base.forces, list[Entered]()
     for one in rest.selection.entered:
         force = rest.forces.forces[one.candidate.id]
@@ -177,9 +193,7 @@ def same_forces_alone(base: Beside, rest: Remainder) -> Remainder:
             runs, forces, candidate = with_force(runs, forces, force)
             one = replace(one, candidate=candidate)
         entered.append(one)  # drifts of sensors are the same beside any model
-    fitted = replace(base, runs=runs).fit([one.candidate for one in entered])
-    whole = Remainder(runs, forces, Selection(base.plain, tuple(entered), fitted), fitted)
-    return _refined(whole, base.flows)
+    return runs, forces, tuple(entered)
 
 
 def _refined(rest: Remainder, always: Sequence[Number]) -> Remainder:

@@ -20,7 +20,15 @@ from ..report.bank import is_of_record, without_causes
 from .catalogue import FLOWS
 from .events import events
 from .force_answer import INSTEAD, MOST_OF_IT, event_forces, of_hull, share_of, with_forces
-from .force_search import Beside, Remainder, forces_alone, forces_beside_numbers, same_forces_alone, surely_worse
+from .force_search import (
+    Beside,
+    Remainder,
+    forces_alone,
+    forces_beside_numbers,
+    same_forces_alone,
+    same_forces_beside_numbers,
+    surely_worse,
+)
 from .search import FEW, LARGE
 
 if TYPE_CHECKING:
@@ -69,12 +77,15 @@ def with_remaining(diagnosis: Diagnosis, records: Prepared, held_out: Sequence[R
     bases = [(_without_named(diagnosis, bank, flows | {RudderOffset.id} if own else flows), beside_base)]
     if own:
         bases = [(_without_named(diagnosis, bank, flows), beside(base, instruments, {})), *bases]
+    fewer = None
     if steering := {*instruments} & {*RUDDER}:
         rest_of = {name: x for name, x in instruments.items() if name not in steering}
-        bases = [(_without_named(diagnosis, bank, flows, steering), beside(base, rest_of, {})), *bases]
+        of_base = beside(base, rest_of, {})
+        bases = [(_without_named(diagnosis, bank, flows, steering), of_base), *bases]
+        fewer = _without_steering(diagnosis, bank, steering), of_base
     answer = diagnosis
     sure = CLEAR if own and held_out else None
-    for rival, rest in _explanations((diagnosis, now), bases, wide, little, sure):
+    for rival, rest in _explanations((diagnosis, now), bases, fewer, wide, little, sure):
         start = model if rival is diagnosis else base
         answer = with_forces(diagnosis, rival, start, rest, records, held_out, options)
         if answer is not diagnosis:
@@ -96,6 +107,7 @@ def _moved(base: Model, model: Model) -> int:
 def _explanations(
     own: tuple[Diagnosis, Beside],
     bases: Sequence[tuple[Diagnosis, Beside]],
+    fewer: tuple[Diagnosis, Beside] | None,
     wide: bool,
     little: bool,
     sure: float | None,
@@ -103,8 +115,9 @@ def _explanations(
     """What is told beside forces, and these, the preferred first: few forces beside the base alone, where they take the
     place of what is named of the hull and the rudder; forces beside the model's own numbers.
 
-    own : the diagnosis, and free runs of its extended model.  bases : the base model's, the fewest names
-    first.  little : whether the errors that are left are small: then several forces beside numbers are not told.
+    own : the diagnosis, and free runs of its extended model.  bases : the base model's, the fewest names first.
+    fewer : the diagnosis without faults of the rudder, which forces go before, and the base model's runs without these.
+    little : whether the errors that are left are small: then several forces beside numbers are not told.
     sure : standard errors by which forces have to be better than what is named; None: those of SURE.
     """
     now, ((rival, base), few) = own[1], _fewest(bases, wide)
@@ -114,6 +127,10 @@ def _explanations(
     for one in (one for one in (few, same_alone) if one is not None):
         if _takes_the_place(base, one, None if wide else now.plain, sure) and not (rest and _preferred(rest, one)):
             yield rival, one
+    if rest is not None and fewer is not None:
+        same = same_forces_beside_numbers(fewer[1], rest)
+        if not surely_worse(same.runs, same.fitted, rest.selection.final, CLEAR):
+            yield fewer[0], same
     if rest is not None:
         yield own[0], rest
 
@@ -149,6 +166,15 @@ def _takes_the_place(base: Beside, one: Remainder, by_names: Fitted | None, sure
         return surely_worse(base.runs, base.whole, one.fitted, CLEAR)
     surely = surely_worse(base.runs, by_names, one.fitted, sure or quantile(base.runs, SURE))
     return surely and not surely_worse(base.runs, one.fitted, base.whole, CLEAR)
+
+
+def _without_steering(diagnosis: Diagnosis, bank: Bank, steering: Collection[str]) -> Diagnosis:
+    """The diagnosis without faults of the rudder, by their instruments."""
+    places = ((bank.cause_of(c), bank.places[n]) for c in bank.candidates for n in c.names)
+    faults = {cause for cause, place in places if {*place.entries} & {*steering}}
+    instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in steering}
+    rest = without_causes(diagnosis, faults, INSTEAD)
+    return replace(rest, extended=replace(diagnosis.extended, instruments=instruments))
 
 
 def _without_named(

@@ -7,6 +7,9 @@ import numpy as np
 import pytest
 
 from helmbench.bench.faults import Effect, FaultCase, inject
+from helmbench.bench.kinds.base import RunSelection
+from helmbench.bench.kinds.diagnosis import execute, plan
+from helmbench.bench.suites import load_suite
 from helmbench.checks.result import Size
 from helmbench.datasets.generator import record_run
 from helmbench.datasets.manoeuvres import parse_manoeuvre
@@ -406,3 +409,14 @@ def test_a_bank_is_no_neutral_angle_of_each_record(rng):
         return said.causes == () and said.verdict == "described" and heading.rmse_after < 0.5 * heading.rmse_before
 
     assert passes(described, 0.7)
+
+
+@pytest.mark.nightly
+@pytest.mark.parametrize("effect", ["pulse", "harmonic"])
+def test_a_fault_of_the_rudder_that_a_force_makes_needless_is_not_named(effect):
+    """Of a base of which every number is 5 % off: a neutral angle stood beside the force (suite `unknown`, seed 11)."""
+    every = plan.plan(load_suite("unknown"), RunSelection(seed=11))
+    spec = next(s for s in every if (s.vessel, s.injected, s.base) == ("s175", (effect,), "off-5"))
+    case = execute.injected_of(spec)
+    found = diagnose(execute.base_of(spec), case.train, case.held_out)
+    assert found.remaining and "rudder_offset" not in {f.cause for f in found.causes}
