@@ -231,13 +231,10 @@ def track_velocity(north: ClockSeries, east: ClockSeries) -> tuple[ClockSeries, 
 def sense(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[str, float] | None:
     """How a heading, rad, turns with the course of velocities to north and east: ('with', mean of course - heading) or
     ('against', mean of course + heading); None where the course hardly changes or nothing agrees."""
-    shared = _beside_heading(heading, north, east)
+    shared = _course_beside(heading, north, east)
     if shared is None:
         return None
-    _, psi, vn, ve = shared
-    speed = np.hypot(vn, ve)
-    moving = speed > 0.3 * np.quantile(speed, 0.8)
-    course, psi = np.arctan2(ve, vn)[moving], psi[moving]
+    course, psi = shared
     if course.size < FEWEST or np.ptp(np.unwrap(course)) < LEAST_TURN_RAD or np.ptp(psi) < LEAST_TURN_RAD / 3.0:
         return None
     with_, offset = mean_direction(course - psi)
@@ -250,14 +247,24 @@ def sense(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[
 def sum_with_course(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> float | None:
     """Mean of course + heading, rad, of a heading that turns against the course: from where it counts; None where the
     ship hardly moves, or they do not go together."""
+    shared = _course_beside(heading, north, east)
+    if shared is None:
+        return None
+    course, psi = shared
+    length, total = mean_direction(course + psi)
+    return total if length > AGREEING else None
+
+
+def _course_beside(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[np.ndarray, np.ndarray] | None:
+    """Course of velocities to north and east, and heading, rad, (M,) while the ship moves; None where these are too
+    few."""
     shared = _beside_heading(heading, north, east)
     if shared is None:
         return None
     _, psi, vn, ve = shared
     speed = np.hypot(vn, ve)
     moving = speed > 0.3 * np.quantile(speed, 0.8)
-    length, total = mean_direction(np.arctan2(ve, vn)[moving] + psi[moving])
-    return total if length > AGREEING else None
+    return np.arctan2(ve, vn)[moving], psi[moving]
 
 
 def _beside_heading(heading: ClockSeries, north: ClockSeries, east: ClockSeries) -> tuple[np.ndarray, ...] | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -176,15 +177,19 @@ def _turned_by(log: RawLog, found: ColumnFinding) -> float:
     return 0.0
 
 
-def _track_along(log: RawLog, found: ColumnFinding, left: float) -> str:
-    """The track along which a direction goes much nearer than along the integral of a yaw rate, which leaves a share of
-    its variance; '' where there is none."""
+def _beside_courses(log: RawLog, found: ColumnFinding) -> Iterator[tuple[str, np.ndarray, np.ndarray, np.ndarray]]:
+    """(name of a track, times, direction, course, rad) of every track that a direction can be compared with."""
     series = log.series(found) if found.unit is not None else None
     for name, course in log.turns():
         shared = together(series, course, angle_first=True) if series is not None else None
-        if shared is None or not np.isfinite(shared[2]).all():
-            continue
-        _, own, along = shared
+        if shared is not None and np.isfinite(shared[2]).all():
+            yield name, *shared
+
+
+def _track_along(log: RawLog, found: ColumnFinding, left: float) -> str:
+    """The track along which a direction goes much nearer than along the integral of a yaw rate, which leaves a share of
+    its variance; '' where there is none."""
+    for name, _, own, along in _beside_courses(log, found):
         apart = np.angle(np.exp(1j * (own - along)))
         if float(np.var(apart)) < NEARER * left * float(np.var(own)):
             return name
@@ -194,12 +199,7 @@ def _track_along(log: RawLog, found: ColumnFinding, left: float) -> str:
 def _drifts_from(log: RawLog, found: ColumnFinding) -> str:
     """The track whose course a direction leads by an angle that goes with its own rate, as a heading does by the drift
     angle, which points out of the turn; '' where there is none.  A course that is shown late lags instead."""
-    series = log.series(found) if found.unit is not None else None
-    for name, course in log.turns():
-        shared = together(series, course, angle_first=True) if series is not None else None
-        if shared is None or not np.isfinite(shared[2]).all():
-            continue
-        time, own, along = shared
+    for name, time, own, along in _beside_courses(log, found):
         lead = np.angle(np.exp(1j * (own - along)))
         rate = np.gradient(smooth(own, max(1, own.size // 60)), time)
         with_rate = correlation(lead, rate)

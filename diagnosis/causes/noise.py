@@ -177,10 +177,10 @@ class WaveMotion(Cause):
             values = s.vectors[est.rows(owner)[0], slots]
             half = NORMAL_90 * np.sqrt(np.diag(_wave_covariance(est, s, values, owner)))
             label = None if owner is None else est.record_names[owner]
-            shown = [2.0 * np.pi / values[0], *values[1:]]
+            period_s, others = 2.0 * np.pi / values[0], values[1:]
             out += [
                 Size(name, float(v), float(v * np.exp(-w)), float(v * np.exp(w)), unit, label)
-                for (name, unit), v, w in zip(WAVE_SIZES.items(), shown, half, strict=True)
+                for (name, unit), v, w in zip(WAVE_SIZES.items(), (period_s, *others), half, strict=True)
             ]
         return tuple(out)
 

@@ -256,6 +256,11 @@ def of_hull(diagnosis: Diagnosis) -> set[str]:
 def _without_biases(diagnosis: Diagnosis, axes: Collection[str]) -> Diagnosis:
     """The diagnosis without steady errors of sensors that drift."""
     ids, names = ({pair[i] for axis, pair in BIASES.items() if axis in axes} for i in (0, 1))
-    instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in names}
-    rest = without_causes(diagnosis, ids, INSTEAD)
-    return replace(rest, extended=replace(diagnosis.extended, instruments=instruments))
+    return without_instruments(diagnosis, ids, names)
+
+
+def without_instruments(diagnosis: Diagnosis, ids: Collection[str], instruments: Collection[str]) -> Diagnosis:
+    """The diagnosis without some causes, and without some instruments of its extended model."""
+    others = {name: x for name, x in diagnosis.extended.instruments.items() if name not in instruments}
+    rest = without_causes(diagnosis, {*ids}, INSTEAD)
+    return replace(rest, extended=replace(diagnosis.extended, instruments=others))

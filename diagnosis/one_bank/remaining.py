@@ -16,10 +16,10 @@ from ...datasets.instruments import corrected
 from ...estimation.selection.selection import CLEAR, is_enough, quantile
 from ...models.instruments import RUDDER
 from ..causes.steering_gear import RudderOffset, own_neutral_angles
-from ..report.bank import is_of_record, without_causes
+from ..report.bank import is_of_record
 from .catalogue import FLOWS
 from .events import events
-from .force_answer import INSTEAD, MOST_OF_IT, event_forces, of_hull, share_of, with_forces
+from .force_answer import MOST_OF_IT, event_forces, of_hull, share_of, with_forces, without_instruments
 from .force_search import (
     Beside,
     Remainder,
@@ -170,11 +170,7 @@ def _takes_the_place(base: Beside, one: Remainder, by_names: Fitted | None, sure
 
 def _without_steering(diagnosis: Diagnosis, bank: Bank, steering: Collection[str]) -> Diagnosis:
     """The diagnosis without faults of the rudder, by their instruments."""
-    places = ((bank.cause_of(c), bank.places[n]) for c in bank.candidates for n in c.names)
-    faults = {cause for cause, place in places if {*place.entries} & {*steering}}
-    instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in steering}
-    rest = without_causes(diagnosis, faults, INSTEAD)
-    return replace(rest, extended=replace(diagnosis.extended, instruments=instruments))
+    return without_instruments(diagnosis, _causes_by(bank, steering), steering)
 
 
 def _without_named(
@@ -182,9 +178,11 @@ def _without_named(
 ) -> Diagnosis:
     """The diagnosis without causes of the hull, and without what free runs have named that neither instruments nor
     records' own flows hold; without : instruments, too."""
-    instruments = {name: x for name, x in diagnosis.extended.instruments.items() if name not in without}
-    entries = {*instruments}
-    of_instruments = {bank.cause_of(c) for c in bank.candidates for n in c.names if {*bank.places[n].entries} & entries}
+    of_instruments = _causes_by(bank, {*diagnosis.extended.instruments} - {*without})
     by_runs = {f.cause for f in diagnosis.causes if not is_of_record(f) and f.cause not in flows}
-    rest = without_causes(diagnosis, of_hull(diagnosis) | (by_runs - of_instruments), INSTEAD)
-    return replace(rest, extended=replace(diagnosis.extended, instruments=instruments))
+    return without_instruments(diagnosis, of_hull(diagnosis) | (by_runs - of_instruments), without)
+
+
+def _causes_by(bank: Bank, instruments: Collection[str]) -> set[str]:
+    """Causes whose numbers are some instruments."""
+    return {bank.cause_of(c) for c in bank.candidates for n in c.names if {*bank.places[n].entries} & {*instruments}}
