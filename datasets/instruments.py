@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -272,10 +273,20 @@ def _splined(time: np.ndarray, known: np.ndarray, spline: CubicSpline, ahead: fl
 
 
 def _slope(series: np.ndarray, step_s: float, order: int) -> np.ndarray:
-    """Slope (N,), 1/s, of polynomials through SMOOTHED samples each."""
-    from scipy.signal import savgol_filter
+    """Slope (N,), 1/s, of polynomials through SMOOTHED samples each; at the ends of those through the last ones
+    (Savitzky and Golay 1964)."""
+    rows, middle = _slope_weights(order), SMOOTHED // 2
+    inside = np.convolve(series, rows[middle, ::-1], mode="valid")
+    ends = rows[:middle] @ series[:SMOOTHED], rows[middle + 1 :] @ series[-SMOOTHED:]
+    return np.concatenate([ends[0], inside, ends[1]]) / step_s
 
-    return np.asarray(savgol_filter(series, SMOOTHED, order, deriv=1, delta=step_s))
+
+@cache
+def _slope_weights(order: int) -> np.ndarray:
+    """Weights (SMOOTHED, SMOOTHED) of samples in the slope at each of them, for a step of one."""
+    from scipy.signal import savgol_coeffs
+
+    return np.stack([savgol_coeffs(SMOOTHED, order, deriv=1, pos=i, use="dot") for i in range(SMOOTHED)])
 
 
 def _rocked(

@@ -111,10 +111,10 @@ def compare(
 
     derived : name of a record -> columns that are made from each other.  later : the comparisons after this one.
     """
+    if chain.instead and chain.of_positions:
+        return _as_curve(chain, records, derived)
     done = _compared(chain, records, derived)
-    if not chain.instead:
-        return done
-    return _as_curve(done) if chain.of_positions else _told_instead(done, derived, later)
+    return _told_instead(done, derived, later) if chain.instead else done
 
 
 def _compared(chain: Chain, records: Sequence[Record], derived: Mapping[str, set[str]]) -> Compared:
@@ -392,18 +392,19 @@ def _agree_better(one: Compared, other: Compared, derived: Mapping[str, set[str]
     return lead > TIE
 
 
-def _as_curve(done: Compared) -> Compared:
+def _as_curve(chain: Chain, records: Sequence[Record], derived: Mapping[str, set[str]]) -> Compared:
     """Positions against velocities with errors whose sizes act together among the options, where the last of these
-    matters and all together explain clearly more than any other error; else the same.
+    matters and all together explain clearly more than any other error; else without them.
 
     Of more sizes they explain as much as a scale error in any record: only the tie without it makes them an error.
     """
-    if not done.records:
-        return done
-    curves = done.chain.instead
-    other = _compared(done.chain._replace(options=(*done.chain.options, *curves)), done.records, {})
-    clear = any(s.option in curves and s.material and not s.rivals for s in other.sizes)
-    return other if clear else replace(done, tested=other.tested)
+    curves = chain.instead
+    every = _compared(chain._replace(options=(*chain.options, *curves)), records, derived)
+    if any(s.option in curves and s.material and not s.rivals for s in every.sizes):
+        return every
+    takes_part = any(option in curves for s in every.sizes for option in (s.option, *s.rivals))
+    done = _compared(chain, records, derived) if takes_part or every.absurd else every
+    return replace(done, chain=chain, tested=every.tested)
 
 
 # ---- findings

@@ -8,16 +8,18 @@ sign.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...checks.base import scaled
-from ...checks.check import check
+from ...checks.base import UNUSABLE, scaled
+from ...checks.check import distinct, examine
 from ...checks.columns import RudderSign
+from ...checks.comparison.drift import deviation_finding
 from ...checks.files.repeats import FrozenSamples
 from ...checks.files.rudder_response import fitted, means_of
-from ...checks.result import sentence_of
+from ...checks.result import merged, sentence_of
 from ...checks.sensors import CompassDeviation
 from ...datasets.columns import RUDDERS
 from ..causes.registry import causes
@@ -61,11 +63,15 @@ def behind_sensors(train: Sequence[Record], held_out: Sequence[Record]) -> Senso
     own, others = ([*map(to_the_side, side)] for side in (train, held_out))
     turned = "the rudder or command has the other sign than in the other records, and was turned."
     notes = [f"{name}: {turned}" for name in sorted(names)]
-    bare, faults = Prepared(own, others), [f for f in check([*own, *others]).findings if f.material]
-    notes += [f"{sentence_of(f)}." for f in faults if f.cause in TOLD]
-    every = bare.compared().findings
+    of_files = merged(examine(distinct([*own, *others])).findings)
+    notes += [f"{sentence_of(f)}." for f in of_files if f.material and f.cause in TOLD]
+    bare = Prepared(own, others)
+    seen = bare.compared()
+    every = seen.findings
     if CompassDeviation.id not in {f.cause for f in every}:
-        every += tuple(of_sensor(f, causes()) for f in faults if f.cause == CompassDeviation.id)
+        with suppress(*UNUSABLE):
+            pattern = deviation_finding([*seen.train, *seen.held_out])
+            every += () if pattern is None else (of_sensor(pattern, causes()),)
     wrong = {f.cause for f in every} & {*CORRECTED}
     done = bare.compared([causes()[name] for name in wrong]) if wrong else bare
     return Sensors(done.train, done.held_out, every, done.removed, notes)
