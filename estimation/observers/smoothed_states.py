@@ -42,7 +42,7 @@ def smoothed_states(record: Record, times_s: np.ndarray) -> dict[str, np.ndarray
     return found
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=256)
 def _derivatives(series: bytes, count: int) -> np.ndarray:
     """A series (N,) of float64 and its derivatives, (N, count), per sample^k; nan = gap.
 
