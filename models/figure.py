@@ -7,6 +7,7 @@ from base64 import b64encode
 from collections.abc import Callable
 from html import escape
 
+from matplotlib import rcParams
 from matplotlib.backend_bases import RendererBase
 from matplotlib.figure import Figure
 from matplotlib.text import Text
@@ -27,9 +28,9 @@ class PlainFigure(Figure):
     def draw(self, renderer: RendererBase) -> None:
         axes = [axis for ax in self.axes for axis in (ax.xaxis, ax.yaxis)]
         powers = {label for axis in axes if axis.get_scale() == "log" for label in axis.get_ticklabels(which="both")}
-        for text in self.findobj(Text):
-            if isinstance(text, Text) and text not in powers:
-                text.set_parse_math(False)
+        for text in self.findobj(Text) if rcParams["text.parse_math"] else powers:
+            if isinstance(text, Text):
+                text.set_parse_math(text in powers)
         super().draw(renderer)
 
 

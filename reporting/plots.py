@@ -31,6 +31,7 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.2,
     "path.simplify_threshold": 0.3,
     "figure.facecolor": "white",
+    "text.parse_math": False,
 }
 NO_METADATA = dict.fromkeys(("Date", "Creator", "Format", "Type"))
 

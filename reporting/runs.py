@@ -30,8 +30,11 @@ DASHES = ("-", (0, (5, 3)), (0, (2, 1)), (0, (6, 2, 1, 2)))
 """Line styles of the runs, the last run first."""
 WIDTH = 6.4
 SEEN_WIDTH = 4.6
-ROW, FOOT, HEAD, BEFORE_AXIS = 1.05, 0.45, 0.1, 0.95
-"""Inches: widths of a figure, of a record in the first figure; a channel, the time axis, what is above and left."""
+ROW, FOOT, HEAD, BEFORE_AXIS, BEFORE_TICKS = 1.05, 0.45, 0.1, 0.95, 0.6
+"""Inches: widths of a figure, of a record in the first figure; a channel, the time axis, what is above and left, and
+left of an axis the label's end."""
+RIGHT, TICKS, FEW_TICKS = 0.97, 6, 3
+"""Right end of the axes as a share of the width; steps of a vertical axis at most, and of a low one."""
 
 
 @dataclass(frozen=True)
@@ -237,7 +240,7 @@ def _values(
 def _over_time(record: RecordRuns, panels: Sequence[Panel], width: float) -> str:
     """A chart of panels below each other, with a gap before each new start.
 
-    Its margins are fixed: a page has dozens of such charts, and fitting margins is slow.
+    Its margins and the places of its labels are fixed: a page has dozens of such charts, and fitting them is slow.
     """
     starts = list(record.starts)
     time = np.insert(record.time, starts, record.time[starts])
@@ -250,13 +253,14 @@ def _over_time(record: RecordRuns, panels: Sequence[Panel], width: float) -> str
             for values, style in panel.curves:
                 own.plot(time, np.insert(values, starts, np.nan), **style)
             own.set(xlim=(time[0], time[-1]), ylabel=panel.label, ylim=panel.limits)
+            own.yaxis.set_label_coords(-BEFORE_TICKS / (RIGHT * width - BEFORE_AXIS), 0.5)
+            own.yaxis.get_major_locator().set_params(nbins=TICKS if panel.rows > 1.0 else FEW_TICKS)
             if panel.label == "error":
                 own.axhline(0.0, color=SOFT, linewidth=0.7)
         axes[-1].set_xlabel("time, s")
-        figure.align_ylabels()
 
     margins = {"left": BEFORE_AXIS / width, "bottom": FOOT / height, "top": 1.0 - HEAD / height}
-    margins |= {"right": 0.97, "hspace": 0.15}
+    margins |= {"right": RIGHT, "hspace": 0.15}
     return chart(draw, (width, height), f"{record.record}: measured and simulated", margins)
 
 
@@ -295,7 +299,8 @@ def track_chart(record: RecordRuns) -> str:
         axes.plot(east[first], north[first], "o", color=MEASURED, markersize=4)
         axes.set(xlabel="east, m", ylabel="north, m", aspect="equal", adjustable="datalim")
 
-    return chart(draw, (WIDTH, WIDTH), "track")
+    margins = {"left": BEFORE_AXIS / WIDTH, "bottom": FOOT / WIDTH, "top": 1.0 - HEAD / WIDTH, "right": RIGHT}
+    return chart(draw, (WIDTH, WIDTH), "track", margins)
 
 
 def value_range(arrays: Sequence[np.ndarray], limit: float | None = None) -> tuple[float, float] | None:
