@@ -284,9 +284,9 @@ def _slope(series: np.ndarray, step_s: float, order: int) -> np.ndarray:
 @cache
 def _slope_weights(order: int) -> np.ndarray:
     """Weights (SMOOTHED, SMOOTHED) of samples in the slope at each of them, for a step of one."""
-    from scipy.signal import savgol_coeffs
-
-    return np.stack([savgol_coeffs(SMOOTHED, order, deriv=1, pos=i, use="dot") for i in range(SMOOTHED)])
+    powers, place = np.arange(order + 1), np.arange(SMOOTHED) - SMOOTHED // 2
+    fit = np.linalg.pinv(place[:, None] ** powers)
+    return (powers * place[:, None] ** np.maximum(powers - 1, 0)) @ fit
 
 
 def _rocked(

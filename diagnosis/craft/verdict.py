@@ -20,8 +20,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.stats import t as student
 
+from ...checks.tails import student_quantile
 from ...estimation.records.naming import named
 from ...estimation.validation.horizons import better_at
 from ...estimation.validation.validate import label, validate
@@ -203,5 +203,5 @@ def _ratios(of: Attempt, model: Model, record: Record, records: np.ndarray) -> n
 def _scale(squares: Sequence[float]) -> float:
     """What the band is multiplied by.  squares : z_i^2 of the training records."""
     known = PRIOR + len(squares)
-    wider = float(student.ppf(0.5 + 0.5 * NORMAL_68, known))
+    wider = student_quantile(0.5 + 0.5 * NORMAL_68, known)
     return wider * float(np.sqrt((PRIOR + np.sum(squares)) / known))

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy.signal import detrend
 
 from ...checks.tails import half_of_mean
 
@@ -121,12 +120,19 @@ def _spectra(runs: FreeRuns, errors: Sequence[np.ndarray], symbols: Sequence[str
         time_s, window = np.arange(sizes[k]) * step, np.hanning(sizes[k])
         rudder = np.interp(time_s, unit.grid_s - unit.grid_s[0], unit.stretch.series.inputs[: len(unit.grid_s), 0])
         values = [*(error[runs.symbols.index(s)] for s in symbols), rudder]
-        spectra = dict(zip(names, np.fft.rfft(detrend(np.array(values)) * window), strict=True))
+        spectra = dict(zip(names, np.fft.rfft(_without_trend(np.array(values)) * window), strict=True))
         own, scale = np.fft.rfftfreq(sizes[k], step), 2.0 * grid[1] * step / np.sum(window**2)
         for one, other in cross:
             product = scale * spectra[one] * np.conj(spectra[other])
             cross[one, other][k] = np.interp(grid, own, product.real) + 1j * np.interp(grid, own, product.imag)
     return _Spectra(grid, cross)
+
+
+def _without_trend(values: np.ndarray) -> np.ndarray:
+    """Rows (C, N) without their straight lines of least squares."""
+    place = np.arange(values.shape[1]) - 0.5 * (values.shape[1] - 1)
+    slopes = values @ place / np.sum(place**2)
+    return values - values.mean(axis=1, keepdims=True) - slopes[:, None] * place
 
 
 def _spread(values: np.ndarray) -> Spread:
