@@ -210,9 +210,11 @@ def without(record: Record, name: str, wrong: np.ndarray | bool) -> dict[str, np
 
 
 def cleaned(record: Record, faults: Iterable[Fault]) -> Record:
-    """The record corrected for faults that matter; the same where none can be."""
+    """The record corrected for faults that matter, without columns of which no sample is left; the same where none can
+    be."""
     columns = {name: values for fault in faults if fault.material for name, values in fault.columns.items()}
-    return record.with_channels(**columns) if columns else record
+    left = {name: values if np.isfinite(values).any() else None for name, values in columns.items()}
+    return record.with_channels(**left) if left else record
 
 
 def of_fault(entry: Check, fault: Fault, *records: Record) -> CheckFinding:

@@ -10,13 +10,15 @@ import numpy as np
 from ..datasets.columns import HEADING, RUDDERS, TURN
 from ..datasets.rudder_sign import steering_side
 from ..datasets.yaw_response import FEWEST
-from .base import Check, ColumnCheck, Fault, cleaned, exact, scaled
+from .base import Check, ColumnCheck, Fault, cleaned, exact, scaled, without
 from .integrity.readings import (
     AGREE,
+    AGREE_AS_RUDDER,
     ASKEW,
     BETTER,
     LEAST,
     course_askew,
+    course_ratio,
     exchanged,
     heading_ratio,
     rate_error,
@@ -31,18 +33,22 @@ RATES = ("yaw_rate_rad_s", "roll_rate_rad_s")
 STEERED = ("heading_rad", "rudder_rad")
 UNEXPLAINED = 0.3
 """Share of the heading's changes that the yaw-rate column must leave unexplained, and a column in its place may not."""
+OTHER = 3.0
+"""Factor between the changes of the heading and those that a rate gives from which it is another quantity, where they
+do not go together: a late or biased yaw rate gives less of them, by its correlation."""
 
 
 class ChannelSwap(ColumnCheck):
     """Two columns exchanged or mislabelled: yaw rate and roll rate against the heading, heading and yaw rate, rudder
-    and heading against the yaw rate, two velocities or two positions against each other."""
+    and heading against the yaw rate, two velocities or two positions against each other; or a yaw rate that is none,
+    as the heading shows which the track confirms."""
 
     id, rank = "channel_swap", 55
     separate_by = "the logger's list of channels"
 
     def find(self, record: Record) -> list[Fault]:
         faults: list[Fault] = []
-        for look in (_rates_exchanged, _turn_exchanged, _rudder_exchanged):
+        for look in (_rates_exchanged, _turn_exchanged, _rudder_exchanged, _no_yaw_rate):
             faults += look(cleaned(record, faults))
         return faults + reread(cleaned(record, faults), self.id)
 
@@ -94,6 +100,22 @@ def _rudder_exchanged(record: Record) -> list[Fault]:
         f"({own:.3f})"
     )
     return [_exchange(record, STEERED, said, (own / max(other, 1e-6)) ** 2)]
+
+
+def _no_yaw_rate(record: Record) -> list[Fault]:
+    """A yaw-rate column that goes with the heading neither in size nor in time, where the course of the positions goes
+    with the heading."""
+    turned, course = heading_ratio(record, centred=True), course_ratio(record)
+    if turned is None or course is None or not course.correlation > AGREE_AS_RUDDER > abs(turned.correlation):
+        return []
+    if 1.0 / OTHER < abs(turned.slope) < OTHER:
+        return []
+    said = (
+        f"yaw_rate_rad_s is another quantity, and is left out: its changes are {abs(1.0 / turned.slope):.2g} of those "
+        f"of heading_rad (correlation {turned.correlation:.2g}), with which the course of the positions goes "
+        f"({course.correlation:.2g})"
+    )
+    return [Fault(said, TURN[1:], columns=without(record, TURN[1], True), statistic=LEAST**-2)]
 
 
 class EarthFrameVelocity(ColumnCheck):

@@ -224,10 +224,11 @@ class Ratio(NamedTuple):
     correlation: float
 
 
-def heading_ratio(record: Record) -> Ratio | None:
+def heading_ratio(record: Record, centred: bool = False) -> Ratio | None:
     """Heading's changes over those that the yaw rate gives; None where they cannot be compared.
 
-    A heading that wraps at 360 is unwrapped there.
+    A heading that wraps at 360 is unwrapped there.  centred : changes without their means, to which a yaw rate with a
+    zero error adds.
     """
     record = averages_of(record)
     if not record.has(*TURN):
@@ -235,7 +236,8 @@ def heading_ratio(record: Record) -> Ratio | None:
     time, heading, rate = known_together(record, *map(record.column, TURN))
     if time.size < FEWEST_OF_RATIO:
         return None
-    return _ratio(*over_windows(time, without_wraps(heading), rate), FEWEST_OF_RATIO // 2)
+    changes = over_windows(time, without_wraps(heading), rate)
+    return _ratio(*(x - np.mean(x) if centred and x.size else x for x in changes), FEWEST_OF_RATIO // 2)
 
 
 def course_ratio(record: Record) -> Ratio | None:

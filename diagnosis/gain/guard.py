@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...datasets.columns import POSITIONS
+from ...datasets.columns import POSITIONS, TURN
 from ..causes.steering_gear import own_neutral_angles
 from ..free_runs.units import FLOOR
 
@@ -96,6 +96,13 @@ def blind_fall(said: Diagnosis) -> float:
     """Fall of the logarithm of the errors of held-out records without their own trim, in the mean over channels but
     positions."""
     return _motion_fall({c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()})
+
+
+def misleads(said: Diagnosis) -> bool:
+    """Whether the turning of held-out records is predicted clearly worse in some channel where their own trim is not
+    known."""
+    turning = (gain for channel, gain in said.gain.items() if channel in TURN)
+    return any(gain.rmse_after > WORSE * gain.rmse_before for gain in turning)
 
 
 def _motion_fall(errors: Mapping[str, tuple[float, float]]) -> float:

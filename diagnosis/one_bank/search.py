@@ -195,6 +195,13 @@ def withdrawn(choice: Choice) -> Choice | None:
     return _without(choice, selection.entered[-1])
 
 
+def without_neutral_angle(choice: Choice) -> Choice | None:
+    """The choice without the neutral rudder angle of all records; None where that did not enter, or nothing else."""
+    entered = choice.selection.entered
+    one = next((e for e in entered if e.candidate.of == OFFSET and len(e.candidate.numbers) == 1), None)
+    return None if one is None or not (choice.beside or len(entered) > 1) else _without(choice, one)
+
+
 def _without(choice: Choice, one: Entered) -> Choice:
     """The choice without a candidate, all others fitted again."""
     kept = [e for e in choice.selection.entered if e is not one]
