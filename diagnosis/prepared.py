@@ -33,6 +33,7 @@ from .report.bank import of_sensor
 
 if TYPE_CHECKING:
     from ..checks.base import Check, Fault
+    from ..checks.check import Examined
     from ..checks.comparison.selection import Compared, Sizes
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
@@ -147,9 +148,9 @@ def _current(comparison: Compared) -> Finding | None:
 
 
 def _instruments(sizes: Sequence[Sizes]) -> dict[str, float]:
-    """Mean sizes as instruments of a model."""
+    """Sizes that a further record is expected to have, as instruments of a model."""
     effects = (pair for s in sizes for pair in zip(s.option.effects, s.means, strict=True))
-    return {slot: mean.value for effect, mean in effects for slot in effect.instruments}
+    return {slot: x for effect, mean in effects if (x := mean.of_another) for slot in effect.instruments}
 
 
 def corrected_records(model: Model, train: Sequence[Record], held_out: Sequence[Record], options: Options) -> Prepared:
@@ -204,7 +205,7 @@ def examined(records: Sequence[Record], model: Model) -> Prepared:
     with np.errstate(all="ignore"):
         done = examine_each(distinct(records), file_checks())
         findings = tuple(_judged(f, model) for f in merged(done.findings) if f.material)
-        faults = dict(sorted(done.faults.items(), key=lambda item: item[1].statistic))
+        faults = _of_the_logger(done)
         if any(f.standing for f in findings):
             return Prepared(done.records, [], faults, findings, derived=done.derived)
         turned = RudderSign().find(done.records)
@@ -214,6 +215,16 @@ def examined(records: Sequence[Record], model: Model) -> Prepared:
     doubt = rudder_doubt(current, model)
     findings = findings if doubt is None else (*findings, doubt)
     return Prepared(current, [], faults, findings, derived=done.derived)
+
+
+def _of_the_logger(done: Examined) -> dict[str, Fault]:
+    """The faults of whole columns by the ids of their checks, the clearest last; those that fewer than half of the
+    records have are no instruments of a model: the others are right as they are."""
+    faults = dict(sorted(done.faults.items(), key=lambda item: item[1].statistic))
+    for name, fault in faults.items():
+        own = {r for f in done.findings if f.cause == name for r in f.records}
+        faults[name] = replace(fault, instruments={}) if 2 * len(own) < len(done.records) else fault
+    return faults
 
 
 def _judged(finding: CheckFinding, model: Model) -> CheckFinding:

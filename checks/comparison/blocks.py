@@ -19,6 +19,8 @@ BLOCKS = 12
 """Blocks a record is cut into: their scores tell how far the rows are from independent."""
 LONGEST_GAP = 5
 """Samples that may be lost of a channel before its integral starts anew after them."""
+DIFFERENT = 0.05
+"""Probability of equal sizes below which records differ in a size."""
 
 
 class Sums(NamedTuple):
@@ -136,6 +138,11 @@ class Mean(NamedTuple):
     high: float
     between: float
     p_equal: float
+
+    @property
+    def of_another(self) -> float:
+        """What a further record is expected to have: none, where the records differ and the interval holds zero."""
+        return 0.0 if self.p_equal < DIFFERENT and self.low * self.high <= 0.0 else self.value
 
 
 def random_effects_mean(values: np.ndarray, spread: np.ndarray, level: float = 0.90, dof: float = np.inf) -> Mean:

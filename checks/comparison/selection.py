@@ -18,7 +18,7 @@ from ..base import UNUSABLE
 from ..result import NORMAL_90, CheckFinding, Size
 from ..sensors import LoggerClock, SpeedScaleError
 from ..tails import student_quantile
-from .blocks import BLOCKS, BlockFit, Mean, Sums, explained, fit, p_value, random_effects_mean
+from .blocks import BLOCKS, DIFFERENT, BlockFit, Mean, Sums, explained, fit, p_value, random_effects_mean
 from .chains import Chain, Option, sums, why_not
 
 if TYPE_CHECKING:
@@ -39,10 +39,9 @@ LATEST = 0.1
 """Share of a record's duration that a delay may have at most."""
 COLLINEAR = 0.5
 """Correlation of two sizes from which the small one is left out of the estimate of the large one."""
-DIFFERENT, FAR, SURELY = 0.05, 0.1, 1e-3
-"""Probability of equal sizes below which a size is said to differ between records, where their standard deviation is a
-share of it from the second on; and probability below which records are corrected by their own sizes of a cause that
-does not drift."""
+FAR, SURELY = 0.1, 1e-3
+"""Standard deviation between records, as a share of a size, from which they are said to differ; and probability of
+equal sizes below which records are corrected by their own sizes of a cause that does not drift."""
 
 
 class Sizes(NamedTuple):
@@ -95,7 +94,7 @@ class Compared:
         at = [i for i, one in enumerate(self.records) if own and one.name == record.name]
         for s in self.removed:
             level = DIFFERENT if s.option.cause.drifts else SURELY
-            sizes = np.array([mean.value for mean in s.means])
+            sizes = np.array([mean.value if at else mean.of_another for mean in s.means])
             for i in at:
                 differs = np.array([mean.p_equal < level for mean in s.means]) & np.isfinite(s.each[i])
                 sizes = np.where(differs, s.each[i], sizes)
