@@ -197,14 +197,21 @@ def _name_in(finding: Finding, item: Size) -> str:
 
 
 def telling(finding: Finding) -> Sequence[Size]:
-    """The sizes that hold for all records; of a finding that each record has of its own those that are not zero."""
-    sizes = [item for item in finding.sizes if item.record is None]
-    return sizes or _not_zero(finding.sizes)
+    """The sizes that hold for all records; of a finding that each record has of its own, or whose mean may be zero,
+    those of records that are not."""
+    of_all, of_records = ([x for x in finding.sizes if (x.record is None) == every] for every in (True, False))
+    own = [item for item in of_records if _is_clear(item)]
+    return of_all if any(map(_is_clear, of_all)) or (of_all and not own) else own or of_records
 
 
 def _not_zero(sizes: Sequence[Size]) -> Sequence[Size]:
     """Sizes whose intervals do not hold zero, where there are some."""
-    return [item for item in sizes if not item.low <= 0.0 <= item.high] or sizes
+    return [*filter(_is_clear, sizes)] or sizes
+
+
+def _is_clear(item: Size) -> bool:
+    """Whether the interval of a size does not hold zero."""
+    return not item.low <= 0.0 <= item.high
 
 
 def _in_some(sizes: Sequence[Size]) -> str:
