@@ -3,11 +3,12 @@ of `comparison.series`."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..datasets.columns import POSITIONS
+from ..datasets.columns import POSITIONS, VELOCITIES
 from ..datasets.instruments import later
 from .base import Prior, SensorError
 from .comparison.motion import Effect, angle, curve_floor, late, lever_floor, scale, zero_floor
@@ -22,6 +23,11 @@ ALL_LATE = ("surge_delay", "sway_delay", "yaw_rate_delay", "heading_delay")
 def _squared(speed: np.ndarray) -> np.ndarray:
     """Squares of speeds (T,) with their signs."""
     return speed * np.abs(speed)
+
+
+def _earlier(record: Record, columns: Sequence[str], late_s: float) -> Record:
+    """The record with some columns that are late as they were so much before; the last samples are lost."""
+    return record.with_channels(**{n: later(record.time_s, record.column(n), late_s) for n in columns})
 
 
 class YawRateBiasError(SensorError):
@@ -172,8 +178,21 @@ class PositionDelay(SensorError):
 
     def corrected_for(self, record: Record, values: np.ndarray) -> Record:
         """The record with positions tau earlier; the last are lost."""
-        late = float(values[0])
-        return record.with_channels(**{n: later(record.time_s, record.column(n), late) for n in self.corrects})
+        return _earlier(record, self.corrects, float(values[0]))
+
+
+class TrackDelay(SensorError):
+    """Late track: positions and velocities of one receiver recorded a time tau [s] late against heading and yaw rate,
+    as where two loggers' clocks differ."""
+
+    id, unit, is_cause = "track_delay", "s", True
+    track = (late(lambda path: -path.late_heading, "surge_delay", "sway_delay", "north_delay", "east_delay"),)
+    corrects = (*POSITIONS, *VELOCITIES)
+    separate_by = "time stamps of each instrument"
+
+    def corrected_for(self, record: Record, values: np.ndarray) -> Record:
+        """The record with positions and velocities tau earlier; the last are lost."""
+        return _earlier(record, self.corrects, float(values[0]))
 
 
 class ReferencePoint(SensorError):
@@ -193,6 +212,16 @@ class ReferencePoint(SensorError):
         return record.with_channels(
             north_m=record.column("north_m") - x * np.cos(psi), east_m=record.column("east_m") - x * np.sin(psi)
         )
+
+
+class VelocityPoint(SensorError):
+    """Velocities of another point than the hull's: recorded sway = true + x r, x in m forward of the point that the
+    model's velocities are of (an antenna far from midship).  Positions of the same point agree with them: only a model
+    of the hull tells."""
+
+    id, unit, is_cause = "velocity_point", "m", True
+    prior = Prior(0.1, entries=("sway_lever",), needs=("v", "r"), last=True)
+    separate_by = "where the antenna or log stands that the velocities come from, and the point that the model is of"
 
 
 class CurrentDrift(SensorError):

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..models.errors import BadInput
 from ..models.instruments import SENSORS, SWAPS, bent, checked, linkage, similar, straightened
-from .columns import RUDDERS
+from .columns import RUDDERS, TURN
 from .record import Record
 from .signals import noise_in
 
@@ -54,6 +54,7 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
     for short, (name, _) in SENSORS.items():
         if name in channels and name != HEADING:
             channels[name] = later(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
+    channels = _at_point(record.time_s, channels, -q.get("sway_lever", 0.0))
     return _with_felt_rudder(record.with_channels(**_gone(record, channels)), q)
 
 
@@ -79,7 +80,7 @@ def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Ge
     q = similar(checked(instruments))
     if not q:
         return record
-    true = dict(record.channels)
+    true = _at_point(record.time_s, dict(record.channels), q.get("sway_lever", 0.0))
     channels = dict(true)
     for short, (name, _) in SENSORS.items():
         if name in channels:
@@ -206,6 +207,14 @@ def _freed(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, floa
     if gain == 0.0:
         raise BadInput(f"a scale of -1 of {name} is not invertible")
     return values if gain == 1.0 and not curve and not np.any(error) else straightened(values - error, gain, curve)
+
+
+def _at_point(time: np.ndarray, channels: dict[str, np.ndarray], ahead_m: float) -> dict[str, np.ndarray]:
+    """Channels with the sway of a point further ahead, by the yaw rate or else the slope of the heading."""
+    if not ahead_m or SWAY not in channels or not {*TURN} & channels.keys():
+        return channels
+    rate = channels[TURN[1]] if TURN[1] in channels else np.gradient(np.unwrap(channels[HEADING]), time)
+    return {**channels, SWAY: channels[SWAY] + ahead_m * rate}
 
 
 def _turned(channels: dict[str, np.ndarray], q: Mapping[str, float], record: str, back: bool = False):

@@ -251,6 +251,8 @@ CHANGES: Mapping[str, tuple[str, Callable[[Columns, np.ndarray], None]]] = {
     "speed_curve": ("surge_m_s", _log_curve),
     "splice": ("heading_rad", _halves),
     "time_stamps": ("heading_rad", _stamps),
+    "track_delay": ("sway_m_s", _late("sway_m_s", 8.0)),
+    "velocity_point": ("sway_m_s", _ahead),
     "wrong_unit": ("surge_m_s", _other_unit),
     "yaw_rate_delay": ("yaw_rate_rad_s", _late("yaw_rate_rad_s", 8.0)),
 }

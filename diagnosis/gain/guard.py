@@ -19,6 +19,8 @@ CLEARLY = 0.1
 MUCH_WORSE = 1.5
 """Ratio of the errors of held-out records with each record's own trim to the base model's, in any channel, from which a
 cause is given up where they are no smaller without it."""
+SMALL = 0.1
+"""Error of held-out records, as a share of the motion, that is small where others fall."""
 WORSE = 1.05
 """Ratio of the free-run errors (rms) of left-out records to the base model's, in any channel, from which a cause or a
 group of numbers is given up."""
@@ -53,8 +55,10 @@ def worsens(said: Diagnosis, outweighed: bool = False) -> bool:
     Positions are one distance, beyond what counts as none: how their axes are turned is arbitrary, and they sum up what
     the speed and the heading show.
 
-    outweighed : where the motion is predicted clearly better in that mean, with trim and without, a channel is worse
-        only where it is much worse.
+    Where the motion is predicted clearly better in that mean, with trim and without, a channel that is predicted within
+    SMALL of its motion is not worse.
+
+    outweighed : there, any channel is worse only where it is much worse.
     """
     own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
     blind, training = {c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()}, training_errors(said)
@@ -64,8 +68,10 @@ def worsens(said: Diagnosis, outweighed: bool = False) -> bool:
         blind, training = own, {}
     if any(_motion_fall(errors) < -CLEARLY for errors in (blind, training)):
         return True
-    least = MUCH_WORSE if outweighed and min(map(_motion_fall, (blind, own))) > CLEARLY else WORSE
-    pairs = [(least, blind[c], own[c]) for c in said.gain if c not in POSITIONS]
+    better = min(map(_motion_fall, (blind, own))) > CLEARLY
+    least = MUCH_WORSE if outweighed and better else WORSE
+    near = {c for c, g in said.gain.items() if better and g.r2_after > 1.0 - SMALL**2}
+    pairs = [(least, blind[c], own[c]) for c in said.gain if c not in (*POSITIONS, *near)]
     places = [c for c in said.gain if c in POSITIONS]
     if places:
         pairs.append((WORSE, _distances(blind, places), _distances(own, places, _place_floor(said))))

@@ -209,8 +209,9 @@ def _of_number(cause: str, entry: Check | None, name: str) -> tuple[str, str]:
         if name.endswith(f" {effect.parameter}"):
             return effect.parameter, effect.unit
     number = entry.number if isinstance(entry, Cause) else None
-    said = "e" if cause == FAULT else "tau" if number is None else number.name
-    return said, entry.unit.partition(",")[0] if entry else "1"
+    unit = entry.unit.partition(",")[0] if entry else "1"
+    unknown = "x" if unit == "m" else "tau"
+    return "e" if cause == FAULT else unknown if number is None else number.name, unit
 
 
 def fault_interval(choice: Choice, time_s: float) -> tuple[float, float]:

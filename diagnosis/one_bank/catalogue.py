@@ -125,7 +125,15 @@ def _of_group(group: Group, values: Mapping[str, float]) -> Iterator[Candidate]:
 def _inputs(model: Model, facts: Facts, length_s: float) -> Iterator[tuple[Candidate, dict[str, Place]]]:
     """Candidates of rudder, sensors and weather with the places of their numbers."""
     speed = model.speed_m_s if np.isfinite(model.speed_m_s) else 1.0
-    unit = {"1": 1.0, "rad": 1.0, "s": length_s, "m/s": speed, "s/m": 1.0 / speed, "rad/s": 1.0 / length_s}
+    unit = {
+        "1": 1.0,
+        "rad": 1.0,
+        "s": length_s,
+        "m": length_s * speed,
+        "m/s": speed,
+        "s/m": 1.0 / speed,
+        "rad/s": 1.0 / length_s,
+    }
     for cause in causes().values():
         if cause.id in facts.decided:
             continue

@@ -196,6 +196,15 @@ def test_late_positions_are_named(rng):
         assert own[0].sizes[0].value == pytest.approx(3.0, abs=1.0)
 
 
+def test_a_late_track_is_told_from_late_velocities_and_positions(rng):
+    """Positions and velocities of a receiver whose clock is three seconds behind that of compass and gyro."""
+    columns = ("north_m", "east_m", "surge_m_s", "sway_m_s")
+    found = check([late_by(3.0, r, columns) for r in made("", rng, wrap=False).train]).findings
+    (one,) = (f for f in found if f.material)
+    assert one.cause == "track_delay" and not one.tied_with
+    assert one.sizes[0].value == pytest.approx(3.0, abs=0.3)
+
+
 def bare(cause, rng):
     """Records of a log that measures no sway."""
     injected = made(cause, rng, wrap=False)

@@ -161,6 +161,24 @@ def test_a_log_that_is_not_linear_is_told_without_positions(vessel, bend, rng):
     assert found.extended.instruments == {"surge_scale": pytest.approx(s), "surge_curve": pytest.approx(c)}
 
 
+@pytest.mark.parametrize("vessel", ["mariner", pytest.param("kvlcc2-l7", marks=pytest.mark.nightly)])
+def test_velocities_of_another_point_are_told(vessel, rng):
+    """Of an antenna a third of the length ahead, whose positions agree with them."""
+    case, model = inject(FaultCase(vessel), rng), resolve(vessel)
+    ahead_m = model.particulars["L"] / 3.0
+
+    def shown(record):
+        psi, sway = record.heading_unwrapped(), record.column("sway_m_s") + ahead_m * record.column("yaw_rate_rad_s")
+        north, east = record.column("north_m"), record.column("east_m")
+        places = {"north_m": north + ahead_m * np.cos(psi), "east_m": east + ahead_m * np.sin(psi)}
+        return record.with_channels(sway_m_s=sway, **places)
+
+    told = diagnose(model, *([shown(r) for r in side] for side in (case.train, case.held_out)), Options())
+    assert [f.cause for f in told.causes] == ["velocity_point"]
+    assert told.causes[0].sizes[0].value == pytest.approx(ahead_m, rel=0.05)
+    assert told.gain["sway_m_s"].ratio_high < 0.5
+
+
 def test_every_number_of_the_bank_is_known_elsewhere():
     bank = bank_of(resolve("mariner"), Facts(set("ruv") | {"psi"}, True, 2, 300.0, exact=True), 8.0, None)
     moved = [place for place in bank.places.values() if place.kind in ("steering", "sensor")]
