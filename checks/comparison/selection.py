@@ -269,7 +269,8 @@ def _without_small(chain: Chain, records: Sequence[Record], sizes: tuple[Sizes, 
 def _matters(
     motions: Sequence[Motion], option: Option, values: np.ndarray, spread: np.ndarray, means: Sequence[Mean]
 ) -> bool:
-    """Whether a mean size is clearly not zero and larger than its floor, or that of one record, of a cause that drifts.
+    """Whether a mean size is clearly not zero and larger than its floor; or that of one record, of a cause that drifts,
+    or where the others, more than half of all, have none.
 
     Any other size whose sign differs between records is none of the instrument.
     """
@@ -278,8 +279,9 @@ def _matters(
         if abs(mean.value) > np.median(floor) and mean.low * mean.high > 0.0:
             return True
         own = np.abs(values[:, k])
-        differs = mean.p_equal < DIFFERENT and option.cause.drifts
-        if differs and np.any((own > floor) & (own > 4.0 * spread[:, k])):
+        clear = (own > floor) & (own > 4.0 * spread[:, k])
+        single = mean.p_equal < SURELY and 2 * np.count_nonzero(clear) < own.size and np.all(clear | (own < floor))
+        if np.any(clear) and (single or (mean.p_equal < DIFFERENT and option.cause.drifts)):
             return True
     return False
 
