@@ -169,6 +169,11 @@ def _off_the_course(record: Record) -> list[Fault]:
     ]
 
 
+def to_other_side(record: Record) -> dict[str, np.ndarray]:
+    """The rudder columns of a record with the other sign."""
+    return scaled(record, **{name: -1.0 for name in RUDDERS if record.has(name)})
+
+
 class RudderSign(Check):
     """The rudder column's sign contradicts the side to which the record says that it turns the ship: the response of
     the yaw rate to it (`datasets.yaw_response`) has the other sign; or all of a turn goes against its rudder."""
@@ -196,7 +201,7 @@ class RudderSign(Check):
             r.name: Fault(
                 said,
                 RUDDERS,
-                columns=scaled(r, **{name: -1.0 for name in RUDDERS if r.has(name)}),
+                columns=to_other_side(r),
                 statistic=clear,
                 instruments={"rudder_reversed": 1.0},
             )

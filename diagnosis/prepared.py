@@ -13,7 +13,7 @@ import numpy as np
 
 from ..checks.base import cleaned
 from ..checks.check import compared, distinct, examine_each
-from ..checks.columns import RudderSign
+from ..checks.columns import RudderSign, to_other_side
 from ..checks.comparison.chains import chains
 from ..checks.comparison.drift import current_finding
 from ..checks.comparison.selection import of_sizes
@@ -33,7 +33,6 @@ from .report.bank import of_sensor
 
 if TYPE_CHECKING:
     from ..checks.base import Check, Fault
-    from ..checks.check import Examined
     from ..checks.comparison.selection import Compared, Sizes
     from ..checks.result import CheckFinding
     from ..datasets.record import Record
@@ -57,8 +56,9 @@ FINEST = 0.03
 class Prepared:
     """Records in the model's rudder sign with what was corrected: gross faults, and what channels show of sensors.
 
-    faults : of whole columns, by the id of their check.  checked : what the checks of the files say, corrected where
-    they can be.
+    faults : of whole columns, by the id of their check.  few : those that fewer than half of the records have, with
+    these: no instruments of a model, as the others are right as they are.
+    checked : what the checks of the files say, corrected where they can be.
     findings, removed : what channels show of their sensors, and these sizes as instruments.  tested : cause (id) that
     the channels were asked for -> statistic (z squared) of the evidence by itself.
     decided : causes (ids) that the sensors' channels have decided on without a model.
@@ -70,6 +70,7 @@ class Prepared:
     train: list[Record]
     held_out: list[Record]
     faults: Mapping[str, Fault] = field(default_factory=dict)
+    few: Mapping[str, Sequence[str]] = field(default_factory=dict)
     checked: tuple[CheckFinding, ...] = ()
     findings: tuple[Finding, ...] = ()
     removed: dict[str, float] = field(default_factory=dict)
@@ -125,15 +126,17 @@ class Prepared:
     @property
     def instruments(self) -> dict[str, float]:
         """What was corrected, as instruments of a model."""
-        faults = {name: value for fault in self.faults.values() for name, value in fault.instruments.items()}
-        return faults | self.removed
+        every = (fault.instruments for cause, fault in self.faults.items() if cause not in self.few)
+        return {name: value for own in every for name, value in own.items()} | self.removed
 
     def put_back(self, records: Sequence[Record]) -> list[Record]:
         """Records as they were read, but for what no instrument of a model can show: columns in another unit, with the
         other sign, or under each other's names are as they should be."""
         wrong = {f.cause for f in self.checked if f.corrected and not f.blanked}
-        wrong -= {name for name, fault in self.faults.items() if fault.instruments}
-        return examine_each(records, [check for check in file_checks() if check.id in wrong]).records
+        wrong -= {name for name, fault in self.faults.items() if fault.instruments and name not in self.few}
+        right = examine_each(records, [check for check in file_checks() if check.id in wrong]).records
+        turned = self.few.get(RudderSign.id, ())
+        return [r.with_channels(**to_other_side(r)) if r.name in turned else r for r in right]
 
 
 def _current(comparison: Compared) -> Finding | None:
@@ -205,26 +208,17 @@ def examined(records: Sequence[Record], model: Model) -> Prepared:
     with np.errstate(all="ignore"):
         done = examine_each(distinct(records), file_checks())
         findings = tuple(_judged(f, model) for f in merged(done.findings) if f.material)
-        faults = _of_the_logger(done)
-        if any(f.standing for f in findings):
-            return Prepared(done.records, [], faults, findings, derived=done.derived)
-        turned = RudderSign().find(done.records)
+        faults = dict(sorted(done.faults.items(), key=lambda item: item[1].statistic))
+        owners = {n: dict.fromkeys(r for f in done.findings if f.cause == n for r in f.records) for n in faults}
+        standing = any(f.standing for f in findings)
+        turned = {} if standing else RudderSign().find(done.records)
     current = [cleaned(r, [turned[r.name]]) if r.name in turned else r for r in done.records]
     if turned:
-        faults[RudderSign.id] = next(iter(turned.values()))
-    doubt = rudder_doubt(current, model)
+        faults[RudderSign.id], owners[RudderSign.id] = next(iter(turned.values())), dict.fromkeys(turned)
+    doubt = None if standing else rudder_doubt(current, model)
     findings = findings if doubt is None else (*findings, doubt)
-    return Prepared(current, [], faults, findings, derived=done.derived)
-
-
-def _of_the_logger(done: Examined) -> dict[str, Fault]:
-    """The faults of whole columns by the ids of their checks, the clearest last; those that fewer than half of the
-    records have are no instruments of a model: the others are right as they are."""
-    faults = dict(sorted(done.faults.items(), key=lambda item: item[1].statistic))
-    for name, fault in faults.items():
-        own = {r for f in done.findings if f.cause == name for r in f.records}
-        faults[name] = replace(fault, instruments={}) if 2 * len(own) < len(done.records) else fault
-    return faults
+    few = {name: tuple(own) for name, own in owners.items() if 2 * len(own) < len(done.records)}
+    return Prepared(current, [], faults, few, findings, derived=done.derived)
 
 
 def _judged(finding: CheckFinding, model: Model) -> CheckFinding:

@@ -102,7 +102,7 @@ def concluded(
     left = _what_looks_like(refused, state) or selected.left
     immaterial = _why(selected.small, SMALL) | _why(weak, IN_NOISE)
     own = [f for f in findings_of(state, refused, rng) if f.cause not in immaterial]
-    every = [*(of_fault(*f) for f in records.faults.items()), *records.findings, *own]
+    every = [*(of_fault(*f, records.few.get(f[0], ())) for f in records.faults.items()), *records.findings, *own]
     names_some = any(f.stage == BY_RESIDUALS for f in every)
     instead = names_some and left is not None and left is state.rival
     est = state.est

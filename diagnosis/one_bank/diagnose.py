@@ -271,7 +271,7 @@ def _concluded(model: Model, slips: Sequence[Slip], records: Prepared, choice: C
     """
     by_runs = with_findings(findings(choice, options.base_parameters == "identify"), slips, model_values(choice))
     known = {f.cause for f in records.findings}
-    of_faults = [of_fault(*fault) for fault in records.faults.items()]
+    of_faults = [of_fault(*fault, records.few.get(fault[0], ())) for fault in records.faults.items()]
     every = [*of_faults, *records.findings, *waves_of(choice.runs), *(f for f in by_runs if f.cause not in known)]
     if records.current is not None and not {f.cause for f in every} & {*FLOWS}:
         every = [records.current, *every]

@@ -33,10 +33,10 @@ def is_of_record(finding: Finding) -> bool:
     return finding.stage == BY_CHANNELS or cause(finding.cause).of_record
 
 
-def of_fault(cause: str, fault: Fault) -> Finding:
-    """What is told of a gross fault of a cause (id) that was corrected."""
+def of_fault(cause: str, fault: Fault, records: Sequence[str] = ()) -> Finding:
+    """What is told of a gross fault of a cause (id) that was corrected; records : that alone have it."""
     p = adjusted(log_tail(fault.statistic, 1), 1.0)
-    details = {"channels": list(fault.channels)}
+    details = {"channels": list(fault.channels)} | ({"records": list(records)} if records else {})
     return Finding(cause, (), BY_CHANNELS, fault.statistic, p, (), details=details, evidence=fault.evidence)
 
 

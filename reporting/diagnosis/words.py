@@ -126,13 +126,14 @@ def sentence(text: str) -> str:
 
 
 def tie(finding: Finding, sizes: Sequence[str] = (), between: str = "; ") -> str:
-    """The cause with the columns that it is of, or the groups of the model's own numbers, with its sizes, and with
-    causes that the records cannot distinguish from it."""
+    """The cause with the columns that it is of, or the groups of the model's own numbers, the few records that have
+    it, with its sizes, and with causes that the records cannot distinguish from it."""
     groups, columns = _wrong_groups([finding]), finding.details.get("columns", ())
     other = "other values of " if finding.tied_with else ""
     of_own = finding.cause == BaseCoefficients.id and groups
     first = f"{other}{in_line(groups)}" if of_own else cause(finding.cause)
     first += f" of {in_line([channel(name)[0] for name in columns])}" if columns else ""
+    first += f" in {in_line(records)}" if (records := finding.details.get("records")) else ""
     first += f" ({between.join(sizes)})" if sizes else ""
     return f"{'either ' if finding.tied_with else ''}{' or '.join([first, *map(cause, finding.tied_with)])}"
 
