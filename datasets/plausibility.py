@@ -210,8 +210,10 @@ def _revolutions(record: Record, model: Model) -> Iterator[Doubt]:
         message = (
             f"{rate:.3g} rps is {rate / usual:.3g} times what {model.id} turns at {speed:.3g} m/s ({usual:.3g} rps)"
         )
-        hint = "revolutions of the engine before the gear, or in another unit? else the model's n0_rps is wrong"
-        yield Doubt(record.name, message, hint, REVOLUTIONS, fatal=False)
+        in_minutes = 1.0 / SLIPPING < rate / usual / 60.0 < SLIPPING
+        other = "of the engine before the gear, or in another unit? else the model's n0_rps is wrong"
+        hint = f"revolutions {'in a minute, not in a second?' if in_minutes else other}"
+        yield Doubt(record.name, message, hint, REVOLUTIONS, fatal=in_minutes)
 
 
 def _straight_speed(record: Record) -> float | None:

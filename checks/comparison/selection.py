@@ -35,6 +35,8 @@ STEPS = 3
 """Gauss-Newton steps on corrected records."""
 TIE = 9.2
 """Twice the log likelihood by which the better of two explanations must lead (odds of 100)."""
+LARGE = 3.0
+"""Floors from which a size of single records matters where the others are below theirs."""
 LATEST = 0.1
 """Share of a record's duration that a delay may have at most."""
 COLLINEAR = 0.5
@@ -280,7 +282,8 @@ def _matters(
             return True
         own = np.abs(values[:, k])
         clear = (own > floor) & (own > 4.0 * spread[:, k])
-        single = mean.p_equal < SURELY and 2 * np.count_nonzero(clear) < own.size and np.all(clear | (own < floor))
+        single = mean.p_equal < SURELY and 2 * np.count_nonzero(clear) < own.size
+        single &= bool(np.all(np.where(clear, own > LARGE * floor, own < floor)))
         if np.any(clear) and (single or (mean.p_equal < DIFFERENT and option.cause.drifts)):
             return True
     return False

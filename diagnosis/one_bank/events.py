@@ -33,6 +33,8 @@ LEAST, ABOVE = 30.0, 8.0
 """Fall of minus twice the log likelihood beside that of the number of trials, and over the median of all pieces."""
 MATTERS = 0.02
 """Error of a piece beyond what is no matter, as a share of the motion, from which an event in it is looked for."""
+NO_FALL = (0.0, 0, 0, 1, 0.0, np.inf)
+"""What a piece shows whose errors no force acts on: runs that have diverged."""
 HALF = 0.5
 """Share of the pieces that may hold one: else it is the rule, and no event."""
 
@@ -78,7 +80,7 @@ def events(runs: FreeRuns, fitted: Fitted) -> list[Event]:
     best = []
     for k in range(len(runs.units)):
         trials = [t for a in range(len(axes)) for t in _of_piece(normal.matrix[k], normal.slope[k], a)]
-        best.append(max(trials, key=lambda t: t[0]))
+        best.append(max(trials, key=lambda t: t[0], default=NO_FALL))
     falls = np.array([trial[0] for trial in best])
     bar = max(LEAST + 2.0 * np.log(len(falls) * WINDOWS * MOST * len(axes)), ABOVE * float(np.median(falls)))
     wrong = np.array([np.any(runs.beyond(errors, [k]) > MATTERS**2) for k, errors in enumerate(each)])

@@ -61,6 +61,8 @@ ENDINGS = {
     "sin": "with its sine",
 }
 """Ends of the names of numbers of forces and drifts -> what the number is."""
+CHANGE = "change: "
+"""Begin of the name of a number that changes in a regime, before the number and the regime in words."""
 STATUS_ORDER = ("named", "tied", "explained_by", "not_significant", "not_testable")
 
 
@@ -73,8 +75,7 @@ def channel(name: str) -> tuple[str, str, float]:
 
 def size(item: Size) -> str:
     """`delta0 0.31 deg [0.28, 0.34]`, in degrees or per cent where that is usual; `+- 0.07 %` of a narrow interval."""
-    middle, ends = value_and_interval(item)
-    return f"{label_of(item)} {middle} {ends}{f' in {item.record}' if item.record else ''}"
+    return f"{label_of(item)} {_in_record(item)}"
 
 
 def value_and_interval(item: Size) -> tuple[str, str]:
@@ -91,6 +92,8 @@ def value_and_interval(item: Size) -> tuple[str, str]:
 
 def label_of(item: Size) -> str:
     """What a number is called."""
+    if item.parameter.startswith(CHANGE):
+        return f"change of {item.parameter.removeprefix(CHANGE).partition(' ')[0]}"
     return LABELS.get(item.parameter, item.parameter)
 
 
@@ -161,7 +164,7 @@ def headline(diagnosis: Diagnosis) -> str:
         first = diagnosis.remaining[0]
         known = "" if first.of_sensor else ", of no known cause"
         few = [item for item in _not_zero(first.sizes) if len({size.parameter for size in first.sizes}) == 1][:SHOWN]
-        sizes = [f"{value_and_interval(s)[0]}{f' in {s.record}' if s.record else ''}" for s in few]
+        sizes = [f"{value_and_interval(s)[0]}{_where(s)}" for s in few]
         size_said = f" ({', '.join(sizes)})" if sizes else _in_some(first.sizes)
         return f"{told}{first.text.partition(';')[0]}{size_said}{known}{_ending(diagnosis)}"
     if diagnosis.verdict in alone or not diagnosis.causes:
@@ -186,15 +189,14 @@ def _with_size(model: Model, finding: Finding) -> str:
         sizes = [_changed(model, item, interval=False) for item in finding.sizes[:SHOWN]]
     else:
         few = telling(finding)[:SHOWN]
-        values = [f"{_name_in(finding, item)}{value_and_interval(item)[0]}" for item in few]
-        sizes = [f"{own} in {item.record}" if item.record else own for item, own in zip(few, values, strict=True)]
+        sizes = [f"{_name_in(finding, item)}{value_and_interval(item)[0]}{_where(item)}" for item in few]
     return tie(finding, sizes, ", ")
 
 
 def _name_in(finding: Finding, item: Size) -> str:
     """The name of a number with a blank behind it; empty where it says no more than its cause."""
     alone = len({size.parameter for size in finding.sizes}) == 1 and item.parameter in (*SYMBOLS, finding.cause)
-    return "" if alone else f"{label_of(item)} "
+    return "" if alone or item.parameter.startswith(CHANGE) else f"{label_of(item)} "
 
 
 def telling(finding: Finding) -> Sequence[Size]:
@@ -295,8 +297,14 @@ def remaining(force: RemainingForce) -> str:
 
 
 def _in_record(item: Size) -> str:
-    """A size without its name: `0.03 deg/s [0.028, 0.032] in B`."""
-    return f"{' '.join(value_and_interval(item))}{f' in {item.record}' if item.record else ''}"
+    """A size without its name: `0.03 deg/s [0.028, 0.032] in B`; that of a change in a regime with this."""
+    return f"{' '.join(value_and_interval(item))}{_where(item)}"
+
+
+def _where(item: Size) -> str:
+    """The record that a size is of, or the regime, behind a blank; empty for all records."""
+    regime = item.parameter.removeprefix(CHANGE).partition(" ")[2] if item.parameter.startswith(CHANGE) else ""
+    return f" {regime}" if regime else f" in {item.record}" if item.record else ""
 
 
 def _extremes(curve: Curve) -> str:
@@ -422,9 +430,8 @@ def _before(model: Model, item: Size) -> float:
 def _changed(model: Model, item: Size, interval: bool = True) -> str:
     """A number of the model as its change in per cent, one that it has not or that was 0 as it is, with its interval or
     without: `N_r +12 %`."""
-    change, _, name = item.parameter.partition(": ")
-    if change == "change":
-        number_of, _, where = name.partition(" ")
+    if item.parameter.startswith(CHANGE):
+        number_of, _, where = item.parameter.removeprefix(CHANGE).partition(" ")
         factor, unit = scale(item)
         value = f"{factor * item.value:+.2g} {unit}" if item.unit == "rad" else f"{100.0 * item.value:+.0f} %"
         return f"{number_of} {value} {where}"
