@@ -234,20 +234,40 @@ def _possible(option: Option, fit: BlockFit, places: Sequence[int]) -> bool:
 
 
 def _sized(chain: Chain, records: Sequence[Record], chosen: Sequence[Entered]) -> tuple[Sizes, ...]:
-    """Sizes of the chosen options over all records, by Gauss-Newton steps, and by record, by one step more."""
+    """Sizes of the chosen options over all records, by Gauss-Newton steps, and by record, by one step more; where the
+    records surely differ, from each of them alone."""
     if not chosen:
         return ()
     options = [option for option, _, _ in chosen]
     _, whole, each = _refined(chain, records, options)
-    values = np.stack([f.values for f in each])
-    spread = np.stack([np.sqrt(np.diag(f.covariance)) for f in each])
+    values, spread = _by_record(each)
     means = _means(values, spread, whole)
+    if any(mean.p_equal < SURELY for mean in means):
+        values, spread = _by_record([_alone(chain, record, options) for record in records])
+        means = _means(values, spread, whole)
     motions, out = [chain.motion(r) for r in records], []
     for entered, at in zip(chosen, _columns(options), strict=True):
         own = tuple(means[c] for c in at)
         material = _matters(motions, entered[0], values[:, at], spread[:, at], own)
         out.append(Sizes(*entered, values[:, at], spread[:, at], own, material))
     return tuple(out)
+
+
+def _by_record(each: Sequence[BlockFit]) -> tuple[np.ndarray, np.ndarray]:
+    """Values and standard errors (R, k) of the fits of records."""
+    return np.stack([f.values for f in each]), np.stack([np.sqrt(np.diag(f.covariance)) for f in each])
+
+
+def _alone(chain: Chain, record: Record, options: Sequence[Option]) -> BlockFit:
+    """Sizes in one record, from that alone; nan, infinite spread for what it cannot tell by itself."""
+    own = [o for o in options if _testable(o, chain, [record])]
+    places = [c for o, at in zip(options, _columns(options), strict=True) if o in own for c in at]
+    count = sum(len(o.effects) for o in options)
+    values, covariance = np.full(count, np.nan), np.diag(np.full(count, np.inf))
+    if own:
+        _, fitted, _ = _refined(chain, [record], own)
+        values[places], covariance[np.ix_(places, places)] = fitted.values, fitted.covariance
+    return BlockFit(values, covariance, BLOCKS, np.ones(count))
 
 
 def _without_small(chain: Chain, records: Sequence[Record], sizes: tuple[Sizes, ...]) -> tuple[Sizes, ...]:
