@@ -303,7 +303,7 @@ def _matters(
         own = np.abs(values[:, k])
         clear = (own > floor) & (own > 4.0 * spread[:, k])
         single = mean.p_equal < SURELY and 2 * np.count_nonzero(clear) < own.size
-        single &= bool(np.all(np.where(clear, own > LARGE * floor, own < floor)))
+        single &= bool(np.all(own[clear] > LARGE * floor[clear]))
         if np.any(clear) and (single or (mean.p_equal < DIFFERENT and option.cause.drifts)):
             return True
     return False

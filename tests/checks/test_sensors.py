@@ -94,14 +94,14 @@ def test_sizes_that_differ_between_records_are_said_to(rng):
 )
 def test_an_error_of_one_record_is_told_in_it(cause, column, size, rng):
     """A gyro that shows 6 % more, or a compass that was set anew: in one of three records."""
-    first, second, third = made("", rng).train[:3]
-    x = second.column(column)
-    wrong = second.with_channels(**{column: (1.0 + size) * x if "scale" in cause else x + size})
-    (found,) = (f for f in check([first, wrong, third]).findings if f.material and f.stage == "sensors")
+    zigzag, *others = made("", rng).train[:3]
+    x = zigzag.column(column)
+    wrong = zigzag.with_channels(**{column: (1.0 + size) * x if "scale" in cause else x + size})
+    (found,) = (f for f in check([wrong, *others]).findings if f.material and f.stage == "sensors")
     assert cause in (found.cause, *found.tied_with)
     own = {s.record: s.value for s in found.sizes if s.record is not None}
-    assert abs(own[second.name]) == pytest.approx(size, rel=0.1)
-    assert all(abs(own[r.name]) < 0.1 * size for r in (first, third))
+    assert abs(own[zigzag.name]) == pytest.approx(size, rel=0.1)
+    assert all(abs(own[r.name]) < 0.2 * size for r in others)
 
 
 def test_positions_of_another_point_are_named(rng):
