@@ -26,6 +26,8 @@ BESIDE = -0.75
 """Correlation of third differences of white noise a sample apart: what two series share at one instant has it too."""
 UNLIKE = 0.15
 """Share of the correlation by which that a sample apart may differ from it, beyond three standard deviations."""
+MOST = 0.9
+"""Share of the samples in which a rate has to be near a difference quotient: in coarse steps both are often equal."""
 WANDER = 0.2
 """Share of the wander that independent noise would give, below which one channel is made from the other."""
 
@@ -81,8 +83,9 @@ def rate_is_derived(values: np.ndarray, rate: np.ndarray, time: np.ndarray) -> s
         "forward": (np.diff(values) / np.diff(time), rate[:-1]),
     }
     for name, (quotient, own_rate) in quotients.items():
-        off = 1.4826 * float(np.median(np.abs(quotient - own_rate)))
-        if noise > 0.0 and off < 0.1 * noise / dt:
+        half, most = np.quantile(np.abs(quotient - own_rate), [0.5, MOST]).tolist()
+        off = 1.4826 * half
+        if noise > 0.0 and off < 0.1 * noise / dt and most < noise / dt:
             return (
                 f"it equals the {name} difference quotient to {off:.2g}, though noise would make that {noise / dt:.2g}"
             )
