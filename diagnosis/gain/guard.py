@@ -104,6 +104,18 @@ def blind_fall(said: Diagnosis) -> float:
     return _motion_fall({c: (g.rmse_before, g.rmse_after) for c, g in said.gain.items()})
 
 
+def is_for_trim(said: Diagnosis) -> bool:
+    """Whether held-out records are predicted better only where their own trim is not known, and no better with it: what
+    is named stands for a neutral angle."""
+    own = {c: (g.own_before, g.own_after) for c, g in said.gain.items()}
+    return blind_fall(said) > 0.0 > _motion_fall(own)
+
+
+def training_fall(said: Diagnosis) -> float:
+    """The same of whole training records."""
+    return _motion_fall(training_errors(said))
+
+
 def misleads(said: Diagnosis) -> bool:
     """Whether the turning of held-out records is predicted clearly worse in some channel where their own trim is not
     known."""

@@ -20,7 +20,7 @@ from ...models.model import CHANNELS
 from ..causes.base_coefficients import BaseCoefficients
 from ..free_runs.problem import FreeRuns
 from ..free_runs.units import length_s, units_of, whole_unit
-from ..gain.guard import blind_fall, misleads, worsens
+from ..gain.guard import blind_fall, is_for_trim, misleads, training_fall, worsens
 from ..gain.runs import with_calibrated, with_runs
 from ..report.bank import of_fault
 from ..report.verdict import diagnosis_of, of_motion
@@ -38,7 +38,16 @@ from .answer import (
     waves_of,
 )
 from .catalogue import FLOWS, Facts, bank_of
-from .search import SMALL, Choice, alone, chosen, with_own_numbers, withdrawn, without_neutral_angle
+from .search import (
+    SMALL,
+    Choice,
+    alone,
+    chosen,
+    neutral_angle_alone,
+    with_own_numbers,
+    withdrawn,
+    without_neutral_angle,
+)
 from .slips import with_findings, without_slips
 
 if TYPE_CHECKING:
@@ -192,7 +201,8 @@ def _choice_and_diagnosis(
 
     What stands beside the model's own numbers is tried without them.  Then the candidate that entered last is barred,
     and another choice is made without it; at the end what entered last is withdrawn as long as the errors grow.  A
-    neutral angle leaves which the held-out records do not have.
+    neutral angle leaves which the held-out records do not have; one takes the place of several numbers where whole
+    records are predicted better with it alone.
 
     behind : records behind their sensors.  held_out : as they were read.
 
@@ -234,6 +244,12 @@ def _choice_and_diagnosis(
         else:
             break
         diagnosis = diagnosed(choice)
+    if (angle := neutral_angle_alone(choice)) is not None:
+        of_angle = diagnosed(angle)
+        falls = [blind_fall] if held_out else []
+        falls += [] if is_for_trim(diagnosis) else [training_fall]
+        if all(fall(of_angle) > fall(diagnosis) + LITTLE for fall in falls) and not worsens(of_angle):
+            choice, diagnosis = angle, of_angle
     if misleads(diagnosis) and (rest := without_neutral_angle(choice)) is not None:
         of_rest = diagnosed(rest)
         if blind_fall(of_rest) > blind_fall(diagnosis) + LITTLE and not worsens(of_rest):

@@ -195,6 +195,22 @@ def withdrawn(choice: Choice) -> Choice | None:
     return _without(choice, selection.entered[-1])
 
 
+def neutral_angle_alone(choice: Choice) -> Choice | None:
+    """The neutral rudder angle of all records in the place of several numbers without one; None where the choice is
+    none of these."""
+    runs, base, angle = choice.runs, choice.selection.base, _neutral_angle(choice)
+    several = choice.beside or _count(choice.selection) > 1
+    if angle is None or not several or has_entered(angle, choice.selection.candidates):
+        return None
+    fitted = minimise(runs, angle.numbers, {}, runs.no_own)
+    return Choice(runs, Selection(base, (Entered(angle, fall_between(runs, base, fitted)),), fitted))
+
+
+def _neutral_angle(choice: Choice) -> Candidate | None:
+    """The candidate of one neutral rudder angle of all records; None where there is none."""
+    return next((c for c in choice.bank.candidates if c.of == OFFSET and len(c.numbers) == 1), None)
+
+
 def without_neutral_angle(choice: Choice) -> Choice | None:
     """The choice without the neutral rudder angle of all records; None where that did not enter, or nothing else."""
     entered = choice.selection.entered
@@ -380,8 +396,7 @@ def _beside_neutral_angle(choice: Choice, rules: Rules) -> Choice:
     """The choice, or another one beside a neutral rudder angle, where that enters by itself and the other one predicts
     left-out pieces as well by the count of its numbers: nearly every rudder has one, and it makes many numbers together
     of the one that is wrong."""
-    runs, selection = choice.runs, choice.selection
-    angle = next((c for c in choice.bank.candidates if c.of == OFFSET and len(c.numbers) == 1), None)
+    runs, selection, angle = choice.runs, choice.selection, _neutral_angle(choice)
     if angle is None or _count(selection) < 2 or selection.candidates[0] is angle:
         return choice
     fitted = minimise(runs, angle.numbers, {}, runs.no_own)
