@@ -149,7 +149,8 @@ def check_sensors(
     findings: list[CheckFinding] = []
     current = [averages_of(record) for record in records]
     for done, corrected in compared(chains(), current, derived, reasons):
-        findings, current = [*findings, *of_sizes(done)], corrected
+        known = {f.cause for f in findings if f.material}  # of a heading as it was read another chain shows it again
+        findings, current = [*findings, *(f for f in of_sizes(done) if f.cause not in known)], corrected
         if done.absurd is not None:
             return findings, reasons
         try:

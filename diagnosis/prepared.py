@@ -107,7 +107,9 @@ class Prepared:
         for comparison, train in compared(along, self.train, self.derived, []):
             if comparison.absurd is not None:
                 break
-            findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material]
+            known = {f.cause for f in done.findings}  # of a heading as it was read another chain shows it again
+            findings = [of_sensor(f, ids) for f in of_sizes(comparison) if f.material and f.cause not in known]
+            sizes = [s for s in comparison.sizes if s.material and s.option.cause.id not in known]
             drift = _current(comparison) if comparison.chain.of_positions and Current.id in ids else None
             tested = dict(done.tested)
             for option, z in comparison.tested:
@@ -118,7 +120,7 @@ class Prepared:
                 held_out=[comparison.without(r, own=False) for r in done.held_out],
                 findings=(*done.findings, *findings),
                 current=done.current or drift,
-                removed=combined(done.removed, _instruments([s for s in comparison.sizes if s.material])),
+                removed=combined(done.removed, _instruments(sizes)),
                 tested=tested,
             )
         return done
