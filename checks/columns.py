@@ -105,7 +105,7 @@ def _rudder_exchanged(record: Record) -> list[Fault]:
 def _no_yaw_rate(record: Record) -> list[Fault]:
     """A yaw-rate column that goes with the heading neither in size nor in time, where the course of the positions goes
     with the heading."""
-    turned, course = heading_ratio(record, centred=True), course_ratio(record)
+    turned, course = heading_ratio(record, steady=False), course_ratio(record)
     if turned is None or course is None or not course.correlation > AGREE_AS_RUDDER > abs(turned.correlation):
         return []
     if 1.0 / OTHER < abs(turned.slope) < OTHER:

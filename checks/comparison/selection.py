@@ -35,6 +35,8 @@ STEPS = 3
 """Gauss-Newton steps on corrected records."""
 TIE = 9.2
 """Twice the log likelihood by which the better of two explanations must lead (odds of 100)."""
+CERTAIN = 4.0
+"""Standard errors from which the size of a single record is surely not zero."""
 LARGE = 3.0
 """Floors from which a size of single records matters where the others are below theirs."""
 LATEST = 0.1
@@ -135,16 +137,18 @@ def _compared(chain: Chain, records: Sequence[Record], derived: Mapping[str, set
     entered, alone = _chosen(chain, kept, options)
     sizes = _without_small(chain, kept, _sized(chain, kept, entered))
     tested = tuple(zip(options, alone, strict=True))
-    absurd = next((why for s in sizes if s.material and (why := _no_instruments(chain, s))), None)
+    absurd = next((why for s in sizes if (why := _no_instruments(chain, s))), None)
     if absurd is not None:
         return Compared(chain, tuple(kept), (), (*reasons, absurd), tested, absurd)
     return Compared(chain, tuple(kept), sizes, tuple(reasons), tested)
 
 
 def _no_instruments(chain: Chain, s: Sizes) -> str | None:
-    """Why a size is none of an instrument; None where it may be."""
-    entry = s.option.cause
-    size = max((abs(mean.value) for mean in s.means), default=0.0)
+    """Why a size that matters, or that records surely have of their own, is none of an instrument; None where it may
+    be."""
+    entry, own = s.option.cause, np.abs(s.each)
+    surely = own[(own > CERTAIN * s.spread) & np.isfinite(own) & (min(m.p_equal for m in s.means) < SURELY)]
+    size = max([*(abs(mean.value) for mean in s.means if s.material), *surely.tolist()], default=0.0)
     if size <= entry.farthest:
         return None
     return (
@@ -301,7 +305,7 @@ def _matters(
         if abs(mean.value) > np.median(floor) and mean.low * mean.high > 0.0:
             return True
         own = np.abs(values[:, k])
-        clear = (own > floor) & (own > 4.0 * spread[:, k])
+        clear = (own > floor) & (own > CERTAIN * spread[:, k])
         single = mean.p_equal < SURELY and 2 * np.count_nonzero(clear) < own.size
         single &= bool(np.all(own[clear] > LARGE * floor[clear]))
         if np.any(clear) and (single or (mean.p_equal < DIFFERENT and option.cause.drifts)):

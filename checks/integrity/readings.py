@@ -224,11 +224,11 @@ class Ratio(NamedTuple):
     correlation: float
 
 
-def heading_ratio(record: Record, centred: bool = False) -> Ratio | None:
+def heading_ratio(record: Record, steady: bool = True) -> Ratio | None:
     """Heading's changes over those that the yaw rate gives; None where they cannot be compared.
 
-    A heading that wraps at 360 is unwrapped there.  centred : changes without their means, to which a yaw rate with a
-    zero error adds.
+    A heading that wraps at 360 is unwrapped there.  steady : False: by how much the changes differ from window to
+    window, to which a zero error or a drift of the yaw rate hardly adds.
     """
     record = averages_of(record)
     if not record.has(*TURN):
@@ -237,7 +237,10 @@ def heading_ratio(record: Record, centred: bool = False) -> Ratio | None:
     if time.size < FEWEST_OF_RATIO:
         return None
     changes = over_windows(time, without_wraps(heading), rate)
-    return _ratio(*(x - np.mean(x) if centred and x.size else x for x in changes), FEWEST_OF_RATIO // 2)
+    if not steady:
+        lag = min(_window(time), changes[0].size // 2)
+        changes = tuple(x[lag:] - x[: x.size - lag] for x in changes)
+    return _ratio(*changes, FEWEST_OF_RATIO // 2)
 
 
 def course_ratio(record: Record) -> Ratio | None:
