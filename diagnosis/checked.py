@@ -32,7 +32,7 @@ def with_checks(diagnosis: Diagnosis, checks: tuple[CheckFinding, ...], records:
         diagnosis = _named(diagnosis, of_left_out_samples(name, checks, records))
     known = {f.cause for f in diagnosis.causes}
     for name in dict.fromkeys(f.cause for f in checks if f.corrected and not f.blanked and f.cause not in known):
-        diagnosis = _named(diagnosis, of_columns(name, checks))
+        diagnosis = _named(diagnosis, of_columns(name, checks, records))
     diagnosis, standing = _refuted(diagnosis, [f for f in checks if f.standing])
     if standing:
         first = f"{', '.join(standing[0].records)}: {standing[0].evidence}"

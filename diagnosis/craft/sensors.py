@@ -1,8 +1,9 @@
 """What the channels of a craft's records show of their sensors, before a model is built of them.
 
-Errors of the yaw rate against the heading are corrected, as a gain of the gyro would be one of the craft; others are
-told.  A record whose rudder or command turns the craft to the other side than in most others has it with the other
-sign.
+Whole columns in another unit, with the other sign or under another name are corrected, and samples beyond the gyro's
+range left out; errors of the yaw rate against the heading are corrected, as a gain of the gyro would be one of the
+craft; others are told.  A record whose rudder or command turns the craft to the other side than in most others has it
+with the other sign.
 """
 
 from __future__ import annotations
@@ -13,25 +14,33 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ...checks.base import UNUSABLE, scaled
-from ...checks.check import distinct, examine
-from ...checks.columns import RudderSign
+from ...checks.base import UNUSABLE
+from ...checks.check import distinct, examine, examine_each
+from ...checks.columns import RudderSign, to_other_side
 from ...checks.comparison.drift import deviation_finding
+from ...checks.files.outliers import YawRateSaturation
 from ...checks.files.repeats import FrozenSamples
 from ...checks.files.rudder_response import fitted, means_of
+from ...checks.registry import file_checks
 from ...checks.result import merged, sentence_of
 from ...checks.sensors import CompassDeviation
 from ...datasets.columns import RUDDERS
 from ..causes.registry import causes
 from ..prepared import Prepared
-from ..report.bank import of_sensor
+from ..report.bank import of_columns, of_left_out_samples, of_sensor
 
 if TYPE_CHECKING:
+    from ...checks.result import CheckFinding
     from ...datasets.record import Record
     from ..result import Finding
 
-CORRECTED = ("yaw_rate_scale", "yaw_rate_bias", "yaw_rate_delay")
+GYRO = ("yaw_rate_scale", "yaw_rate_bias", "yaw_rate_delay")
 """Errors of sensors that are corrected."""
+COLUMNS = ("channel_sign", "channel_swap", "earth_frame_velocity", "heading_zero", "wrong_unit")
+SATURATED = YawRateSaturation.id
+"""Faults of whole columns that are corrected, and of samples that are left out."""
+CORRECTED = (*COLUMNS, SATURATED, *GYRO)
+"""All that is corrected."""
 TOLD = (FrozenSamples.id, RudderSign.id)
 """Faults of files and columns that are told: the others leave the model as it is, or were told on reading."""
 SURE, BETTER, FEWEST = 3.0, 1.5, 3
@@ -54,27 +63,39 @@ class Sensors(NamedTuple):
 
 def behind_sensors(train: Sequence[Record], held_out: Sequence[Record]) -> Sensors:
     """The records as their sensors should have shown them."""
-    names = {r.name for r in against_the_others([*train, *held_out])}
-
-    def to_the_side(record: Record) -> Record:
-        signs = {name: -1.0 for name in RUDDERS if record.has(name) and record.name in names}
-        return record.with_channels(**scaled(record, **signs)) if signs else record
-
-    own, others = ([*map(to_the_side, side)] for side in (train, held_out))
+    every: Sequence[Record] = [*train, *held_out]
+    files = [f for f in merged(examine(distinct(every)).findings) if f.material]
+    columns, every = _with_right_columns(every, files)
+    names = {r.name for r in against_the_others(every)}
+    every = [r.with_channels(**to_other_side(r)) if r.name in names else r for r in every]
     turned = "the rudder or command has the other sign than in the other records, and was turned."
     notes = [f"{name}: {turned}" for name in sorted(names)]
-    of_files = merged(examine(distinct([*own, *others])).findings)
-    notes += [f"{sentence_of(f)}." for f in of_files if f.material and f.cause in TOLD]
-    bare = Prepared(own, others)
+    notes += [f"{sentence_of(f)}." for f in files if f.cause in TOLD and not names & {*f.records}]
+    bare = Prepared([*every[: len(train)]], [*every[len(train) :]])
     seen = bare.compared()
-    every = seen.findings
-    if CompassDeviation.id not in {f.cause for f in every}:
+    findings = seen.findings
+    if CompassDeviation.id not in {f.cause for f in findings}:
         with suppress(*UNUSABLE):
             pattern = deviation_finding([*seen.train, *seen.held_out])
-            every += () if pattern is None else (of_sensor(pattern, causes()),)
-    wrong = {f.cause for f in every} & {*CORRECTED}
+            findings += () if pattern is None else (of_sensor(pattern, causes()),)
+    wrong = {f.cause for f in findings} & {*GYRO}
     done = bare.compared([causes()[name] for name in wrong]) if wrong else bare
-    return Sensors(done.train, done.held_out, every, done.removed, notes)
+    return Sensors(done.train, done.held_out, (*columns, *findings), done.removed, notes)
+
+
+def _with_right_columns(
+    records: Sequence[Record], files: Sequence[CheckFinding]
+) -> tuple[list[Finding], Sequence[Record]]:
+    """What is told of whole columns and of samples beyond the gyro's range, and the records corrected for them.
+
+    files : faults of the records' files that matter.
+    """
+    wrong = {f.cause for f in files if f.corrected} & {*COLUMNS, SATURATED}
+    if not wrong:
+        return [], records
+    told = [of_columns(name, files, records) for name in COLUMNS if name in wrong]
+    told += [of_left_out_samples(SATURATED, files, records)] if SATURATED in wrong else []
+    return told, examine_each(distinct(records), [check for check in file_checks() if check.id in wrong]).records
 
 
 def against_the_others(records: Sequence[Record]) -> list[Record]:

@@ -57,12 +57,13 @@ def of_left_out_samples(name: str, checks: Sequence[CheckFinding], records: Sequ
     return Finding(name, (), BY_CHANNELS, None, None, (*limits, size), details=details, evidence=said)
 
 
-def of_columns(name: str, checks: Sequence[CheckFinding]) -> Finding:
-    """Columns that were corrected as a whole, their sign or unit, in so many records."""
+def of_columns(name: str, checks: Sequence[CheckFinding], records: Sequence[Record]) -> Finding:
+    """Columns that were corrected as a whole, their sign or unit, in all of the records or some."""
     own = [f for f in checks if f.cause == name]
     columns = list(dict.fromkeys(channel for f in own for channel in f.channels))
-    said = "; ".join(f.evidence for f in own)
-    return Finding(name, (), BY_CHANNELS, None, None, (), details={"columns": columns}, evidence=said)
+    names, said = list(dict.fromkeys(r for f in own for r in f.records)), "; ".join(f.evidence for f in own)
+    details = {"columns": columns} | ({"records": names} if len(names) < len(records) else {})
+    return Finding(name, (), BY_CHANNELS, None, None, (), details=details, evidence=said)
 
 
 def of_sensor(f: CheckFinding, known: Collection[str]) -> Finding:

@@ -52,6 +52,16 @@ def test_the_model_of_a_craft_shows_what_its_gyro_reads(records):
     assert "Found in the records themselves, and corrected: yaw rate scale" in media.terminal(page(built))
 
 
+def test_a_column_of_one_record_with_the_other_sign_is_corrected_and_told_with_it(records):
+    """A heading that counts to the other side; the track says so."""
+    wrong = records[1].with_channels(heading_rad=-records[1].heading_unwrapped())
+    seen = behind_sensors([records[0], wrong], records[2:])
+    (finding,) = seen.findings
+    assert finding.cause == "channel_sign" and finding.details["records"] == [wrong.name]
+    turned = [np.sign(np.nanmean(r.column("yaw_rate_rad_s") * np.gradient(r.heading_unwrapped()))) for r in seen.train]
+    assert turned == [1.0, 1.0]
+
+
 @pytest.mark.parametrize("which", [0, 2])
 def test_a_record_whose_command_has_the_other_sign_is_turned(records, which):
     name = "rudder_command_rad" if records[0].has("rudder_command_rad") else "rudder_rad"
