@@ -215,12 +215,12 @@ class ReferencePoint(SensorError):
 
 
 class VelocityPoint(SensorError):
-    """Velocities of another point than the hull's: recorded sway = true + x r, x in m forward of the point that the
-    model's velocities are of (an antenna far from midship).  Positions of the same point agree with them: only a model
-    of the hull tells."""
+    """Velocities and positions of another point than the hull's: recorded sway = true + x r, x in m forward of the
+    point that the model's velocities are of (an antenna far from midship).  Both agree: only a model of the hull
+    tells."""
 
     id, unit, is_cause = "velocity_point", "m", True
-    prior = Prior(0.1, entries=("sway_lever",), needs=("v", "r"), last=True)
+    prior = Prior(0.1, entries=("point_ahead",), needs=("v", "r"), last=True)
     separate_by = "where the antenna or log stands that the velocities come from, and the point that the model is of"
 
 

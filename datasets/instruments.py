@@ -16,7 +16,7 @@ import numpy as np
 
 from ..models.errors import BadInput
 from ..models.instruments import SENSORS, SWAPS, bent, checked, linkage, similar, straightened
-from .columns import RUDDERS, TURN
+from .columns import POSITIONS, RUDDERS, TURN
 from .record import Record
 from .signals import noise_in
 
@@ -54,7 +54,7 @@ def corrected(record: Record, instruments: Mapping[str, float]) -> Record:
     for short, (name, _) in SENSORS.items():
         if name in channels and name != HEADING:
             channels[name] = later(record.time_s, channels[name], q.get(f"{short}_delay", 0.0))
-    channels = _at_point(record.time_s, channels, -q.get("sway_lever", 0.0))
+    channels = _at_point(record.time_s, channels, -q.get("point_ahead", 0.0))
     return _with_felt_rudder(record.with_channels(**_gone(record, channels)), q)
 
 
@@ -80,7 +80,7 @@ def observed(record: Record, instruments: Mapping[str, float], rng: np.random.Ge
     q = similar(checked(instruments))
     if not q:
         return record
-    true = _at_point(record.time_s, dict(record.channels), q.get("sway_lever", 0.0))
+    true = _at_point(record.time_s, dict(record.channels), q.get("point_ahead", 0.0))
     channels = dict(true)
     for short, (name, _) in SENSORS.items():
         if name in channels:
@@ -210,11 +210,19 @@ def _freed(name: str, time: np.ndarray, values: np.ndarray, q: Mapping[str, floa
 
 
 def _at_point(time: np.ndarray, channels: dict[str, np.ndarray], ahead_m: float) -> dict[str, np.ndarray]:
-    """Channels with the sway of a point further ahead, by the yaw rate or else the slope of the heading."""
-    if not ahead_m or SWAY not in channels or not {*TURN} & channels.keys():
+    """Channels with sway and positions of a point further ahead: sway by the yaw rate or else the slope of the heading,
+    which tells the positions."""
+    if not ahead_m or not {*TURN} & channels.keys():
         return channels
-    rate = channels[TURN[1]] if TURN[1] in channels else np.gradient(np.unwrap(channels[HEADING]), time)
-    return {**channels, SWAY: channels[SWAY] + ahead_m * rate}
+    out = dict(channels)
+    if SWAY in out:
+        rate = out[TURN[1]] if TURN[1] in out else np.gradient(np.unwrap(out[HEADING]), time)
+        out[SWAY] = out[SWAY] + ahead_m * rate
+    if {HEADING, *POSITIONS} <= out.keys():
+        out |= {
+            name: out[name] + ahead_m * of(out[HEADING]) for name, of in zip(POSITIONS, (np.cos, np.sin), strict=True)
+        }
+    return out
 
 
 def _turned(channels: dict[str, np.ndarray], q: Mapping[str, float], record: str, back: bool = False):

@@ -8,9 +8,9 @@ rudder_fault_time (of the record) on.  All in the sign of the record.
 The recorded angle itself lies behind play of +- rudder_hysteresis of the rudder's sensor, and is late by
 rudder_sensor_delay; both are undone first.
 Sensors: recorded = (1 + CHANNEL_scale) true(t - CHANNEL_delay) + CHANNEL_bias + CHANNEL_drift (t - start of the
-record); the scale of a speed log that is not linear is 1 + surge_scale + surge_curve |surge|.  Surge and sway are those
-of a point sway_lever ahead of the hull's (sway + sway_lever yaw rate), then turned by axis_misalignment, or given in
-the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two columns.
+record); the scale of a speed log that is not linear is 1 + surge_scale + surge_curve |surge|.  Velocities and positions
+are those of a point point_ahead ahead of the hull's (sway + point_ahead yaw rate); surge and sway are then turned by
+axis_misalignment, or given in the earth frame where earth_frame_velocity is 1; swap_A_B = 1 exchanges two columns.
 Waves: narrow-band motion of rms wave_rms around wave_frequency is added to heading and yaw rate.
 Logger: a true second takes 1 + clock_rate seconds of the recorded time.
 Size: the record is of a similar ship 1 + ship_scale times as long as the model's, after Froude: lengths go with the
@@ -63,7 +63,7 @@ INSTRUMENTS: dict[str, str] = {
     **dict.fromkeys(SWAPS, "1"),
     **WAVES,
     "surge_curve": "s/m",
-    "sway_lever": "m",
+    "point_ahead": "m",
     "rudder_hysteresis": "rad",
     "rudder_sensor_delay": "s",
     "clock_rate": "1",
@@ -76,7 +76,7 @@ ADDING = (
     "rudder_hysteresis",
     "rudder_sensor_delay",
     "axis_misalignment",
-    "sway_lever",
+    "point_ahead",
     *(f"{name}_delay" for name in SENSORS),
 )
 RATIOS = ("rudder_effectiveness", "clock_rate", "ship_scale")

@@ -135,7 +135,7 @@ def _channel_relations(new: Mapping[str, float]) -> Iterable[EquationLine]:
 def _velocity_relations(new: Mapping[str, float]) -> Iterable[EquationLine]:
     """Recorded velocities in axes that are turned against those of the hull."""
     u, v, alpha, psi = sp.symbols("u v alpha psi")
-    if "sway_lever" in new:
+    if "point_ahead" in new:
         yield equation([(sp.Symbol("sway_recorded"), None)], v + sp.Symbol("x") * sp.Symbol("r"), {}, True)
     if "axis_misalignment" in new:
         yield equation([(sp.Symbol("surge_recorded"), None)], u * sp.cos(alpha) + v * sp.sin(alpha), {}, True)

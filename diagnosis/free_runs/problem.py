@@ -475,9 +475,9 @@ class FreeRuns:
         if "axis_misalignment" in own:
             places = [self.bank.model.states.index(s) for s in ("u", "v")]
             start[places] = _turned(*start[places], -own["axis_misalignment"])
-        if "sway_lever" in own:
+        if "point_ahead" in own:
             sway, rate = (self.bank.model.states.index(s) for s in ("v", "r"))
-            start[sway] -= own["sway_lever"] * start[rate]
+            start[sway] -= own["point_ahead"] * start[rate]
         return start
 
     @lru_cache(maxsize=4096)  # noqa: B019 (lives as long as one diagnosis)
@@ -616,8 +616,8 @@ class FreeRuns:
     def _shown(self, lane: _Run, states: np.ndarray, dt: float) -> np.ndarray:
         """What the instruments of a lane show of states (C, B, M)."""
         own, place = lane.numbers.instruments, {s: c for c, s in enumerate(self.symbols)}
-        if "sway_lever" in own:
-            states[place["v"]] += own["sway_lever"] * states[place["r"]]
+        if "point_ahead" in own:
+            states[place["v"]] += own["point_ahead"] * states[place["r"]]
         for symbol, c in place.items():
             if f"{SENSOR[symbol]}_delay" in own:
                 states[c] = _later(states[c], own[f"{SENSOR[symbol]}_delay"] / dt)

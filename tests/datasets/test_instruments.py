@@ -37,7 +37,7 @@ def drawn(rng, late=True):
     q |= {f"{name}_drift": rng.normal() * 1e-3 for name in SENSORS}
     q |= {f"{name}_delay": 0.5 * rng.integers(1, 6) for name in SENSORS} if late else {}
     q |= {"axis_misalignment": rng.normal() * 0.1, "swap_yaw_rate_sway": 1.0, "earth_frame_velocity": 1.0}
-    q |= {"surge_curve": rng.uniform(-0.01, 0.02)}
+    q |= {"surge_curve": rng.uniform(-0.01, 0.02), "point_ahead": rng.normal()}
     return q | {"clock_rate": rng.uniform(-0.1, 0.1), "ship_scale": rng.uniform(-0.5, 2.0)}
 
 
