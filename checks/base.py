@@ -213,8 +213,8 @@ def cleaned(record: Record, faults: Iterable[Fault]) -> Record:
     """The record corrected for faults that matter, without columns of which no sample is left; the same where none can
     be."""
     columns = {name: values for fault in faults if fault.material for name, values in fault.columns.items()}
-    left = {name: values if np.isfinite(values).any() else None for name, values in columns.items()}
-    return record.with_channels(**left) if left else record
+    known = {name: values if np.isfinite(values).any() else None for name, values in columns.items()}
+    return record.with_channels(**known) if known else record
 
 
 def of_fault(entry: Check, fault: Fault, *records: Record) -> CheckFinding:

@@ -93,9 +93,9 @@ def _with_right_columns(
     wrong = {f.cause for f in files if f.corrected} & {*COLUMNS, SATURATED}
     if not wrong:
         return [], records
-    told = [of_columns(name, files, records) for name in COLUMNS if name in wrong]
-    told += [of_left_out_samples(SATURATED, files, records)] if SATURATED in wrong else []
-    return told, examine_each(distinct(records), [check for check in file_checks() if check.id in wrong]).records
+    findings = [of_columns(name, files, records) for name in COLUMNS if name in wrong]
+    findings += [of_left_out_samples(SATURATED, files, records)] if SATURATED in wrong else []
+    return findings, examine_each(distinct(records), [check for check in file_checks() if check.id in wrong]).records
 
 
 def against_the_others(records: Sequence[Record]) -> list[Record]:
